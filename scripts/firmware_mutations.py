@@ -260,7 +260,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         f"{_TESTS}/test_thermal.py::test_the_lag_is_taken_off",
     ),
     Mutation(
-        "turn_is_told_twice",
+        "turn_is_reported_twice",
         "an alarm between two turns reports the previous turn again",
         "firmware/application/alarms.c",
         "report->between_turns = report->between_turns || !report->fresh;",
@@ -321,7 +321,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "firmware/application/calibrate.c",
         "double square = application->load.watch.mean_square;",
         "double square = 0.0 * application->load.watch.mean_square;",
-        f"{_TESTS}/test_judged_orders.py::test_a_loaded_order_that_drifts_is_told",
+        f"{_TESTS}/test_judged_orders.py::test_a_loaded_order_that_drifts_is_reported",
     ),
     Mutation(
         "no_alarm_below_the_limit",
@@ -329,7 +329,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "firmware/application/loaded_watch.c",
         "watch->beyond[place]++;",
         "watch->beyond[place] = 1;",
-        f"{_TESTS}/test_judged_orders.py::test_a_small_drift_is_told_from_the_scatter_after_three_turns",
+        f"{_TESTS}/test_judged_orders.py::test_a_small_drift_is_separated_from_the_scatter_after_three_turns",
     ),
     Mutation(
         "one_turn_is_an_alarm",
@@ -337,15 +337,15 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "firmware/application/loaded_watch.h",
         "enum { WATCH_TURNS = 3 };",
         "enum { WATCH_TURNS = 1 };",
-        f"{_TESTS}/test_judged_orders.py::test_a_small_drift_is_told_from_the_scatter_after_three_turns",
+        f"{_TESTS}/test_judged_orders.py::test_a_small_drift_is_separated_from_the_scatter_after_three_turns",
     ),
     Mutation(
         "heads_are_taken_for_one",
         "the heads' own errors of a high order are treated as equal",
         "firmware/calibration/further_sight.c",
-        "if (apart >= TOLD_APART) {",
+        "if (apart >= SEPARATED) {",
         "if (apart >= 2.0) {",
-        f"{_TESTS}/test_judged_orders.py::test_the_heads_own_subdivision_errors_are_told_apart",
+        f"{_TESTS}/test_judged_orders.py::test_the_heads_own_subdivision_errors_are_separated",
     ),
     Mutation(
         "aliases_are_judged",

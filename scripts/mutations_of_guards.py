@@ -429,8 +429,8 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "a_half_order_is_a_ball_pass",
         "an order that is not separable from a half-integer one belongs to a rolling element",
         "sim/arctrue/workbench/effects/catalogue/bearing_ball_pass.py",
-        "TOLD_APART_SIGMA = 5.5\n",
-        "TOLD_APART_SIGMA = 0.0\n",
+        "SEPARATED_SIGMA = 5.5\n",
+        "SEPARATED_SIGMA = 0.0\n",
         f"{CONTRADICTIONS}::test_an_order_that_cannot_be_reported_from_a_half_one_is_no_ball_pass",
     ),
     Mutation(

@@ -173,7 +173,7 @@ install_netlist_ghdl() {
         esac
     done
     scripts/install_ghdl_netlist.sh ||
-        say "going on without it: the virtual instrument and its tests will ask for it"
+        say "setup continues without GHDL 5; the virtual instrument and its tests need it"
 }
 
 # Ubuntu 24.04's ghdl-llvm loads libLLVM-18.so.18.1, but Ubuntu's own package of LLVM installs this

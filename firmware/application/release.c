@@ -68,9 +68,9 @@ enum output_answer application_clear_output(struct application *application) {
 
 void release_watch(struct application *application) {
     uint32_t causes = application_release_causes(application);
-    if (causes != 0 && !application->release_told) {
+    if (causes != 0 && !application->release_reported) {
         alarm_between_turns(application, ALARM_OUTPUT);
     }
     application->report.release_causes = causes;
-    application->release_told = causes != 0;
+    application->release_reported = causes != 0;
 }

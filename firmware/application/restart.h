@@ -7,9 +7,9 @@
 
 #include "state.h"
 
-/* Restores the settings. At power-on these are the saved settings. After a fault these are the kept settings or, if
-   they are lost, the saved settings with bypass on. Settings that are neither kept nor saved get their presets. From
-   now on the settings are kept. */
+/* Restores the settings. At power-on these are the settings saved in flash. Kept settings are a copy in memory that
+   survives a fault. After a fault the firmware uses this copy or, if it is lost, the settings in flash with bypass on;
+   settings in neither place get their presets. Then the firmware makes a new copy. */
 void application_recover(struct application *application, bool after_fault);
 
 /* Starts the firmware after power-on or after a fault. After a fault, the core keeps index, coefficients and

@@ -161,7 +161,7 @@ struct application {
     enum settings_origin settings_origin;
     uint32_t faults_in_a_row;
     /* True if the release of the line drivers has been reported. */
-    bool release_told;
+    bool release_reported;
     /* Header and capture of the bank that is ready. */
     struct core_header header;
     struct capture capture;

@@ -47,8 +47,9 @@ bool thermal_is_valid(const struct thermal *thermal);
 void thermal_preset_range(struct thermal *thermal);
 bool thermal_has_preset_range(const struct thermal *thermal);
 
-/* Returns upper bounds: the largest value at 33 temperatures of the range plus the largest excess c2 h^2/4 of a lane
-   over the chord between two of these temperatures. Phases are not used: the slope is the sum of n |c_n|. */
+/* Returns upper bounds: the maximum over 33 evenly spaced temperatures (spacing h). Each lane that follows the
+   temperature has |c2| h^2/4 added, its largest excess between two of them. The slope is the sum of n |c_n|; phases are
+   ignored. */
 struct thermal_extent thermal_extent(const struct thermal *thermal,
                                      const struct coefficients *coefficients);
 

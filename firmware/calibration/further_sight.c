@@ -9,7 +9,7 @@
 #include "units.h"
 
 /* Least 1 - |D|^2 with which the sums separate the errors of the two heads; u then grows by a factor of at most 1.4. */
-#define TOLD_APART 0.5
+#define SEPARATED 0.5
 /* Limit of |<e^{j2mR}>|, above which cosine and sine are no longer nearly orthogonal. */
 #define NOT_ORTHOGONAL 0.3
 
@@ -65,7 +65,7 @@ static struct sight sight_from_sums(const struct further_workspace *workspace,
         vector_product(vector_scaled(vector_conjugate(order->head2), 2.0 * mean), turned);
     struct vector d = vector_product(vector_scaled(order->apart, mean), vector_conjugate(turned));
     double apart = 1.0 - vector_square(d);
-    if (apart >= TOLD_APART) {
+    if (apart >= SEPARATED) {
         struct vector g = vector_difference(vector_product(a2, d), a1);
         return sight_of(vector_scaled(g, 1.0 / apart), variance / apart, 0.0);
     }

@@ -78,8 +78,8 @@ static void tell_turn(struct console *console) {
 void console_step(struct console *console) {
     struct application *application = console->application;
     dump_step(console);
-    save_step_told(console);
-    flash_step_told(console);
+    save_step_reported(console);
+    flash_step_reported(console);
     if (application->report.fresh) {
         application->report.fresh = false;
         if (application->telemetry) {

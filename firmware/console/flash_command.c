@@ -20,7 +20,7 @@ static void print_answer(const struct console *console, enum image_answer answer
     text_error(&console->sink, "flash ", image_answer_name(answer));
 }
 
-/* Prints the answer of an operation that has not begun; flash_step_told() prints the answer of an operation that has
+/* Prints the answer of an operation that has not begun; flash_step_reported() prints the answer of an operation that has
    begun, when it has ended. */
 static void begun(const struct console *console, enum image_answer answer) {
     if (answer != IMAGE_DONE) {
@@ -112,7 +112,7 @@ void flash_command(struct console *console, char *const *words, uint32_t number)
     }
 }
 
-void flash_step_told(struct console *console) {
+void flash_step_reported(struct console *console) {
     struct image_store *store = console->images;
     if (store == NULL) {
         return;

@@ -12,6 +12,6 @@ extern const char flash_use[];
 void flash_command(struct console *console, char *const *words, uint32_t number);
 
 /* Prints the answer of an operation that has ended. */
-void flash_step_told(struct console *console);
+void flash_step_reported(struct console *console);
 
 #endif

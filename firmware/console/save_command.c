@@ -20,7 +20,7 @@ void save_command(struct console *console, char *const *words, uint32_t number) 
     }
 }
 
-void save_step_told(struct console *console) {
+void save_step_reported(struct console *console) {
     struct save *save = console->application->save;
     if (save == NULL || !save->fresh) {
         return;

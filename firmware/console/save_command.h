@@ -12,6 +12,6 @@ extern const char save_use[];
 
 void save_command(struct console *console, char *const *words, uint32_t number);
 /* Prints the answer when the save has ended. */
-void save_step_told(struct console *console);
+void save_step_reported(struct console *console);
 
 #endif

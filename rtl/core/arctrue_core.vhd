@@ -985,7 +985,7 @@ begin
 
   end generate faults_of_further_heads;
 
-  told_outside : entity work.fault_outputs
+  reported_outside : entity work.fault_outputs
     generic map (
       KINDS => FAULT_KINDS
     )

@@ -188,7 +188,7 @@ architecture rtl of index_zero is
     place             : turn_place;
     last, before_last : u_unsigned(ANGLE_WIDTH - 1 downto 0);
     stands, up        : std_ulogic;
-    is_told           : std_ulogic;
+    has_index           : std_ulogic;
     from_zero         : few_counts
   ) return turn_place is
 
@@ -204,20 +204,20 @@ architecture rtl of index_zero is
   begin
 
     result := place;
-    if (stands = '1' and is_told = '0') then
+    if (stands = '1' and has_index = '0') then
       return result;
     end if;
 
-    rises     := not is_told and up and not place.is_last;
-    falls     := not is_told and not up and not place.is_zero;
-    is_last   := (not is_told and not up and place.is_zero) or (is_told and (from_zero ?= -1));
-    is_zero   := (not is_told and up and place.is_last) or (is_told and (from_zero ?= 0));
-    is_before := is_told and (from_zero ?= -2);
+    rises     := not has_index and up and not place.is_last;
+    falls     := not has_index and not up and not place.is_zero;
+    is_last   := (not has_index and not up and place.is_zero) or (has_index and (from_zero ?= -1));
+    is_zero   := (not has_index and up and place.is_last) or (has_index and (from_zero ?= 0));
+    is_before := has_index and (from_zero ?= -2);
 
     -- Count 1 or count 2.
     first    := (others => '0');
-    first(0) := is_told and (from_zero ?= 1);
-    first(1) := is_told and (from_zero ?= 2);
+    first(0) := has_index and (from_zero ?= 1);
+    first(1) := has_index and (from_zero ?= 2);
 
     -- not (not x + 1) = x - 1, on the same carry chain as x + 1.
     below        := not (not place.count + 1);
@@ -315,7 +315,7 @@ begin
     variable slip_then       : u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0);
     -- Indices of the last clocks, the latest in the low bit; one of these indices is checked, and no other index has
     -- come since
-    variable told_then       : std_ulogic_vector(JUDGED_AFTER - 1 downto 0) := (others => '0');
+    variable index_then       : std_ulogic_vector(JUDGED_AFTER - 1 downto 0) := (others => '0');
     variable is_small        : std_ulogic;
     variable passed_index    : std_ulogic                              := '0';
     variable passed_up       : std_ulogic                              := '1';
@@ -350,7 +350,7 @@ begin
       off_down   := index_interval + turn;
 
       -- Stage 3: latch the index of the clock before.
-      told_then    := told_then(told_then'high - 1 downto 0) & (passed_index and not rearm);
+      index_then    := index_then(index_then'high - 1 downto 0) & (passed_index and not rearm);
       index_strobe <= '0';
       repeats      := '0';
       if (passed_index = '1' and rearm = '0') then
@@ -491,7 +491,7 @@ begin
         passed_index   := '0';
         index_before   := '0';
         is_in_doubt    <= '0';
-        told_then      := (others => '0');
+        index_then      := (others => '0');
       end if;
 
       if (reset = '1') then
@@ -501,7 +501,7 @@ begin
         index_before    := '0';
         repeats         := '0';
         is_in_doubt     <= '0';
-        told_then       := (others => '0');
+        index_then       := (others => '0');
         index_trusted   <= '0';
         zero_moved      <= '0';
         zero_moves      <= (others => '0');
@@ -521,7 +521,7 @@ begin
 
       is_old_enough <= '0';
       if (since_index = JUDGED_AFTER) then
-        is_old_enough <= told_then(JUDGED_AFTER - 1);
+        is_old_enough <= index_then(JUDGED_AFTER - 1);
       end if;
 
       counters        <= places;

@@ -19,7 +19,7 @@ from arctrue.table import PinEvents
 # amplitude is below the limit.
 SETTINGS = DemoSettings(counts_per_rev=1 << 12, lanes=3, disc_scale=32.0, sample_period_clocks=20)
 HEAD_SEPARATION_DEG = 33.0
-TOLD_DECIMALS = 2e-9
+PRINTED_DECIMALS = 2e-9
 """Tolerance: two units of the ninth decimal, to which the console prints arcsec and rad."""
 
 
@@ -66,7 +66,7 @@ def test_the_firmware_corrects_the_real_core(tmp_path: Path) -> None:
         ([h.phase_rad for h in reported.harmonics], reference.estimate.phase_rad),
     ):
         np.testing.assert_allclose(
-            np.array(values)[chosen], expected[chosen], rtol=0, atol=TOLD_DECIMALS
+            np.array(values)[chosen], expected[chosen], rtol=0, atol=PRINTED_DECIMALS
         )
 
     # The next turns bring no improvement, and the firmware keeps the bank.

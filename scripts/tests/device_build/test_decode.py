@@ -166,7 +166,7 @@ def test_a_wire_is_followed_through_tiles_to_what_drives_it(tmp_path: Path) -> N
     assert default.source("LEFT", "ONE") is None
 
 
-def test_bits_and_wires_that_cannot_be_are_told(tmp_path: Path) -> None:
+def test_bits_and_wires_that_cannot_be_are_reported(tmp_path: Path) -> None:
     strange = grid_of_two(tmp_path / "strange", {0x10: frozenset({1, 2})})
     assert strange.features.unexplained() == [
         f"frame 0x00000010 word 0 bit {bit}" for bit in (1, 2)
@@ -272,7 +272,7 @@ def test_what_was_not_tested_is_a_fault() -> None:
     ]
 
 
-def test_a_bitstream_that_is_not_there_is_told(
+def test_a_bitstream_that_is_not_there_is_reported(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert bitstream_verify.main(["--folder", str(tmp_path)]) == 2

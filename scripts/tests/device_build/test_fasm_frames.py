@@ -66,7 +66,7 @@ def test_what_the_part_asks_for_is_added(tmp_path: Path) -> None:
         ("PSS2_X1.PS7.STEPDOWN", "FASM2FRAMES=/path/to/fasm2frames"),
     ],
 )
-def test_what_cannot_be_told_exactly_is_refused(tmp_path: Path, fasm: str, message: str) -> None:
+def test_what_has_no_exact_form_is_refused(tmp_path: Path, fasm: str, message: str) -> None:
     with pytest.raises(ToolError, match=f"(?s){message}"):
         words(tmp_path, fasm)
 

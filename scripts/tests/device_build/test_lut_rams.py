@@ -271,7 +271,7 @@ def test_a_ram_is_written_at_the_edge_that_the_slice_has() -> None:
     }
 
 
-def test_the_pins_that_a_ram_depends_on_are_told() -> None:
+def test_the_pins_that_a_ram_depends_on_are_reported() -> None:
     """The program lists the pins on which a RAM depends; data input 1 of A comes from DI through B
     unless a feature selects another source."""
     numbered = {f"{letter}{place}" for letter in "AD" for place in range(1, 7)}

@@ -62,7 +62,7 @@ def test_every_word_is_reached_and_the_rounds_are_the_same_for_the_same_seed() -
     assert shortfalls(CORE, accesses, answered(accesses)) == []
 
 
-def test_a_word_that_was_not_written_and_what_else_is_lacking_is_told() -> None:
+def test_a_word_that_was_not_written_and_what_else_is_lacking_is_reported() -> None:
     accesses = accesses_of(CORE, CLOCKS, 1)
     answers = answered(accesses)
     word = BASE + CORE.coefficients[5]

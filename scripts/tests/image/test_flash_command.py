@@ -24,7 +24,7 @@ def _run(monkeypatch: pytest.MonkeyPatch, chip: Chip, file: Path) -> Result:
     return CliRunner().invoke(main, ["flash", "board", str(file)])
 
 
-def test_an_image_is_written_and_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_image_is_written_and_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file, chip = tmp_path / "BOOT.BIN", Chip()
     file.write_bytes(flash_image(OLD, 0, None))
     answer = _run(monkeypatch, chip, file)
@@ -34,7 +34,9 @@ def test_an_image_is_written_and_told(tmp_path: Path, monkeypatch: pytest.Monkey
     assert "the golden image stays" in _run(monkeypatch, chip, file).output
 
 
-def test_what_cannot_be_written_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_cannot_be_written_is_reported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     file = tmp_path / "BOOT.BIN"
     answer = _run(monkeypatch, Chip(), file)
     assert (answer.exit_code, "cannot be read" in answer.output) == (2, True)

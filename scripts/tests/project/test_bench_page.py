@@ -48,7 +48,7 @@ def test_page_has_the_machine_and_every_bench_and_tells_failures() -> None:
     assert "no emulator" in text
 
 
-def test_a_limit_that_is_not_kept_is_told(
+def test_a_limit_that_is_not_kept_is_reported(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     rows = [Row("time", "s", (11.0, 12.0), "limit 10 s", kept=False)]

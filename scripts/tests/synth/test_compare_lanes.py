@@ -127,7 +127,7 @@ def test_the_page_in_the_tree_has_every_lane_between_its_marks() -> None:
     assert all(f"| {name} |" in measured for name in LANES)
 
 
-def test_a_missing_tool_is_told(
+def test_a_missing_tool_is_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def missing(*_: object) -> Measured:

@@ -90,7 +90,7 @@ def test_every_budget_is_kept_at_its_limit_and_exceeded_one_above() -> None:
     assert exceeded(kept, None, (Budget("lane", "lut", 0),)) == []
 
 
-def test_a_fold_that_saves_nothing_is_told() -> None:
+def test_a_fold_that_saves_nothing_is_reported() -> None:
     cores = {1: Resources(lut=30, dsp=12), 4: Resources(lut=12, dsp=3), 2: Resources(lut=20, dsp=6)}
     assert wasted_folds(cores) == []
     assert "| 2 | 2 clocks | 20 | 0 | 6 | 0 | 0 |" in fold_table(cores, {"ROTATION": "table"})

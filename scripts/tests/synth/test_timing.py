@@ -192,7 +192,7 @@ def test_an_exception_needs_its_name() -> None:
 
 
 @needs_tools
-def test_two_adders_in_a_row_are_told(
+def test_two_adders_in_a_row_are_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "two_adders.vhd").write_text(TWO_ADDERS, encoding="utf-8")

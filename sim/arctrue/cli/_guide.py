@@ -26,8 +26,8 @@ def next_option(function: Callable[..., None]) -> Callable[..., None]:
             "kind",
             type=click.Choice(KINDS),
             metavar="KIND",
-            help="The kind of measurement that diagnose asked for; it is checked against the first "
-            f"run. One of {', '.join(KINDS)}.",
+            help="Kind of measurement that diagnose requested; the command compares it with the "
+            f"first run. One of {', '.join(KINDS)}.",
         ),
     ):
         function = option(function)

@@ -92,7 +92,7 @@ effects_option = click.option(
     "folders",
     type=click.Path(path_type=Path),
     multiple=True,
-    help="Folder of own effects.",
+    help="Folder with your own effects.",
 )
 
 
@@ -118,7 +118,8 @@ def common_options(function: Callable[..., None]) -> Callable[..., None]:
             type=SEED,
             default=1,
             show_default=True,
-            help="Seed of the random draws of compare and report; other commands draw nothing.",
+            help="Seed of the random draws of compare and report; other commands make no random "
+            "draws.",
         ),
         click.option("--out", type=OutputFolder(), help="Folder for pictures."),
         json_option,

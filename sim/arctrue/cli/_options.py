@@ -11,7 +11,9 @@ from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFile
 from arctrue.generated.number_formats import LANES_DEFAULT, LANES_MAX
 
-json_option = click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
+json_option = click.option(
+    "--json", "json_file", type=OutputFile(), help="Write the results as JSON."
+)
 page_option = click.option(
     "--page", "page_file", type=OutputFile(".md"), help="Write the page as Markdown."
 )

@@ -40,7 +40,7 @@ from arctrue.workbench.model.noise_floor import floor_of
     "pairs",
     multiple=True,
     metavar="KEY=VALUE",
-    help="A setting of the effect, or a new value for an effect that the model has.",
+    help="Value of a setting of the effect, also of an effect that the model already has.",
 )
 @for_people
 def add(
@@ -55,7 +55,8 @@ def add(
 ) -> None:
     """Add EFFECT to the model, fit it to SET, and show how the error falls.
 
-    --set on an effect that the model has changes that setting and fits again.
+    If the model already has EFFECT, --set changes this setting and the command fits the model
+    again.
     """
     settings = settings_from(pairs)
     with changing(model_file):

@@ -23,7 +23,7 @@ from arctrue.report.numbers import plain
     type=click.IntRange(2, 4),
     default=2,
     show_default=True,
-    help="2: the angle α; 3 and 4: the places of all heads.",
+    help="Number of heads. 2: judge the angle α; 3 or 4: judge the places of all heads.",
 )
 @click.option(
     "--places",
@@ -59,11 +59,12 @@ def alpha(
     page_file: Path | None,
     out: Path | None,
 ) -> None:
-    """Give noise gain, blind orders and sensitivity to α, and the best α for orders 1 to N.
+    """Print noise gain, blind orders, sensitivity to α, and the best α for orders 1 to N.
 
-    The page also gives the remaining error of the paper's table by number of lanes and of bits.
-    For three and four heads the command gives the places with the least noise gain for orders 1 to
-    N; there the mean of all heads, or of any three of four, has less noise than one head.
+    The page of --page also states which error remains on the paper's table, by the number of lanes
+    and of bits. With --heads 3 or 4 the command prints the places with the least noise gain for
+    orders 1 to N; at these places the mean of all heads, and of any three of four, has less noise
+    than one head.
     """
     from arctrue.studies.head_angle.choose import ORDERS, PLACES_ORDERS, choose, choose_places
 

@@ -60,7 +60,9 @@ def benchmark() -> None:
     help="Generator of the sets: the simulated table, the second one, or both (4 : 1).",
 )
 @click.option(
-    "--limit", type=click.IntRange(min=1), help="Number of sets, from the tier's first on."
+    "--limit",
+    type=click.IntRange(min=1),
+    help="Number of sets, counted from the first set of the tier.",
 )
 @click.option("--seed", type=SEED, help="Seed of all sets.  [default: the tier's]")
 @click.option(
@@ -75,7 +77,7 @@ def make(
     seed: int | None,
     samples: int | None,
 ) -> None:
-    """Write the plan: digests of generator and scoring first, then the seed of all sets."""
+    """Write the plan of a run: first the digests of generator and scoring, then the seed."""
     plan = make_plan(tier, folder, generator, limit, seed, samples)
     console.print(
         f"{plan.sets} sets, seed {plan.seed}; generator {plan.generator}, scoring {plan.scoring}"
@@ -118,14 +120,16 @@ def run(
 
 @benchmark.command("score")
 @click.argument("folders", type=Folder, nargs=-1, required=True)
-@click.option("--subject", default="arctrue", show_default=True, help="Whose answers.")
+@click.option(
+    "--subject", default="arctrue", show_default=True, help="Program whose answers are used."
+)
 @click.option(
     "--answers",
     type=click.Path(path_type=Path, exists=True, dir_okay=False),
     help="JSON with the answers of another program.",
 )
 @click.option("--keep", "kept", is_flag=True, help="Add the failures of a run to the kept cases.")
-@click.option("--json", "json_file", type=OutputFile(), help="Write everything as JSON.")
+@click.option("--json", "json_file", type=OutputFile(), help="Write all results as JSON.")
 @for_people
 def score(
     folders: tuple[Path, ...],
@@ -134,11 +138,12 @@ def score(
     kept: bool,
     json_file: Path | None,
 ) -> None:
-    """Compare the answers with truth and oracle.
+    """Compare the answers with the truth and with the oracle.
 
-    Several folders are shards of one run. --answers: a JSON object by set, as `benchmark sets`
-    names them. An answer is an object with `verdict` and optionally `named`, `class`,
-    `parts`, `further`, `probability` and `held_out_arcsec`, as in the JSON of `arctrue diagnose`.
+    Several folders are shards of one run. --answers reads a JSON object with one answer for each
+    set, by its name in `benchmark sets`. An answer is an object with `verdict` and optionally
+    `named`, `class`, `parts`, `further`, `probability` and `held_out_arcsec`, as in the JSON of
+    `arctrue diagnose`.
     """
     from arctrue.report.benchmark_page import reason_words, said_words
 
@@ -181,14 +186,14 @@ def score(
     multiple=True,
     type=click.Choice(list(INJECTIONS)),
     metavar="NAME",
-    help="Only this effect, as often as needed.  [default: all]",
+    help="Inject only this effect; repeatable.  [default: all]",
 )
 @click.option(
     "--times",
     type=click.IntRange(min=1),
     default=100,
     show_default=True,
-    help="Injections of each effect.",
+    help="Number of injections of each effect.",
 )
 @click.option(
     "--samples",
@@ -215,8 +220,8 @@ def bound(
 ) -> None:
     """Inject each effect at the smallest size that the diagnosis states as detectable.
 
-    The stated size should be detected in 95 % of such sets. The command marks an effect if the
-    whole 95 % interval of its measured rate lies below that.
+    The diagnosis should detect this size in 95 % of the sets. The command marks an effect if the
+    whole 95 % interval of its measured rate lies below 95 %.
     """
     from arctrue.studies.benchmark.bound import PROMISED, bound_campaign, bound_scores
 
@@ -240,11 +245,13 @@ def bound(
 
 @benchmark.command("page")
 @click.argument("folders", type=Folder, nargs=-1, required=True)
-@click.option("--subject", default="arctrue", show_default=True, help="Whose answers.")
+@click.option(
+    "--subject", default="arctrue", show_default=True, help="Program whose answers are used."
+)
 @click.option(
     "--peers",
     type=Folder,
-    help="Folder of the public tier, to compare all programs that answered there.",
+    help="Folder of the public tier; the page then compares all programs that answered its sets.",
 )
 @click.option("--to", "path", type=OutputFile(), required=True, help="Markdown file to write.")
 @click.option("--out", type=OutputFolder(), help="Folder for the picture.")
@@ -273,13 +280,14 @@ def page(
     type=click.Choice([*WORLDS, *independent_worlds()]),
     metavar="NAME",
     required=True,
-    help=f"One of {', '.join(WORLDS)}; of the second generator {', '.join(independent_worlds())}.",
+    help=f"Conditions of the set: one of {', '.join(WORLDS)}; for the second generator one of "
+    f"{', '.join(independent_worlds())}.",
 )
 @click.option(
     "--content",
     type=click.Choice([*CONTENTS, HIDDEN]),
     required=True,
-    help="Hidden cause; the second generator knows nothing and hidden.",
+    help="Hidden cause; the second generator accepts only nothing and hidden.",
 )
 @click.option("--seed", type=SEED, required=True, help="Seed of the set.")
 @click.option(
@@ -291,7 +299,7 @@ def page(
 )
 @for_people
 def one_set(folder: Path, world: str, content: str, seed: int, samples: int) -> None:
-    """Make one set again, and write its truth to FOLDER.truth.json."""
+    """Make one set again in FOLDER, and write its truth to FOLDER.truth.json."""
     refuse_recorded(folder)
     made = make_set({"world": world, "content": content, "seed": seed, "samples": samples})
     write_measurement_set(folder, made.measurement)
@@ -302,15 +310,22 @@ def one_set(folder: Path, world: str, content: str, seed: int, samples: int) -> 
 @click.argument("folder", type=Folder)
 @click.argument("out", type=OutputFolder())
 @click.option(
-    "--first", type=click.IntRange(min=1), help="Write only this number of sets, from the first on."
+    "--first",
+    type=click.IntRange(min=1),
+    help="Write only this number of sets, counted from the first.",
 )
-@click.option("--freeze", "frozen", is_flag=True, help="Freeze these sets.")
+@click.option(
+    "--freeze",
+    "frozen",
+    is_flag=True,
+    help="Store the digests of these sets as those of the frozen sets (tier public).",
+)
 @for_people
 def sets(folder: Path, out: Path, first: int | None, frozen: bool) -> None:
-    """Write the plan's measurement sets to OUT without their truth, for anybody to answer.
+    """Write the plan's measurement sets to OUT without their truth, for other programs.
 
-    Sets of the tier public are compared with the digests of the frozen sets. Exit code 1: a set
-    differs, so that answers to it cannot be compared with answers to the frozen set.
+    The command compares sets of the tier public with the digests of the frozen sets. Exit code 1: a
+    set differs, so its answers cannot be compared with answers to the frozen set.
     """
     plan = read_plan(folder)
     with Progress("writing sets") as progress:

@@ -51,11 +51,11 @@ def budget(
     seed: int,
     temperature: float | None,
 ) -> None:
-    """Give the uncertainty of the angle after calibration, contribution by contribution.
+    """Print the uncertainty budget of the angle after calibration, one row per contribution.
 
     If SET has a capture, the calibration is that of `arctrue calibrate`. If it has a reference run
     alone, the calibration is the model of --model or, without it, the harmonics that the targets
-    determine. --out writes budget.md, budget.html and budget.pdf into that folder.
+    determine. With --out the command writes budget.md, budget.html and budget.pdf into that folder.
     """
     loaded = load(measurement_set, model_file, folders)
     made = _budget(loaded, model_file, temperature)

@@ -64,7 +64,7 @@ class _ManyRuns(click.Command):
     type=click.Choice(list(METHODS)),
     default="least_squares",
     show_default=True,
-    help="least_squares: at the angles that were read. fourier: the paper's transform, which "
+    help="least_squares fits at the measured angles; fourier is the paper's transform, which "
     "assumes equal steps.",
 )
 @click.option(
@@ -89,45 +89,46 @@ class _ManyRuns(click.Command):
     type=Finite(min=0.0, min_open=True),
     default=GAIN_LIMIT_DEFAULT,
     show_default=True,
-    help="Apply no order whose noise gain is above this.",
+    help="Largest noise gain of an order that is applied.",
 )
 @click.option(
     "--head-separation",
     "separation",
     type=click.Choice(["measured", "nominal", "harmonics"]),
-    help="Which angle between the heads to use: measured by the index, nominal, or by the "
-    "harmonics that the reference run shows.  [default: measured; nominal if the index is "
-    "implausible; harmonics if they are the most certain]",
+    help="Source of the angle between the heads: index pulses (measured), nominal value, or "
+    "harmonics of the reference run.  [default: measured; nominal if the index is implausible; "
+    "harmonics if their uncertainty is the smallest]",
 )
 @click.option(
     "--angle",
     type=click.Choice(["head1", "mean"]),
     default="head1",
     show_default=True,
-    help="What the gateware puts out: head 1, corrected from heads 1 and 2, or the weighted mean "
-    "of all heads, which sees no translation of the axis.",
+    help="Angle that the gateware puts out. head1: head 1, corrected from heads 1 and 2. mean: "
+    "the weighted mean of all heads, which contains no translation of the axis.",
 )
 @click.option(
     "--motion",
     metavar="ORDERS",
-    help="With --angle mean: orders at which the axis may move, 1-8 or 2,3,9; none; every.  "
-    "[default: every with four heads, else none]",
+    help="With --angle mean: orders at which the axis may move: a list (1-8 or 2,3,9), "
+    "none, or every.  [default: every with four heads, otherwise none]",
 )
 @click.option(
     "--force",
     is_flag=True,
-    help="Write the coefficients although the reference run or the firmware would refuse them.",
+    help="Write the coefficients even if they increase the error of the reference run, or if "
+    "the firmware would refuse them.",
 )
 @click.option(
     "--json",
     "json_file",
     type=OutputFile(),
-    help="Write the figures as JSON.",
+    help="Write the results as JSON.",
 )
 @click.option(
     "--out",
     type=OutputFolder(),
-    help="Folder of coefficients.toml and calibration.png.  [default: build/calibration/NAME]",
+    help="Folder for coefficients.toml and calibration.png.  [default: build/calibration/NAME]",
 )
 def calibrate(
     folder: Path,
@@ -145,16 +146,17 @@ def calibrate(
 ) -> None:
     """Calibrate from the capture of the measurement set SET, or from its reference run alone.
 
-    A set without a capture is fitted with the orders that its targets tell apart (--orders: at
-    most); options of the two heads then have no meaning and are refused.
+    For a set without a capture, the command fits the orders from 1 to the highest one that the
+    spacing of the reference targets determines, at most to --orders. It refuses options that
+    concern two heads.
 
     --angle mean calibrates the weighted mean of all heads of a set with head_places_deg and writes
-    its words, with a set for each head that may be missing.
+    the coefficients of the mean, with a further coefficient set for each head that may fail.
 
-    Prints the orders and, where SET has a reference run, the error before and after through the
-    bit-true gateware. Exit code 1: the coefficients are refused (--force writes them); 2: the set
-    or an option is wrong; 3: the capture cannot be used. In each of these cases an earlier
-    coefficient file stays as it is.
+    The command prints the orders and, if SET has a reference run, the error before and after the
+    correction by the bit-true gateware. Exit code 1: the coefficients are refused (--force writes
+    them); 2: the set or an option is wrong; 3: the capture cannot be used. In each of these cases
+    an earlier coefficient file stays as it is.
     """
     settings = CalibrationSettings(method, runs or None, most_order, lanes, gain_limit, separation)
     try:
@@ -370,10 +372,10 @@ def _print_summary(console: Console, calibration: Calibration, method: str) -> N
 
     console.print(
         f"head separation: {math.degrees(estimate.head_separation_rad):.6f}°, "
-        f"{estimate.separation_choice} used. From the nominal "
+        f"{estimate.separation_choice} used. Deviation from the nominal "
         f"{math.degrees(nominal.value_rad):.6f}° (u = {nominal.u_rad * ARCSEC_PER_RAD:.2f}″): "
         f"measured by the index {stated(of['measured'])}, "
-        f"by the reference's harmonics {stated(of['harmonics'])}",
+        f"from the harmonics of the reference {stated(of['harmonics'])}",
         soft_wrap=True,
     )
 

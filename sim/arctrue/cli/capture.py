@@ -34,25 +34,28 @@ NO_DEVICE = 2
 @click.command(short_help="Write one capture of a device as a set.")
 @click.argument("port")
 @click.argument("out", type=OutputFolder())
-@click.option("--append", is_flag=True, help="Add a run to the set OUT, of the same table.")
+@click.option(
+    "--append", is_flag=True, help="Add the turn as a run to the set OUT of the same table."
+)
 @next_option
 @click.option(
     "--timeout",
     type=Finite(min=1.0),
     default=120.0,
     show_default=True,
-    help="Seconds to wait for the turn, and for each line of it.",
+    help="Longest time to wait for the turn, and for each of its lines, seconds.",
 )
 def capture(
     port: str, out: Path, append: bool, kind: str | None, force: bool, timeout: float
 ) -> None:
     """Write the next turn that the device at PORT captures to the folder OUT.
 
-    12,000 samples take 40 s at 115,200 baud. With --append the turn becomes one more run of that
-    set. With --next it says what to do at the table, waits for Enter at a terminal, and refuses a
-    turn that is not what was asked (exit code 1). Exit code 2: no answer, characters were lost, or
-    OUT holds a measurement set already. The device's clock begins anew with each capture; the
-    pause between two runs is not known.
+    The transfer of 12,000 samples takes 40 s at 115,200 baud. With --append the turn becomes a
+    further run of the set OUT. With --next the command prints what to do at the table, waits for
+    Enter (at a terminal), and refuses a turn that is not the requested measurement (exit code 1).
+    Exit code 2: the device does not answer, characters were lost, or OUT already holds a
+    measurement set. The device's clock restarts with each capture, so the pause between two runs is
+    unknown.
     """
     there = (out / FILE_NAME).exists()
     if there and not append:

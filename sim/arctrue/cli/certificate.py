@@ -38,15 +38,23 @@ FULL_TURN_DEG = 360.0
     type=Finite(min=0.1, max=180.0),
     default=15.0,
     show_default=True,
-    help="Angle from one stated value to the next, degrees.",
+    help="Angle between two stated values, degrees.",
 )
-@click.option("--direction", type=click.Choice(["1", "-1"]), help="For a model with hysteresis.")
-@click.option("--temperature", type=Finite(), help="For a model with temperature, °C.")
+@click.option(
+    "--direction",
+    type=click.Choice(["1", "-1"]),
+    help="Direction of motion of the stated errors, for a model with hysteresis.",
+)
+@click.option(
+    "--temperature",
+    type=Finite(),
+    help="Temperature of the stated errors in °C, for a model that depends on it.",
+)
 @click.option(
     "--schema",
     "schema_file",
     type=click.Path(path_type=Path, dir_okay=False, exists=True),
-    help="Official dcc.xsd, with the schemas that it imports in the same folder.",
+    help="Official dcc.xsd to check the file; the schemas that it imports are in the same folder.",
 )
 @model_option
 @effects_option
@@ -64,9 +72,9 @@ def certificate(
 ) -> None:
     """Write the certificate of SET: its error function with expanded uncertainty (k = 2).
 
-    The model of --model, or the paper's, is fitted to SET. The printable page stands next to the
-    XML file with the ending .html. The command invents nothing about item, laboratory or persons:
-    if --details or SET lacks an entry, it names the entry and writes no file.
+    The command fits the model of --model, or the paper's model, to SET. Next to the XML file it
+    writes a printable page (.html). All entries about item, laboratory and persons come from
+    --details and SET: if one is missing, the command names it and writes no file.
     """
     if measurement_set.is_file():
         raise ValueError(

@@ -38,42 +38,43 @@ CONNECTION_WIDTHS = (6, 12, 7, 10, 11)
 TURNED_WIDTHS = (5, 11, 6, 15, 8, 9, 7, 6)
 
 
-@click.command(short_help="Check how the heads are connected; measure places, radii and skew.")
+@click.command(short_help="Check the connection of the heads; measure places and skew.")
 @click.argument("port")
 @click.option(
     "--places",
     "places_deg",
     type=Places(),
-    help="Places of all heads as planned, after head 1: 0,64.3,177,257.9. Without it those that "
-    "the device holds.",
+    help="Planned places of all heads, degrees after head 1, such as 0,64.3,177,257.9.  [default: "
+    "the parameters of the device]",
 )
 @click.option(
     "--connection",
     "only",
     is_flag=True,
-    help="End after the first step: order, sense and indices of the heads.",
+    help="End after step 1, which checks order, direction and indices of the heads.",
 )
-@click.option("--write", is_flag=True, help="Set the places and head_delays of the device.")
+@click.option("--write", is_flag=True, help="Write places and head_delays to the device.")
 @click.option(
     "--timeout",
     type=Finite(min=1.0),
     default=120.0,
     show_default=True,
-    help="Seconds to wait for the turns of a step.",
+    help="Longest time to wait for the turns of a step, seconds.",
 )
 def commission(
     port: str, places_deg: tuple[float, ...] | None, only: bool, write: bool, timeout: float
 ) -> None:
-    """Walk through the first operation of the heads at PORT, and say what is wrong.
+    """Guide through the first operation of the heads at PORT, and report what is wrong.
 
     Step 1: the table turns twice in its positive direction, by hand or by its drive. The command
-    names a head that counts the wrong way, stands, has no index, or has the cable of another head.
-    Steps 2 and 3: a turn at constant speed forward, and one backward. The command gives the places
-    with their uncertainties, the radii, the noise of the parity, and the skew of the heads'
-    electronics with the delays that remove it. A bearing that runs differently backward looks like
-    skew; a second pair of turns at another speed tells them apart.
+    names each head that counts in the wrong direction, does not count, has no index, or is
+    exchanged with another head. Steps 2 and 3: the table turns once forward and once backward at
+    constant speed. The command prints the heads' places with their uncertainties, their radii, the
+    noise of the parity, and the skew of the heads' electronics with the delays that remove it. A
+    bearing that moves differently backward looks like skew; a second pair of turns at another speed
+    separates the two.
 
-    Exit code 1: a head is connected wrongly, or a turn is refused. 2: no answer.
+    Exit code 1: a head is connected wrongly, or a turn is refused. 2: the device does not answer.
     """
     try:
         console = console_at(port)

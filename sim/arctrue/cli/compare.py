@@ -43,7 +43,9 @@ WHITE_P = SIGNIFICANCE / (len(TESTS) * len(CHANNELS))
 @set_argument
 @common_options
 @click.option(
-    "--no-fit", is_flag=True, help="Judge the stored coefficients; fit only run offsets and a₀."
+    "--no-fit",
+    is_flag=True,
+    help="Use the stored coefficients of the model; fit only run offsets and a₀.",
 )
 @for_people
 def compare(
@@ -55,9 +57,9 @@ def compare(
     seed: int,
     no_fit: bool,
 ) -> None:
-    """Show how far a model and a set differ, and which conditions the residual follows.
+    """Show how far a model differs from a set, and on which conditions the residual depends.
 
-    For a capture of three or four heads it also shows the axis' orbit.
+    For a capture of three or four heads the command also shows the orbit of the axis.
     """
     loaded = load(measurement_set, model_file, folders)
     with Progress("comparing"):

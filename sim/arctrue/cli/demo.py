@@ -40,7 +40,7 @@ SECOND_FOLDER = "second_act"
     type=OutputFolder(),
     default=ROOT / "build" / "demo",
     show_default="build/demo",
-    help="Folder of the pages and intermediate files.",
+    help="Folder for the pages and intermediate files.",
 )
 @lanes_option(
     DemoSettings().lanes, "Number of harmonic lanes in the first act; more lanes take longer."
@@ -56,9 +56,10 @@ SECOND_FOLDER = "second_act"
 def demo(out: Path, lanes: int, act: str) -> None:
     """Run the whole loop: table, edges, VHDL, the firmware's C, corrected edges, pages.
 
-    First act: a calibration in GHDL, on a table coarse enough for that simulation. Second act, at
-    the same time: a hidden effect at full scale in the compiled gateware, which the workbench names
-    and corrects. Exit code 1: the corrected output is outside the limits. 2: an act cannot run.
+    The first act calibrates a table that is coarse enough for a simulation in GHDL. The second act
+    runs at the same time: the compiled gateware measures a table of the paper's size with a hidden
+    effect, and the workbench names and corrects the effect. Exit code 1: the corrected output is
+    outside the limits. 2: an act cannot run.
     """
     if lack := lack_of_source_tree():
         raise ValueError(lack)

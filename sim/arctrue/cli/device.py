@@ -44,43 +44,56 @@ def device() -> None:
     show_default=True,
     help="Folder for the record (telemetry.sqlite), captures and the token.",
 )
-@click.option("--host", default="127.0.0.1", show_default=True, help="Address to serve at.")
+@click.option(
+    "--host",
+    default="127.0.0.1",
+    show_default=True,
+    help="Network address at which the program serves.",
+)
 @click.option(
     "--tcp-port",
     type=click.IntRange(0, 65535),
     default=8051,
     show_default=True,
-    help="Port to serve at; 0: any free one.",
+    help="TCP port at which the program serves; 0: any free port.",
 )
 @click.option(
-    "--baud", type=click.IntRange(min=1200), default=BAUD, show_default=True, help="Baud rate."
+    "--baud",
+    type=click.IntRange(min=1200),
+    default=BAUD,
+    show_default=True,
+    help="Baud rate of the serial port.",
 )
 @click.option(
     "--allow-control",
     is_flag=True,
-    help="Pass on lines that change the device: load, save, flash. Without it they are refused.",
+    help="Pass on lines that change the device (load, save, flash), which are otherwise refused.",
 )
-@click.option("--keep-days", type=Finite(min=0.01), help="Delete turns that are older.")
+@click.option(
+    "--keep-days",
+    type=Finite(min=0.01),
+    help="Delete turns that are older than this number of days.",
+)
 @click.option(
     "--keep-megabytes",
     type=Finite(min=1.0),
     default=10_000.0,
     show_default=True,
-    help="Delete the oldest turns above this size of the record.",
+    help="Largest size of the record, megabytes; the oldest turns are deleted.",
 )
-@click.option("--capture-every", type=Finite(min=0.001), help="Hours from one capture to the next.")
+@click.option("--capture-every", type=Finite(min=0.001), help="Hours between two captures.")
 @click.option("--no-alarm-capture", is_flag=True, help="Take no capture when an alarm begins.")
 @click.option(
     "--most-captures",
     type=click.IntRange(min=1),
     default=500,
     show_default=True,
-    help="Delete the oldest captures above this number.",
+    help="Largest number of captures; the oldest ones are deleted.",
 )
 @click.option(
     "--probe-every",
     type=Finite(min=0.01),
-    help="Seconds from one request for events of probe and compare to the next; without it none.",
+    help="Seconds between two requests for events of probe and compare.  [default: no requests]",
 )
 @click.option(
     "--files", type=OutputFolder(), help="Folder for HDF5 files in NeXus form, one a day (UTC)."
@@ -90,7 +103,7 @@ def device() -> None:
     type=Finite(min=0.01),
     default=60.0,
     show_default=True,
-    help="Minutes from one writing of the present day's file to the next.",
+    help="Minutes between two updates of the present day's file.",
 )
 def run(
     port: str,
@@ -110,9 +123,9 @@ def run(
 ) -> None:
     """Own the serial PORT until Ctrl-C: record the telemetry, take captures, serve both.
 
-    The other commands of a device use PORT through this program while it runs. A lost port is
-    opened again as soon as it is back. Exit code 2: the port is in use, or the record cannot be
-    opened.
+    While this program runs, the other commands for a device use PORT through it. It reopens a lost
+    port as soon as the port is present again. Exit code 2: the port is in use, or the record cannot
+    be opened.
     """
     if sys.platform == "win32":
         tell_error("arctrue device run needs the serial ports of Linux or macOS")
@@ -175,10 +188,10 @@ def _token(file: Path) -> str:
 @device.command("status", short_help="Show what a running daemon does.")
 @click.argument("port", default="")
 def status(port: str) -> None:
-    """Show the counters and the latest turn of the daemon of PORT (default: any of this machine).
+    """Show the counters and the latest turn of a daemon.
 
-    PORT: the serial port, or HOST:PORT with the token in ARCTRUE_DEVICE_TOKEN. Exit code 2: no
-    daemon answers.
+    PORT is the serial port of the daemon (default: any daemon on this machine), or HOST:PORT with
+    the token in ARCTRUE_DEVICE_TOKEN. Exit code 2: no daemon answers.
     """
     daemon = daemon_of(port) if port else announced_at("")
     if daemon is None:
@@ -237,12 +250,15 @@ def _program() -> str:
 
 @device.command("epics", short_help="Serve a device as EPICS PVs.")
 @click.argument("port")
-@click.option("--prefix", default="ARCTRUE:", show_default=True, help="Beginning of every PV.")
+@click.option(
+    "--prefix", default="ARCTRUE:", show_default=True, help="Prefix of the name of every PV."
+)
 @click.option(
     "--interface",
     default="127.0.0.1",
     show_default=True,
-    help="Address of the network interface; other machines reach any other than the default.",
+    help="Address of the network interface. At any address except the default, other machines can "
+    "connect.",
 )
 @click.option(
     "--allow-control", is_flag=True, help="Let every client write to the PVs Capture and Zero."
@@ -250,8 +266,8 @@ def _program() -> str:
 def epics(port: str, prefix: str, interface: str, allow_control: bool) -> None:
     """Serve the device at PORT, which arctrue device run owns, over Channel Access and PVAccess.
 
-    PVs have no tokens: whoever reaches the interface reads them. Until the daemon runs, and
-    whenever it ends, the PVs are INVALID. Exit code 2: softioc is missing.
+    PVs have no tokens: every machine that reaches the interface can read them. While the daemon
+    does not run, the PVs are INVALID. Exit code 2: softioc is missing.
     """
     optional("softioc")
     from arctrue.device.epics_server import serve_pvs

@@ -40,7 +40,7 @@ SHOWN_AT_LEAST = 3
 fit."""
 
 
-@click.command("diagnose", short_help="Say which effect a model lacks.")
+@click.command("diagnose", short_help="Name the effect that a model lacks.")
 @set_argument
 @common_options
 @click.option(
@@ -48,12 +48,12 @@ fit."""
     type=Finite(min=0.0),
     default=MATTERS_COUNTS,
     show_default=True,
-    help="An effect is negligible below this RMS, counts.",
+    help="RMS in counts below which an effect is negligible.",
 )
 @click.option(
     "--adopt",
     metavar="NAME",
-    help="Write the product of parts that was found as an effect of this name.",
+    help="Write the found product of parts as an effect with this name.",
 )
 @click.option(
     "--folder",
@@ -74,7 +74,7 @@ def diagnose(
     adopt: str | None,
     folder: Path,
 ) -> None:
-    """Say which physical effect the model lacks, or that the data cannot tell."""
+    """Name the physical effect that the model lacks, or state that the data cannot decide."""
     loaded = load(measurement_set, model_file, folders)
     with Progress("diagnosing", steps=len(loaded.effects) + BESIDE_EFFECTS) as progress:
         terms = settle(loaded.model, loaded.observations, loaded.effects)

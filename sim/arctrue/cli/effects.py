@@ -59,7 +59,7 @@ def effects(
     folders: tuple[Path, ...],
     json_file: Path | None,
 ) -> None:
-    """List the effects; `show NAME` describes one, `new` and `check` are for your own."""
+    """List the effects; `show NAME` describes one; `new` and `check` are for your own effects."""
     context.obj = (model_file, folders)
     if context.invoked_subcommand is not None:
         return
@@ -119,7 +119,7 @@ def _lines(data: dict[str, Any]) -> Iterator[tuple[str, str]]:
     type=click.Path(path_type=Path),
     default=Path("effects"),
     show_default=True,
-    help="Folder for the file.",
+    help="Folder for the effect and its test.",
 )
 @for_people
 def new(name: str, folder: Path) -> None:

@@ -54,9 +54,9 @@ def error_sources(
     page_file: Path | None,
     out: Path | None,
 ) -> None:
-    """Simulate every error source of the calibration alone, then all together.
+    """Simulate each error source of the calibration alone, then all together.
 
-    The command also gives the budget of the paper's experiment with a polygon that is mounted anew
+    The command also prints the budget of the paper's experiment with a polygon that is mounted anew
     in every cycle, and E_n between that experiment and the calibration by two heads.
     """
     from arctrue.report.error_budget_page import error_budget_page, plot_error_budget, summary
@@ -102,4 +102,4 @@ def _stored(source: Path) -> dict[str, Any]:
         found = read_json(source, dict[str, Any])
         if {"methods", "experiment", "angle_deg"} <= found.keys():
             return found
-    raise ValueError(f"{source}: expected the JSON of arctrue error-sources")
+    raise ValueError(f"{source}: expected a file that `arctrue error-sources --json` wrote")

@@ -36,7 +36,7 @@ from arctrue.workbench.model.explain import explain as explain_set
     type=Finite(min=0.0),
     default=MATTERS_COUNTS,
     show_default=True,
-    help="An effect is negligible below this RMS, counts.",
+    help="RMS in counts below which an effect is negligible.",
 )
 @for_people
 def explain(
@@ -48,11 +48,10 @@ def explain(
     seed: int,
     matters: float,
 ) -> None:
-    """Add to the model what the diagnosis of SET names, one effect after the other.
+    """Diagnose SET and add the named effect to the model, until no further effect is named.
 
-    The noise is estimated anew after each. An effect that the model no longer needs after later
-    additions is dropped. --model names the model to begin with and the file that the result is
-    written to.
+    The command estimates the noise anew after each addition, and drops an effect that the model no
+    longer needs. --model names the file of the first model; the result is written to the same file.
     """
     with changing(model_file):
         loaded = load(measurement_set, model_file, folders, may_be_new=True)

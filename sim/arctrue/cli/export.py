@@ -67,7 +67,9 @@ GATEWARE = "gateware"
     default=GATEWARE,
     show_default=True,
     metavar="FORMAT",
-    help="gateware: its coefficients; a table for another controller: " + ", ".join(FORMATS) + ".",
+    help="gateware: coefficients of the gateware. For another controller a table: "
+    + ", ".join(FORMATS)
+    + ".",
 )
 @click.option(
     "--points",
@@ -96,20 +98,23 @@ GATEWARE = "gateware"
 @click.option(
     "--fit-sensor-lag",
     is_flag=True,
-    help="Fit that time constant to SET, and the model to the table's own temperature.",
+    help="Fit the time constant of --sensor-lag to SET, and fit the model to the temperature of "
+    "the table without this lag.",
 )
 @click.option(
     "--temperatures",
     "range_c",
     type=(Finite(min=-273.15), Finite(max=1000.0)),
-    help="Lowest and highest temperature in °C up to which lanes follow it.  [default: "
-    f"{THERMAL_RANGE_K} K to each side of the set's reference temperature, and all that SET has]",
+    help="Lowest and highest temperature in °C that the lanes follow.  [default: "
+    f"{THERMAL_RANGE_K} K on each side of the set's reference temperature, and every temperature "
+    "in SET]",
 )
 @click.option(
     "--modulators",
     is_flag=True,
-    help="For a gateware built with MODULATORS = true: reversal error, latency and what changes "
-    "with direction, speed or a further column of SET become lanes that follow these.",
+    help="For a gateware built with MODULATORS = true: errors that depend on direction, speed or "
+    "a further column of SET, such as reversal error and latency, become lanes that follow this "
+    "condition.",
 )
 @click.option(
     "--reversal-width",
@@ -121,38 +126,37 @@ GATEWARE = "gateware"
 @click.option(
     "--local-table",
     is_flag=True,
-    help="For a gateware built with LOCAL_TABLE = true: errors at one place of the turn, such as a "
-    "scratch, go into its table.",
+    help="For a gateware built with LOCAL_TABLE = true: errors at one place of the turn, such as "
+    "a scratch, are written into the local table.",
 )
 @click.option(
     "--mean",
     "mean_file",
     type=click.Path(path_type=Path),
-    help="With --local-table: coefficient file of a mean of heads, from arctrue calibrate --angle "
-    "mean. The output is that file with a table for all of its heads, which a scratch passes one "
-    "after the other.",
+    help="With --local-table: coefficient file of a mean of heads, written by arctrue calibrate "
+    "--angle mean. The output is this file with a local table, which corrects the scratch where "
+    "it passes each of the heads.",
 )
 @click.option(
     "--real-orders",
     is_flag=True,
-    help="For a gateware built with REAL_ORDERS = true: lines whose order is not whole, as of a "
-    "belt or a "
-    "gear of 71.4 teeth, become lanes whose phase continues from turn to turn. Their phase is that "
-    "in the turn which begins at the zero of SET.",
+    help="For a gateware built with REAL_ORDERS = true: lines whose order is not whole (a belt, a "
+    "gear of 71.4 teeth) become lanes whose phase continues from turn to turn. The file states "
+    "their phase in the turn that begins at the zero of SET.",
 )
 @click.option(
     "--phase-from",
     type=click.Choice(["heads", "probe"]),
-    help="With --real-orders: the device finds the phase of these lanes itself. heads: from the "
-    "difference of two heads, for lines that turn with the disc; probe: from an index of the drive "
-    "at probe_in.  [default: the operator gives it]",
+    help="With --real-orders: signal from which the device determines the phase of these lanes. "
+    "heads: the difference of two heads, for lines that turn with the disc; probe: an index of "
+    "the drive at probe_in.  [default: the operator enters the phase]",
 )
 @click.option(
     "--probe",
     type=(Finite(), Finite(min=1e-6)),
     metavar="DEGREES RATIO",
-    help="With --phase-from probe: angle of the table in SET, counted over its turns, at which an "
-    "index of the drive came, and number of its indices in a turn of the table.",
+    help="With --phase-from probe: angle of the table in SET, counted over all turns, at which an "
+    "index pulse of the drive occurred, and number of these pulses per turn of the table.",
 )
 @click.option(
     "--coefficients",
@@ -163,7 +167,8 @@ GATEWARE = "gateware"
 @click.option(
     "--force",
     is_flag=True,
-    help="Write the file although the reference run or the firmware would refuse it.",
+    help="Write the file even if it increases the error of the reference run, or if the firmware "
+    "would refuse it.",
 )
 @for_people
 def export(
@@ -193,10 +198,10 @@ def export(
 ) -> None:
     """Write the model as coefficients of the gateware, or as a table for another controller.
 
-    For every effect of the model the command prints which part corrects it and which error remains;
-    no figure includes errors of the reference. Effects without values are fitted to SET, for which
-    a reference run alone is enough. With --out the file goes into that folder. Exit code 1: SET
-    says that the file makes the error larger, and nothing was written (--force writes it).
+    For each effect of the model the command prints which part of the gateware corrects it and which
+    error remains, without errors of the reference. It fits effects without values to SET; a
+    reference run is enough for this. With --out the file goes into that folder. Exit code 1: the
+    file would increase the error of SET and is not written (--force writes it).
     """
     if table_format == GATEWARE and points is not None:
         raise ValueError("--points: the gateware takes orders, not points; choose a --format")

@@ -24,11 +24,12 @@ NO_DEVICE = 2
 def flash(port: str, file: Path) -> None:
     """Write BOOT.BIN, a file made by make image, into the flash of the board at PORT.
 
-    The device keeps working meanwhile. It writes the very first image twice: the second copy is the
-    golden image, which is never overwritten. If power is lost during the writing, the board starts
-    the golden image. Firmware alone takes a minute, a bitstream about twenty more.
+    The device continues its work meanwhile. It writes the first image of a board twice: the second
+    copy is the golden image, which is never overwritten. If power is lost during the writing, the
+    board starts the golden image. An image of the firmware alone takes a minute, a bitstream about
+    twenty minutes more.
 
-    Exit code 1: the flash refused the image. 2: the file cannot be read, or the device does not
+    Exit code 1: the device refuses the image. 2: the file cannot be read, or the device does not
     answer.
     """
     try:

@@ -55,8 +55,9 @@ def heads(
 ) -> None:
     """Calibrate a simulated table of four heads once and judge their mean on other turns.
 
-    The study covers ball pass of the bearing, a disc whose centre moves, a head that is missing or
-    has moved, and the disc's error to a high order; it compares with two heads on the same disc.
+    The study covers ball-pass motion of the bearing, a disc whose centre moves, a head that is
+    missing or has moved, and the disc's error up to high orders; it compares the mean of four heads
+    with two heads on the same disc.
     """
     from arctrue.report.heads_page import heads_page
     from arctrue.studies.heads.shown import shown

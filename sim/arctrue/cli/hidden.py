@@ -66,13 +66,13 @@ _EFFECTS = list(dict.fromkeys((*CASES, *HEADS_CASES)))
     type=click.Choice(["2", "4"]),
     default="2",
     show_default=True,
-    help="4: nothing is diagnosed; the mean of four heads is calibrated, then EFFECT appears at "
-    f"its real size. With {', '.join(HEADS_CASES)}.",
+    help="Number of heads. 4: without diagnosis; the mean of four heads is calibrated, then EFFECT "
+    f"appears at its real size. With {', '.join(HEADS_CASES)}.",
 )
 @click.option(
     "--follow",
     is_flag=True,
-    help="After that, warm the table and show order 1 of the corrected output turn by turn. Only "
+    help="Afterwards warm the table and show order 1 of the corrected output turn by turn. Only "
     f"with EFFECT {_FOLLOWED}.",
 )
 @click.option(
@@ -80,7 +80,7 @@ _EFFECTS = list(dict.fromkeys((*CASES, *HEADS_CASES)))
     type=OutputFolder(),
     default=Path("build") / "hidden",
     show_default=True,
-    help="Folder of the measurement sets and coefficients; EFFECT is added to it.",
+    help="Folder for measurement sets and coefficients, which go into its subfolder EFFECT.",
 )
 @json_option
 @click.option(
@@ -103,8 +103,8 @@ def hidden(
 
     The gateware captures a turn. The workbench gets only this capture and a reference run. The
     coefficients that it exports are loaded, and the output of further turns is compared with the
-    true angle. Effects grow with the counts: what is 1″ at the paper's 2²⁴ counts is 16″ at 2²⁰.
-    Ends with exit code 2 when the instrument cannot run.
+    true angle. The size of an effect is scaled with that of a count: 1″ at the paper's 2²⁴ counts
+    becomes 16″ at 2²⁰. Exit code 2: the instrument cannot run.
     """
     from arctrue.studies.hidden_effect.experiment import run_hidden
     from arctrue.studies.hidden_effect.follow import follow_warming

@@ -84,7 +84,13 @@ def _ask(asked: Ambiguous) -> str:
 @click.option(
     "--unit", "units", multiple=True, metavar="NAME=UNIT", help=f"Unit of a column. {_UNITS}."
 )
-@click.option("--format", "reader", default="", metavar="NAME", help="The reader of the files.")
+@click.option(
+    "--format",
+    "reader",
+    default="",
+    metavar="NAME",
+    help="Name of the reader.  [default: the reader that recognises the file]",
+)
 @click.option(
     "--delimiter",
     type=click.Choice(["comma", "semicolon", "tab", "space"]),
@@ -105,18 +111,20 @@ def _ask(asked: Ambiguous) -> str:
     "--period", type=Finite(min=0.0, min_open=True), help="Time between two rows in seconds."
 )
 @click.option("--counts-per-rev", type=click.IntRange(min=4), help="Counts per turn.")
-@click.option("--separation", type=Finite(-360.0, 360.0), help="Degrees from head 1 to head 2.")
+@click.option(
+    "--separation", type=Finite(-360.0, 360.0), help="Angle from head 1 to head 2, degrees."
+)
 @click.option(
     "--places",
     "places_deg",
     type=Places(),
     metavar="0,P2,P3[,P4]",
-    help="Degrees of all heads after head 1, where there are three or four.",
+    help="Angles of three or four heads after head 1, degrees.",
 )
 @click.option(
     "--sign",
     type=click.Choice(["reading-true", "true-reading"]),
-    help="Sign of the error column; true-reading is that of ISO 230-2.",
+    help="Sign of the error column; true-reading is the sign of ISO 230-2.",
 )
 @click.option(
     "--zero",
@@ -144,7 +152,7 @@ def _ask(asked: Ambiguous) -> str:
     "--u", "u_arcsec", type=Finite(min=0.0), help="Standard uncertainty of the reference, arcsec."
 )
 @click.option("--title", default="", metavar="TEXT", help="Title of the set.")
-@click.option("--date", metavar="DATE", help="When it was measured, such as 2026-03-12T09:30.")
+@click.option("--date", metavar="DATE", help="Date of the measurement, such as 2026-03-12T09:30.")
 @click.option("--dry-run", is_flag=True, help="Print what would be written; write nothing.")
 @for_people
 def import_(
@@ -176,10 +184,11 @@ def import_(
 ) -> None:
     """Make the measurement set OUT from FILEs that other programs recorded.
 
-    Text in columns, JSON lines, NumPy, Parquet, HDF5, guide logs of PHD2, samples of LinuxCNC,
-    camonitor logs of EPICS, MAT files; gzip is unpacked. At a terminal the command asks for what
-    the files do not state. In a script it prints all open questions with their options and the
-    first rows, and ends with exit code 2. The set records the command that repeats the import.
+    Formats: text in columns, JSON lines, NumPy, Parquet, HDF5, guide logs of PHD2, samples of
+    LinuxCNC, camonitor logs of EPICS, MAT files; each also compressed with gzip. At a terminal the
+    command asks for information that the files lack. In a script it prints all open questions with
+    their options and the first rows, and ends with exit code 2. The set stores the command that
+    repeats the import.
     """
     if not dry_run and (out / FILE_NAME).exists():
         raise ValueError(f"{out}: already holds a measurement set; name a new folder")

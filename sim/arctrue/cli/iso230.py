@@ -45,7 +45,7 @@ SIGN = (
     "--drift",
     "drift_arcsec",
     type=Finite(min=0.0),
-    help="Range of readings at rest over the time of a test, ″ (environmental variation).",
+    help="Environmental variation: range of the readings at rest over the duration of a test, ″.",
 )
 @temperature_option
 @for_people
@@ -59,10 +59,11 @@ def iso230(
     drift_arcsec: float | None,
     temperature: float | None,
 ) -> None:
-    """Give the figures of ISO 230-2 for the reference run of SET, per target and over the turn.
+    """Print the parameters of ISO 230-2 for the reference run of SET, per target and over the turn.
 
-    With --model the command also gives the figures after a correction by this model. Rows that the
-    mask names are not used. --out writes iso230.md, iso230.html and iso230.pdf into that folder.
+    With --model the command also prints the parameters after a correction by this model. Masked
+    rows are not used. With --out the command writes iso230.md, iso230.html and iso230.pdf into that
+    folder.
     """
     loaded = load(measurement_set, model_file, folders)
     reference = loaded.measurement_set.reference

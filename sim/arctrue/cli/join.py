@@ -31,8 +31,8 @@ from arctrue.measurement.description import FILE_NAME
 @click.option(
     "--times",
     type=click.Choice(["after", "keep"]),
-    help="How to treat the times of a set whose clock began anew: put them after those of the set "
-    "before it, or keep them.",
+    help="For a later set whose clock restarted: shift its times behind those of the set before "
+    "it (after), or keep them.",
 )
 @click.option("--common-columns", is_flag=True, help="Leave out columns that some sets lack.")
 @next_option
@@ -47,8 +47,9 @@ def join(
 ) -> None:
     """Write the runs of all SETs to OUT, one after another.
 
-    Runs and cycles are numbered from one set to the next. Sets of different tables are refused.
-    With --next the last SET must be what a diagnosis of the first one requested (else exit code 1).
+    Runs and cycles are numbered consecutively over all sets. Sets of different tables are refused.
+    With --next the last SET must be the measurement that a diagnosis of the first SET requested
+    (otherwise exit code 1).
     """
     if (out / FILE_NAME).exists():
         raise ValueError(f"{out}: already holds a measurement set; name a new folder")

@@ -61,14 +61,15 @@ from arctrue.workbench.model.model import ModelEffect
     type=Finite(min=0.0, min_open=True),
     default=FALSE_ALARMS_A_YEAR,
     show_default=True,
-    help="False findings of a change per year, if you look after each set.",
+    help="Permitted number of false change reports per year, if the command runs after each new "
+    "set.",
 )
 @click.option(
     "--horizon",
     type=Finite(min=0.0),
     default=HORIZON_DAYS,
     show_default=True,
-    help="An alarm is raised if the limit may be passed within so many days.",
+    help="Raise an alarm if a size may exceed its limit within this number of days.",
 )
 @model_option
 @effects_option
@@ -95,13 +96,13 @@ def life(
     port: str | None,
     seed: int,
 ) -> None:
-    """Fit every measurement set below FOLDER and tell what changed in the machine, and when.
+    """Fit every measurement set below FOLDER; report what changed in the machine, and when.
 
-    The sets are of one machine, each with a `date` in its measurement.toml. The model is that of
-    --model or the paper's, fitted to each set anew. Sets that cannot be used are listed. FOLDER may
-    be the store of arctrue device run, whose captures are dated sets. Exit code 1: an alarm; a
-    limit is passed, or a change may lead to it within --horizon. 2: bad input, or no daemon took
-    the alarms.
+    All sets come from one machine; each has a `date` in its measurement.toml. The command fits the
+    model of --model, or the paper's model, to each set anew, and lists sets that it cannot use.
+    FOLDER may be the store of arctrue device run, whose captures are dated sets. Exit code 1: an
+    alarm: a size exceeds its limit, or may exceed it within --horizon. 2: bad input, or no daemon
+    accepted the alarms.
     """
     model = load_model(model_file)
     effects = effects_for(model, model_file, folders)

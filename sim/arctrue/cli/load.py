@@ -34,12 +34,12 @@ NO_DEVICE = 2
     type=Finite(min=1.0),
     default=120.0,
     show_default=True,
-    help="Seconds to wait for the turns that judge the coefficients.",
+    help="Longest time to wait for the turns that judge the coefficients, seconds.",
 )
 @click.option(
     "--force",
     is_flag=True,
-    help="Also load orders that no turn has judged, visible to the heads or not.",
+    help="Also load orders that no turn has judged, whether two heads can see them or not.",
 )
 @click.option(
     "--unseen",
@@ -49,22 +49,23 @@ NO_DEVICE = 2
 @click.option(
     "--turn",
     type=click.IntRange(-(1 << 23), (1 << 23) - 1),
-    help="The device's number of the turn that is turn 0 of FILE (load status shows the present "
-    "number): sets the phases of lanes of real orders, which are otherwise off.",
+    help="Number that the device gives to turn 0 of FILE (`load status` shows the present "
+    "number). It sets the phases of lanes of real orders; without it such a lane is off until the "
+    "device finds its phase.",
 )
 def load(
     port: str, file: Path, timeout: float, *, force: bool, unseen: bool, turn: int | None
 ) -> None:
     """Load FILE, which calibrate or export wrote, into the device at PORT.
 
-    The device keeps calibrating: from then on FILE corrects the orders that it contains, and the
-    device's own calibration corrects all others. A file without lanes removes the loaded orders.
-    The device judges each order by captured turns; if one order is wrong, it refuses the whole
-    file, even with --force.
+    The device continues to calibrate: FILE corrects the orders that it contains, and the device's
+    own calibration corrects all others. A file without lanes removes the loaded orders. The device
+    judges each order by captured turns; if one order is wrong, it refuses the whole file, even with
+    --force.
 
-    Exit code 1: the device refuses the coefficients and says why, and what
-    was active stays active; or other coefficients are active in the end.
-    2: FILE cannot be used, the device does not answer, or no turn decides.
+    Exit code 1: the device refuses the coefficients, states the reason and keeps its active
+    coefficients; or other coefficients are active at the end. 2: FILE cannot be used, the device
+    does not answer, or no turn decides.
     """
     try:
         coefficients = read_coefficient_file(file, DEVICE_LOADS)

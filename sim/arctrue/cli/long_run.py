@@ -24,7 +24,7 @@ temperature."""
 @click.option(
     "--turns",
     type=click.IntRange(LEAST_TURNS),
-    help="Run the same course in this number of turns, for a quick look.",
+    help="Compress the scenario into this number of turns, for a quick look.",
 )
 @json_option
 @page_option
@@ -39,9 +39,10 @@ def long_run(
 ) -> None:
     """Run SCENARIO.toml with coefficients that are held, calibrated anew, averaged, or modelled.
 
-    The scenario is one leg of turns, such as sim/scenarios/long_run.toml, and runs on the virtual
-    instrument: compiled gateware and the firmware's C code. The result is the error under each
-    strategy, the Allan deviation of the orders, and the trends that the telemetry watch reports.
+    The scenario has one leg of turns, as sim/scenarios/long_run.toml, and runs on the virtual
+    instrument: compiled gateware and the firmware's C code. The result is the error under each of
+    the four strategies, the Allan deviation of the orders, and the trends that the telemetry watch
+    reports.
     """
     from arctrue.studies.long_run.experiment import run_long, shortened
     from arctrue.studies.scenario import read_scenario

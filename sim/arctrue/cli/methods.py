@@ -20,13 +20,13 @@ LEAST_MINUTES = 8.0
 reach all faces."""
 
 
-@click.command(short_help="Methods of calibration on the same simulated table.")
+@click.command(short_help="Compare calibration methods on the same simulated table.")
 @click.option(
     "--minutes",
     type=Finite(min=LEAST_MINUTES, max=120.0),
     default=16.0,
     show_default=True,
-    help="Measuring time of each method, in minutes.",
+    help="Measuring time of each method, minutes.",
 )
 @click.option("--seed", type=SEED, default=1, show_default=True, help="Seed of noise and mounting.")
 @json_option

@@ -34,14 +34,15 @@ NO_DEVICE = 2
 @click.option(
     "--sets",
     type=OutputFolder(),
-    help="Folder for captures as measurement sets: the first turn, and one of every --every turns.",
+    help="Folder for captures as measurement sets: the first turn, then one of every --every "
+    "turns.",
 )
 @click.option(
     "--every",
     type=click.IntRange(min=1),
     default=100,
     show_default=True,
-    help="Number of turns from one capture to the next.",
+    help="Number of turns between two captures.",
 )
 @click.option(
     "--silence",
@@ -55,7 +56,7 @@ NO_DEVICE = 2
     type=Finite(min=0.0),
     default=0.1,
     show_default=True,
-    help="Report an order that moves steadily by more than this within 128 turns, ″.",
+    help="Report an order that changes steadily by more than this within 128 turns, ″.",
 )
 def monitor(
     port: str,

@@ -59,7 +59,7 @@ USUAL = TrialPlan(400, 1)
     show_default=True,
     help="Method of arctrue calibrate.",
 )
-@click.option("--json", "json_file", type=OutputFile(), help="Write everything as JSON.")
+@click.option("--json", "json_file", type=OutputFile(), help="Write all results as JSON.")
 @page_option
 @campaign_options
 @interruptible
@@ -78,12 +78,13 @@ def monte_carlo(
     scheduler: str | None,
     shard: tuple[int, int] | None,
 ) -> None:
-    """Draw tables and input quantities, calibrate each, and compare with the truth.
+    """Draw random tables and input quantities, calibrate each, and compare with the truth.
 
-    The result is the coverage of the stated uncertainty over random tables, not the distribution
-    of one measurement's result (JCGM 101).
+    The result is the coverage of the stated uncertainty over random tables, not the distribution of
+    the result of one measurement (JCGM 101).
 
-    Results go to FOLDER; the same command continues where it stopped, and prints all results there.
+    The command writes the results to FOLDER; started again, it continues where it stopped, and
+    prints all results there.
     """
     from arctrue.report.monte_carlo_page import monte_carlo_page, where_off
 

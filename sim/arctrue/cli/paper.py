@@ -29,7 +29,11 @@ the polygon's cycles have begun."""
 
 @click.command(short_help="The paper's experiment on the virtual instrument.")
 @click.option(
-    "--cycles", type=click.IntRange(2), default=10, show_default=True, help="Cycles over the faces."
+    "--cycles",
+    type=click.IntRange(2),
+    default=10,
+    show_default=True,
+    help="Number of cycles over the faces.",
 )
 @click.option(
     "--interpolation",
@@ -75,9 +79,9 @@ def paper(
 ) -> None:
     """Measure with a 24-face polygon and autocollimator before and after the correction.
 
-    Gateware and firmware capture, calibrate and correct the table; every edge passes the decoders.
-    At the paper's size a cycle takes about a minute and a half. --page writes a page that compares
-    every equation, table and figure of the paper with this experiment.
+    On a simulated table, gateware and firmware capture, calibrate and correct; every edge passes
+    the decoders. At the paper's size a cycle takes about a minute and a half. --page writes a page
+    that compares every equation, table and figure of the paper with this experiment.
     """
     experiments = [one for path in source for one in _stored(path)]
     if not source:
@@ -129,7 +133,10 @@ def _stored(source: Path) -> list[dict[str, Any]]:
         experiments = typed(found.get("experiments", [found]), list[dict[str, Any]])
         if all({"published", "after"} <= one.keys() for one in experiments):
             return experiments
-    raise ValueError(f"{source}: expected the JSON of arctrue paper, an experiment or a page")
+    raise ValueError(
+        f"{source}: expected a file that `arctrue paper --json` wrote, with one experiment or "
+        "(with --page) a list of experiments"
+    )
 
 
 def _print(result: Mapping[str, Any]) -> None:

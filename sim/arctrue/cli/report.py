@@ -55,7 +55,7 @@ def report(
     whitened: bool,
     against: str,
 ) -> None:
-    """Write the analysis of arctrue serve as one self-contained HTML file, with SVG and PNG.
+    """Write the page of arctrue serve as one self-contained HTML file, with SVG and PNG.
 
     The file shows the set, measurement and model, the residual, the finding, the missing effect,
     the history of the model, and the coefficients for a device. Default of --out: report.

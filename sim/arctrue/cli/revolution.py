@@ -34,7 +34,7 @@ FULL_SAMPLES = 12000
     type=click.Choice(["2", "4"]),
     default="2",
     show_default=True,
-    help="4: the firmware calibrates the mean of four heads.",
+    help="Number of heads. 4: the firmware calibrates the mean of four heads.",
 )
 @click.option(
     "--lines",
@@ -67,7 +67,7 @@ def revolution(
     json_file: Path | None,
     picture: Path | None,
 ) -> None:
-    """Capture a turn, calibrate with the firmware's C, swap the coefficients, score the next turn.
+    """Capture a turn, calibrate it with the firmware's C, and measure the corrected next turn.
 
     Every edge of both heads passes the decoders of the compiled VHDL; the second turn is compared
     with the true angle. Exit code 1: the corrected output is outside its limit. 2: the instrument

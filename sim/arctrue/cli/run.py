@@ -26,17 +26,17 @@ FULL_LINES = 16384
 @click.option(
     "--lines",
     type=click.IntRange(16, FULL_LINES),
-    help="Lines of the disc instead of the scenario's. 64 is a quick look with counts of 20″; "
-    "the limits in arcsec are then not checked.",
+    help="Number of lines of the disc, instead of the scenario's. 64 is a quick look with counts "
+    "of 20″; the limits in arcsec are then not checked.",
 )
 @json_option
 @click.option("--out", type=OutputFolder(), help="Folder for the picture.")
 @for_people
 def run(scenario_file: Path, lines: int | None, json_file: Path | None, out: Path | None) -> None:
-    """Run SCENARIO.toml: a table with effects and faults before gateware and firmware.
+    """Run SCENARIO.toml: gateware and firmware measure a table with effects and faults.
 
-    sim/scenarios has a scenario for each effect; docs/scenarios.md describes the format.
-    Exit code 1: a limit of the scenario is exceeded. 2: the scenario cannot run.
+    sim/scenarios has a scenario for each effect; docs/scenarios.md describes the format. Exit code
+    1: a limit of the scenario is exceeded. 2: the scenario cannot run.
     """
     from arctrue.studies.scenario import read_scenario, run_scenario
 

@@ -15,16 +15,16 @@ REFUSED = 1
 NO_DEVICE = 2
 
 
-@click.command(short_help="Keep a device's coefficients over power-off.")
+@click.command(short_help="Save a device's settings and coefficients for power-on.")
 @click.argument("port")
 def save(port: str) -> None:
     """Save the parameters, switches and active coefficients of the device at PORT.
 
-    The device writes them into the flash of the board. At power-on it takes the parameters at once,
+    The device writes them into the flash of the board. At power-on it uses the parameters at once,
     and the coefficients after a captured turn has confirmed them. The earlier record stays valid
-    until the new record has been read back.
+    until the device has read the new record back.
 
-    Exit code 1: the flash refused the record. 2: the device does not answer.
+    Exit code 1: the device refuses to save. 2: the device does not answer.
     """
     try:
         console = console_at(port)

@@ -54,7 +54,7 @@ def state_folder() -> Path:
     type=click.IntRange(1, 4096),
     default=64,
     show_default=True,
-    help="Largest total size of files that are dropped in together, in megabytes.",
+    help="Largest total size of the files that are dropped in together, megabytes.",
 )
 @click.option("--port", default="", help="Serial port of a device, for the button Load.")
 @click.option(
@@ -73,11 +73,11 @@ def serve(
     port: str,
     device: str,
 ) -> None:
-    """Serve a page that compares a set with a model and names what the model lacks.
+    """Serve a page that compares a set with a model and names the effect that the model lacks.
 
     SET is a measurement set or a folder of sets (default: the current folder); the page reads no
-    other folder. The page also accepts dropped sets and generates sets. It is served to this
-    machine alone; with --host another machine can open it by a token.
+    other folder. The page also accepts dropped sets and simulates sets. Only this machine can open
+    the page; with --host other machines can open it with a token.
     """
     from arctrue.page.server import serve as serve_page
     from arctrue.page.settings import MEGABYTE, PageSettings

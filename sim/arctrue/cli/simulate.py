@@ -46,7 +46,7 @@ def _list_and_exit(context: click.Context, _: click.Parameter, asked: bool) -> N
     "effects",
     multiple=True,
     metavar="NAME",
-    help="Cause to simulate (see --list); repeatable. None: a set without a hidden effect.",
+    help="Cause to simulate (see --list); repeatable. Without it the set has no hidden effect.",
 )
 @click.option(
     "--size",
@@ -65,7 +65,7 @@ def _list_and_exit(context: click.Context, _: click.Parameter, asked: bool) -> N
 @click.option(
     "--hidden",
     is_flag=True,
-    help="Simulate one random cause of the catalogue and do not print which.",
+    help="Simulate one random cause of the catalogue and do not print its name.",
 )
 @click.option(
     "--experiment",
@@ -96,7 +96,7 @@ def _list_and_exit(context: click.Context, _: click.Parameter, asked: bool) -> N
     type=click.IntRange(min=0),
     default=0,
     show_default=True,
-    help="Number of a further measurement of the same table: same --seed, new noise.",
+    help="Number of a repeated measurement of the same table: same --seed, new noise.",
 )
 @click.option(
     "--further",
@@ -106,7 +106,7 @@ def _list_and_exit(context: click.Context, _: click.Parameter, asked: bool) -> N
     help="One more measurement after those of the experiment; repeatable. "
     f"One of {', '.join(FURTHER)}.",
 )
-@click.option("--date", metavar="DATE", help="Date of the set, such as 2026-03-12T09:30.")
+@click.option("--date", metavar="DATE", help="Date of the measurement, such as 2026-03-12T09:30.")
 @click.option(
     "--list",
     is_flag=True,

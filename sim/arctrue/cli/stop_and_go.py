@@ -23,7 +23,7 @@ from arctrue.report.numbers import plain
     type=click.IntRange(2, 100),
     default=10,
     show_default=True,
-    help="Cycles over the faces.",
+    help="Number of cycles over the faces.",
 )
 @click.option(
     "--seed", type=SEED, default=1, show_default=True, help="Seed of instruments and noise."
@@ -35,7 +35,7 @@ from arctrue.report.numbers import plain
 def stop_and_go(
     cycles: int, seed: int, json_file: Path | None, page_file: Path | None, out: Path | None
 ) -> None:
-    """Move the table to each face with a servo and stop: raw feedback against corrected feedback.
+    """Let a servo stop the table at each face, with raw and then with corrected feedback.
 
     The servo has a motor, friction and a position loop; the encoder signal is its only feedback.
     """

@@ -93,8 +93,8 @@ class Probe:
         """Connect to the device. Raises ConsoleError if no device answers, or its core has no
         probe."""
         self._console = console
-        self._clock_hz = _value(_told(console, "version"), "clock_hz", console)
-        parameters = _told(console, "show parameters")
+        self._clock_hz = _value(_answers(console, "version"), "clock_hz", console)
+        parameters = _answers(console, "show parameters")
         self._counts_per_rev = _value(parameters, "counts_per_rev", console)
         self._latest: dict[str, str] = {}
         self._waiting: deque[Latch] = deque()
@@ -147,7 +147,7 @@ class Probe:
         return self._latch(edge, missed)
 
     def _read(self, name: str) -> float:
-        self._latest = _told(self._console, "probe")
+        self._latest = _answers(self._console, "probe")
         return _value(self._latest, name, self._console)
 
     def _latch(self, edge: int, missed: int) -> Latch:
@@ -168,7 +168,7 @@ def as_csv(latches: Iterable[Latch]) -> str:
     return "\n".join([CSV_HEAD, *(latch.as_csv() for latch in latches)]) + "\n"
 
 
-def _told(console: Console, command: str) -> dict[str, str]:
+def _answers(console: Console, command: str) -> dict[str, str]:
     lines = (line.split(" ", 1) for line in console.command(command))
     return {words[0]: words[1] for words in lines if len(words) == 2}
 

@@ -18,8 +18,8 @@ def save_settings(console: Console) -> str:
     """Save the settings; return the device's answer, which it sends after it has read the record
     back.
 
-    Raises SaveRefusedError if the flash does not take it, ConsoleError if the device does not
-    answer.
+    Raises SaveRefusedError if the device answers ``error: save REASON``, ConsoleError for another
+    error or no answer.
     """
     try:
         return console.confirmed("save", SAVE_S)

@@ -65,12 +65,12 @@ def _edges_lost(
     columns = (moved - filtered_moved, breaks, filtered_breaks)
     clocks = np.flatnonzero(event)
     rows = zip(clocks.tolist(), *(column[clocks].tolist() for column in columns), strict=True)
-    for clock, gained, is_broken, is_told in rows:
+    for clock, gained, is_broken, is_reported in rows:
         if last_start[clock] > before:
             ahead = hidden = 0
         before = clock
         ahead += gained
-        hidden = 0 if is_told else hidden + is_broken
+        hidden = 0 if is_reported else hidden + is_broken
         if abs(ahead) >= PERIOD or hidden == PERIOD:
             lost[clock] = True
             ahead = hidden = 0

@@ -133,8 +133,8 @@ class _Filling:
                 wrapped(position1 + counts_per_rev),
                 wrapped(position1 - counts_per_rev),
             )
-        # The model omits the check one clock after the first sample, because no table moves by a
-        # turn in one clock.
+        # Like the entity, the model checks for the end of the turn only from the second clock after
+        # the first sample on; no table moves by a turn in one clock.
         closed = (
             bool(self.rows)
             and clock > self.rows[0][0] + 1

@@ -28,7 +28,7 @@ SETS_PAGE = "benchmark-sets.md"
 MOST_FAILURES = 12
 """Largest number of failures on the page; the page lists them in the order of SEVEREST."""
 SEVEREST = {FALSE_NAME: 0, FALSE_ADEQUATE: 1, FALSE_CLASS: 2}
-PICTURE_TOLD = "The same as a matrix, and how often a stated probability is right"
+PICTURE_TEXT = "The same as a matrix, and how often a stated probability is right"
 RIGHT_FIRST = "right first, of what the oracle sees of the catalogue"
 PROBABILITY_BELOW_RIGHT = 0.03
 MOST_CALIBRATION_ERROR = {SIMULATED: 0.03, INDEPENDENT: 0.05}
@@ -122,7 +122,7 @@ def benchmark_page(
     if peers:
         lines += ["### Against simple rivals", "", *_peers(peers, header), ""]
     if picture is not None:
-        lines += [f"![{PICTURE_TOLD}]({picture})", ""]
+        lines += [f"![{PICTURE_TEXT}]({picture})", ""]
     lines += ["### Outcomes that should not be", "", *_failures(found, reasons or {}), ""]
     lines += [
         READING.rstrip(),

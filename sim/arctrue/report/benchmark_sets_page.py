@@ -7,7 +7,7 @@ from arctrue.studies.benchmark.independent.world import independent_worlds
 from arctrue.studies.benchmark.worlds import WORLDS
 
 MADE = "<!-- Made by scripts/make_docs.py from the worlds. Do not edit: make docs -->"
-WORLDS_TOLD = """## The first generator, based on the simulated table
+WORLDS_TEXT = """## The first generator, based on the simulated table
 
 A set has 24,000 rows: four runs (up, down, three times as fast, warm) and ten polygon cycles.
 Each world has five kinds of sets: sets without a cause; with one cause of the catalogue; with a
@@ -19,7 +19,7 @@ ranges that `arctrue simulate --list` shows; causes that look like each other ma
 |---|---|
 """
 
-SECOND_TOLD = """## The second generator
+SECOND_TEXT = """## The second generator
 
 The option `--generator independent` selects the second generator; with `--generator both` it makes
 a fifth of the sets. Its author wrote it from the physics, without having read the effects of the
@@ -40,7 +40,7 @@ the runs and all other causes, and whitens the result with the spectrum of the d
 | world | what is measured, and what may be hidden |
 |---|---|
 """
-INDEPENDENCE_TOLD = """## How independent the first generator is of the effects
+INDEPENDENCE_TEXT = """## How independent the first generator is of the effects
 
 The first generator moves discs, brackets and counters by exact plane geometry and solves for the
 reading; it shares no code with the workbench. If the formula of a cause equals the formula of the
@@ -151,12 +151,12 @@ time of the rows.
 
 def benchmark_sets_page() -> str:
     """Return the page as Markdown, from the descriptions of the worlds."""
-    lines = [MADE, "", "# The sets of the benchmark", "", WORLDS_TOLD.rstrip()]
+    lines = [MADE, "", "# The sets of the benchmark", "", WORLDS_TEXT.rstrip()]
     lines += [
         f"| {name} | {' '.join((make.__doc__ or '').split())} |" for name, make in WORLDS.items()
     ]
-    lines += ["", SECOND_TOLD.rstrip()]
+    lines += ["", SECOND_TEXT.rstrip()]
     lines += [f"| {name} | {world.about} |" for name, world in independent_worlds().items()]
-    lines += ["", INDEPENDENCE_TOLD.rstrip()]
+    lines += ["", INDEPENDENCE_TEXT.rstrip()]
     lines += [f"| `{name}` | {text} |" for name, text in INDEPENDENCE.items()]
     return "\n".join([*lines, "", NOISE_TEXT])

@@ -81,7 +81,7 @@ def test_a_dead_wire_a_missing_index_and_wrong_directions() -> None:
     assert any("the other direction" in one for one in mirrored)
 
 
-def test_places_that_no_cable_explains_are_told() -> None:
+def test_places_that_no_cable_explains_are_reported() -> None:
     found = judged((0.0, 70.0, 177.0, 257.9))
     (fault,) = found.faults
     assert "5.70° off at best" in fault

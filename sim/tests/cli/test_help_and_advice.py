@@ -135,7 +135,7 @@ def test_a_name_with_one_letter_wrong_is_meant(name: str, place: int, letter: st
     assert name in did_you_mean(wrong.upper(), ORDER)
 
 
-def test_errors_are_told_through_one_function() -> None:
+def test_errors_are_reported_through_one_function() -> None:
     """No command writes to stderr directly or with a prefix of its own; all use one function."""
     for path in sorted(FOLDER.glob("*.py")):
         if path.name == "_terminal.py":
@@ -156,7 +156,9 @@ def test_errors_are_told_through_one_function() -> None:
                 assert not first.startswith(("error", "warning")), f"{place}: use tell_…"
 
 
-def test_ctrl_c_is_told_and_has_the_exit_code_of_a_shell(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ctrl_c_is_reported_with_the_exit_code_of_a_shell(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     def stop(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 

@@ -164,7 +164,7 @@ def test_a_refused_turn_is_shown(device: Device) -> None:
     assert "refused  jump" in done.output
 
 
-def test_an_order_that_grows_is_told(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_order_that_grows_is_reported(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     """The monitor reports an order that grows: order 3 grows by 1″ in every turn. Blocks of a
     single turn keep the test short."""
     device.growing_counts = 1.0 / 0.0772

@@ -56,7 +56,7 @@ def test_a_picture_of_an_unknown_kind_is_refused_before_the_work(tmp_path: Path)
     assert ".svg, .png, .pdf" in done.output
 
 
-def test_a_folder_in_place_of_a_file_is_told(tmp_path: Path) -> None:
+def test_a_folder_in_place_of_a_file_is_reported(tmp_path: Path) -> None:
     done = arctrue("history", "--model", "any.toml", "--json", tmp_path)
     assert done.exit_code == 2
     assert "directory" in done.output
@@ -98,7 +98,7 @@ def test_without_generated_modules_it_is_said_how_to_make_them() -> None:
     assert "Traceback" not in done.stderr
 
 
-def test_swapped_heads_are_told_by_the_workbench_too(tmp_path: Path) -> None:
+def test_swapped_heads_are_reported_by_the_workbench_too(tmp_path: Path) -> None:
     out = tmp_path / "swapped"
     arctrue("simulate", out, "--effect", "hysteresis", "--seed", "1", "--experiment", "lean")
     capture = out / "capture.csv"

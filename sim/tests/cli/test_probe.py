@@ -60,7 +60,7 @@ def device(monkeypatch: pytest.MonkeyPatch) -> Iterator[ProbedDevice]:
         yield made
 
 
-def test_each_edge_is_told_and_those_that_were_missed(device: ProbedDevice, tmp_path: Path) -> None:
+def test_each_edge_and_each_missed_edge_is_reported(device: ProbedDevice, tmp_path: Path) -> None:
     out = tmp_path / "edges.csv"
     arguments = ["probe", device.port, "--count", "5", "--csv", str(out)]
     done = CliRunner().invoke(main, arguments)
@@ -155,7 +155,7 @@ def test_edges_that_were_shown_are_written_where_the_device_falls_silent(
     assert f"{rows.shape[0]} edges: " in done.output
 
 
-def test_without_an_edge_nothing_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_an_edge_nothing_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     firmware()
     monkeypatch.setattr(console.Console.command, "__defaults__", (PATIENCE_S,))
     device = StillDevice()

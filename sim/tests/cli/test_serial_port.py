@@ -199,7 +199,7 @@ def test_a_load_whose_first_answer_is_late_ends_well(
     console.close()
 
 
-def test_an_answer_that_is_none_is_told(device: Device) -> None:
+def test_an_answer_that_is_none_is_reported(device: Device) -> None:
     def other(line: str) -> tuple[float, str]:
         return (0.0, "ok\r\n") if line == "load status" else firmware_like(line)
 

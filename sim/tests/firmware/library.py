@@ -2,8 +2,8 @@
 
 ``ARCTRUE_SANITIZE=address`` adds AddressSanitizer, which the process must preload, see
 test_sanitizers.py. UBSan is always included and ends the process at an error.
-``ARCTRUE_COVERAGE=FOLDER`` counts the executed lines in this folder, see
-scripts/firmware_coverage.py.
+``ARCTRUE_COVERAGE=FOLDER`` builds the library in FOLDER with gcc's coverage counters; the line
+counts are written there, see scripts/firmware_coverage.py.
 """
 
 from __future__ import annotations

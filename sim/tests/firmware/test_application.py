@@ -190,7 +190,7 @@ def test_only_the_operator_ends_the_fault_of_the_output(running: Firmware) -> No
     assert running.send("clear_output") == "error: the output has no fault\r\n"
 
 
-def test_a_fault_of_the_output_that_is_still_there_is_told(running: Firmware) -> None:
+def test_a_fault_of_the_output_that_is_still_there_is_reported(running: Firmware) -> None:
     """The firmware reports a fault of the output that is still present: the core sets the fault
     again at once while the output lags too far."""
     running.core.set("status", bit("status", "cannot_keep_up"))

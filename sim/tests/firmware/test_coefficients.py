@@ -117,7 +117,7 @@ def test_a_fit_that_is_not_finite_is_refused() -> None:
         assert code == library.REFUSED_NOT_FINITE
 
 
-def test_orders_that_cannot_be_told_apart() -> None:
+def test_orders_that_cannot_be_separated() -> None:
     """The fit refuses 24 orders with 24 samples per turn, because the matrix is singular."""
     ffi, library = firmware()
     held = capture_in_c(counts_of(samples=24, noise=0.0), period_clocks=0)

@@ -199,7 +199,7 @@ def test_a_dump_is_the_capture(running: Firmware) -> None:
     assert running.application.turns == 1, "the dumped turn is worked on as well"
 
 
-def test_the_turns_go_on_while_a_capture_is_told(running: Firmware) -> None:
+def test_the_turns_go_on_while_a_capture_is_reported(running: Firmware) -> None:
     """The firmware gives the bank back to the core at once; the console prints a copy, eight rows
     per step."""
     running.send("dump")
@@ -343,7 +343,7 @@ def test_addresses(value: int) -> None:
     assert made.said.decode() == f"{value:08X}"
 
 
-def test_what_the_board_knows_is_told(running: Firmware) -> None:
+def test_what_the_board_knows_is_reported(running: Firmware) -> None:
     ffi, _ = firmware()
     plain = running.send("status")
     assert "reset none\r\n" in plain

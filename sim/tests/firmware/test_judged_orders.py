@@ -130,7 +130,7 @@ def test_a_true_file_is_active_with_the_first_turn(turns_before: int) -> None:
     assert left_rms_arcsec(made, disc()) < QUIET_RMS_ARCSEC
 
 
-def test_a_loaded_order_that_drifts_is_told() -> None:
+def test_a_loaded_order_that_drifts_is_reported() -> None:
     """The firmware reports that loaded order 5 drifts from 10 to 60 counts. An error of 43.7″ RMS
     remains, and the device reports it."""
     made = started()
@@ -150,7 +150,7 @@ def test_a_loaded_order_that_drifts_is_told() -> None:
     assert float(row.split()[2]) == pytest.approx(50.0 * ARCSEC, rel=0.01)
 
 
-def test_a_small_drift_is_told_from_the_scatter_after_three_turns() -> None:
+def test_a_small_drift_is_separated_from_the_scatter_after_three_turns() -> None:
     """The firmware reports a drift of 0.6 count after three turns: it is below
     ``alarm_error_arcsec``, but many times the scatter of the order."""
     made = started()
@@ -260,7 +260,7 @@ def subdivided(seed: int, amplitudes: tuple[complex, complex], order: int) -> ND
 
 @pytest.mark.parametrize("head2", [0.0, 3.0, 3.0j, -2.0])
 @pytest.mark.parametrize("order", [4096, 3600])
-def test_the_heads_own_subdivision_errors_are_told_apart(head2: complex, order: int) -> None:
+def test_the_heads_own_subdivision_errors_are_separated(head2: complex, order: int) -> None:
     """The firmware judges each head's separate subdivision error of order 3,600, a multiple of 120,
     which the heads read alike. The eccentricity changes their distance, so that the order becomes
     visible."""

@@ -174,8 +174,8 @@ def test_the_failover_is_on_with_its_causes_while_the_mean_is_active(running: Fi
 
 
 def test_the_parity_has_the_weights_of_the_workbench() -> None:
-    """The parity has the weights of the workbench: the test moves each head alone, so that the
-    offsets show its weight to one unit of the words."""
+    """The parity weights that the firmware computes have the sum 0 and agree with
+    ``parity_weights`` within 2 units."""
     places = np.radians([0.0, 64.3, 177.0, 257.9])
     offsets = tuple(int(word) for word in np.rint(places / (2.0 * np.pi) * COUNTS * 16))
     running = Firmware(FailoverCore())
@@ -195,7 +195,7 @@ def test_the_parity_has_the_weights_of_the_workbench() -> None:
     assert np.abs(signed - parity_weights(places)).max() <= 2
 
 
-def test_a_head_that_is_left_out_is_told_at_once_and_comes_back_on_request(
+def test_a_head_that_is_left_out_is_reported_at_once_and_comes_back_on_request(
     running: Firmware,
 ) -> None:
     loaded(running, file_of(1, 2, 3, 4))
@@ -287,8 +287,8 @@ def test_the_first_frame_of_a_set_ends_the_failover_of_the_former_ones(running: 
 
 @pytest.mark.parametrize("reason", ["out_of_range", "no_failover"])
 def test_sets_that_do_not_fit_are_refused(reason: str) -> None:
-    """The firmware refuses a set without head 2 that still uses head 2, and every set if the core
-    has no windows for sets."""
+    """The firmware refuses a set for the failure of head 2 if its mask of used heads still contains
+    head 2, and refuses every prepared set if the core has no failover."""
     core = FailoverCore()
     if reason == "no_failover":
         core.set("capability", HEADS | 1 << 3)

@@ -252,7 +252,9 @@ def flash_options(folder: Path, content: bytes) -> list[str]:
         (image(bitstream(20_000), version=9), "version"),
     ],
 )
-def test_the_flash_is_read_and_a_refusal_told(tmp_path: Path, content: bytes, state: str) -> None:
+def test_the_flash_is_read_or_a_refusal_reported(
+    tmp_path: Path, content: bytes, state: str
+) -> None:
     options = flash_options(tmp_path, content)
     with running(tmp_path, core_window(None), *options, real_time=True) as machine:
         said = machine.wait_for(READY)
@@ -283,7 +285,7 @@ def test_without_a_fabric_its_window_is_not_touched(tmp_path: Path) -> None:
         assert machine.read_register(control) == canary, "no bypass is written where nothing is"
 
 
-def test_a_hang_is_noticed_and_told(tmp_path: Path) -> None:
+def test_a_hang_is_noticed_and_reported(tmp_path: Path) -> None:
     """The firmware reports the place of a hang, in which the main program loops for ever. The
     timer's interrupt restarts it and reports the place."""
     with running(tmp_path, core_window(None), real_time=True) as machine:
@@ -331,7 +333,7 @@ def test_a_faults_name_survives_a_reset_of_the_system(tmp_path: Path, name: str)
         machine.ask("status", "reset none\r\n")
 
 
-def test_a_write_that_the_bus_refuses_is_told(tmp_path: Path) -> None:
+def test_a_write_that_the_bus_refuses_is_reported(tmp_path: Path) -> None:
     """The firmware reports a write that the bus refuses; QEMU's bus refuses no write. The test
     calls the handler with the state that the chip would give."""
     with running(tmp_path, core_window(None)) as machine:

@@ -78,7 +78,7 @@ def test_each_turn_tells_that_the_drivers_are_released(running: Firmware) -> Non
     assert "output" in telemetry["alarms"]
 
 
-def test_all_causes_are_told_and_only_what_stands_is_named_as_such(running: Firmware) -> None:
+def test_all_causes_are_reported_and_only_what_stands_is_named_as_such(running: Firmware) -> None:
     running.send("set release_sources 31")
     running.core.set("head2.flags", 0b0011)
     running.core.lasting_faults = {"correction_limited", "processor_silent"}

@@ -254,7 +254,7 @@ def test_more_than_the_ring_holds_is_lost_and_no_more(uart: Uart) -> None:
 
 
 @pytest.mark.parametrize("more", [1, 30])
-def test_a_fifo_that_overflows_is_told_where_it_did(uart: Uart, more: int) -> None:
+def test_a_fifo_that_overflows_is_reported_where_it_did(uart: Uart, more: int) -> None:
     """The ring marks the place where the FIFO overflowed: interrupts were off while more than 64
     characters arrived."""
     for place in range(FIFO + more):

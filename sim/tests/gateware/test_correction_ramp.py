@@ -242,7 +242,7 @@ def test_markers_in_every_tick_never_lead_past_the_end(phase: int) -> None:
     assert change <= 3 * acceleration / 2**59 * TICK + 2**-27
 
 
-def test_counts_put_back_beyond_what_the_total_holds_are_clipped_and_told() -> None:
+def test_counts_put_back_beyond_what_the_total_holds_are_clipped_and_reported() -> None:
     """The total stays at its limit, and reports this, if more counts are put back than it can hold;
     it does not wrap to the opposite sign."""
     for sense in (1, -1):

@@ -52,7 +52,7 @@ def true_marks(scenario: Scenario, given: Stimuli) -> tuple[np.ndarray, np.ndarr
     return clocks, passed[clocks - 1]
 
 
-def told_within(given: Stimuli, marks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def reported_within(given: Stimuli, marks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the first and the last clock in which the decoder may report each mark: with a step,
     or shortly after it."""
     steps = np.append(np.flatnonzero(np.diff(given.count)) + 1, 2 * len(given.count))
@@ -94,7 +94,7 @@ def test_angle_is_that_of_the_disc_modulo_its_turn(name: str) -> None:
     before = (given.count - given.count[2]) % turn
     after = given.count % turn
     seen = int(np.argmax(trace.index_seen))
-    earliest, latest = told_within(given, marks)
+    earliest, latest = reported_within(given, marks)
     assert earliest[0] <= seen <= latest[0]
     assert trace.index_seen[seen:].all()
     expected = np.where(np.arange(len(after)) < seen - delay, before, after)[2:-delay]
@@ -110,7 +110,7 @@ def test_index_is_one_place_of_the_disc_in_both_directions(name: str) -> None:
     scenario, given, trace = played(name)
     marks, ways = true_marks(scenario, given)
     at = np.flatnonzero(trace.index_strobe)
-    earliest, latest = told_within(given, marks)
+    earliest, latest = reported_within(given, marks)
     assert len(at) == (latest + 1 < len(trace.step)).sum()
     assert (at >= earliest[: len(at)] + 1).all()
     assert (at <= latest[: len(at)] + 1).all()
@@ -183,7 +183,7 @@ def test_every_edge_after_the_last_clock_of_reset_counts(way: int, stages: int) 
         assert trace.position[resets - 1 + delay : -1].tolist() == expected.tolist()
 
 
-def test_illegal_transitions_are_told_and_not_counted() -> None:
+def test_illegal_transitions_are_reported_and_not_counted() -> None:
     _, given, trace = played("illegal_in_every_clock")
     # The disc makes thirteen jumps of half a period, eight of them before the clear.
     assert trace.illegal_count.max() == 8
@@ -348,7 +348,7 @@ def test_overspeed_is_an_edge_nearer_than_the_spacing() -> None:
     assert trace.position.max() == given.count[-1] - scenario.start
 
 
-def test_edges_that_the_filter_swallows_are_told() -> None:
+def test_edges_that_the_filter_swallows_are_reported() -> None:
     _, given, trace = played("faster_than_the_filter")
     too_fast = np.flatnonzero(np.diff(given.count) != 0)
     too_fast = too_fast[too_fast >= 3 + 20 + 180]
@@ -367,7 +367,7 @@ def test_edges_that_the_filter_swallows_are_told() -> None:
     assert abs(int(trace.overspeed_count[cleared - 1]) - lost) <= 1
 
 
-def test_order_broken_where_the_filter_shows_nothing_is_told() -> None:
+def test_order_broken_where_the_filter_shows_nothing_is_reported() -> None:
     _, _, trace = played("two_counts_a_clock_after_the_filter")
     assert not trace.step.any()
     assert not trace.illegal.any()

@@ -32,6 +32,6 @@ def test_an_unknown_register_is_named_whole(path: str, near: str) -> None:
         assert near in str(raised.value.args[0])
 
 
-def test_an_unknown_field_is_told_with_those_there_are() -> None:
+def test_an_unknown_field_is_reported_with_those_there_are() -> None:
     with pytest.raises(KeyError, match=r"head1\.flags has no field speed; it has: .*index_error"):
         register_named("head1.flags").field("speed")

@@ -45,7 +45,7 @@ def terminal(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "sys", _Sys)
 
 
-def test_a_script_is_told_every_question_at_once(odd_names: Path, tmp_path: Path) -> None:
+def test_a_script_is_reported_every_question_at_once(odd_names: Path, tmp_path: Path) -> None:
     done = arctrue(odd_names, tmp_path / "out")
     assert done.exit_code == 2
     for option in ("--column target=", "--column error=", "--column head1=", "--unit target=deg"):

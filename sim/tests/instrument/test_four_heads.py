@@ -184,7 +184,7 @@ def test_a_mean_of_other_heads_is_refused(device: HeadsDevice) -> None:
 
 
 @pytest.mark.slow
-def test_faults_of_head_4_are_told(device: HeadsDevice) -> None:
+def test_faults_of_head_4_are_reported(device: HeadsDevice) -> None:
     """An illegal transition of head 4 raises the console's counter and, if so selected, releases
     the drivers."""
     device.firmware.send("set release_sources 128")

@@ -76,7 +76,7 @@ def test_what_it_writes_is_what_the_core_holds(instrument: Instrument) -> None:
     assert amplitude == pytest.approx(144.07, abs=0.5)
 
 
-def test_a_motion_that_ends_too_early_is_told(instrument: Instrument) -> None:
+def test_a_motion_that_ends_too_early_is_reported(instrument: Instrument) -> None:
     table = SETTINGS.table()
     short = SETTINGS.motion()
     instrument.attach(table, type(short).steady(SETTINGS.speed_rad_s, 0.1, start_rad=-1.0))

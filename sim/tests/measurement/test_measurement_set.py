@@ -228,7 +228,7 @@ def test_missing_folder_file_and_data(tmp_path: Path) -> None:
     assert "nothing was measured" in str(fault(write(tmp_path, capture="")))
 
 
-def test_unknown_keys_are_kept_and_told(tmp_path: Path) -> None:
+def test_unknown_keys_are_kept_and_reported(tmp_path: Path) -> None:
     toml = TOML + 'colour = "red"\n[weather]\nwind = 3\n'
     read = read_measurement_set(write(tmp_path, toml))
     assert read.other == {"table.colour": "red", "weather": {"wind": 3}}

@@ -86,7 +86,7 @@ def test_bad_uncertainty_or_mask(
     ("written", "meant"),
     [("uarcsec", "u_arcsec"), ("U_arcsec", "u_arcsec"), ("masked", "mask"), ("time", "time_s")],
 )
-def test_a_condition_that_is_spelt_like_a_missing_column_is_told(
+def test_a_condition_that_is_spelt_like_a_missing_column_is_reported(
     tmp_path: Path, written: str, meant: str
 ) -> None:
     text = "target_deg,error_arcsec,load_nm,NAME\n0,1.5,2,0\n15,-2.5,3,1\n"
@@ -98,7 +98,7 @@ def test_a_condition_that_is_spelt_like_a_missing_column_is_told(
     assert read_measurement_set(_write(tmp_path, text.replace("NAME", "duration_s"))).warnings == ()
 
 
-def test_a_column_of_the_mask_file_that_is_not_known_is_told_once(tmp_path: Path) -> None:
+def test_a_column_of_the_mask_file_that_is_not_known_is_reported_once(tmp_path: Path) -> None:
     text = "reference_row,mask,capture_rw\n2,1,7\n"
     read = read_measurement_set(_write(tmp_path, mask=text))
     reported = [warning for warning in read.warnings if "mask.csv" in warning]
@@ -123,7 +123,7 @@ def test_mask_file_has_the_last_word(tmp_path: Path) -> None:
         ("mask\n1\n", "expected a column capture_row or reference_row"),
     ],
 )
-def test_a_bad_mask_file_is_told(tmp_path: Path, text: str, words: str) -> None:
+def test_a_bad_mask_file_is_reported(tmp_path: Path, text: str, words: str) -> None:
     with pytest.raises(MeasurementError, match=r"mask\.csv") as caught:
         read_measurement_set(_write(tmp_path, mask=text))
     assert words in str(caught.value)

@@ -193,7 +193,7 @@ def test_the_command_gives_figures_before_and_after_a_model(tmp_path: Path) -> N
     assert (tmp_path / "out" / "iso230.pdf").read_bytes().startswith(b"%PDF")
 
 
-def test_a_set_without_a_reference_run_is_told(tmp_path: Path) -> None:
+def test_a_set_without_a_reference_run_is_reported(tmp_path: Path) -> None:
     write_measurement_set(tmp_path / "set", measurement_set(reference=False, turns=1, runs=1))
     done = CliRunner().invoke(main, ["iso230", str(tmp_path / "set")])
     assert done.exit_code == 2

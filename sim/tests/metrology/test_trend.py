@@ -32,7 +32,7 @@ def test_noise_alone_alarms_as_often_as_stated() -> None:
     assert low <= alarms <= high
 
 
-def test_a_drift_is_told_with_its_size() -> None:
+def test_a_drift_is_reported_with_its_size() -> None:
     """The watch reports a drift with its size: the cosine and sine of order 2 change by 0.01″ and
     −0.02″ per turn, and the noise of a turn is 0.1″."""
     rng = np.random.default_rng(RNG_SEED)
@@ -51,7 +51,7 @@ def test_a_drift_is_told_with_its_size() -> None:
     assert str(trend).startswith("order 2 moves: 2.5″ in 112 turns")
 
 
-def test_what_does_not_matter_is_not_told() -> None:
+def test_what_does_not_matter_is_not_reported() -> None:
     watch = TrendWatch(3.0)
     assert not any(watch.add(turn, telemetry_of(np.array([0.02 * turn]))) for turn in range(300))
 

@@ -1,5 +1,5 @@
-"""Tests that every command in the documents is run by a test, or is listed in this module with
-another test and the reason."""
+"""Tests that every documented command is run here or by test_tutorial.py, or is listed here with
+the test that runs it instead and the reason."""
 
 from __future__ import annotations
 
@@ -55,9 +55,18 @@ ELSEWHERE = {
 which test runs it."""
 TARGETS = {
     "bitstream": ("routes a chip: hours", "scripts/tests/device_build"),
-    "compare-lanes": ("minutes; its parts there", "scripts/tests/synth/test_compare_lanes.py"),
-    "coverage-firmware": ("minutes; its counts", "scripts/tests/project/test_firmware_coverage.py"),
-    "coverage-gateware": ("hours; its counts", "scripts/tests/synth/test_gateware_coverage.py"),
+    "compare-lanes": (
+        "takes minutes; the named test tests parts of its script",
+        "scripts/tests/synth/test_compare_lanes.py",
+    ),
+    "coverage-firmware": (
+        "takes minutes; the named test tests how it counts",
+        "scripts/tests/project/test_firmware_coverage.py",
+    ),
+    "coverage-gateware": (
+        "takes hours; the named test tests how it counts",
+        "scripts/tests/synth/test_gateware_coverage.py",
+    ),
     "demo": ("five minutes; its acts at a small size", "sim/tests/studies/demo"),
     "docs": ("writes files; here they are compared", "scripts/tests/project/test_documents.py"),
     "firmware": ("cross-compiled there", "sim/tests/firmware/test_qemu.py"),
@@ -72,7 +81,10 @@ TARGETS = {
     "synth": ("an hour; its parts there", "scripts/tests/synth"),
     "test": ("it is what runs this", "Makefile"),
     "test-large": ("larger configurations of these tests", "Makefile"),
-    "warming": ("minutes, half an hour", "sim/tests/studies/hidden_effect/test_thermal.py"),
+    "warming": (
+        "takes minutes, or half an hour with SCALE=full",
+        "sim/tests/studies/hidden_effect/test_thermal.py",
+    ),
     "verify-bitstream": ("needs a routed chip; its parts there", "scripts/tests/device_build"),
 }
 """Targets of make in the documents. Each entry states why this module does not run the target, and
@@ -171,8 +183,9 @@ FEWER = {"--trials": "8", "--samples": "1500"}
 
 
 def test_commands_of_the_documents_run(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each command runs as the page prints it, on small sets or with the sizes of FEWER; a small
-    set also replaces a placeholder."""
+    """Each command runs as printed, except: FOLDER, SET, my_table and polygon are small sets,
+    EFFECT is hysteresis, monte-carlo has the sizes of FEWER, import uses the folder ``imported``,
+    join gets ``--times keep``."""
     monkeypatch.chdir(place)
     monkeypatch.setattr(_loaded_set.console, "width", 100)
     for page, line in HERE:

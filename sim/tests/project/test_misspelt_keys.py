@@ -216,7 +216,7 @@ FILES: dict[str, tuple[str, Callable[[Path, str], str]]] = {
 
 
 @pytest.mark.parametrize("kind", FILES)
-def test_every_misspelt_key_is_told(tmp_path: Path, kind: str) -> None:
+def test_every_misspelt_key_is_reported(tmp_path: Path, kind: str) -> None:
     text, said_of = FILES[kind]
     assert said_of(tmp_path, text) == ""
     keys = list(_misspelt(tomllib.loads(text)))

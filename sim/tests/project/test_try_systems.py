@@ -152,7 +152,7 @@ def test_every_system_comes_from_its_own_archive(machine: Machine) -> None:
     assert [title for title in SYSTEMS.values() if f"| {title} |" in page] == [*SYSTEMS.values()]
 
 
-def test_an_archive_that_does_not_answer_is_told_and_the_next_system_tried(
+def test_an_archive_that_does_not_answer_is_reported_and_the_next_system_tried(
     machine: Machine,
 ) -> None:
     fails = 'case "$*" in *noble*) echo "E: Failed getting release file"; exit 1;; esac\n'
@@ -165,7 +165,7 @@ def test_an_archive_that_does_not_answer_is_told_and_the_next_system_tried(
     assert not (machine.tree / "build" / "systems" / "ubuntu2404").exists()
 
 
-def test_a_set_up_that_fails_is_told(machine: Machine) -> None:
+def test_a_set_up_that_fails_is_reported(machine: Machine) -> None:
     machine.command("chroot", CHROOT.replace("exit 0", "exit 1"))
     done = machine("debian13", "demo")
     assert done.returncode == 1
@@ -178,7 +178,7 @@ def test_a_set_up_that_fails_is_told(machine: Machine) -> None:
     assert machine.said().count("trixie") == 2, "the system was not made anew"
 
 
-def test_it_ends_at_once_when_it_is_told_to(machine: Machine, tmp_path: Path) -> None:
+def test_it_ends_at_once_when_it_is_reported_to(machine: Machine, tmp_path: Path) -> None:
     begun = tmp_path / "begun"
     machine.command("chroot", f'case "$*" in *"make demo") touch {begun}; exec sleep 600;; esac')
     script = subprocess.Popen(

@@ -1,4 +1,5 @@
-"""Tests that every page escapes its texts, because only one module makes HTML from templates."""
+"""Tests that every page escapes its texts, and that only report/html_templates.py makes HTML from
+templates."""
 
 from __future__ import annotations
 

@@ -151,7 +151,7 @@ def test_index_of_each_head_is_the_mark_on_the_disc() -> None:
     assert late.counts(0, TableState.at_rest(np.array([1e-9])))[0] == -5
 
 
-def test_counts_round_as_they_are_told() -> None:
+def test_counts_round_as_they_are_reported() -> None:
     count = 2 * np.pi / 4096
     state = TableState.at_rest(np.array([-0.75, -0.25, 0.25, 0.75, 1.25]) * count)
     down = RotaryTable(two_heads(), counts_per_rev=4096)

@@ -60,8 +60,8 @@ def test_only_significant_orders_have_a_lane(folder: Path, model: Path, tmp_path
 def test_lanes_that_double_the_error_are_refused(
     made: MeasurementSet, folder: Path, model: Path, tmp_path: Path
 ) -> None:
-    """The export refuses lanes that would increase the error, because the reference belongs to
-    another disc."""
+    """The sign of the reference errors is reversed, as if they came from another disc; the lanes
+    would increase them, so the export refuses."""
     assert made.reference is not None
     assert made.capture is not None
     other = tmp_path / "other"
@@ -77,8 +77,8 @@ def test_lanes_that_double_the_error_are_refused(
     assert forced.exit_code == 0, forced.output
     assert (out / "coefficients.toml").exists()
 
-    # Without a reference, the two heads decide which orders are exported, as they do in the
-    # firmware.
+    # Without a reference the export checks the lanes against the capture, as the firmware does: it
+    # refuses a capture with exchanged heads.
     swapped = replace(
         made.capture,
         head1_counts=made.capture.head2_counts,

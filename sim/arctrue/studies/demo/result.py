@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from arctrue.instrument.turn_score import TurnScore
 from arctrue.studies.demo.files import ConsoleLine
 from arctrue.studies.demo.settings import DemoSettings
-from arctrue.studies.demo.telemetry import ToldTurn
+from arctrue.studies.demo.telemetry import ReportedTurn
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,7 @@ class DemoResult:
     index_offset_counts: float
     """Distance, in counts, of the output's Z from the zero of the corrected angle."""
     harmonics: tuple[LoadedHarmonic, ...]
-    turns: tuple[ToldTurn, ...]
+    turns: tuple[ReportedTurn, ...]
     """Telemetry of the firmware for each turn; the loaded coefficients come from the first turn."""
     console: tuple[ConsoleLine, ...]
     words_moved: int

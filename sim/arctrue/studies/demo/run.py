@@ -29,7 +29,7 @@ from arctrue.studies.demo.result import DemoResult, LoadedHarmonic, UnitLatency
 from arctrue.studies.demo.scene import Scene, build_scene
 from arctrue.studies.demo.settings import DemoSettings
 from arctrue.studies.demo.source_tree import DemoError, check_source_tree, child_environment
-from arctrue.studies.demo.telemetry import ToldTurn, console_faults, telemetry_turns
+from arctrue.studies.demo.telemetry import ReportedTurn, console_faults, telemetry_turns
 from arctrue.table import PinEvents
 
 # Latencies in clocks from Table 1 of the paper.
@@ -169,7 +169,7 @@ def _latency_faults(measured: dict[str, int]) -> list[str]:
 
 
 def _harmonics(
-    turn: ToldTurn, settings: DemoSettings, before: TurnScore, after: TurnScore
+    turn: ReportedTurn, settings: DemoSettings, before: TurnScore, after: TurnScore
 ) -> tuple[LoadedHarmonic, ...]:
     arcsec = settings.arcsec_per_count
     return tuple(

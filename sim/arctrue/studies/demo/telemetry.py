@@ -17,7 +17,7 @@ _COUNTERS = (
 )
 
 
-class ToldHarmonic(Struct, frozen=True, array_like=True):
+class ReportedHarmonic(Struct, frozen=True, array_like=True):
     """Order in the result that the firmware reports: its coefficients and their uncertainty."""
 
     order: int
@@ -27,7 +27,7 @@ class ToldHarmonic(Struct, frozen=True, array_like=True):
     applied: Literal[0, 1]
 
 
-class ToldTurn(Struct, frozen=True, rename={"number": "turn"}):
+class ReportedTurn(Struct, frozen=True, rename={"number": "turn"}):
     """Line of telemetry that the firmware prints for an accepted turn."""
 
     clock: int
@@ -41,17 +41,19 @@ class ToldTurn(Struct, frozen=True, rename={"number": "turn"}):
     active_arcsec: float
     candidate_arcsec: float
     alarms: tuple[str, ...]
-    harmonics: tuple[ToldHarmonic, ...]
+    harmonics: tuple[ReportedHarmonic, ...]
 
 
-def telemetry_turns(console: Iterable[ConsoleLine]) -> list[ToldTurn]:
+def telemetry_turns(console: Iterable[ConsoleLine]) -> list[ReportedTurn]:
     """Return the turns that the firmware calibrated, leave out refused turns and alarms."""
     sent = [
         {**json.loads(line.text), "clock": line.clock}
         for line in console
         if not line.typed and line.text.startswith("{")
     ]
-    return [typed(turn, ToldTurn) for turn in sent if turn["result"] not in ("refused", "alarm")]
+    return [
+        typed(turn, ReportedTurn) for turn in sent if turn["result"] not in ("refused", "alarm")
+    ]
 
 
 def console_faults(console: Iterable[ConsoleLine]) -> list[str]:

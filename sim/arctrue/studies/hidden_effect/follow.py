@@ -46,18 +46,18 @@ def follow_warming(
     *,
     ways: Sequence[str] = WAYS,
     sensor_lag_s: float = 0.0,
-    told_lag_s: float | None = None,
+    stated_lag_s: float | None = None,
     report_run: ReportRun | None = None,
 ) -> dict[str, list[FollowedTurn]]:
     """Measure the table of ``result`` while it warms over ``turns`` turns, once for each way of
     correction.
 
-    The thermometer lags by ``sensor_lag_s``; the coefficient file states ``told_lag_s``, by default
-    the same value. Raises InstrumentError if the firmware does not reach a swap.
+    The thermometer lags by ``sensor_lag_s``; the coefficient file states ``stated_lag_s``, by
+    default the same value. Raises InstrumentError if the firmware does not reach a swap.
     """
     scale = result.settings.revolution
     found = {}
-    lags = (sensor_lag_s, sensor_lag_s if told_lag_s is None else told_lag_s)
+    lags = (sensor_lag_s, sensor_lag_s if stated_lag_s is None else stated_lag_s)
     for way in ways:
         with Instrument(
             scale.lanes, scale.capture_depth, clock_hz=scale.clock_hz, report_run=report_run

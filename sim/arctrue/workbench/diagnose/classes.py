@@ -10,7 +10,7 @@ from scipy.optimize import minimize_scalar
 
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.inference.residuals import Residuals, Score
-from arctrue.workbench.inference.scan import TOLD_APART
+from arctrue.workbench.inference.scan import SEPARATING_GAIN
 from arctrue.workbench.inference.significance import corrected_p_value
 from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
 
@@ -161,7 +161,7 @@ def of_its_order(line: Candidate, other: Candidate) -> bool:
     base = known.base
     own = base.score(line.effect, line.nonlinear).gain
     there = {**line.nonlinear, "order": whole}
-    if own - base.score(line.effect, there).gain > TOLD_APART:
+    if own - base.score(line.effect, there).gain > SEPARATING_GAIN:
         return False
     score = base.score(other.effect, other.nonlinear)
     with_other = Residuals(base.solution_with(other.effect, other.nonlinear, score))

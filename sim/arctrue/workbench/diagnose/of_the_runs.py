@@ -56,6 +56,19 @@ def p_among_the_runs(residuals: Residuals, effect: Effect, nonlinear: Nonlinear)
     return float(fdtrc(score.rank, free, taken / score.rank * free / left))
 
 
+def offsets_are_large(left: Residuals, before: Residuals, share: float) -> bool:
+    """Tell whether the offsets of the runs that an effect leaves may belong to the effect's shape.
+
+    Their mean square is then more than ``share`` of the mean square that the effect removes.
+    Smaller offsets are an error of their own, for example an index that repeats worse than known.
+    """
+    after, without = (
+        with_index_as_known(item).solution.run_offsets_arcsec for item in (left, before)
+    )
+    remaining = float(after @ after)
+    return remaining > share * max(float(without @ without) - remaining, 0.0)
+
+
 def runs_differ_with(residuals: Residuals) -> str | None:
     """Return the condition that the offsets of the runs of a model follow; None where no condition
     is significant.

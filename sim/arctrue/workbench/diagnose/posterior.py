@@ -21,7 +21,7 @@ from arctrue.workbench.diagnose.probabilities import (
     log_evidence_of_p,
     normalised,
     prior,
-    untold,
+    prior_weights,
 )
 
 PARTS_ADVANTAGE = 10.0
@@ -75,7 +75,7 @@ def posterior(
     effects = len(candidates) + untestable
     share = float(np.log(prior(effects)))
     if verdict in SILENT:
-        weights = untold(len(candidates), untestable)
+        weights = prior_weights(len(candidates), untestable)
         return normalised(weights | {item.name: share for item in candidates})
     evidence = {item.name: share + log_evidence(_weighed(item)) for item in candidates}
     # An effect that a rule excludes fits nevertheless: the real error resembles it.

@@ -95,7 +95,7 @@ def normalised(log_weights: Mapping[str, float]) -> dict[str, float]:
     return dict(zip(log_weights, (shares / shares.sum()).tolist(), strict=True))
 
 
-def untold(tested: int, untested: int) -> dict[str, float]:
+def prior_weights(tested: int, untested: int) -> dict[str, float]:
     """Return the logarithms of the prior weights of ``none`` and ``unknown``, for a verdict without
     evidence.
 

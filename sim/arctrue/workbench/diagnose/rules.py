@@ -33,7 +33,11 @@ from arctrue.workbench.diagnose.next_measurement import (
     NextMeasurement,
     Question,
 )
-from arctrue.workbench.diagnose.of_the_runs import LEAST_OFFSETS, runs_differ_with
+from arctrue.workbench.diagnose.of_the_runs import (
+    LEAST_OFFSETS,
+    offsets_are_large,
+    runs_differ_with,
+)
 from arctrue.workbench.diagnose.own_tests import (
     follows_the_reading,
     one_pattern,
@@ -451,8 +455,11 @@ def fails_its_own_test(case: Case) -> Decision | None:
     further = case.further
     explained = further is not None and further.verdict in ("named", "ambiguous")
     if why is None and _of_the_runs(case) and case.with_best is not None and not explained:
-        condition = runs_differ_with(case.with_best.survey.residuals)
-        if condition is not None:
+        left = case.with_best.survey.residuals
+        condition = runs_differ_with(left)
+        if condition is not None and offsets_are_large(
+            left, case.survey.residuals, OF_THE_SAME_KIND
+        ):
             why = f"the runs still differ with the {condition}, by more than the index scatters"
     return None if why is None else _only_resembles(case, why)
 

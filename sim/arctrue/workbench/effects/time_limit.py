@@ -2,7 +2,8 @@
 
 Python cannot end a thread from outside. When the time is over, the caller continues, whatever the
 function does; this module then raises an error in the function's thread again and again until the
-thread ends. A loop that catches every error continues until the program ends at the latest.
+thread ends. A function whose loop catches every error cannot be stopped; its daemon thread ends
+with the program at the latest.
 """
 
 from __future__ import annotations
@@ -54,8 +55,11 @@ def call_within(seconds: float, function: Callable[..., Any], *arguments: Any, *
 
 
 class _EndOfThreadError(SystemExit):
-    """Error that ends a thread. It is no subclass of Exception, so that few files catch it, and the
-    thread prints nothing."""
+    """Error that ends a thread.
+
+    It derives from SystemExit: ``except Exception`` in a user's effect file does not catch it, and
+    Python prints no traceback for it.
+    """
 
 
 class _Call:
@@ -102,8 +106,8 @@ class _Call:
 
     def _send_ends(self) -> None:
         while self.thread.is_alive() and not self.left:
-            # The lock is held here, because the number of an ended thread may be given to another
-            # thread.
+            # While this lock is held the thread cannot finish, so its identifier cannot yet belong
+            # to another thread that would get the error.
             with self.lock:
                 if not self.left:
                     ctypes.pythonapi.PyThreadState_SetAsyncExc(

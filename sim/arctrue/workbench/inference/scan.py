@@ -48,7 +48,7 @@ found."""
 DISC_BINS = 1 << 15
 """Number of bins in a turn. With eight bins per period, the highest order that is searched is
 4,096, a quarter of the lines of the paper's disc."""
-TOLD_APART = 30.0
+SEPARATING_GAIN = 30.0
 """Gain by which an order must exceed the nearest whole or half order: p < 10⁻⁶ for one more
 parameter, with a gap at every half order."""
 IN_A_GAP = np.array([-1.2, -0.9, -0.6, -0.3, 0.3, 0.6, 0.9, 1.2])
@@ -268,7 +268,8 @@ def _inside_a_gap(
 
     Two lines are resolved at 1/(2·turns). The place of a single line is the more exact, the higher
     the line is above the noise (Rife and Boorstyn, IEEE Trans. Inf. Theory 20 (1974) 591): a line
-    has an order of its own if its gain exceeds the gain at the whole or half order by TOLD_APART.
+    has an order of its own if its gain exceeds the gain at the whole or half order by
+    SEPARATING_GAIN.
     """
     resolution = residuals.observations.order_resolution
     near = _away_from_halves(orders) < resolution
@@ -290,7 +291,7 @@ def _inside_a_gap(
         return []
     order = found[0].nonlinear["order"]
     half = {"order": round(2.0 * order) / 2.0}
-    known_information = found[0].gain - residuals.score(effect, half).gain > TOLD_APART
+    known_information = found[0].gain - residuals.score(effect, half).gain > SEPARATING_GAIN
     return found if known_information and order != half["order"] else []
 
 

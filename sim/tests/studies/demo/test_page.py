@@ -20,7 +20,7 @@ from arctrue.studies.demo.judgement import RecordingError
 from arctrue.studies.demo.result import DemoResult, LoadedHarmonic, UnitLatency
 from arctrue.studies.demo.settings import DemoSettings
 from arctrue.studies.demo.source_tree import DemoError
-from arctrue.studies.demo.telemetry import ToldTurn
+from arctrue.studies.demo.telemetry import ReportedTurn
 
 
 def turn(amplitude_counts: float) -> TurnScore:
@@ -45,7 +45,7 @@ def result() -> DemoResult:
         index_offset_counts=0.4,
         harmonics=(LoadedHarmonic(1, 61.2, -12.5, 0.02, 61.25, 0.0875),),
         turns=(
-            ToldTurn(
+            ReportedTurn(
                 clock=120_000,
                 number=1,
                 samples=4151,

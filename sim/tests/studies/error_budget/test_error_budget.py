@@ -280,4 +280,4 @@ def test_from_wants_its_own_json(tmp_path: Path) -> None:
     other.write_text("[1]", encoding="utf-8")
     answer = CliRunner().invoke(main, ["error-sources", "--from", str(other)])
     assert answer.exit_code == 2
-    assert "expected the JSON of arctrue error-sources" in answer.output
+    assert "expected a file that `arctrue error-sources --json` wrote" in answer.output

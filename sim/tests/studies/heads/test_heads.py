@@ -70,7 +70,7 @@ def test_a_head_that_moved_is_found_and_the_zero_is_kept(found: dict[str, Any]) 
         assert abs(row["zero_after_arcsec"]) <= 0.05
 
 
-def test_without_a_bound_of_the_axis_no_head_can_be_told() -> None:
+def test_without_a_bound_of_the_axis_no_head_can_be_reported() -> None:
     places = np.radians([0.0, 64.3, 177.0, 257.9])
     changes = np.array([0.0, 100.0, 0.0, 0.0])
     ratios = np.ones(4)

@@ -95,12 +95,14 @@ def test_thermal_eccentricity_is_followed_while_the_table_warms(centre: HiddenRe
 
 
 @pytest.mark.large
-def test_a_thermometer_that_lags_is_followed_where_its_lag_is_told(centre: HiddenResult) -> None:
+def test_a_thermometer_that_lags_is_followed_if_its_lag_is_stated(
+    centre: HiddenResult,
+) -> None:
     """The lanes follow a thermometer that lags by 60 s, which is five turns, if the file states the
     lag. If the file does not state the lag, the captured turn contradicts the model."""
     ways = ["by the firmware"]
     with pytest.raises(InstrumentError, match="worse_prediction"):
-        follow_warming(centre, 3, ways=ways, sensor_lag_s=60.0, told_lag_s=0.0)
+        follow_warming(centre, 3, ways=ways, sensor_lag_s=60.0, stated_lag_s=0.0)
     (turns,) = follow_warming(centre, 3, ways=ways, sensor_lag_s=60.0).values()
     left = np.array([turn.order1_arcsec for turn in turns])
     print("lagging, order 1:", left)

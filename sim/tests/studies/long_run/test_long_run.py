@@ -153,7 +153,7 @@ def test_a_temperature_that_only_rises_evenly_teaches_nothing() -> None:
         learn(turns, np.ones((100, 1), dtype=np.complex128), 20 + 0.01 * turns, 20.0)
 
 
-def test_a_turn_that_is_told_twice_counts_once() -> None:
+def test_a_turn_that_is_reported_twice_counts_once() -> None:
     once = {"turn": 4, "harmonics": [[1, 2.0, 0.5, 0.1, 1]]}
     refused = {"turn": 5}
     turns, values = telemetry_orders([once, once, refused])

@@ -52,7 +52,7 @@ def test_one_cycle_is_refused() -> None:
 
 
 def test_the_uncorrected_error_is_the_eccentricity_of_the_table() -> None:
-    """The uncorrected error is that of the table's eccentricity: an eccentricity e at a radius r
-    causes an error of e / r, which the paper prints."""
+    """The eccentricity e of the table at the disc radius r causes an error of amplitude e / r; it
+    must be 144″, the paper's value."""
     (eccentricity,) = [e for e in SMALL.table().causes if isinstance(e, DiscEccentricity)]
     assert eccentricity.offset_m / DISC_RADIUS_M * 206265 == pytest.approx(144.0, abs=0.2)

@@ -104,4 +104,4 @@ def test_a_file_of_another_kind_is_refused(tmp_path: Path) -> None:
     other.write_text('{"schema": 1}', encoding="utf-8")
     answer = CliRunner().invoke(main, ["paper", "--from", str(other)])
     assert answer.exit_code == 2
-    assert "expected the JSON of arctrue paper" in answer.output
+    assert "expected a file that `arctrue paper --json` wrote" in answer.output

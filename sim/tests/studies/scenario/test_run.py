@@ -146,7 +146,7 @@ def test_the_correction_acts(result: ScenarioResult) -> None:
     assert last.uncorrected.rms_arcsec > 100
 
 
-def test_broken_limits_are_told(result: ScenarioResult) -> None:
+def test_broken_limits_are_reported(result: ScenarioResult) -> None:
     broken = "\n".join(result.broken)
     assert "turn 8: corrected RMS" in broken
     assert "turn 1:" not in broken
@@ -225,7 +225,7 @@ def test_bad_file_ends_with_two(tmp_path: Path) -> None:
     assert "Traceback" not in done.output
 
 
-def test_a_table_that_is_too_fast_is_told(tmp_path: Path) -> None:
+def test_a_table_that_is_too_fast_is_reported(tmp_path: Path) -> None:
     """The command reports a table that is too fast: a vibration of 3600″ at 500 Hz moves it by up
     to 1,900″, or a hundred counts, in one clock of 6 kHz."""
     file = tmp_path / "fast.toml"

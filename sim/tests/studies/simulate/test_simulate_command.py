@@ -44,7 +44,7 @@ def test_a_changed_set_breaks_the_seal(tmp_path: Path) -> None:
         read_truth(out)
 
 
-def test_a_hidden_cause_is_not_told(tmp_path: Path) -> None:
+def test_a_hidden_cause_is_not_reported(tmp_path: Path) -> None:
     out = tmp_path / "bench"
     said = simulate(str(out), "--hidden", "--seed", "6", "--experiment", "lean")
     hidden = read_truth(out)["hidden"]
@@ -85,7 +85,7 @@ def test_bad_usage_is_exit_code_2(tmp_path: Path, arguments: list[str], message:
     assert not (tmp_path / "x").exists()
 
 
-def test_noise_is_built_in_and_told_in_the_truth(tmp_path: Path) -> None:
+def test_noise_is_built_in_and_reported_in_the_truth(tmp_path: Path) -> None:
     out = tmp_path / "noisy"
     arguments = ("--seed", "3", "--experiment", "short", "--noise", "pink=0.05", "--noise", "gaps")
     simulate(str(out), *arguments)

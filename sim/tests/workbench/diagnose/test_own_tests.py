@@ -179,3 +179,20 @@ def test_lines_of_one_shape(lines: dict[float, float], is_one: bool) -> None:
     """Four integer orders at equal distances, whose sizes fall steadily, form one shape with
     corners."""
     assert (shape_with_corners(_causes(lines)) is not None) == is_one
+
+
+@pytest.mark.parametrize(("by_direction_arcsec", "is_named"), [(0.5, True), (15.0, False)])
+def test_runs_that_differ_little_leave_a_constant_its_name(
+    by_direction_arcsec: float, is_named: bool
+) -> None:
+    """Head 2 stands 20″ further; an index that repeats worse than ±1 count differs by 0.5″.
+
+    A difference of 15″ with the direction is no constant: it may belong to the error's own shape.
+    """
+    made = measurement_set(
+        head2_only=lambda time, speed: np.full(
+            time.size, 20.0 + by_direction_arcsec * np.sign(speed)
+        )
+    )
+    found = diagnosis_of(made)
+    assert (found.named is not None and found.named.name == "head_angle_error") == is_named

@@ -26,7 +26,7 @@ from arctrue.workbench.effects.base import (
 from arctrue.workbench.effects.conditions import one_speed
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
-TOLD_APART_SIGMA = 5.5
+SEPARATED_SIGMA = 5.5
 """Smallest distance of the order from whole and half orders, in σ: a χ² of 30, as the search
 requires."""
 LEAST_TURNS = 1.98
@@ -111,7 +111,7 @@ class BearingBallPass(Effect):
         half = round(2.0 * order.value) / 2.0
         # If σ is undetermined, the data do not show that the order differs from a whole or half
         # order.
-        if not abs(order.value - half) <= TOLD_APART_SIGMA * order.sigma:
+        if not abs(order.value - half) <= SEPARATED_SIGMA * order.sigma:
             return None
         turns = "every turn" if half == round(half) else "every two turns"
         return (
