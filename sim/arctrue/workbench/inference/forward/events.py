@@ -90,7 +90,8 @@ def _next_step(record: Record, others: Float, without: KernelFit) -> tuple[Step,
     # The largest excursion of slow noise looks like a step, and the noise estimated with this step
     # in the model is smaller. A true step is significant in the noise without it too.
     held = float(_gains(record, rows, np.array([row]), without.noise)[0])
-    if record.of_few_rows(held) <= needed_gain(held, float(places.size)):
+    # At one place, P(gain > held) = erfc(√held) < e^(−held); all places together have FAMILY_WISE.
+    if record.of_few_rows(held) <= np.log(places.size / FAMILY_WISE):
         return None
     column = step_column(record, row)
     if _one_row_does_it(record, others, row, gain, without, grown):
