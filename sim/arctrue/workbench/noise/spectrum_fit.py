@@ -29,8 +29,7 @@ WALKS = (0.01, 0.1, 1.0, 10.0)
 """Variances of the slowest part from which the search may start, as shares of the variance of the
 rows."""
 ENOUGH = 0.01
-"""Gain of log likelihood below which a step of the search is the last: steps along a flat direction
-gain little, and many such steps gain much."""
+"""Gain of log likelihood below which a step of the search is the last."""
 IMPOSSIBLE = 1e12
 """Cost of a spectrum that is not possible for any rows."""
 
