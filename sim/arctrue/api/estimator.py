@@ -17,8 +17,7 @@ PARAMETERS = ("model", "fix", "bounds", "tie")
 
 
 class FitEstimator:
-    """An estimator whose parameters are the arguments of :func:`fit`; ``sklearn.base.clone`` can
-    copy it.
+    """An estimator whose parameters are the arguments of :func:`fit`; scikit-learn can clone it.
 
     The parameters are stored as they are given and checked by :meth:`fit`. Results of a fit have
     names that end in ``_``: ``result_``.

@@ -183,8 +183,7 @@ class Model:
         return self.grown(content, data)
 
     def grown(self, content: _Model, measurement: SetOrFolder) -> Model:
-        """Return this model with other content, and record the provenance of each new step of the
-        history.
+        """Return this model with other content and the provenance of each new step.
 
         Parameters
         ----------

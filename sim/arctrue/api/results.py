@@ -260,8 +260,7 @@ def explain(
     *,
     matters_counts: float = MATTERS_COUNTS,
 ) -> Explanation:
-    """Add the effects that the diagnosis names, one after the other, until it names no further
-    effect.
+    """Add the effects that the diagnosis names, until it names no further one.
 
     Parameters
     ----------

@@ -22,8 +22,7 @@ Curve = NDArray[np.float64]
 
 
 class Curves(Protocol):
-    """Interface that gives the readings of the heads and the true angle piece by piece, in order of
-    time."""
+    """Interface that gives the readings of the heads and the true angle in order of time."""
 
     counts_per_rev: int
     index_width_counts: int

@@ -44,8 +44,7 @@ class Core(Protocol):
 
 
 class Firmware:
-    """The firmware without its hardware drivers, compiled for this machine: calculation,
-    application and console; see docs/firmware.md.
+    """The firmware without its hardware drivers, compiled for this machine (docs/firmware.md).
 
     The firmware accesses the registers of the instrument; every access takes as many clocks as on
     the bus. A calculation takes ``calculation_clocks`` between reading a bank and using the result.
@@ -110,8 +109,7 @@ class Firmware:
             raise InstrumentError(f"parameter {name} = {value:g}: {name} {_ANSWERS[answer]}")
 
     def start(self) -> None:
-        """Make the firmware find the core, set it up and re-arm it, so that the heads wait for
-        their index again.
+        """Make the firmware find the core, set it up and re-arm its heads.
 
         Raises
         ------
@@ -135,8 +133,7 @@ class Firmware:
         return ctypes.string_at(self._library.firmware_flash(self._processor), size)
 
     def power_on(self, flash: bytes) -> None:
-        """Start like a board with this flash content, without commands; this method replaces
-        :meth:`start`.
+        """Start like a board with this flash content; it replaces :meth:`start`.
 
         Parameters
         ----------
@@ -263,8 +260,7 @@ class Firmware:
         return self.active_bank(self._instrument.read("counts_per_rev_active"))
 
     def active_bank(self, counts_per_rev: int) -> Coefficients | None:
-        """Return the active coefficient bank without a bus access, if the number of counts a turn
-        is known.
+        """Return the active coefficient bank without a bus access.
 
         Parameters
         ----------

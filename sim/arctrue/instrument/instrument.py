@@ -436,8 +436,7 @@ class Instrument:
         )
 
     def attach_pins(self, events: PinEvents) -> None:
-        """Apply the levels of ``events`` to the pins A, B and Z of two heads; the low three bits
-        are those of head 1.
+        """Apply the levels of ``events`` to A, B and Z of two heads; head 1 has the low bits.
 
         Parameters
         ----------
@@ -653,8 +652,7 @@ class Instrument:
         return _now(self.registers.snapshot())
 
     def read_capture(self) -> CaptureBank:
-        """Return the capture bank that is ready, read over the bus; ``command("capture_release")``
-        then releases it.
+        """Return the capture bank that is ready; ``command("capture_release")`` releases it.
 
         Returns
         -------
@@ -664,8 +662,7 @@ class Instrument:
         return _now(self.registers.read_capture())
 
     def write_coefficients(self, coefficients: CoefficientSet) -> None:
-        """Write the words of all lanes to the idle coefficient bank; ``command("swap")`` makes this
-        bank active.
+        """Write all lanes to the idle coefficient bank; ``command("swap")`` makes it active.
 
         Parameters
         ----------
@@ -712,8 +709,7 @@ class Instrument:
     def record(
         self, *, bins: int = 0, every: int = 0, most: int = 20_000_000, turns: float = 0.0
     ) -> None:
-        """Begin to record edges; the recording replaces an earlier one. Positions use the present
-        number of counts a turn.
+        """Begin to record edges; the recording replaces an earlier one.
 
         Parameters
         ----------

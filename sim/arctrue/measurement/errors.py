@@ -41,8 +41,7 @@ class MeasurementError(ValueError):
         self.column = column
 
     def of_file(self, file: Path) -> MeasurementError:
-        """Return this error with another file name: that of the packed file, if the fault is in its
-        unpacked copy.
+        """Return this error with another file name, for a fault in the copy of a packed file.
 
         Parameters
         ----------

@@ -41,8 +41,7 @@ def read_measurement_set(
     reference: bool = True,
     progress: BytesRead | None = None,
 ) -> MeasurementSet:
-    """Read a whole set; this needs 8 bytes of memory per field, and memory for one block of the
-    file.
+    """Read a whole set; a field needs 8 bytes of memory.
 
     It needs 8 bytes of memory per field, and one block of the file.
 

@@ -33,8 +33,7 @@ class Stations:
 
 
 class Cause:
-    """Base class of all causes. Each method returns one quantity; a method that a cause does not
-    override has no effect.
+    """Base class of all causes; a method that a cause does not override has no effect.
 
     The table adds the results of its causes, each in the frame that the method states. A cause
     describes a displacement, never a reading: the table computes the reading by geometry.

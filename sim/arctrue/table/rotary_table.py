@@ -97,8 +97,7 @@ HEADS = (*two_heads(), *heads_at(np.deg2rad(HEAD_PLACES_DEG[4]).tolist())[2:])
 
 @dataclass(frozen=True, slots=True)
 class RotaryTable:
-    """A disc on an axis, read by heads; the geometry in the plane is exact, without small-angle
-    formulae.
+    """A disc on an axis, read by heads, with the exact geometry of the plane.
 
     Most tables have two heads; the gateware supports at most four. At the true angle θ the disc
     centre is at C = axis + e^{jθ}·disc shift. The ray from C through a head at H meets the

@@ -44,8 +44,6 @@ def device(monkeypatch: pytest.MonkeyPatch) -> Iterator[Device]:
         yield made
 
 
-@pytest.mark.large
-@pytest.mark.large
 def send_turn(replay: Replay, number: int, *, swaps: int, heat_k: float, drift: float) -> None:
     harmonics = [[1, 150.0 + drift, 0.4, U, 1], [2, 6.0, -2.0, U, 1], [5, 1.5, 1.0, U, 0]]
     replay.turn(
@@ -61,6 +59,7 @@ def send_turn(replay: Replay, number: int, *, swaps: int, heat_k: float, drift: 
     )
 
 
+@pytest.mark.large
 def test_drift_heat_and_a_fault_are_shown(replay: Replay, page: Page, tmp_path: Path) -> None:
     store = tmp_path / "store"
     with (
@@ -118,6 +117,7 @@ def test_drift_heat_and_a_fault_are_shown(replay: Replay, page: Page, tmp_path: 
         expect(page.locator("#lost")).to_contain_text("no daemon runs")
 
 
+@pytest.mark.large
 def test_the_heads_of_a_mean_are_shown(replay: Replay, page: Page, tmp_path: Path) -> None:
     """The page shows the heads of a mean; the keys are those of the compiled firmware's telemetry
     when it calibrates four heads."""

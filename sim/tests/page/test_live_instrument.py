@@ -98,7 +98,6 @@ def turning(
     made.end()
 
 
-@pytest.mark.large
 def circle_arcsec(x: list[float], y: list[float]) -> float:
     """Return the radius of the circle with three periods per turn, which the closed path contains;
     the points have equal steps of angle."""
@@ -107,6 +106,7 @@ def circle_arcsec(x: list[float], y: list[float]) -> float:
     return max(abs(np.mean(path * np.exp(sense * 3j * place))) for sense in (1, -1))
 
 
+@pytest.mark.large
 def test_drift_heat_orbit_and_a_fault_of_the_compiled_instrument(
     turning: tuple[HeadsDevice, Turning], page: Page, tmp_path: Path
 ) -> None:

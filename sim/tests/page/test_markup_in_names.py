@@ -149,7 +149,6 @@ def test_files_that_are_dropped_in_are_named_as_text(
     expect(page.locator("#dropin")).to_contain_text("data-evil")
 
 
-@pytest.mark.large
 def test_addresses_that_are_not_there_are_shown_as_text(server: str, page: Page) -> None:
     # The browser prints a missing page on its console, which would fail the test; therefore the
     # test sends plain requests.
@@ -159,6 +158,7 @@ def test_addresses_that_are_not_there_are_shown_as_text(server: str, page: Page)
         assert "<i data-evil" not in answer.text()
 
 
+@pytest.mark.large
 def test_the_report_shows_markup_as_text(folder: Path, page: Page, tmp_path: Path) -> None:
     words = ["report", str(folder / "sets" / FOLDER), "--out", str(tmp_path / "out")]
     words += ["--effects", str(folder / "effects"), "--against", COLUMN]
@@ -173,7 +173,6 @@ def test_the_report_shows_markup_as_text(folder: Path, page: Page, tmp_path: Pat
         harmless(page)
 
 
-@pytest.mark.large
 def test_a_printed_report_shows_markup_as_text(page: Page, tmp_path: Path) -> None:
     figure = Figure()
     figure.subplots().set_title(EVIL)
@@ -189,6 +188,7 @@ def test_a_printed_report_shows_markup_as_text(page: Page, tmp_path: Path) -> No
     assert "](" not in write_document(linked, tmp_path, "linked")[0].read_text(encoding="utf-8")
 
 
+@pytest.mark.large
 def test_no_chart_can_be_sent_to_another_server(server: str, page: Page) -> None:
     asked: list[str] = []
     page.on("request", lambda request: asked.append(request.url))

@@ -243,4 +243,4 @@ def test_without_a_ghdl_for_netlists_the_set_up_goes_on(machine: Machine) -> Non
     done = machine.setup(DEBIAN_12)
     assert done.returncode == 0
     assert "no mirror" in done.stderr
-    assert "the virtual instrument and its tests will ask for it" in done.stderr
+    assert "the virtual instrument and its tests need it" in done.stderr

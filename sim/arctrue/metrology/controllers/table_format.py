@@ -73,8 +73,7 @@ class TableFormat(ABC):
         return self
 
     def part_of(self, correction: Correction) -> Correction:
-        """Return that part of a correction which the table can represent; most formats represent
-        all of it.
+        """Return the part of a correction that the table can represent.
 
         Parameters
         ----------
@@ -131,8 +130,7 @@ class TableFormat(ABC):
         """
 
     def left(self, text: str, correction: Correction) -> Left:
-        """Return the error that remains on a fine grid of angles, approached from below and from
-        above.
+        """Return the error that remains on a fine grid of angles, approached from both sides.
 
         Parameters
         ----------

@@ -21,8 +21,7 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class StationErrors:
-    """Positioning error at every face in arcseconds, shapes ``(faces,)``; the mean over the faces
-    is removed."""
+    """Positioning error at every face less its mean, in arcseconds, shapes ``(faces,)``."""
 
     mean_arcsec: Float
     """Mean error over the cycles."""

@@ -65,8 +65,7 @@ LARGEST_RAMP_ARCSEC_S2 = 1e12
 
 @dataclass(frozen=True, slots=True)
 class RevolutionSettings:
-    """Settings of the revolution; the defaults are the paper's conditions; tests use fewer
-    counts."""
+    """Settings of the revolution; the defaults are the paper's conditions."""
 
     heads: int = 2
     """Number of heads, two or four; with four, the firmware calibrates the mean of their
@@ -209,8 +208,7 @@ class RevolutionSettings:
         )
 
     def motion(self) -> Motion:
-        """Return the motion: it starts from rest, passes all indices (the index of head 1 last),
-        and then makes the turns.
+        """Return the motion: from rest past all indices, the one of head 1 last, then the turns.
 
         Returns
         -------

@@ -4,5 +4,4 @@ from __future__ import annotations
 
 
 class ScenarioError(ValueError):
-    """Raised for a scenario that cannot be run; the message names the file and the key, and says
-    how to correct the value."""
+    """Raised for a scenario that cannot be run; the message names file, key and remedy."""

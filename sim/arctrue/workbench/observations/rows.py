@@ -148,8 +148,7 @@ class CaptureRows(_Sliceable):
         return f"run {run // self.channels} head {run % self.channels + 2}"
 
     def of_head(self, head: int) -> CaptureRows:
-        """Return the samples as rows of Rᵢ − R₁, from which an effect computes its columns for head
-        i.
+        """Return the samples as rows of Rᵢ − R₁, from which an effect computes columns of head i.
 
         Parameters
         ----------

@@ -43,13 +43,13 @@ def latency_bound_arcsec() -> float:
     return float(2.0 * COUNT_ARCSEC + rate * LAG_CLOCKS / scale.clock_hz)
 
 
-@pytest.mark.large
 def modulators(result: HiddenResult) -> list[str]:
     extension = result.export.coefficients.extension
     assert extension is not None
     return sorted(name for _, name in extension.modulators)
 
 
+@pytest.mark.large
 def test_latency_while_the_speed_changes_by_a_half(tmp_path: Path) -> None:
     result = run_small("latency", tmp_path)
     assert result.diagnosed.effect == "latency"

@@ -17,14 +17,12 @@ counts."""
 COUNT_ARCSEC = 1_296_000 / (1 << 18)
 
 
-@pytest.mark.large
-@pytest.mark.large
-@pytest.mark.large
 @pytest.fixture(scope="module")
 def result(tmp_path_factory: pytest.TempPathFactory) -> HiddenResult:
     return run_small("hysteresis", tmp_path_factory.mktemp("hysteresis"))
 
 
+@pytest.mark.large
 def test_it_is_named_with_its_size(result: HiddenResult) -> None:
     assert result.diagnosed.effect == "hysteresis"
     error = result.diagnosed.model.effects[-1].parameters["reversal_error"]
@@ -33,6 +31,7 @@ def test_it_is_named_with_its_size(result: HiddenResult) -> None:
     assert error.value == pytest.approx(REVERSAL_ARCSEC, abs=0.5 * COUNT_ARCSEC)
 
 
+@pytest.mark.large
 def test_it_becomes_a_lane_that_follows_the_direction(result: HiddenResult) -> None:
     extension = result.export.coefficients.extension
     assert extension is not None
@@ -40,6 +39,7 @@ def test_it_becomes_a_lane_that_follows_the_direction(result: HiddenResult) -> N
     assert not any("hysteresis" in text for text in result.export.left_out)
 
 
+@pytest.mark.large
 def test_the_output_loses_it_and_without_the_lane_keeps_it(result: HiddenResult) -> None:
     """The output shows the whole reversal error at new stations without the lane, and at most 6″
     with the lane (a count is 4.9″)."""

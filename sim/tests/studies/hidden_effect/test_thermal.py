@@ -56,7 +56,6 @@ def test_thermal_eccentricity_is_corrected_at_a_temperature_never_measured(
     assert np.abs(worked_out - at_once.error_counts(readings)).max() < 0.1
 
 
-@pytest.mark.large
 @pytest.mark.parametrize("made", ["centre", "lobes"])
 def test_the_model_tells_a_capture_at_a_temperature_never_measured(
     made: str, request: pytest.FixtureRequest
@@ -70,6 +69,7 @@ def test_the_model_tells_a_capture_at_a_temperature_never_measured(
     assert left["without"] > 1.5 * left["with"]
 
 
+@pytest.mark.large
 def test_thermal_eccentricity_is_followed_while_the_table_warms(centre: HiddenResult) -> None:
     ways = follow_warming(centre, 3)
     held, every, by_host, alone = (

@@ -89,7 +89,7 @@ def test_recalibration_and_model_follow_what_held_coefficients_do_not(
 def test_the_page_of_a_run_is_that_of_its_json(found: dict[str, Any]) -> None:
     page = long_run_page(found)
     assert page == long_run_page(json.loads(json.dumps(found)))
-    assert "| order 1 by the thermometer, the others averaged |" in page
+    assert "| order 1 by the temperature model, the others by a running average |" in page
 
 
 def test_a_short_run_claims_nothing_of_noise_and_trends(found: dict[str, Any]) -> None:
@@ -99,7 +99,7 @@ def test_a_short_run_claims_nothing_of_noise_and_trends(found: dict[str, Any]) -
         deviation[-1] = None
     page = long_run_page(found)
     assert "the stated noise is right" not in page
-    assert "Too few turns for a line" in page
+    assert "The run is too short for a line" in page
 
 
 def test_lost_counts_come_back(found: dict[str, Any]) -> None:
