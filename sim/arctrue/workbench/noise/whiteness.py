@@ -67,7 +67,7 @@ def whiteness(whitened: Float, model: Float | None = None) -> Whiteness | None:
     square = float(values @ values)
     normal_p = _normal_p(values) if square > 0.0 else 1.0
     own = _orthonormal(rows, model)
-    if rows <= MOST_EXACT_ROWS:
+    if rows <= MOST_EXACT_ROWS and own.shape[1] <= LARGEST_SHARE * rows:
         values, own = _without_wild_rows(values, own)
     free = rows - own.shape[1]
     if free < LEAST_ROWS - 1 or rows < LEAST_ROWS or square <= 0.0:
@@ -115,6 +115,9 @@ def _without_wild_rows(values: Float, own: Float) -> tuple[Float, Float]:
 
 WILD = 0.01
 """Probability that normal noise contains a row that counts as wild."""
+LARGEST_SHARE = 1.0 / 3.0
+"""Largest ratio of columns to rows at which wild rows are sought: where a model has more columns,
+it hides a wild row in the residuals of the other rows."""
 MOST_WILD = 0.02
 """Largest share of wild rows; a larger share counts as tails of the noise."""
 

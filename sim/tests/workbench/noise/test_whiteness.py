@@ -40,7 +40,7 @@ def test_what_a_model_takes_is_no_colour(rows: int, turns: int) -> None:
         assert np.count_nonzero(p_values < 0.01 / 3.0) < 8, name
 
 
-@pytest.mark.parametrize("rows", [120, 300])
+@pytest.mark.parametrize("rows", [150, 300])
 def test_wild_rows_are_no_colour(rows: int) -> None:
     """Wild rows are no colour: a fit spreads the error of a wild row over its neighbours, and the
     moments of normal noise do not hold for such rows."""
