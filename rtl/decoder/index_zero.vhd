@@ -188,7 +188,7 @@ architecture rtl of index_zero is
     place             : turn_place;
     last, before_last : u_unsigned(ANGLE_WIDTH - 1 downto 0);
     stands, up        : std_ulogic;
-    has_index           : std_ulogic;
+    has_index         : std_ulogic;
     from_zero         : few_counts
   ) return turn_place is
 
@@ -315,7 +315,7 @@ begin
     variable slip_then       : u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0);
     -- Indices of the last clocks, the latest in the low bit; one of these indices is checked, and no other index has
     -- come since
-    variable index_then       : std_ulogic_vector(JUDGED_AFTER - 1 downto 0) := (others => '0');
+    variable index_then      : std_ulogic_vector(JUDGED_AFTER - 1 downto 0) := (others => '0');
     variable is_small        : std_ulogic;
     variable passed_index    : std_ulogic                              := '0';
     variable passed_up       : std_ulogic                              := '1';
@@ -350,7 +350,7 @@ begin
       off_down   := index_interval + turn;
 
       -- Stage 3: latch the index of the clock before.
-      index_then    := index_then(index_then'high - 1 downto 0) & (passed_index and not rearm);
+      index_then   := index_then(index_then'high - 1 downto 0) & (passed_index and not rearm);
       index_strobe <= '0';
       repeats      := '0';
       if (passed_index = '1' and rearm = '0') then
@@ -491,7 +491,7 @@ begin
         passed_index   := '0';
         index_before   := '0';
         is_in_doubt    <= '0';
-        index_then      := (others => '0');
+        index_then     := (others => '0');
       end if;
 
       if (reset = '1') then
@@ -501,7 +501,7 @@ begin
         index_before    := '0';
         repeats         := '0';
         is_in_doubt     <= '0';
-        index_then       := (others => '0');
+        index_then      := (others => '0');
         index_trusted   <= '0';
         zero_moved      <= '0';
         zero_moves      <= (others => '0');

@@ -223,7 +223,7 @@ def test_a_unit_keeps_to_one_adder_and_to_200_mhz(
 @needs_tools
 @pytest.mark.large
 def test_no_core_feeds_itself(tmp_path: Path) -> None:
-    """A core with every unit has a path to each register, so no logic of it is a loop."""
+    """The core with every unit has no loop of logic: each register has a longest path."""
     built = dict.fromkeys(
         ("FAILOVER", "MODULATORS", "REAL_ORDERS", "LOCAL_TABLE", "EVENTS"), "true"
     )

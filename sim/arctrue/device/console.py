@@ -13,7 +13,7 @@ from arctrue.measurement import MeasurementSet
 
 __all__ = ["Console", "ConsoleError", "TelemetryLine"]
 ATTEMPTS = 3
-"""Number of attempts to get data if some of it is damaged in transmission."""
+"""Number of times that data are requested if their transmission damages them."""
 SILENCE_S = 5.0
 """Silence in seconds after which a dump counts as ended, if its last line was damaged."""
 LATE_S = 10.0

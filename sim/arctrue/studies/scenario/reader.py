@@ -75,10 +75,10 @@ class _Leg(Struct, forbid_unknown_fields=True):
             raise ValueError(
                 f"turns: expected 0.05 turns or more, of either sign, found {self.turns:g}"
             )
-        key, beside = ("speed_deg_s", "turns") if self.turns is None else ("run_s", "pause_s")
+        key, needed = ("speed_deg_s", "turns") if self.turns is None else ("run_s", "pause_s")
         if getattr(self, key) is not None:
             raise ValueError(
-                f"{key}: expected only together with {beside}, found {getattr(self, key):g}"
+                f"{key}: expected only together with {needed}, found {getattr(self, key):g}"
             )
         if self.pause_s is not None and self.run_s is not None and self.run_s > self.pause_s:
             raise ValueError(

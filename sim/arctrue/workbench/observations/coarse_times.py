@@ -12,7 +12,6 @@ from arctrue.base.runs import run_spans
 from arctrue.measurement import Reference
 
 Float = NDArray[np.float64]
-Integer = NDArray[np.int64]
 
 
 def with_spread_times(columns: Reference) -> Reference:
