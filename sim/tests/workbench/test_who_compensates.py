@@ -23,7 +23,7 @@ def test_effects_with_lanes_by_condition_name_the_bitstream() -> None:
     assert "MODULATORS" in CORRECTED_BY["modulators"]
     for name in said:
         note = built_in()[name].compensation_note
-        assert "default bitstream does not" in note
+        assert "default bitstream cannot" in note
 
 
 def test_effects_of_the_local_table_name_the_bitstream() -> None:
