@@ -10,10 +10,12 @@ library ieee;
 
 package cordic_pkg is
 
-  -- A table of 5-input functions replaces the first iterations, because they have few outcomes.
-  constant TABULATED_ITERATIONS : positive := 6;
+  -- A table of 6-input functions replaces the first iterations, because they have few outcomes.
+  constant TABULATED_ITERATIONS : positive := 7;
   -- Number of bits of x and y below the cosine's last bit.
   constant GUARD_WIDTH          : positive := 2;
+  -- x has this number of fraction bits more than y, which is shifted by 7 bits or more before it changes x.
+  constant Y_SAVED_WIDTH        : positive := 4;
 
   type naturals is array (natural range <>) of natural;
 
@@ -52,6 +54,12 @@ package cordic_pkg is
   function add_or_subtract (
     a, b     : u_signed;
     subtract : std_ulogic
+  ) return u_signed;
+
+  -- Returns angle - step if `left`, otherwise angle + step, on one carry chain.
+  function remainder_after (
+    angle, step : u_signed;
+    left        : std_ulogic
   ) return u_signed;
 
 end package cordic_pkg;
@@ -177,5 +185,21 @@ package body cordic_pkg is
     return difference(a'length downto 1);
 
   end function add_or_subtract;
+
+  function remainder_after (
+    angle, step : u_signed;
+    left        : std_ulogic
+  ) return u_signed is
+
+    variable difference : u_signed(angle'length downto 0);
+
+  begin
+
+    -- -angle equals (not angle) + 1. So this is step + angle, or (not step) + angle + 1, of which the lowest bit provides
+    -- the 1. The constant step enters the carry chain without a LUT, which leaves the LUTs for a function of the angle.
+    difference := ((step & '0') xor (difference'range => left)) - ((not angle) & '1');
+    return difference(angle'length downto 1);
+
+  end function remainder_after;
 
 end package body cordic_pkg;

@@ -9,23 +9,23 @@
 -- **Latency.** CORDIC_ITERATIONS − 1 = 15 clocks, because iteration 0 always turns to the left by an eighth
 -- of a turn and needs no adder. One angle per clock.
 --
--- **Number formats.** place 22 bits, 2⁻²⁴ turn; x and y s1.COSINE_WIDTH, two bits more than the
--- cosine at the end; z in 2⁻²¹ turn (COSINE_WIDTH + 3 fraction bits, 24 at most), each stage as
--- wide as its largest z requires: 19 bits at first, 6 in the last stage.
+-- **Number formats.** place 22 bits, 2⁻²⁴ turn; x s1.COSINE_WIDTH, two bits more than the cosine at the end;
+-- y s1.(COSINE_WIDTH − 4), because it changes x by at most 2⁻⁷ of its value; z in 2⁻²¹ turn (COSINE_WIDTH + 3
+-- fraction bits, 24 at most), each stage as wide as its largest z requires: 19 bits at first, 6 in the last stage.
 --
 -- **z.** The bits of the phase below 2⁻²¹ turn are truncated. z represents the middle of the truncated
 -- interval: an implicit half unit is added throughout, which needs no logic and does not change the sign.
 --
--- **Mirrored angles.** In every stage z of the complement of an angle is the complement of z, because of the implicit half
--- unit, and each iteration turns the other way. So z is the angle of `place`, and `mirrored` reverses the turns of x and y.
+-- **Mirrored angles.** The z of the complement of an angle is the complement of z, because of the implicit half
+-- unit. So the adder of iteration 1 also forms the complement: each of its LUTs has an input left for `mirrored`.
 --
--- **x and y.** After the iterations 0 to 5 each of them is one of 32 constants, rounded from exact values. From then on
--- one adder performs each addition or subtraction, and its carry input rounds the shifted operand. Once y changes x by
--- less than half a unit, y is no longer rotated:
--- after iteration 9, where the square of the remaining angle is below 2⁻¹⁸.
+-- **x and y.** After the iterations 0 to 6 each of them is one of 64 constants, rounded from exact values. From then on
+-- one adder performs each addition or subtraction, and its carry input rounds the shifted operand. The iterations from
+-- 10 on do not rotate y, because its change would move x by less than half a unit: the square of the remaining angle is
+-- below 2⁻¹⁸.
 --
--- **Error.** By an exhaustive sweep, including the subsequent rounding to s1.16: at most 5.2·10⁻⁵ over all phases of 20
--- bits and 5.5·10⁻⁵ over all phases of 24 bits; (A.1) + (A.5) as printed give 1.18·10⁻⁴.
+-- **Error.** By an exhaustive sweep, including the subsequent rounding to s1.16: at most 5.4·10⁻⁵ over all phases of 20
+-- bits and 5.6·10⁻⁵ over all phases of 24 bits; (A.1) + (A.5) as printed give 1.18·10⁻⁴.
 --
 -- There is no reset, because no register holds state.
 
@@ -56,6 +56,7 @@ architecture rtl of cordic_rotation is
   constant T              : positive := TABULATED_ITERATIONS;
   constant FRACTION       : positive := COSINE_WIDTH - 2 + GUARD_WIDTH;
   constant WIDTH          : positive := COSINE_WIDTH + GUARD_WIDTH;
+  constant Y_WIDTH        : positive := WIDTH - Y_SAVED_WIDTH;
   -- The first iteration that does not change y.
   constant Y_FINAL        : positive := (FRACTION + 3) / 2;
   constant Z_FRACTION     : positive := angle_fraction(COSINE_WIDTH);
@@ -63,11 +64,11 @@ architecture rtl of cordic_rotation is
   constant STEPS          : naturals := rotation_steps(CORDIC_ITERATIONS, Z_FRACTION);
   constant WIDTHS         : naturals := remainder_widths(STEPS, Z_FRACTION);
 
-  subtype coordinate is u_signed(WIDTH - 1 downto 0);
-
   subtype remainder is u_signed(Z_WIDTH - 1 downto 0);
 
-  type coordinates is array (natural range <>) of coordinate;
+  type x_coordinates is array (natural range <>) of u_signed(WIDTH - 1 downto 0);
+
+  type y_coordinates is array (natural range <>) of u_signed(Y_WIDTH - 1 downto 0);
 
   type remainders is array (natural range <>) of remainder;
 
@@ -77,9 +78,9 @@ architecture rtl of cordic_rotation is
 
   function rounded (
     table : reals
-  ) return coordinates is
+  ) return x_coordinates is
 
-    variable result : coordinates(table'reverse_range);
+    variable result : x_coordinates(table'reverse_range);
 
   begin
 
@@ -91,26 +92,39 @@ architecture rtl of cordic_rotation is
 
   end function rounded;
 
-  constant X_TABLE : coordinates := rounded(tabulated_vectors(start_radius(CORDIC_ITERATIONS), false));
-  constant Y_TABLE : coordinates := rounded(tabulated_vectors(start_radius(CORDIC_ITERATIONS), true));
+  function rounded (
+    table : reals
+  ) return y_coordinates is
+
+    variable result : y_coordinates(table'reverse_range);
+
+  begin
+
+    for index in table'range loop
+      result(index) := to_signed(integer(round(table(index) * 2.0 ** (FRACTION - Y_SAVED_WIDTH))), Y_WIDTH);
+    end loop;
+
+    return result;
+
+  end function rounded;
+
+  constant X_TABLE : x_coordinates := rounded(tabulated_vectors(start_radius(CORDIC_ITERATIONS), false));
+  constant Y_TABLE : y_coordinates := rounded(tabulated_vectors(start_radius(CORDIC_ITERATIONS), true));
 
 begin
 
   rotate : process (clock) is
 
     -- Registers before the iteration of their index. turned(i)(j): z of iteration j was negative.
-    variable x      : coordinates(T to LAST)    := (others => (others => '0'));
-    variable y      : coordinates(T to LAST)    := (others => (others => '0'));
-    variable z      : remainders(2 to LAST)     := (others => (others => '0'));
-    variable turned : directions(2 to T - 1)    := (others => (others => '0'));
-    variable mirror : std_ulogic_vector(2 to LAST) := (others => '0');
+    variable x      : x_coordinates(T to LAST) := (others => (others => '0'));
+    variable y      : y_coordinates(T to LAST) := (others => (others => '0'));
+    variable z      : remainders(2 to LAST)    := (others => (others => '0'));
+    variable turned : directions(2 to T - 1)   := (others => (others => '0'));
 
-    variable mirrors   : std_ulogic;
-    variable decreases : std_ulogic;
-    variable left      : std_ulogic;
-    variable turn      : direction;
-    variable old_z     : remainder;
-    variable new_x     : coordinate;
+    variable left  : std_ulogic;
+    variable turn  : direction;
+    variable old_z : remainder;
+    variable new_x : u_signed(WIDTH - 1 downto 0);
 
   begin
 
@@ -119,19 +133,17 @@ begin
       -- The last iteration comes first, so that each variable is read before it takes its new value.
       for i in LAST downto 1 loop
         if i > 1 then
-          old_z   := z(i);
-          mirrors := mirror(i);
+          old_z := z(i);
         else
           -- Iteration 0 subtracts an eighth of a turn.
           old_z              := u_signed(place(place'high downto place'length - Z_WIDTH));
           old_z(Z_WIDTH - 1) := not old_z(Z_WIDTH - 1);
-          mirrors            := mirrored;
+          old_z              := old_z xor (old_z'range => mirrored);
         end if;
-        decreases := not old_z(WIDTHS(i) - 1);
-        left      := decreases xor mirrors;
+        left := not old_z(WIDTHS(i) - 1);
 
         if i >= T then
-          new_x := add_or_subtract(x(i), shift_right(y(i) & '0', i), left);
+          new_x := add_or_subtract(x(i), resize(shift_right(y(i) & '0', i - Y_SAVED_WIDTH), WIDTH + 1), left);
 
           if i = LAST then
             cosine <= new_x;
@@ -139,7 +151,7 @@ begin
             x(i + 1) := new_x;
 
             if i < Y_FINAL then
-              y(i + 1) := add_or_subtract(y(i), shift_right(x(i) & '0', i), not left);
+              y(i + 1) := add_or_subtract(y(i), resize(shift_right(x(i) & '0', i + Y_SAVED_WIDTH), Y_WIDTH + 1), not left);
             else
               y(i + 1) := y(i);
             end if;
@@ -149,24 +161,22 @@ begin
           if i > 1 then
             turn := turned(i);
           end if;
-          turn(i) := not decreases;
+          turn(i) := not left;
 
           if i < T - 1 then
             turned(i + 1) := turn;
           else
-            turn := turn xor (turn'range => mirrors);
             x(T) := X_TABLE(to_integer(turn));
             y(T) := Y_TABLE(to_integer(turn));
           end if;
         end if;
 
         if i < LAST then
-          z(i + 1)(WIDTHS(i + 1) - 1 downto 0) := add_or_subtract(
+          z(i + 1)(WIDTHS(i + 1) - 1 downto 0) := remainder_after(
             old_z(WIDTHS(i + 1) - 1 downto 0),
-            u_signed(to_unsigned(STEPS(i), WIDTHS(i + 1))) & '0',
-            decreases
+            u_signed(to_unsigned(STEPS(i), WIDTHS(i + 1))),
+            left
           );
-          mirror(i + 1) := mirrors;
         end if;
       end loop;
 

@@ -49,5 +49,5 @@ async def equals_the_model(dut: Any) -> None:
         f"angle {angles[wrong[0]]}: {found[wrong[0]]}, expected {expected[wrong[0]]} "
         f"({wrong.size} of {angles.size} differ)"
     )
-    # Check that the angles select all 2⁵ constants of the first six iterations.
+    # Check that the angles select all 2⁶ constants of the first seven iterations.
     assert np.unique(angles >> 13).size == QUARTER >> 13 or ANGLES < 20_000

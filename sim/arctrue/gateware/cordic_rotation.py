@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from arctrue.generated.number_formats import CORDIC_ITERATIONS, COSINE_WIDTH, PHASE_WIDTH
 
-TABULATED_ITERATIONS = 6
+TABULATED_ITERATIONS = 7
 GUARD_WIDTH = 2
+Y_SAVED_WIDTH = 4
 COSINE_WIDTHS = range(8, 25)
 ITERATIONS = range(8, 25)
 
@@ -22,8 +23,8 @@ ITERATIONS = range(8, 25)
 class RotationTables:
     """Constants that are computed when the entity is elaborated.
 
-    ``steps``: arctan 2⁻ⁱ in 2⁻ᶠ turn, f = ``angle_fraction``; ``x`` and ``y``: int32 (32,), after
-    the tabulated iterations, in units of the last place of x; ``y_final``: the first iteration that
+    ``steps``: arctan 2⁻ⁱ in 2⁻ᶠ turn, f = ``angle_fraction``; ``x`` and ``y``: int32 (64,), after
+    the tabulated iterations, in units of their last places; ``y_final``: the first iteration that
     does not change y.
     """
 
@@ -65,7 +66,7 @@ def rotation_tables(cosine_width: int, iterations: int) -> RotationTables:
         angle_fraction,
         steps,
         np.floor(x * 2.0**fraction + 0.5).astype(np.int32),
-        np.floor(y * 2.0**fraction + 0.5).astype(np.int32),
+        np.floor(y * 2.0 ** (fraction - Y_SAVED_WIDTH) + 0.5).astype(np.int32),
         (fraction + 3) // 2,
     )
 
@@ -103,12 +104,14 @@ def cordic_rotation(
         np.right_shift(z, 31, out=right)
         if i < tables.y_final:
             # The added half unit makes the truncation of the lower bits round the value.
-            np.add(x, 1 << (i - 1), out=x_change)
-            x_change >>= i
+            shift = i + Y_SAVED_WIDTH
+            np.add(x, 1 << (shift - 1), out=x_change)
+            x_change >>= shift
             x_change ^= right
             x_change -= right
-        np.add(y, 1 << (i - 1), out=change)
-        change >>= i
+        shift = i - Y_SAVED_WIDTH
+        np.add(y, 1 << (shift - 1), out=change)
+        change >>= shift
         change ^= right
         change -= right
         x -= change
