@@ -15,8 +15,8 @@ FAULT_TABLE = (
     "32 lanes; loading one set takes",
     "4 · (4 · 32 + 10) + 4 clocks, 5.6 µs at 100 MHz. The benches in the table are cocotb tests of "
     "`tb/core/failover_core_bench.py`, with four lanes and a short turn. They show",
-    "that the output steps by at most 2 counts in a clock, as much as the motion of the table "
-    "causes, and that after the swap the mean of the three other heads is correct.",
+    "that the output steps by at most 2 counts in a clock, as much as table motion causes, and "
+    "that after the swap the mean of the three other heads is correct.",
     "The figures are for 2²⁴ counts of 0.077″; w is the weight of the failed head, at most 0.28 at "
     "these places.",
     "",
@@ -62,7 +62,7 @@ FAULT_TABLE = (
     "whether it detects a slip of 32 to 64 counts depends on the motion. Faster tables and larger "
     "motions need a larger limit.",
     "",
-    "After its next index a head returns, again with the ramp, on request (console command "
+    "After its next index a head returns, with the ramp, on request (console command "
     "`come_back`) or after the time `failover.return_after`; its index repeats within ± 1 count.",
     "A dead head has no index and does not return. A snapshot contains the parity Σcᵢ·rᵢ, which "
     "exists for four heads only. The device computes the sets itself,",
