@@ -276,11 +276,11 @@ def document(proofs: tuple[Proof, ...]) -> str:
     lines = [
         "# What is proven",
         "",
-        "Made by `make formal`, which runs every proof; do not edit. SymbiYosys with z3 proves",
+        "`make formal` runs all proofs and makes this page; do not edit. SymbiYosys with z3 proves",
         "each row for all input sequences of any length, on the netlist that GHDL makes of the",
-        "VHDL. *Induction* is the number of clocks of the k-induction. *Cover*: cover statements",
-        "show that the situation of a claim occurs within so many clocks. *Faults noticed* counts",
-        "the faults that were put into the VHDL on purpose; the proof fails for each of them.",
+        "VHDL. *Induction* is the number of clocks of the k-induction. *Cover* is the number of",
+        "clocks within which each claim's situation occurs (cover statements). *Faults noticed*",
+        "counts the faults that were put into the VHDL on purpose; the proof fails for each.",
         "",
         "| entity | claim | assumed | induction | cover | faults noticed |",
         "|---|---|---|---:|---:|---:|",
@@ -300,7 +300,7 @@ def document(proofs: tuple[Proof, ...]) -> str:
     for proof in proofs:
         generics = proof.generics if proof.rules_of else {}
         where = "".join(f", {name} = {value}" for name, value in generics.items())
-        lines.append(f"`formal/{proof.rules}.sv`{where} notices that")
+        lines.append(f"`formal/{proof.rules}.sv`{where} notices these faults:")
         lines.append("")
         lines += [f"- {fault.name}" for fault in proof.breaks]
         lines.append("")

@@ -88,7 +88,7 @@ def _coefficient_memory_probes(lanes: int, fold: int) -> dict[str, str]:
     return {**joined, **_both_banks(lanes, fold)}
 
 
-_MEMORY_LIMITS = "no write is started before the last one's acknowledge"
+_MEMORY_LIMITS = "no write starts before the last one is acknowledged"
 _SHORT_DELAYS = {"PHASE_OFFSET_DELAY": 2, "AMPLITUDE_DELAY": 3, "OFFSET_DELAY": 5}
 _SHORTEST_DELAYS = {"PHASE_OFFSET_DELAY": 1, "AMPLITUDE_DELAY": 2, "OFFSET_DELAY": 3}
 
@@ -97,13 +97,13 @@ COEFFICIENT_MEMORY = (
         name="coefficient_memory",
         entity="coefficient_memory",
         claims=(
-            "every angle meets the coefficients of one bank: a swap takes over all acknowledged "
-            "writes and no part of another",
+            "every angle is corrected with the coefficients of a single bank: a swap activates all "
+            "acknowledged writes and no part of another write",
             "a swap takes place as soon as the idle bank is filled, a write under way is finished "
             "and a new angle may enter",
-            "a write is acknowledged 3 clocks after its start, or at most the largest delay + "
-            "4 * LANES + 5 clocks after the last swap took place",
-            "what is read back is the idle bank",
+            "a write is acknowledged 3 clocks after its start, or at most the largest delay + 4 * "
+            "LANES + 5 clocks after the last swap",
+            "a read returns a word of the idle bank",
         ),
         generics={"LANES": 2, "FOLD": 1, **_SHORT_DELAYS},
         small={"LANES": 2, "FOLD": 1, **_SHORTEST_DELAYS},
@@ -115,7 +115,7 @@ COEFFICIENT_MEMORY = (
         words=("*",),
         breaks=(
             Break(
-                "a word is written while parts change their bank",
+                "a word is written while parts of the pipeline change their bank",
                 " and not swap and is_quiet and not reset;\n",
                 " and not swap and (is_quiet or copying(2)) and not reset;\n",
             ),
@@ -140,7 +140,7 @@ COEFFICIENT_MEMORY = (
                 "is_quiet and not (writing and filling) and swept and turns_swept;\n",
             ),
             Break(
-                "amplitudes come a clock too late",
+                "amplitudes change their bank one clock too late",
                 "if swapped(AMPLITUDE_DELAY - 1) = '1' then\n",
                 "if swapped(AMPLITUDE_DELAY) = '1' then\n",
             ),
@@ -155,7 +155,7 @@ COEFFICIENT_MEMORY = (
                 "      enters  := write_now and pending_word;\n",
             ),
             Break(
-                "the idle bank is filled while parts still come from it",
+                "the idle bank is filled while parts of the pipeline still use it",
                 "      if copying(LAST_COPY) = '1' then\n",
                 "      if copying(1) = '1' then\n",
             ),
@@ -165,12 +165,12 @@ COEFFICIENT_MEMORY = (
                 "        if fill_address = LAST_WORD - 1 then\n",
             ),
             Break(
-                "a word is filled into the place of its neighbour",
+                "a word is copied to its neighbour's place",
                 "        target  := fill_address_2;\n",
                 "        target  := fill_address_2 + 1;\n",
             ),
             Break(
-                "a word of the read-back is cut short",
+                "a word that is read back lacks a bit",
                 "data(PHASE_WIDTH - 1 downto 0)), 32)",
                 "data(PHASE_WIDTH - 2 downto 0)), 32)",
             ),
@@ -181,12 +181,12 @@ COEFFICIENT_MEMORY = (
         entity="coefficient_memory",
         rules_of="coefficient_memory",
         claims=(
-            "the same for lanes that share a pipeline: in all its slots an angle meets the "
-            "coefficients of one bank",
+            "the same if lanes share a pipeline: in all slots an angle is corrected with the "
+            "coefficients of a single bank",
         ),
         generics={"LANES": 2, "FOLD": 2, **_SHORT_DELAYS},
         small={"LANES": 2, "FOLD": 2, **_SHORTEST_DELAYS},
-        limits=f"{_MEMORY_LIMITS}; slots as fold_sequence counts them",
+        limits=f"{_MEMORY_LIMITS}; fold_sequence counts the slots",
         depth=3,
         cover_depth=14,
         probes=_coefficient_memory_probes(2, 2),
@@ -194,12 +194,12 @@ COEFFICIENT_MEMORY = (
         words=("*",),
         breaks=(
             Break(
-                "a swap takes place in the midst of an angle",
+                "a swap takes place between two slots of an angle",
                 "may_swap  <= swap_allowed and is_quiet",
                 "may_swap  <= is_quiet",
             ),
             Break(
-                "amplitudes are those of another slot",
+                "amplitudes come from another slot",
                 "      amplitude_slot <= later(slot, 2 - AMPLITUDE_DELAY);\n",
                 "      amplitude_slot <= later(slot, 1 - AMPLITUDE_DELAY);\n",
             ),
@@ -222,16 +222,16 @@ FAILOVER = (
         name="prepared_sets",
         entity="prepared_sets",
         claims=(
-            "a prepared set is swapped whole: with its first angle every word of lanes, mean and "
-            "offset is that of the set",
-            "no swap, of a set or of the processor, takes place while the words may not be "
-            "activated, and the refusal is reported",
+            "a prepared set is activated whole: from its first angle on, every word of lanes, mean "
+            "and offset is the set's",
+            "a swap of a set or of the processor is refused and reported while its words must not "
+            "become active",
             "each write of the processor reaches the bank unchanged before it is acknowledged, "
-            "whatever is loaded meanwhile",
+            "also while a set is loaded",
         ),
         generics={"LANES": 1, "HEADS": 3},
-        limits="one access of the bus at a time; the banks acknowledge a write a clock or more "
-        "after its start, and none while a swap waits; one load at a time",
+        limits="one bus access at a time; the banks acknowledge a write at least one clock after "
+        "its start, and none while a swap waits; one load at a time",
         depth=4,
         cover_depth=34,
         quick=False,
@@ -244,7 +244,7 @@ FAILOVER = (
                 "            if place = LANE_WORDS then\n              now        <= WRITTEN;\n",
             ),
             Break(
-                "a word is left out",
+                "a word of the set is omitted",
                 "            elsif place /= OFFSET_PLACE then\n              place <= place + 1;\n",
                 "            elsif place = 2 then\n              place <= 4;\n"
                 "            elsif place /= OFFSET_PLACE then\n              place <= place + 1;\n",
@@ -267,7 +267,7 @@ FAILOVER = (
                 "          if true then\n            now <= HAND_OVER;\n",
             ),
             Break(
-                "words are swapped that may not be activated",
+                "words that must not become active are swapped",
                 "  swap_out <= wants and may_activate;\n",
                 "  swap_out <= wants;\n",
             ),
@@ -283,13 +283,14 @@ FAILOVER = (
         entity="head_failover",
         beside={"mean_words": ("HEADS",)},
         claims=(
-            "a head that is left out has the weight 0 in the active words, is not used and does "
-            "not carry the output, whatever the processor or a prepared set writes",
+            "a head that is left out has the weight 0 in the active words, is not used and is not "
+            "the carrier, for any words of the processor or of a prepared set",
             "a head that is left out comes back only after it has seen its index again",
-            "a swap of words that use it is refused and reported; the words in force stay",
+            "a swap of words that use a left-out head is refused and reported; the active words "
+            "stay",
         ),
         generics={"LANES": 1, "HEADS": 3, "INTERVAL_BITS": 5},
-        limits="any head may fail in any clock; swaps as prepared_sets is proven to make them",
+        limits="any head may fail in any clock; prepared_sets makes swaps as its proof states",
         depth=4,
         cover_depth=20,
         cut=("head_watch*", "parity_sum*"),
@@ -301,7 +302,7 @@ FAILOVER = (
         },
         breaks=(
             Break(
-                "a swap of the processor takes a head in again",
+                "a swap of the processor uses a left-out head again",
                 "      may_activate <= not (or (idle_used and barred))",
                 "      may_activate <= not (or (idle_used and barred and (barred'range => busy)))",
             ),
@@ -322,12 +323,12 @@ FAILOVER = (
                 "        left_out     <= (others => '0');\n      end if;\n\n",
             ),
             Break(
-                "a set takes a head in before its index",
+                "a set uses a head before its index",
                 "          if uses_one(wanted_set, left_out) and has_index = '0' then\n",
                 "          if uses_one(wanted_set, left_out) and rearming /= 0 then\n",
             ),
             Break(
-                "a head comes back with the index of before",
+                "a head comes back with an earlier index",
                 "when rearming = 0 and (indices_seen and left_out) = left_out else",
                 "when (indices_seen and left_out) = left_out else",
             ),
@@ -362,12 +363,13 @@ PROOFS = (
         name="quadrature_output",
         entity="quadrature_output",
         claims=(
-            "A and B never change together, whatever comes in",
-            "two edges keep `minimum_spacing`, any value that may change in any clock",
-            "the levels of A and B belong to the output's count, through a reset too",
-            "Z never rises while the angle does not count from an index, nor, gated, outside "
-            "its state",
-            "7 clocks after a fault the output stands until it is cleared",
+            "A and B never change in the same clock, for any inputs",
+            "successive edges keep `minimum_spacing`, which may have any value and change in any "
+            "clock",
+            "A and B always have the levels of the output's count, also through a reset",
+            "Z never rises before an index has set the angle's zero, and a gated Z never rises "
+            "outside its state",
+            "from 7 clocks after a fault the output stands until the fault is cleared",
         ),
         depth=5,
         cover_depth=16,
@@ -390,12 +392,12 @@ PROOFS = (
                 " & referenced_then(0) & referenced;\n",
             ),
             Break(
-                "exchanged, one pin follows the other",
+                "with A and B exchanged, one pin repeats the other",
                 "        b <= a_level xor invert_b;\n",
                 "        b <= b_level xor invert_b;\n",
             ),
             Break(
-                "a gated Z begins a state too early",
+                "a gated Z begins one state too early",
                 "(resize(behind_state, 3) ?< counts_of(z_width))",
                 "(resize(behind_state, 3) ?<= counts_of(z_width))",
             ),
@@ -405,7 +407,7 @@ PROOFS = (
                 "      following := enable and not (cannot_keep_up and clear);\n",
             ),
             Break(
-                "after a standstill the levels are those of another count",
+                "after a standstill A and B have the levels of another count",
                 "        output(1 downto 0) := u_signed(place_of_output);\n",
                 "        output(1 downto 0) := corrected_position(1 downto 0);\n",
             ),
@@ -422,12 +424,12 @@ PROOFS = (
                 "      else\n        phase := ",
             ),
             Break(
-                "edges come a clock too early",
+                "edges come one clock too early",
                 "        if spacing <= 2 then\n",
                 "        if spacing <= 3 then\n",
             ),
             Break(
-                "a spacing of two clocks is taken for none",
+                "a spacing of two clocks is ignored",
                 "        if minimum_spacing <= 1 then\n",
                 "        if minimum_spacing <= 2 then\n",
             ),
@@ -437,10 +439,10 @@ PROOFS = (
         name="axi3_to_axi_lite",
         entity="axi3_to_axi_lite",
         claims=(
-            "AXI3 and AXI4-Lite: what is valid stays valid and unchanged until it is taken; "
-            "nothing is valid after a reset",
-            "each burst gets its beats with RLAST at the last, or one write answer after its "
-            "last beat, all with its ID, and nothing else is answered",
+            "on AXI3 and AXI4-Lite a valid address, beat or answer stays valid and unchanged until "
+            "it is taken; none is valid after a reset",
+            "each read burst gets all its beats, with RLAST at the last, and each write burst one "
+            "answer after its last beat, all with the burst's ID; there are no other answers",
         ),
         limits="the slave answers a write after it has taken address and data",
         depth=4,
@@ -478,13 +480,13 @@ PROOFS = (
                 "          if true then\n",
             ),
             Break(
-                "a reset leaves a write address out",
+                "a reset does not clear a write address",
                 "        m_axil_request.awvalid <= '0';\n"
                 "        m_axil_request.wvalid  <= '0';\n      end if;",
                 "        m_axil_request.wvalid  <= '0';\n      end if;",
             ),
             Break(
-                "RLAST comes a beat too early",
+                "RLAST comes one beat too early",
                 "          if read_now.beats = 0 then\n",
                 "          if read_now.beats <= 1 then\n",
             ),
@@ -499,12 +501,12 @@ PROOFS = (
         name="quadrature_decoder",
         entity="quadrature_decoder",
         claims=(
-            "the position is that of a reference made of the pins' samples and a table",
-            "the position never moves by more than one count a clock",
-            "the zero never moves without `zero_again`, and nothing is put back without `heal` or "
-            "without a move of the zero",
+            "the position equals that of a reference, which uses the pins' samples and a table",
+            "the position never moves by more than one count per clock",
+            "the zero never moves without `zero_again`; lost counts are put back only with `heal` "
+            "and when the zero moves",
         ),
-        limits="filter_length up to 7 clocks, which may change in any clock",
+        limits="filter_length is at most 7 clocks and may change in any clock",
         depth=7,
         cover_depth=24,
         probes={
@@ -513,7 +515,7 @@ PROOFS = (
         },
         breaks=(
             Break(
-                "it counts backwards",
+                "the decoder counts backwards",
                 "        up   <= a xor b_before;\n",
                 "        up   <= b xor a_before;\n",
                 entity="edge_counter",
@@ -525,13 +527,13 @@ PROOFS = (
                 entity="index_zero",
             ),
             Break(
-                "counts are put back unasked",
+                "lost counts are put back without `heal`",
                 "        if (heal = '1' and is_small = '1') then\n",
                 "        if (is_small = '1') then\n",
                 entity="index_zero",
             ),
             Break(
-                "the filter lets a level through a clock too early",
+                "the filter passes a level one clock too early",
                 "        elsif (lasted(i) >= filter_length) then\n",
                 "        elsif (lasted(i) + 1 >= filter_length) then\n",
                 entity="glitch_filter",
@@ -542,7 +544,7 @@ PROOFS = (
                 "      reset         => preload,\n",
             ),
             Break(
-                "both pins changing together are counted",
+                "a simultaneous change of both pins is counted",
                 "  comes     <= (a_changes xor b_changes) and not preload;\n",
                 "  comes     <= (a_changes or b_changes) and not preload;\n",
                 entity="edge_counter",
@@ -553,12 +555,12 @@ PROOFS = (
         name="sampler",
         entity="sampler",
         claims=(
-            "a capture bank that is the processor's is never written",
-            "a read reaches no other bank",
+            "the sampler never writes a capture bank that belongs to the processor",
+            "the processor reads no other bank",
             "the processor keeps bank and header until it releases them",
         ),
         generics={"DEPTH": 3},
-        limits="any trigger",
+        limits="triggers may come in any clock",
         depth=5,
         cover_depth=24,
         cut=("sample_trigger*", "capture_memory*"),
@@ -600,7 +602,7 @@ PROOFS = (
                 "      if is_inside and ready_bank = '0' then\n",
             ),
             Break(
-                "the header follows the turn under way",
+                "the header changes with the turn being captured",
                 "        samples      := samples + 1;\n",
                 "        samples      := samples + 1;\n"
                 "        header_sample_count <= resize(samples, 16);\n",
@@ -612,15 +614,15 @@ PROOFS = (
         name="arctrue_core",
         entity="arctrue_core",
         claims=(
-            "AXI4-Lite at the core's port: answers stay valid and unchanged until they are "
-            "taken; none is valid after a reset; each belongs to an access taken before it",
-            "coefficients and capture are asked for nothing but legal words of the access that was "
-            "taken, and a read is answered with the word that they gave",
+            "on the core's AXI4-Lite port an answer stays valid and unchanged until it is taken; "
+            "none is valid after a reset; each belongs to an access taken before it",
+            "coefficient memory and capture are accessed only at legal words of the access that "
+            "was taken, and a read returns the word that they supply",
             "a read waits for one write at most, and a write for one read",
         ),
         generics={"LANES": 1, "CAPTURE_DEPTH": 2},
-        limits="the master keeps to AXI4-Lite; units answer the register block as they are "
-        "proven to, with any value",
+        limits="the master follows AXI4-Lite; units answer the register block as their proofs "
+        "state, with any value",
         depth=3,
         cover_depth=12,
         quick=False,
@@ -680,13 +682,13 @@ PROOFS = (
                 entity="axi_lite_access",
             ),
             Break(
-                "a read goes before every write",
+                "reads always precede writes",
                 " and not (s_axil_request.arvalid and is_write);\n",
                 " and not s_axil_request.arvalid;\n",
                 entity="axi_lite_access",
             ),
             Break(
-                "data that are read change while they wait",
+                "read data change while they wait",
                 "        when ANSWER =>\n",
                 "        when ANSWER =>\n          s_axil_response.rdata <= data;\n",
                 entity="axi_lite_access",
@@ -698,13 +700,13 @@ PROOFS = (
                 entity="axi_lite_access",
             ),
             Break(
-                "a reset leaves an answer out",
+                "a reset does not withdraw an answer",
                 "        is_write <= '0';\n        state <= IDLE;\n",
                 "        is_write <= '0';\n",
                 entity="axi_lite_access",
             ),
             Break(
-                "the verdict follows the bank while its word is read",
+                "the check of an access follows the bank's state while a word is read",
                 "      if judge = '1' then\n",
                 "      if judge = '1' or is_write = '0' then\n",
                 entity="access_guard",
@@ -722,7 +724,7 @@ PROOFS = (
                 entity="access_guard",
             ),
             Break(
-                "what the capture reads gets into another unit's word",
+                "a word of the capture mixes with another unit's word",
                 "              or (capture_data and to_capture);\n",
                 "              or capture_data;\n",
                 entity="register_access",
@@ -739,11 +741,11 @@ PROOFS = (
         name="turn_difference",
         entity="turn_difference",
         claims=(
-            "the difference is that of the angles modulo the turn, for any counts_per_rev and "
-            "another pair of angles in every clock",
-            "it is the one on the shorter way round",
+            "the output is the difference of two angles modulo the turn, for any counts_per_rev "
+            "and a new pair of angles in every clock",
+            "the difference is along the shorter way round",
         ),
-        limits="angles below counts_per_rev, which stands still",
+        limits="angles are below counts_per_rev, which is constant",
         depth=5,
         cover_depth=8,
         breaks=(
@@ -758,12 +760,12 @@ PROOFS = (
                 "above_2(above_2'high) = '0' or below_2 = 0 then",
             ),
             Break(
-                "a turn is added where one is to be taken away",
+                "a turn is added instead of subtracted",
                 "difference <= less_2;",
                 "difference <= more_2;",
             ),
             Break(
-                "an angle's highest bit is taken for its sign",
+                "an angle's highest bit is read as a sign",
                 "u_signed('0' & minuend)",
                 "resize(u_signed(minuend), straight_1'length)",
             ),
@@ -773,11 +775,11 @@ PROOFS = (
         name="turn_counter",
         entity="turn_counter",
         claims=(
-            "turn number and angle together move, from one angle that is taken to the next, by "
-            "what the angle moves the shorter way round: a wrap makes no step of its own",
-            "the select of an angle is its turn number modulo 4, a clock later",
+            "from one accepted angle to the next, turn number and angle together move by the "
+            "angle's shorter way round: a wrap adds no step",
+            "`turn_select` of an angle is its turn number modulo 4, one clock later",
         ),
-        limits="angles below counts_per_rev, which stands still",
+        limits="angles are below counts_per_rev, which is constant",
         depth=3,
         constants={"ANGLE_WIDTH": 12, "COUNTS_PER_REV_WIDTH": 13, "TURN_NUMBER_WIDTH": 8},
         cover_depth=12,
@@ -792,12 +794,12 @@ PROOFS = (
                 "when now >= highest else",
             ),
             Break(
-                "an angle that is not taken counts as the one before",
+                "an angle that is not accepted counts as the previous angle",
                 "        lowest  <= now - half;\n        highest <= now + half;\n      end if;\n",
                 "      end if;\n      lowest  <= now - half;\n      highest <= now + half;\n",
             ),
             Break(
-                "the select comes with the turn number",
+                "`turn_select` changes with the turn number",
                 "u_unsigned(number(1 downto 0)) + u_unsigned'(down & (up or down))",
                 "u_unsigned(number(1 downto 0))",
             ),

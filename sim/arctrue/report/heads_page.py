@@ -10,12 +10,13 @@ FAULT_TABLE = (
     "",
     "With the generic `FAILOVER` the gateware removes a failed head from the mean: it loads the "
     "prepared set of carrier, weights, offsets and lanes for the other heads",
-    "and swaps to this set under the ramp ([head_failover](entities/head_failover.md)). One block "
-    "RAM holds all sets of four heads and 32 lanes; loading one set takes",
+    "and swaps to this set; the ramp limits the output's change "
+    "([head_failover](entities/head_failover.md)). One block RAM holds all sets of four heads and "
+    "32 lanes; loading one set takes",
     "4 · (4 · 32 + 10) + 4 clocks, 5.6 µs at 100 MHz. The benches in the table are cocotb tests of "
     "`tb/core/failover_core_bench.py`, with four lanes and a short turn. They show",
-    "that the output steps by at most 2 counts in a clock, as much as the motion of the table "
-    "causes, and that after the swap the mean of the three other heads is right.",
+    "that the output steps by at most 2 counts in a clock, as much as table motion causes, and "
+    "that after the swap the mean of the three other heads is correct.",
     "The figures are for 2²⁴ counts of 0.077″; w is the weight of the failed head, at most 0.28 at "
     "these places.",
     "",
@@ -61,8 +62,8 @@ FAULT_TABLE = (
     "whether it detects a slip of 32 to 64 counts depends on the motion. Faster tables and larger "
     "motions need a larger limit.",
     "",
-    "A head returns under the ramp after its next index, on request (console command `come_back`) "
-    "or after the time `failover.return_after`; its index repeats to ± 1 count.",
+    "After its next index a head returns, with the ramp, on request (console command "
+    "`come_back`) or after the time `failover.return_after`; its index repeats within ± 1 count.",
     "A dead head has no index and does not return. A snapshot contains the parity Σcᵢ·rᵢ, which "
     "exists for four heads only. The device computes the sets itself,",
     "or `arctrue load` loads them ([firmware](firmware-load.md#three-and-four-heads)).",
@@ -89,7 +90,7 @@ DEVICE = (
     "6,000 samples with 0.1″ of noise and axis motion. On another turn without noise the remaining "
     "error is 0.012″ RMS with all heads and 0.015″ to 0.020″ RMS with one missing head; the zeros",
     "of the sets agree within 0.001″ (`sim/tests/firmware/test_own_sets.py`). A test on the "
-    "compiled instrument stops head 3, and the output stays right "
+    "compiled instrument stops head 3, and the output stays correct "
     "(`sim/tests/instrument/test_failover.py`).",
     "",
 )

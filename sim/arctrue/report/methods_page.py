@@ -94,7 +94,7 @@ def methods_page(found: Mapping[str, Any]) -> str:
             f"{given['ripple_rad'] * given['ripple_order'] * 100:.1f} %; friction as in "
             "[stop and go](stop-and-go.md) |",
             "| reference | the instruments of the paper's Table 3 |",
-            "| disc | the disc of [`arctrue revolution`](instrument.md); added are the orders 11 "
+            "| disc | the disc of [`arctrue revolution`](instrument.md) with added orders 11 "
             "(0.4″), 12 (0.2″), 24 (0.3″) and 120 (0.2″), each difficult for some method, and 47 "
             "(0.05″) and 77 (0.03″), which no method fits |",
             f"| axis motion | {motion_um:g} µm at order 2 along a line; {0.5 * motion_um:g} µm at "
@@ -169,12 +169,12 @@ def _verdict(found: Mapping[str, Any]) -> list[str]:
         f"{three['rms_without_motion_arcsec']:.3f}″ RMS (two heads: "
         f"{two['rms_without_motion_arcsec']:.3f}″). At an order with axis motion, three heads "
         "cannot",
-        "  separate axis and disc: already three motions (the table's rotation, the axis' forward "
-        "and backward circle) use all three readings. With axis motion, "
+        "  separate axis and disc: three motions (the table's rotation, the axis' forward and "
+        "backward circle) already explain all three readings. With axis motion, "
         f"{three['rms_arcsec']:.3f}″ remain.",
-        "  Three heads have a weighted mean that is free of axis translation: its error is "
-        f"{mean3['rms_later_arcsec']:.3f}″ *later*, as before. This error is motion that the "
-        "calibration attributed to the disc.",
+        "  Three heads have a weighted mean that is free of axis translation: its error *later* is "
+        f"{mean3['rms_later_arcsec']:.3f}″, as before. This error is motion that the calibration "
+        "attributed to the disc.",
         "- **A fourth head** separates disc and axis. If the axis is known to move at orders 1 to "
         "8 only, the worst gain of orders 1 to 128 is "
         f"{_gain(listed['worst_gain_to_128'])}. With unknown motion at every order, the",
@@ -198,9 +198,8 @@ def _verdict(found: Mapping[str, Any]) -> list[str]:
         f"  at rest: {own}.",
         "  If motion is unknown at every order, the calibration refuses to estimate places; the "
         "mean tolerates places that are wrong by 10″.",
-        "- **Radii of the heads**: unequal radii cause an order 1 in the mean. The radii can be "
-        "estimated only as accurately as it is known that the axis makes no backward circle of "
-        "order 1.",
+        "- **Radii of the heads**: unequal radii cause an order 1 in the mean. An unknown backward "
+        "circle of the axis at order 1 limits the accuracy of estimated radii.",
     ]
 
 

@@ -188,8 +188,8 @@ def _remarks(found: Mapping[str, Any]) -> list[str]:
         "angle at which the table caused this edge. At 100 MHz the edge",
         f"  leaves {delay['pin_to_pin_ns']:.0f} ns later; meanwhile the table turns by "
         f"{delay['travel_arcsec']:.2f}″ at 30°/s.",
-        f"- **The pipeline's {delay['pipeline_ns']:.0f} ns are not far below the duration of a "
-        f"count**, as the paper says, but {delay['pipeline_ns'] / delay['count_ns']:.1f} of this "
+        f"- **The pipeline's {delay['pipeline_ns']:.0f} ns are not far below a count's duration**, "
+        f"contrary to the paper: they are {delay['pipeline_ns'] / delay['count_ns']:.1f} of this "
         f"duration ({delay['count_ns']:.0f} ns at 30°/s); above "
         f"{30.0 * delay['count_ns'] / delay['pipeline_ns']:.0f}°/s a count is shorter.",
         "- **The causes of the paper's remaining 1.6″ are unknown.** Subdivision, heat and bearing "
