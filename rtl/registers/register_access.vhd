@@ -2,19 +2,20 @@
 --
 -- # register_access
 --
--- Connects the processor to the core: the AXI4-Lite port, access_guard, which decides where a transfer goes, the
--- register block generated from the map, and the path to the words of other units. The entity processes one transfer at
--- a time, each of its steps in a clock of its own.
+-- Connects the processor to the core. It consists of the AXI4-Lite port, of access_guard, which decides which unit
+-- serves a transfer, of the register block generated from the map, and of the connection to the words of other units.
+-- The entity processes one transfer at a time; each step of a transfer takes one clock.
 --
--- **Latency.** 4 clocks from `arvalid`, 3 from `awvalid` and `wvalid`, to the response of a register: the address is
--- decoded in the clock of the check, and the word that is read has a register in the block. The request to another unit
--- comes 2 clocks after `arvalid`, or `awvalid` and `wvalid`; the answer of the unit follows a clock later.
+-- **Latency.** For a register, 4 clocks from `arvalid` to the response of a read, and 3 clocks from `awvalid` and
+-- `wvalid` to the response of a write. The address is decoded in the clock of the check; a read takes a clock more,
+-- because the block stores the word in a register. Another unit gets its request 2 clocks after `arvalid`, or `awvalid`
+-- and `wvalid`; the response follows one clock after the unit's answer.
 --
 -- **Number formats.** Addresses are in bytes; the register map states all other formats.
 --
--- **Other units.** `access_address` and `access_data` are valid from the clock before the pulse that requests
--- a word until its answer. The unit answers each pulse by one pulse, in the same clock or later, together with the word
--- that was read.
+-- **Other units.** Each read or write of a word of another unit is requested by a pulse. `access_address` and
+-- `access_data` are valid from the clock before this pulse until the answer. The unit answers by one pulse, in the same
+-- clock or later; for a read it outputs the word with this pulse.
 --
 -- **Reset** drops the present transfer, so master and units must be reset with it.
 
@@ -116,7 +117,7 @@ architecture rtl of register_access is
   signal word_asked       : std_ulogic_vector(0 to 2 ** (REGISTERS_ADDRESS_WIDTH - 2) - 1);
   signal register_written : std_ulogic;
 
-  -- Returns one bit for each place; only the bit at `place` is high.
+  -- Returns a vector with one bit for each possible `place`; only the bit at `place` is high.
   function decoded (place : std_ulogic_vector) return std_ulogic_vector is
 
     alias    digits : std_ulogic_vector(place'length - 1 downto 0) is place;
@@ -210,8 +211,8 @@ begin
 
   end generate byte_enables;
 
-  -- Without external registers the block never stalls; it answers a write in the clock of the request, a read in the
-  -- next clock.
+  -- The block is generated without external registers, so it never stalls; it answers a write in the clock of the
+  -- request and a read in the next clock.
   registers : entity work.arctrue_registers
     port map (
       clk                  => clock,
@@ -235,7 +236,8 @@ begin
 
   take_snapshot <= register_request and not register_writes and word_asked(SNAPSHOT_ADDRESS / 4);
 
-  -- Word and kind have separate registers for the block, where they drive about 500 bits.
+  -- The block has its own copies of the decoded word address and of the kind of the access, because they drive about
+  -- 500 bits there.
   hold_for_registers : process (clock) is
   begin
 
