@@ -82,7 +82,7 @@ entity coefficient_memory is
     swap_allowed      : in    std_ulogic := '1';              -- the next clock brings a new angle
     swap_comes        : out   std_ulogic;                     -- a clock before swap_marker
     swap_marker       : out   std_ulogic;                     -- with the first angle of a new bank
-    swap_busy         : out   std_ulogic;                     -- a swap waits, or the idle bank is not filled
+    swap_busy         : out   std_ulogic;                     -- a swap waits, or the idle bank is being filled
     slot              : in    u_unsigned(2 downto 0) := (others => '0'); -- 0 with a new angle
     phase_steps       : out   std_ulogic_vector(LANES / FOLD * PHASE_STEP_WIDTH - 1 downto 0); -- turn per count, u0.48
     phase_offsets     : out   std_ulogic_vector(LANES / FOLD * PHASE_WIDTH - 1 downto 0);      -- turn, u0.24

@@ -7,9 +7,10 @@
 --
 -- **Latency.** 1 clock from `step` to `word`.
 --
--- **Number formats.** target and word s1.16; slew u0.32 a step. Internally s1.32, from which `word` is truncated.
+-- **Number formats.** target and word s1.16; slew u0.32 per step. Internally the word is s1.32; `word` is truncated
+-- from it.
 --
--- **Reset.** 0.
+-- **Reset.** `word` is 0.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -54,7 +55,8 @@ begin
         goal    := resize(target, fine'length - BELOW) & (BELOW - 1 downto 0 => '0');
         way     := goal - fine;
         reached <= '0';
-        -- A fall has the size (not way) + 1; its bit below the last one makes up for the 1 in the comparison.
+        -- The size of a fall is (not way) + 1. The comparison needs no adder for this 1: a further bit below the last
+        -- one is set in its place.
         falls := way(way'high);
         size  := u_unsigned(way xor (way'range => falls)) & falls;
         if size > ("000" & slew & '0') then

@@ -37,7 +37,7 @@ entity stop_operator is
     clock     : in    std_ulogic;
     reset     : in    std_ulogic;
     position  : in    u_signed(POSITION_WIDTH - 1 downto 0);       -- counts
-    put_back  : in    u_signed(15 downto 0);                       -- counts in position without an edge
+    put_back  : in    u_signed(15 downto 0);                       -- counts put back for lost counts
     width     : in    u_unsigned(STOP_WIDTH - 1 downto 0);         -- counts, u20.4
     dead_zone : in    u_unsigned(DEAD_ZONE_WIDTH - 1 downto 0);    -- counts
     place     : out   u_signed(STOP_WIDTH downto 0);               -- counts, s20.4, -width to width
@@ -47,7 +47,7 @@ end entity stop_operator;
 
 architecture rtl of stop_operator is
 
-  -- One bit for the sign and one for the sum
+  -- A place with one bit for the sign and one for the sum of two numbers
   subtype wide_place is u_signed(STOP_WIDTH + 1 downto 0);
 
   signal low   : wide_place := (others => '0');
@@ -76,7 +76,7 @@ begin
     variable moved        : u_signed(DEAD_ZONE_WIDTH + 1 downto 0);
     variable beyond       : u_signed(DEAD_ZONE_WIDTH + 1 downto 0);
 
-    -- The stop: moves by `way`, but not beyond the ends.
+    -- Returns the place after a motion by `way`, but not beyond the ends.
     function stopped (from, way, to_top, to_bottom, end_top : wide_place) return wide_place is
     begin
 
@@ -94,18 +94,18 @@ begin
     if rising_edge(clock) then
       top := u_signed("00" & width);
 
-      -- Seventh clock.
+      -- Seventh clock: compare the places of both operators, and output the place.
       meets   <= '1' when low = high else '0';
       reached <= high(place'range);
 
-      -- Fifth and sixth clock: both operators, with bounds that were computed one clock earlier.
+      -- Fifth and sixth clock: move the places of both operators; the bounds are computed one clock earlier.
       low         <= stopped(low, way_5, to_top_5, to_bottom_5, top);
       high        <= stopped(high, way_5, to_top_5, to_bottom_5, top);
       way_5       := shift_left(resize(motion_4, way_5'length), STOP_FRACTION);
       to_top_5    := top - way_5;
       to_bottom_5 := -top - way_5;
 
-      -- Fourth clock: the dead zone.
+      -- Fourth clock: remove the motion within the dead zone.
       moved  := u_signed("00" & slack) + step_3;
       beyond := moved - u_signed("00" & dead_zone);
       if moved(moved'high) = '1' then
@@ -119,13 +119,13 @@ begin
         slack    := u_unsigned(moved(slack'range));
       end if;
 
-      -- Third clock: steps that are too large for a table are ignored.
+      -- Third clock: ignore steps that are too large for a motion of the table.
       step_3 := step_2(step_3'range);
       if step_2 > MOST_STEP or step_2 < -MOST_STEP then
         step_3 := (others => '0');
       end if;
 
-      -- Second and first clock.
+      -- Second and first clock: compute the step of the counted position.
       step_2  := count_1 - count_2;
       count_2 := count_1;
       count_1 := position(15 downto 0) - put_back;

@@ -50,7 +50,7 @@ begin
 
   folded : if FOLD > 1 generate
 
-    -- One bit per slot, and the slot as a number.
+    -- The slot as one bit per slot, and as a number.
     signal ring   : std_ulogic_vector(0 to FOLD - 1) := (0 => '1', others => '0');
     signal number : natural range 0 to FOLD - 1      := 0;
 

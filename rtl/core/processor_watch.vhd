@@ -3,8 +3,8 @@
 -- # processor_watch
 --
 -- Raises `silent` when no pulse of `alive` has come from the processor for `limit` clocks. The correction and the
--- output do not depend on the processor; they continue with the last coefficients. So a processor that hangs, with its
--- interrupts on or off, only causes an alarm.
+-- output do not depend on the processor; they continue with the last coefficients. So a processor that hangs, with or
+-- without running interrupts, only causes an alarm.
 --
 -- **Latency.** `silent` rises limit + 1 clocks after the last `alive`, or after `limit` became other than 0, and
 -- falls 1 clock after the next `alive`.
@@ -45,7 +45,7 @@ begin
         if elapsed >= limit then
           silent <= '1';
         end if;
-        -- A register stops the counter one clock late, because the comparison is too slow to enable it.
+        -- The comparison is too slow to enable the counter, so its registered result stops the counter one clock late.
         if silent = '0' then
           elapsed := elapsed + 1;
         end if;

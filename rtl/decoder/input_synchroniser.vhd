@@ -21,7 +21,7 @@ library ieee;
 entity input_synchroniser is
   generic (
     WIDTH  : positive              := 3; -- pins
-    STAGES : positive range 2 to 4 := 2  -- registers per pin
+    STAGES : positive range 2 to 4 := 2  -- number of registers per pin
   );
   port (
     clock        : in    std_ulogic;
