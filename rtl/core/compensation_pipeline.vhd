@@ -13,14 +13,14 @@
 -- **Folding.** FOLD lanes share one phase lane and one harmonic lane: LANES / FOLD of each are built, and an angle is
 -- accepted every FOLD clocks, when `accept` is high. In the FOLD clocks from then on the blocks of lanes process the
 -- angle one after the other. The corrected reading appears PIPELINE_LATENCY + FOLD - 1 clocks after its angle was
--- accepted. Until the next corrected reading only the ramp changes it, so the reading in it is at most 29 + 2 * (FOLD -
--- 1) clocks old. The sums are exact, so every FOLD gives the same correction of an angle; with a cosine of more than 18
--- bits this requires an even LANES / FOLD. A position that moves faster than one count in FOLD clocks makes steps of
--- more than one count, of FOLD counts at most, which quadrature_output sends at its own spacing. Below this speed
--- (clock / FOLD counts per second, 12.5 million at 100 MHz and FOLD = 8) the pipeline reads every count, but 0 to FOLD
--- - 1 clocks later than with FOLD = 1. Therefore counts that come at equal distances leave with a jitter of FOLD - 1
--- clocks, and their distances are multiples of FOLD clocks. With FOLD = 8 a motion of one count in 11 clocks gives
--- edges 8 or 16 clocks apart. FOLD = 1 is the paper's fully parallel form.
+-- accepted. Until the next corrected reading only the ramp changes this output, so it belongs to a reading that is at
+-- most 29 + 2 * (FOLD - 1) clocks old. The sums are exact, so every FOLD gives the same correction of an angle; with a
+-- cosine of more than 18 bits this requires an even LANES / FOLD. If the position moves faster than one count in FOLD
+-- clocks, the corrected position makes steps of 2 to FOLD counts; quadrature_output sends these counts at its own
+-- spacing. Below this speed (clock / FOLD counts per second, 12.5 million at 100 MHz and FOLD = 8) the pipeline reads
+-- every count, but 0 to FOLD - 1 clocks later than with FOLD = 1. Therefore counts that come at equal distances leave
+-- with a jitter of FOLD - 1 clocks, and their distances are multiples of FOLD clocks. With FOLD = 8 a motion of one
+-- count in 11 clocks gives edges 8 or 16 clocks apart. FOLD = 1 is the paper's fully parallel form.
 --
 -- **Rotation.** With ROTATION = table the lanes find their cosine in a table (table_rotation) instead of by CORDIC:
 -- latency and formats do not change; the last bits of the cosine differ.
