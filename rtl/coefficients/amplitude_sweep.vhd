@@ -143,14 +143,14 @@ begin
         square := rounded_4(modulator'range);
       end if;
 
-      -- Fourth clock.
+      -- Fourth clock: round the product.
       sum       := product_3 + 2 ** (MODULATOR_FRACTION - 1);
       rounded_4 := sum(AMPLITUDE_WIDTH + MODULATOR_FRACTION downto MODULATOR_FRACTION);
 
-      -- Third clock.
+      -- Third clock: multiply.
       product_3 := amplitude_2 * modulator_2;
 
-      -- Second clock.
+      -- Second clock: select the modulator of the lane.
       amplitude_2 := u_signed(nominal_read);
 
       case to_integer(u_unsigned(choice_read)) is
@@ -180,7 +180,7 @@ begin
         modulator_2 := speed;
       end if;
 
-      -- First clock.
+      -- First clock: store the step; in the last step of a sweep, latch the modulators.
       step_1_to_4 := sweep_step & step_1_to_4(1 to 3);
 
       if sweep_step = SWEEP_CLOCKS - 1 then

@@ -153,7 +153,7 @@ architecture rtl of coefficient_memory is
   signal swapped : std_ulogic_vector(0 to LAST_COPY);
   signal copying : std_ulogic_vector(1 to LAST_COPY) := (others => '0');
 
-  -- A waiting write
+  -- A write that waits, with its address and its data
   signal pending_word   : std_ulogic   := '0';
   signal pending_offset : std_ulogic   := '0';
   signal pending_turn   : std_ulogic;
@@ -171,11 +171,10 @@ architecture rtl of coefficient_memory is
   signal fill_stored    : word         := (others => '0');
   signal fill_word      : word         := (others => '0');
 
-  -- High while no swap takes effect and every word of the idle bank is filled, except a word that is written in this
-  -- clock.
+  -- High if no swap is taking effect and the idle bank is filled, except for a word that is written in this clock.
   signal is_quiet : std_ulogic := '1';
 
-  -- The word that is written into the idle bank, with one bit for each kind of word of each built lane
+  -- The word that is written into the idle bank; `selected` has one bit for each kind of word of each lane of a block
   signal selected      : std_ulogic_vector(0 to 4 * BUILT - 1) := (others => '0');
   signal selected_slot : slot_number                           := (others => '0');
   signal written       : word                                  := (others => '0');

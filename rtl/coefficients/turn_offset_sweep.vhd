@@ -25,8 +25,8 @@
 -- the copy of the active bank's turn steps into the idle bank. `copies` is high during this copy, for 18 · LANES + 4
 -- clocks; write no turn step while it is high.
 --
--- **Latency.** 1 clock from `read_address` to `read_word`. The memory holds an offset 8 clocks after the step of the
--- sweep that computes it.
+-- **Latency.** 1 clock from `read_address` to `read_word`. The memory contains an offset 8 clocks after the sweep
+-- begins to compute it.
 --
 -- **Number formats.** turn s23.0 turns; turn steps u0.48 turn a turn; offsets u0.24 turn.
 --
@@ -270,12 +270,12 @@ begin
         sum_4 := product_3 + shift_right(sum_4, PART_WIDTH);
       end if;
 
-      -- Third clock.
+      -- Third clock: multiply.
       product_3  := turn_2 * part_2;
       low_turn_3 := u_unsigned(turn_2(1 downto 0));
       offset_3   := offset_2;
 
-      -- Second clock.
+      -- Second clock: select the part of the turn step and the turn.
       offset_2 := offset_1;
 
       case item_1_to_4(1).part is
@@ -304,7 +304,7 @@ begin
 
       end case;
 
-      -- First clock.
+      -- First clock: store the item, and go to the next item.
       item_1_to_4 := now & item_1_to_4(1 to 3);
       now         <= next_item(now);
 

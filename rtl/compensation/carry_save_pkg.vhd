@@ -140,7 +140,7 @@ package body carry_save_pkg is
 
   type counts_of_six is array (0 to 63) of u_unsigned(2 downto 0);
 
-  -- Returns, for every value of six bits, how many of them are high.
+  -- Returns a table: for every value of six bits, the number of bits that are high.
   function high_bits return counts_of_six is
 
     variable table : counts_of_six;
@@ -164,7 +164,8 @@ package body carry_save_pkg is
 
   constant HIGH_BITS_OF : counts_of_six := high_bits;
 
-  -- Reduces six numbers to three with the same sum: each bit is a function of the six bits of one place.
+  -- Reduces six numbers to three with the same sum: each bit of a result is a function of the six bits at one bit
+  -- position.
   function three_of_six (
     six   : u_signed;
     width : positive
@@ -203,7 +204,8 @@ package body carry_save_pkg is
 
     subtype number is u_signed(width - 1 downto 0);
 
-    -- The vector is as long as the numbers or the result, plus two numbers, because a group may write three.
+    -- The vector has room for the numbers or the result, whichever is longer, and for two more numbers, because a group
+    -- may write three.
     variable left_over : u_signed(maximum(numbers'length, left * width) + 2 * width - 1 downto 0);
     variable count     : natural;
     variable a         : number;

@@ -7,7 +7,7 @@
 -- swap or when `apply` changes; the entity subtracts this total from the delayed reading.
 --
 -- **Latency.** 4 clocks from `pair_sums` and `angle` to the outputs, one angle per clock: two clocks for the adder
--- tree, one for the ramp, one for the subtraction, which folds the result into the turn.
+-- tree, one for the ramp, one for the subtraction, which also brings the result into the range of a turn.
 --
 -- **Folding.** With FOLD > 1 the pair sums of an angle arrive in FOLD clocks, from `first_sums` to
 -- `last_sums`, and are added up; the reading and all other inputs of the angle belong to the clock of `last_sums`, from
@@ -202,7 +202,7 @@ begin
 
       wide_sum       := sum_of_all(terms_2, SUM_WIDTH);
       sum_so_far     := wide_sum;
-      -- The next pair sums belong to another angle.
+      -- If the next pair sums belong to another angle, the sum restarts at 0.
       if first_sums = '1' then
         sum_so_far := (others => '0');
       end if;

@@ -3,15 +3,15 @@
 -- # ramp_velocity
 --
 -- Computes by how much the remainder of a ramp changes in each clock, so that the remainder reaches 0 without a step of
--- its velocity. Every 256 clocks the velocity rises by `acceleration`, up to `rate`, or falls by `acceleration`, early
--- enough that remainder and velocity reach 0 together. The velocity rises, or stays, only if the remainder is larger
--- than the braking distance from the resulting velocity, so the remainder does not pass 0.
+-- its velocity. Every 256 clocks the velocity rises by one step, 256 clocks · `acceleration`, up to `rate`, or falls by
+-- one step, early enough that remainder and velocity reach 0 together. The velocity rises, or stays, only if the
+-- remainder is larger than the braking distance from the resulting velocity, so the remainder does not pass 0.
 --
 -- **Changes of the remainder** at any time (`marker`) cause no step of the velocity. If the changed remainder has the
 -- other sign, or is smaller than the braking distance, the velocity falls first, and the remainder passes 0 and
 -- returns. If a marker comes in the 15 clocks between the reading of the remainder and the change of the velocity, the
--- new remainder is unknown, and the velocity falls by one `acceleration`. A series of markers in these 15 of every 256
--- clocks therefore stops the ramp until the series ends; such markers never make the remainder pass 0.
+-- new remainder is unknown, and the velocity falls by one step. A series of markers in these 15 of every 256 clocks
+-- therefore stops the ramp until the series ends; such markers never make the remainder pass 0.
 --
 -- **Acceleration 0** gives the velocity `rate` from the first clock on. The entity that adds `step` must then set the
 -- excess to 0 when a step would make it pass 0; `stops_at_zero` requests this, from the second clock after a marker on.
@@ -142,7 +142,7 @@ begin
     variable way_same       : way_count                               := (others => '0');
     -- First the excess, then |excess|; for a negative excess |excess| minus one unit
     variable size           : way_count                               := (others => '0');
-    -- The excess has changed since it was read.
+    -- High if the excess has changed since it was read.
     variable is_stale       : std_ulogic                              := '0';
     variable is_unknown     : std_ulogic;
     variable is_zero        : std_ulogic                              := '1';

@@ -4,8 +4,8 @@
 --
 -- Computes the direction of motion with the hysteresis of friction (Prandtl's stop operator): a place moves with the
 -- table and stops at ±width. Place / width is the direction h: +1 after a long motion upwards, -1 after a long motion
--- downwards; in between h changes linearly. Source: Krasnosel'skii and Pokrovskii, Systems with Hysteresis (1989),
--- stop; x = min(max(x + dR, -W), W).
+-- downwards; after a reversal h changes linearly with the motion. Source: Krasnosel'skii and Pokrovskii, Systems with
+-- Hysteresis (1989), stop; x = min(max(x + dR, -W), W).
 --
 -- **Dead zone.** The place does not change while the table moves back and forth by up to `dead_zone` counts (a play
 -- operator in front of the stop operator).
@@ -16,7 +16,7 @@
 --
 -- **Motion** is the sum of the counted edges: `position` without `put_back`. A step of more than MOST_STEP counts in a
 -- clock is a change of the carrier or a reset of the decoder; it is ignored. Counts that head 1 lost are missing in
--- this sum too.
+-- this sum, even if they are put back.
 --
 -- **Latency.** 7 clocks from `position` to `place` and `known`.
 --

@@ -88,7 +88,7 @@ begin
     variable base         : fine_count                               := (others => '0');
     variable elapsed      : u_unsigned(LONGEST - 1 downto 0)         := (others => '0');
     variable nominal_way  : u_unsigned(NOMINAL_WIDTH - 1 downto 0)   := (others => '0');
-    -- The window began with a passage; the window contained further passages
+    -- is_anchored: the window began with a passage. has_passed: the window contained further passages
     variable is_anchored  : std_ulogic                               := '0';
     variable has_passed   : std_ulogic                               := '0';
     variable was_over     : std_ulogic                               := '0';

@@ -10,7 +10,7 @@
 -- **Number formats.** dividend and divisor have the same format, which may be any; quotient u1.16, rounded half up, at
 -- most 1. A division by 0 gives 0.
 --
--- **Reset** ends a division without `done`.
+-- **Reset** ends a division; no `done` follows.
 
 library ieee;
   use ieee.std_logic_1164.all;

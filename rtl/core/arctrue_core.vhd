@@ -33,7 +33,8 @@
 --
 -- **Real orders.** With REAL_ORDERS the phase of a lane continues from turn to turn (turn_counter, turn_offset_sweep).
 --
--- **Events.** With EVENTS each edge of the probe and each pulse of the compare waits in a queue for the processor (event_queue).
+-- **Events.** With EVENTS each edge of the probe and each pulse of the position compare waits in a queue for the
+-- processor (event_queue).
 --
 -- **Compensation** is applied while `control.compensate` is set and head 1, or each head that the mean uses, has seen
 -- its index. The core subtracts the correction from `position`, which no index changes, so the output makes no step
@@ -131,8 +132,8 @@ architecture rtl of arctrue_core is
   constant HAS_MEAN     : boolean := MEAN or HEADS > 2;
   constant CORE_LATENCY : positive := PIPELINE_LATENCY + FOLD - 1 + boolean'pos(HEADS > 2);
 
-  -- Clocks from an edge at a pulse input to its strobe, with the filter off; and from an edge of head 1 to its
-  -- position.
+  -- Clocks from an edge at a pulse input to the strobe of this edge, and clocks from an edge of head 1 to the position
+  -- that counts it, both with the filter off.
   constant PULSE_CLOCKS    : positive := 4;
   constant POSITION_CLOCKS : positive := 5;
 
@@ -228,7 +229,7 @@ architecture rtl of arctrue_core is
   signal sets_write       : std_ulogic;
   signal sets_done        : std_ulogic;
   signal sets_data        : std_ulogic_vector(31 downto 0);
-  -- Writes and swaps of the idle bank, by the processor or by a prepared set
+  -- Writes to the idle bank and swaps, from the processor or from a prepared set
   signal lane_write       : std_ulogic;
   signal constant_write   : std_ulogic;
   signal mean_word_write  : std_ulogic;

@@ -3,8 +3,8 @@
 -- # processor_watch
 --
 -- Raises `silent` when no pulse of `alive` has come from the processor for `limit` clocks. The correction and the
--- output do not depend on the processor; they continue with the last coefficients. So a processor that hangs, with or
--- without running interrupts, only causes an alarm.
+-- output do not depend on the processor; they continue with the last coefficients. So a processor that hangs only
+-- causes an alarm, even if its interrupts still run.
 --
 -- **Latency.** `silent` rises limit + 1 clocks after the last `alive`, or after `limit` became other than 0, and
 -- falls 1 clock after the next `alive`.

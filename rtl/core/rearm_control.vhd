@@ -4,10 +4,10 @@
 --
 -- Changes counts_per_rev so that no unit uses the new number of counts with an angle that was counted with the old
 -- number. On `rearm_command` the entity holds the decoders in `rearm`, at angle zero. When the pipelines contain no
--- other angle, it loads `requested` into counts_per_rev. A value outside 4 to 2**24 is refused.
+-- other angle, it loads `requested` into counts_per_rev. A value outside 4 to 2²⁴ is refused.
 --
--- **Latency.** `rearm` is high from the clock after the command for HOLD clocks; counts_per_rev
--- changes in the middle of them. A command during this time restarts it.
+-- **Latency.** `rearm` is high from the clock after the command for HOLD clocks; counts_per_rev changes in the middle
+-- of this time. A command during this time restarts it.
 --
 -- **Number formats.** counts_per_rev u25.0 counts; requested u32.0 counts; all its bits are checked.
 --
@@ -18,7 +18,7 @@
 -- **Clear semantics.** `refused` is set by a command with an illegal value and cleared by one with
 -- a legal value.
 --
--- **Reset.** counts_per_rev is 2**24, `refused` is cleared; `rearm` is low, since reset itself
+-- **Reset.** counts_per_rev is 2²⁴, `refused` is cleared; `rearm` is low, since reset itself
 -- re-arms the decoders.
 
 library ieee;
@@ -29,7 +29,8 @@ library ieee;
 
 entity rearm_control is
   generic (
-    -- Twice the latency of the pipeline with any FOLD, plus a margin for the units that follow the pipeline.
+    -- Clocks of a re-arm: twice the latency of the pipeline with any FOLD, plus a margin for the units after the
+    -- pipeline.
     HOLD : positive range 4 to 255 := 4 * (PIPELINE_LATENCY + 3)
   );
   port (

@@ -12,8 +12,8 @@
 --
 -- **Number formats.** position s31.0 counts; timestamp and last_edge_time u64.0 clocks.
 --
--- **Position** starts at RESET_POSITION on reset; only edges change it. It wraps modulo 2**32: readers use
--- differences, which are correct as long as they lie within +-2**31 counts.
+-- **Position** starts at RESET_POSITION on reset; only edges change it. It wraps modulo 2³²: readers use
+-- differences, which are correct as long as they lie within +-2³¹ counts.
 --
 -- **Phase.** `phase_of_zero` is the index of (A, B) in the sequence 00, 10, 11, 01 at the positions that are
 -- multiples of 4. It follows the position by 2 clocks. After the reset only illegal transitions change it.

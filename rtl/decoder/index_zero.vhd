@@ -42,7 +42,7 @@
 -- angle and turn_position first count from the new zero. `zero_slip` becomes the angle that the mark had (the negative
 -- of the lost counts), `zero_moved` toggles, `zero_moves` increments, index_error is set, and its counter increments
 -- once. The position keeps its error. With `heal` high, `zero_slip` is subtracted from `put_back` in that clock, so
--- that position + put_back does not contain the slip; a slip of 2**14 counts or more is not put back. `index_trusted`
+-- that position + put_back does not contain the slip; a slip of 2¹⁴ counts or more is not put back. `index_trusted`
 -- pulses 3 clocks after index_strobe if the mark lies at the zero. If Z normally changes within a count, but at one
 -- speed changes near an edge of that count, the index is one count off at that speed.
 --
@@ -57,7 +57,7 @@
 -- and index_interval are 0; index_position keeps its value). The position keeps counting. After rearm, angle and
 -- turn_position count from 0 with the first step, and the next index defines the zero
 -- again.
--- `counts_per_rev` (4 to 2**24, any integer) is sampled while rearm, preload or reset is high; at other times a change has
+-- `counts_per_rev` (4 to 2²⁴, any integer) is sampled while rearm, preload or reset is high; at other times a change has
 -- no effect. index_tolerance may change at any time.
 --
 -- **Reset.** While `preload` is high, a change of Z does not count as a mark; detection starts from the level that Z
@@ -241,7 +241,7 @@ architecture rtl of index_zero is
   signal angle_is_second : std_ulogic  := '0';
   signal place_of_angle  : u_unsigned(ANGLE_WIDTH - 1 downto 0);
 
-  -- An index that belongs to the previous step is detected in this clock.
+  -- High if an index that belongs to the previous step is detected in this clock.
   signal meets_index   : std_ulogic                    := '0';
   -- judged is high in the clock in which a mark is checked. are_within has one flag for each permitted distance from
   -- the previous mark, within the tolerance: 0 (bit 2), a turn up (bit 1), a turn down (bit 0)
@@ -327,7 +327,7 @@ begin
     -- Position of an index that is detected in this clock: the position after the step if counting up, before the step
     -- if counting down
     variable zero_now        : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
-    -- Stage 3: index
+    -- Stage 3: an index was latched before; the index that was latched last has one before it
     variable index_before    : std_ulogic                              := '0';
     variable repeats         : std_ulogic                              := '0';
     -- Stage 4: a turn, the interval, the interval minus a turn, and the interval plus a turn

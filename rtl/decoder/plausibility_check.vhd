@@ -6,7 +6,8 @@
 -- each other too fast, and edges that the filter suppressed. Source: section 3.1 of the paper.
 --
 -- **Latency.** illegal follows `edge.breaks_order`, and index_error follows `misplaced`, by 1 clock; overspeed follows
--- `edge.moves` by 2 clocks. swallowed and overspeed of swallowed edges: 3 clocks from the levels before the filter.
+-- `edge.moves` by 2 clocks. `swallowed`, and `overspeed` for edges that the filter suppresses, come 3 clocks after the
+-- levels before the filter.
 --
 -- **Number formats.** filter_length u8.0 and minimum_edge_spacing u16.0 clocks; counters u16.0.
 --
@@ -115,10 +116,11 @@ begin
     variable raw_moves     : std_ulogic                      := '0';
     variable raw_up        : std_ulogic                      := '0';
     variable raw_breaks    : std_ulogic                      := '0';
-    -- Clocks since the last change of these levels, minus one
+    -- Clocks since the last change of the levels before the filter, minus one
     variable still         : u_unsigned(7 downto 0)          := (others => '0');
     variable is_quiet      : std_ulogic                      := '0';
-    -- Counts by which these levels are ahead of the filtered levels, and illegal transitions that the filter hides
+    -- Counts by which the levels before the filter are ahead of the filtered levels, and number of illegal transitions
+    -- that the filter hides
     variable ahead         : u_signed(2 downto 0)            := "000";
     variable ahead_now     : few_counts;
     variable hidden_breaks : natural range 0 to PERIOD - 1   := 0;

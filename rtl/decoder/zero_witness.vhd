@@ -16,7 +16,7 @@
 -- **Trust.** `trusted` makes the last mark the reference for the other head's counts. Before the first
 -- trusted mark after a reset or `rearm`, `agrees` is low.
 --
--- **Reset** clears the trusted mark; `rearm` does so too.
+-- **Reset** clears the trusted mark; `rearm` also clears it.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -57,7 +57,7 @@ begin
     -- Deviation of the other head's counts from a turn up, and from a turn down
     variable off_up       : count      := (others => '0');
     variable off_down     : count      := (others => '0');
-    -- The other head counted a turn up, or a turn down, since the trusted mark.
+    -- High if the other head has counted a turn up, or a turn down, since the trusted mark.
     variable is_turn_up   : std_ulogic := '0';
     variable is_turn_down : std_ulogic := '0';
     variable strobe_then  : std_ulogic := '0';

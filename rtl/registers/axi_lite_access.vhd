@@ -45,7 +45,7 @@ entity axi_lite_access is
     write_data      : out   std_ulogic_vector(31 downto 0);
     write_strobes   : out   std_ulogic_vector(3 downto 0);  -- one bit per byte
     refused         : in    std_ulogic;                    -- in the clock after taken
-    -- Its answer
+    -- Answer to the present transfer
     answered        : in    std_ulogic;                    -- pulse
     data            : in    std_ulogic_vector(31 downto 0) -- word that was read; 0 if refused
   );
@@ -83,7 +83,8 @@ begin
 
         when IDLE =>
           -- A request stays valid until its handshake, so it may be sampled one clock before the handshake. is_write
-          -- still holds the kind of the last transfer; if both kinds are requested, the other kind is taken.
+          -- still holds the kind of the last transfer: if a read and a write are requested, the kind that differs from
+          -- the last transfer is taken.
           choose_write  := s_axil_request.awvalid and s_axil_request.wvalid and not (s_axil_request.arvalid and is_write);
           address       <= s_axil_request.araddr(s_axil_request.araddr'high downto 2) & "00";
           write_data    <= s_axil_request.wdata;

@@ -34,7 +34,7 @@ entity head_registers is
     done               : out   std_ulogic := '0';              -- pulse
     read_data          : out   std_ulogic_vector(31 downto 0); -- the word
     take_snapshot      : in    std_ulogic;                     -- pulse
-    -- The heads
+    -- Values of the heads
     head3              : in    decoded_head;
     head4              : in    decoded_head;
     indices_seen       : in    std_ulogic_vector(3 downto 0);  -- one bit per head

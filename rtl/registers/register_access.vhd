@@ -2,9 +2,9 @@
 --
 -- # register_access
 --
--- Connects the processor to the core. It consists of the AXI4-Lite port, of access_guard, which decides which unit
--- serves a transfer, of the register block generated from the map, and of the connection to the words of other units.
--- The entity processes one transfer at a time; each step of a transfer takes one clock.
+-- Connects the processor to the core. It contains the AXI4-Lite port (axi_lite_access), access_guard, which decides
+-- which unit serves a transfer, the register block generated from the map, and the connection to the words of other
+-- units. The entity processes one transfer at a time; each step of a transfer takes one clock.
 --
 -- **Latency.** For a register, 4 clocks from `arvalid` to the response of a read, and 3 clocks from `awvalid` and
 -- `wvalid` to the response of a write. The address is decoded in the clock of the check; a read takes a clock more,
@@ -44,10 +44,10 @@ entity register_access is
     -- AXI4-Lite slave, 512 KiB, see axi_lite_pkg
     s_axil_request    : in    axi_lite_request;
     s_axil_response   : out   axi_lite_response;
-    -- The registers
+    -- Fields of the register block
     hwif_in           : in    arctrue_registers_in_t;
     hwif_out          : out   arctrue_registers_out_t;
-    -- Answers of other units
+    -- Requests to other units, and their answers
     capture_ready     : in    std_ulogic;                     -- a bank belongs to the processor
     access_address    : out   axi_lite_address;               -- bytes
     access_data       : out   std_ulogic_vector(31 downto 0); -- word to be written
