@@ -35,7 +35,7 @@ library ieee;
 entity amplitude_sweep is
   generic (
     LANES : positive range 1 to LANES_MAX := LANES_DEFAULT;
-    FOLD  : positive range 1 to 8         := 1 -- lanes that share a pipeline: 1, 2, 4 or 8
+    FOLD  : positive range 1 to 8         := 1 -- number of lanes that share a pipeline: 1, 2, 4 or 8
   );
   port (
     clock           : in    std_ulogic;
@@ -46,12 +46,12 @@ entity amplitude_sweep is
     word_b          : in    modulator;
     speed_squared   : out   modulator := (others => '0');
     -- Writes of the nominal words of the idle bank
-    write_amplitude : in    std_ulogic;                                  -- pulse
-    write_choice    : in    std_ulogic;                                  -- pulse
+    write_amplitude : in    std_ulogic;                                  -- pulse: write the amplitude
+    write_choice    : in    std_ulogic;                                  -- pulse: write the choice of the modulator
     write_bank      : in    std_ulogic;
     write_lane      : in    u_unsigned(5 downto 0);
     write_word      : in    std_ulogic_vector(AMPLITUDE_WIDTH - 1 downto 0);
-    swept           : out   std_ulogic := '0';                           -- level: a sweep has followed the last write
+    swept           : out   std_ulogic := '0';                           -- level: a whole sweep has followed the last write
     -- Writes of the effective amplitudes
     selected        : out   std_ulogic_vector(0 to LANES / FOLD - 1) := (others => '0');
     bank            : out   std_ulogic                               := '0';

@@ -19,9 +19,9 @@ library ieee;
 
 entity coefficient_banks is
   generic (
-    FOLD  : positive range 1 to 8  := 1; -- lanes that share a pipeline: 1, 2, 4 or 8
+    FOLD  : positive range 1 to 8  := 1; -- number of lanes that share a pipeline: 1, 2, 4 or 8
     WIDTH : positive range 1 to 32 := 32;
-    TURNS : positive range 1 to 4  := 1  -- 1 or 4
+    TURNS : positive range 1 to 4  := 1  -- number of words per lane, one for each turn: 1 or 4
   );
   port (
     clock        : in    std_ulogic;

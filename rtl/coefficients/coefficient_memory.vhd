@@ -60,12 +60,12 @@ library ieee;
 entity coefficient_memory is
   generic (
     LANES              : positive range 1 to LANES_MAX := LANES_DEFAULT;
-    FOLD               : positive range 1 to 8         := 1; -- lanes that share a pipeline: 1, 2, 4 or 8
+    FOLD               : positive range 1 to 8         := 1; -- number of lanes that share a pipeline: 1, 2, 4 or 8
     PHASE_OFFSET_DELAY : positive range 1 to 63        := PHASE_OFFSET_CLOCK;
     AMPLITUDE_DELAY    : positive range 1 to 63        := PHASE_LATENCY + AMPLITUDE_CLOCK;
     OFFSET_DELAY       : positive range 1 to 63        := DELAY_LINE_LATENCY;
-    MODULATORS         : boolean                       := false; -- amplitudes follow conditions
-    REAL_ORDERS        : boolean                       := false  -- phases continue from turn to turn
+    MODULATORS         : boolean                       := false; -- amplitudes can follow conditions
+    REAL_ORDERS        : boolean                       := false  -- phases can continue from turn to turn
   );
   port (
     clock             : in    std_ulogic;
@@ -77,13 +77,13 @@ entity coefficient_memory is
     write_acknowledge : out   std_ulogic;                     -- pulse: the word is written
     read_address      : in    u_unsigned(7 downto 0);         -- lane * 4 + word
     read_data         : out   std_ulogic_vector(31 downto 0); -- the word in the idle bank
-    idle_offset       : out   u_signed(AMPLITUDE_WIDTH - 1 downto 0); -- counts, s13.11, idle bank
+    idle_offset       : out   u_signed(AMPLITUDE_WIDTH - 1 downto 0); -- counts, s13.11, the offset in the idle bank
     swap              : in    std_ulogic;                     -- pulse: the idle bank becomes active
-    swap_allowed      : in    std_ulogic := '1';              -- the next clock brings a new angle
-    swap_comes        : out   std_ulogic;                     -- a clock before swap_marker
-    swap_marker       : out   std_ulogic;                     -- with the first angle of a new bank
-    swap_busy         : out   std_ulogic;                     -- a swap waits, or the idle bank is being filled
-    slot              : in    u_unsigned(2 downto 0) := (others => '0'); -- 0 with a new angle
+    swap_allowed      : in    std_ulogic := '1';              -- high if the next clock brings a new angle
+    swap_comes        : out   std_ulogic;                     -- high in the clock before swap_marker
+    swap_marker       : out   std_ulogic;                     -- high with the first angle of a new bank
+    swap_busy         : out   std_ulogic;                     -- level: a swap waits, or the idle bank is being filled
+    slot              : in    u_unsigned(2 downto 0) := (others => '0'); -- number of the block of lanes; 0 with a new angle
     phase_steps       : out   std_ulogic_vector(LANES / FOLD * PHASE_STEP_WIDTH - 1 downto 0); -- turn per count, u0.48
     phase_offsets     : out   std_ulogic_vector(LANES / FOLD * PHASE_WIDTH - 1 downto 0);      -- turn, u0.24
     amplitudes        : out   std_ulogic_vector(LANES / FOLD * AMPLITUDE_WIDTH - 1 downto 0);  -- counts, s13.11
@@ -98,7 +98,7 @@ entity coefficient_memory is
     -- With REAL_ORDERS, see turn_offset_sweep and turn_counter
     write_turn_step   : in    std_ulogic                                := '0';             -- pulse: write a word of a turn step
     read_turn_step    : in    std_ulogic                                := '0';             -- read_address is the address of a turn step
-    turn              : in    u_signed(TURN_NUMBER_WIDTH - 1 downto 0) := (others => '0'); -- turns
+    turn              : in    u_signed(TURN_NUMBER_WIDTH - 1 downto 0) := (others => '0'); -- number of turns of the present angle
     turn_select       : in    u_unsigned(1 downto 0)                    := "00"             -- turn modulo 4, a clock after the angle
   );
 end entity coefficient_memory;

@@ -41,21 +41,21 @@ library ieee;
 entity turn_offset_sweep is
   generic (
     LANES : positive range 1 to LANES_MAX := LANES_DEFAULT;
-    FOLD  : positive range 1 to 8         := 1 -- lanes that share a pipeline: 1, 2, 4 or 8
+    FOLD  : positive range 1 to 8         := 1 -- number of lanes that share a pipeline: 1, 2, 4 or 8
   );
   port (
     clock        : in    std_ulogic;
-    turn         : in    u_signed(TURN_NUMBER_WIDTH - 1 downto 0);                      -- turns, of the present angle
+    turn         : in    u_signed(TURN_NUMBER_WIDTH - 1 downto 0);                      -- number of turns of the present angle
     idle_bank    : in    std_ulogic;
     -- Writes of the words of the idle bank
-    write_low    : in    std_ulogic;                                                    -- pulse: turn step, bits 31 to 0
-    write_high   : in    std_ulogic;                                                    -- pulse: turn step, bits 47 to 32
-    write_offset : in    std_ulogic;                                                    -- pulse: phase offset
+    write_low    : in    std_ulogic;                                                    -- pulse: write bits 31 to 0 of the turn step
+    write_high   : in    std_ulogic;                                                    -- pulse: write bits 47 to 32 of the turn step
+    write_offset : in    std_ulogic;                                                    -- pulse: write the phase offset
     write_lane   : in    u_unsigned(5 downto 0);
     write_word   : in    std_ulogic_vector(31 downto 0);
-    take_over    : in    std_ulogic;                                                    -- pulse: fill the idle bank's turn steps
+    take_over    : in    std_ulogic;                                                    -- pulse: copy the turn steps into the idle bank
     copies       : out   std_ulogic;
-    swept        : out   std_ulogic                               := '0';               -- level: a sweep has followed the last write
+    swept        : out   std_ulogic                               := '0';               -- level: a whole sweep has followed the last write
     read_address : in    u_unsigned(6 downto 0);                                        -- lane * 2 + word
     read_word    : out   std_ulogic_vector(31 downto 0);                                -- word of the idle bank's turn step
     -- Writes of the prepared offsets

@@ -59,8 +59,8 @@ entity correction_ramp is
     ramp_rate  : in    u_unsigned(31 downto 0);                                  -- 2⁻¹¹ count per clock, u8.24
     ramp_acceleration : in    u_unsigned(31 downto 0);                           -- 2⁻⁵⁹ count per clock²
     total      : out   u_signed(19 + PAIR_FRACTION downto 0) := (others => '0'); -- counts, s19.F
-    limited    : out   std_ulogic                            := '0';             -- this total was clipped
-    busy       : out   std_ulogic                            := '0'              -- this total contains a remainder, or is held
+    limited    : out   std_ulogic                            := '0';             -- high if this total was clipped
+    busy       : out   std_ulogic                            := '0'              -- high if this total has a remainder, or is held
   );
 end entity correction_ramp;
 

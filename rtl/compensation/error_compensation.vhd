@@ -69,26 +69,26 @@ entity error_compensation is
     offset             : in    u_signed(AMPLITUDE_WIDTH - 1 downto 0);                         -- counts, s13.11
     angle              : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);                           -- counts, below counts_per_rev
     position           : in    u_signed(POSITION_WIDTH - 1 downto 0);                          -- counts
-    apply              : in    std_ulogic;                                                     -- '0': no correction
-    swap_marker        : in    std_ulogic;                                                     -- with the first angle of a new bank
+    apply              : in    std_ulogic;                                                     -- high: correct this reading
+    swap_marker        : in    std_ulogic;                                                     -- high with the first angle of a new bank
     zero_moved         : in    std_ulogic                               := '0';                -- toggles when the zero moves
     put_back           : in    u_signed(15 downto 0)                    := (others => '0');    -- counts put back for lost counts
     mean_term          : in    u_signed(MEAN_TERM_WIDTH - 1 downto 0)   := (others => '0');    -- counts, s19.20
-    jumped             : in    std_ulogic                               := '0';                -- the first angle of another carrier
+    jumped             : in    std_ulogic                               := '0';                -- with the first angle of another carrier
     jump               : in    u_signed(15 downto 0)                    := (others => '0');    -- counts, jump of the reading
     local_value        : in    u_signed(LOCAL_VALUE_WIDTH - 1 downto 0) := (others => '0');    -- counts, s13.22
-    referenced         : in    std_ulogic;                                                     -- this angle counts from an index
+    referenced         : in    std_ulogic;                                                     -- high if this angle counts from an index
     counts_per_rev     : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);                  -- counts
     ramp_rate          : in    u_unsigned(31 downto 0);                                        -- 2⁻¹¹ count per clock, u8.24
-    ramp_acceleration  : in    u_unsigned(31 downto 0)                  := (others => '0');    -- 2⁻⁵⁹ count per clock², 0: no bound
-    first_sums         : in    std_ulogic                               := '1';                -- with the first pair sums of an angle
-    last_sums          : in    std_ulogic                               := '1';                -- with the last pair sums of an angle
+    ramp_acceleration  : in    u_unsigned(31 downto 0)                  := (others => '0');    -- 2⁻⁵⁹ count per clock², 0: no limit
+    first_sums         : in    std_ulogic                               := '1';                -- high with the first pair sums of an angle
+    last_sums          : in    std_ulogic                               := '1';                -- high with the last pair sums of an angle
     corrected_angle    : out   u_unsigned(ANGLE_WIDTH - 1 downto 0)     := (others => '0');    -- counts
     corrected_position : out   u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');    -- counts
-    corrected_referenced : out   std_ulogic                               := '0';                -- corrected_angle counts from an index
+    corrected_referenced : out   std_ulogic                               := '0';                -- high if it counts from an index
     correction         : out   u_signed(CORRECTION_WIDTH - 1 downto 0)  := (others => '0');    -- counts, s19.11
-    correction_limited : out   std_ulogic                               := '0';                -- the correction of this output was clipped
-    ramp_busy          : out   std_ulogic                               := '0';                -- the ramp had not ended at this output
+    correction_limited : out   std_ulogic                               := '0';                -- high if it was clipped
+    ramp_busy          : out   std_ulogic                               := '0';                -- high until the ramp has ended
     swap_done          : out   std_ulogic                               := '0'                 -- strobe: the first output of a new bank
   );
 end entity error_compensation;

@@ -40,16 +40,16 @@ entity ramp_velocity is
   port (
     clock        : in    std_ulogic;
     reset        : in    std_ulogic;
-    marker       : in    std_ulogic;                                               -- the excess changes with this clock
+    marker       : in    std_ulogic;                                               -- high if the excess changes with this clock
     excess       : in    u_signed(22 + PAIR_FRACTION downto 0);                    -- counts, s22.F
     rate         : in    u_unsigned(31 downto 0);                                  -- 2⁻¹¹ count per clock, u8.24
     acceleration : in    u_unsigned(31 downto 0);                                  -- 2⁻⁵⁹ count per clock²
     step         : out   u_signed(25 downto 0)              := (others => '0');    -- counts, s-2.F, to be added to the excess
     step_rises   : out   std_ulogic                         := '1';                -- low: add 2⁻ᶠ count to step
-    falling      : out   std_ulogic                         := '0';                -- the excess falls, else it rises
+    falling      : out   std_ulogic                         := '0';                -- high: the excess falls; low: it rises
     ends         : out   std_ulogic                         := '0';                -- strobe: the excess must become 0
-    moves        : out   std_ulogic                         := '0';                -- the velocity is not 0
-    stops_at_zero : out   std_ulogic                        := '0'                 -- the acceleration is 0
+    moves        : out   std_ulogic                         := '0';                -- high if the velocity is not 0
+    stops_at_zero : out   std_ulogic                        := '0'                 -- high if the acceleration is 0
   );
 end entity ramp_velocity;
 

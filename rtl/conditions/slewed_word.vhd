@@ -23,11 +23,11 @@ entity slewed_word is
   port (
     clock   : in    std_ulogic;
     reset   : in    std_ulogic;
-    step    : in    std_ulogic;               -- strobe
+    step    : in    std_ulogic;               -- strobe: move word by at most slew
     slew    : in    u_unsigned(31 downto 0);  -- u0.32
     target  : in    modulator;                -- s1.16
     word    : out   modulator;                -- s1.16
-    reached : out   std_ulogic := '0'         -- word equals the target of the last step
+    reached : out   std_ulogic := '0'         -- high if word equals the target of the last step
   );
 end entity slewed_word;
 

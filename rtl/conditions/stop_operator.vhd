@@ -41,7 +41,7 @@ entity stop_operator is
     width     : in    u_unsigned(STOP_WIDTH - 1 downto 0);         -- counts, u20.4
     dead_zone : in    u_unsigned(DEAD_ZONE_WIDTH - 1 downto 0);    -- counts
     place     : out   u_signed(STOP_WIDTH downto 0);               -- counts, s20.4, -width to width
-    known     : out   std_ulogic                            := '0' -- the place no longer depends on its unknown start
+    known     : out   std_ulogic                            := '0' -- high once the place is known, see Unknown
   );
 end entity stop_operator;
 

@@ -42,11 +42,11 @@ entity table_conditions is
     corrected_position : in    u_signed(POSITION_WIDTH - 1 downto 0);   -- counts
     correction         : in    u_signed(CORRECTION_WIDTH - 1 downto 0); -- counts, s19.11
     -- Access to the window of the register map
-    read_enable        : in    std_ulogic;                              -- pulse
-    write_enable       : in    std_ulogic;                              -- pulse
+    read_enable        : in    std_ulogic;                              -- pulse: read the word
+    write_enable       : in    std_ulogic;                              -- pulse: write the word
     address            : in    u_unsigned(3 downto 0);                  -- number of the word
     write_data         : in    std_ulogic_vector(31 downto 0);
-    done               : out   std_ulogic := '0';                       -- pulse
+    done               : out   std_ulogic := '0';                       -- pulse: the word is read or written
     read_data          : out   std_ulogic_vector(31 downto 0);
     -- To amplitude_sweep
     sweep_step         : out   u_unsigned(7 downto 0);                  -- 0 to SWEEP_CLOCKS - 1

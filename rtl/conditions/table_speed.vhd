@@ -54,8 +54,8 @@ entity table_speed is
     nominal        : in    u_unsigned(31 downto 0);                           -- counts per clock, u0.32
     measured       : out   std_ulogic                                := '0';  -- strobe: the other outputs are new
     travel         : out   u_unsigned(TRAVEL_WIDTH - 1 downto 0);             -- counts, u20.11; one unit too small if the angle fell
-    is_down        : out   std_ulogic                                := '0';  -- the angle fell
-    is_bound       : out   std_ulogic                                := '0';  -- the ratio is an upper bound of the speed
+    is_down        : out   std_ulogic                                := '0';  -- high if the angle fell in the window
+    is_bound       : out   std_ulogic                                := '0';  -- high if the ratio is an upper bound of the speed
     nominal_travel : out   u_unsigned(NOMINAL_WIDTH - 1 downto 0)             -- counts, u24.32
   );
 end entity table_speed;

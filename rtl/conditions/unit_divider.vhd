@@ -22,10 +22,10 @@ entity unit_divider is
   port (
     clock    : in    std_ulogic;
     reset    : in    std_ulogic;
-    start    : in    std_ulogic;                                -- strobe
+    start    : in    std_ulogic;                                -- strobe: begin a division
     dividend : in    u_unsigned(NOMINAL_WIDTH - 1 downto 0);    -- valid with start
     divisor  : in    u_unsigned(NOMINAL_WIDTH - 1 downto 0);    -- valid with start
-    done     : out   std_ulogic                        := '0';  -- strobe
+    done     : out   std_ulogic                        := '0';  -- strobe: the quotient is new
     quotient : out   u_unsigned(MODULATOR_FRACTION downto 0)    -- u1.16
   );
 end entity unit_divider;

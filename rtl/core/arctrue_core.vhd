@@ -61,16 +61,16 @@ library ieee;
 
 entity arctrue_core is
   generic (
-    LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;         -- harmonics
-    CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples per bank
-    FOLD          : positive range 1 to 8         := 1;                     -- lanes that share a pipeline: 1, 2, 4 or 8
+    LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;         -- number of harmonic lanes
+    CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- number of samples in a capture bank
+    FOLD          : positive range 1 to 8         := 1;                     -- number of lanes that share a pipeline: 1, 2, 4 or 8
     HEADS         : positive range 2 to HEADS_MAX := 2;
     MEAN          : boolean                       := false;                 -- build the mean also for two heads
     ROTATION      : string                        := "cordic";              -- or "table": method of computing the cosine
-    MODULATORS    : boolean                       := false;                 -- amplitudes of lanes follow conditions
-    FAILOVER      : boolean                       := false;                 -- a failed head of three or four is left out of the mean
+    MODULATORS    : boolean                       := false;                 -- amplitudes of lanes can follow conditions
+    FAILOVER      : boolean                       := false;                 -- a failed head of three or four can be left out of the mean
     LOCAL_TABLE   : boolean                       := false;                 -- a table corrects errors that a sum of orders cannot represent
-    REAL_ORDERS   : boolean                       := false;                 -- phases of lanes continue from turn to turn
+    REAL_ORDERS   : boolean                       := false;                 -- phases of lanes can continue from turn to turn
     EVENTS        : boolean                       := false                  -- events of probe and compare wait in a queue
   );
   port (
@@ -79,7 +79,7 @@ entity arctrue_core is
     -- AXI4-Lite slave, 512 KiB, see axi_lite_pkg
     s_axil_request  : in    axi_lite_request;
     s_axil_response : out   axi_lite_response;
-    interrupt       : out   std_ulogic;                     -- level, high while an enabled event is set
+    interrupt       : out   std_ulogic;                     -- high while an enabled event is set
     -- Reference head, asynchronous
     head1_a         : in    std_ulogic;
     head1_b         : in    std_ulogic;
@@ -100,9 +100,9 @@ entity arctrue_core is
     out_b           : out   std_ulogic;
     out_z           : out   std_ulogic;
     driver_enable   : out   std_ulogic;                     -- enables the line drivers of A, B and Z
-    alarm           : out   std_ulogic;                     -- a selected fault is present
+    alarm           : out   std_ulogic;                     -- high while a selected fault is present
     -- External instruments
-    sync_in         : in    std_ulogic := '0';              -- asynchronous: an edge asks for a sample
+    sync_in         : in    std_ulogic := '0';              -- asynchronous: an edge triggers a sample
     trigger_out     : out   std_ulogic;                     -- a pulse with each sample
     probe_in        : in    std_ulogic := '0';              -- asynchronous: an edge latches the corrected position
     compare_out     : out   std_ulogic;                     -- a pulse at chosen corrected positions
@@ -110,9 +110,9 @@ entity arctrue_core is
     chip_dna        : in    std_ulogic_vector(56 downto 0) := (others => '0');
     chip_dna_known  : in    std_ulogic := '0';
     -- For status lamps
-    status_capturing    : out   std_ulogic; -- a turn is being captured
-    status_fault        : out   std_ulogic; -- a fault is present or not cleared
-    status_compensating : out   std_ulogic  -- the output is corrected
+    status_capturing    : out   std_ulogic; -- high while a turn is being captured
+    status_fault        : out   std_ulogic; -- high while a fault is present or not cleared
+    status_compensating : out   std_ulogic  -- high while the output is corrected
   );
 end entity arctrue_core;
 

@@ -72,41 +72,41 @@ entity compensation_pipeline is
   generic (
     LANES        : positive range 1 to LANES_MAX := LANES_DEFAULT;
     COSINE_WIDTH : positive                      := work.number_formats_pkg.COSINE_WIDTH;
-    FOLD         : positive range 1 to 8         := 1;       -- lanes that share a pipeline: 1, 2, 4 or 8
+    FOLD         : positive range 1 to 8         := 1;       -- number of lanes that share a pipeline: 1, 2, 4 or 8
     MEAN         : boolean                       := false;   -- the mean of the heads is corrected
     ROTATION     : string                        := "cordic"; -- or "table": method of computing the cosine
-    MODULATORS   : boolean                       := false;   -- amplitudes follow conditions
+    MODULATORS   : boolean                       := false;   -- amplitudes of lanes can follow conditions
     LOCAL_TABLE  : boolean                       := false;   -- a table corrects errors that a sum of orders cannot represent
-    REAL_ORDERS  : boolean                       := false    -- phases of lanes continue from turn to turn
+    REAL_ORDERS  : boolean                       := false    -- phases of lanes can continue from turn to turn
   );
   port (
     clock              : in    std_ulogic;
     reset              : in    std_ulogic;
-    accept             : out   std_ulogic;                                    -- this clock's reading is taken
+    accept             : out   std_ulogic;                                    -- high if the reading of this clock is accepted
     angle              : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
     position           : in    u_signed(POSITION_WIDTH - 1 downto 0);         -- counts
-    apply              : in    std_ulogic;                                    -- correct this reading
+    apply              : in    std_ulogic;                                    -- high: correct this reading
     zero_moved         : in    std_ulogic             := '0';                 -- toggles with the first angle from another zero
     put_back           : in    u_signed(15 downto 0)  := (others => '0');     -- counts put back for lost counts, modulo 2¹⁶
-    referenced         : in    std_ulogic;                                    -- this angle counts from an index
+    referenced         : in    std_ulogic;                                    -- high if this angle counts from an index
     mean_term          : in    u_signed(MEAN_TERM_WIDTH - 1 downto 0) := (others => '0'); -- counts, s19.20
-    jumped             : in    std_ulogic             := '0';                 -- the first angle of another carrier
-    jump               : in    u_signed(15 downto 0)  := (others => '0');     -- counts by which the reading jumps with that angle
+    jumped             : in    std_ulogic             := '0';                 -- high with the first angle of another carrier
+    jump               : in    u_signed(15 downto 0)  := (others => '0');     -- counts, jump of the reading with this angle
     counts_per_rev     : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
     ramp_rate          : in    u_unsigned(31 downto 0);                       -- 2⁻¹¹ count per clock, u8.24
-    ramp_acceleration  : in    u_unsigned(31 downto 0) := (others => '0');    -- 2⁻⁵⁹ count per clock², 0: no bound
+    ramp_acceleration  : in    u_unsigned(31 downto 0) := (others => '0');    -- 2⁻⁵⁹ count per clock², 0: no limit
     write_enable       : in    std_ulogic;                                    -- pulse: write a word of a lane
     write_offset       : in    std_ulogic;                                    -- pulse: write the offset
     write_address      : in    u_unsigned(7 downto 0);                        -- lane * 4 + word
     write_data         : in    std_ulogic_vector(31 downto 0);                -- the word
     write_acknowledge  : out   std_ulogic;                                    -- pulse: the word is written
     read_address       : in    u_unsigned(7 downto 0);                        -- lane * 4 + word
-    read_data          : out   std_ulogic_vector(31 downto 0);                -- idle bank, 2 clocks later
-    idle_offset        : out   u_signed(AMPLITUDE_WIDTH - 1 downto 0);        -- counts, s13.11, idle bank
+    read_data          : out   std_ulogic_vector(31 downto 0);                -- word of the idle bank, 2 clocks later
+    idle_offset        : out   u_signed(AMPLITUDE_WIDTH - 1 downto 0);        -- counts, s13.11, the offset in the idle bank
     swap               : in    std_ulogic;                                    -- pulse: the idle bank becomes active
-    swap_allowed       : in    std_ulogic := '1';                             -- the next angle may be the first of a new bank
-    swap_comes         : out   std_ulogic;                                    -- the next angle is the first of a new bank
-    swap_busy          : out   std_ulogic;                                    -- a swap waits, or the idle bank is being filled
+    swap_allowed       : in    std_ulogic := '1';                             -- high if the next angle may be the first of a new bank
+    swap_comes         : out   std_ulogic;                                    -- high if the next angle is the first of a new bank
+    swap_busy          : out   std_ulogic;                                    -- level: a swap waits, or the idle bank is being filled
     sweep_step         : in    u_unsigned(7 downto 0) := (others => '0');     -- see amplitude_sweep
     direction          : in    modulator              := (others => '0');     -- s1.16
     speed              : in    modulator              := (others => '0');     -- s1.16
@@ -118,17 +118,17 @@ entity compensation_pipeline is
     turn               : out   u_signed(TURN_NUMBER_WIDTH - 1 downto 0);      -- turns, two clocks after the angle to which it belongs
     local_read         : in    std_ulogic             := '0';                 -- pulse: read a word of the local table
     local_write        : in    std_ulogic             := '0';                 -- pulse: write a word of the local table
-    local_of_place     : in    std_ulogic             := '0';                 -- the word belongs to the place of the windows
+    local_of_place     : in    std_ulogic             := '0';                 -- high if the word belongs to the place of the windows
     local_address      : in    u_unsigned(LOCAL_INDEX_WIDTH - 1 downto 0) := (others => '0'); -- number of the word
     local_data         : in    std_ulogic_vector(31 downto 0) := (others => '0'); -- the word
     local_done         : out   std_ulogic;                                    -- pulse: the word is read or written
-    local_answer       : out   std_ulogic_vector(31 downto 0);                -- idle bank, with local_done
+    local_answer       : out   std_ulogic_vector(31 downto 0);                -- word of the idle bank, valid with local_done
     corrected_angle    : out   u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts
     corrected_position : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts
-    corrected_referenced : out   std_ulogic;                                    -- corrected_angle counts from an index
+    corrected_referenced : out   std_ulogic;                                    -- high if corrected_angle counts from an index
     correction         : out   u_signed(CORRECTION_WIDTH - 1 downto 0);       -- counts, s19.11
-    correction_limited : out   std_ulogic;                                    -- the correction of this output was clipped
-    ramp_busy          : out   std_ulogic;                                    -- the ramp had not ended at this output
+    correction_limited : out   std_ulogic;                                    -- high if the correction of this output was clipped
+    ramp_busy          : out   std_ulogic;                                    -- high if the ramp had not ended at this output
     swap_done          : out   std_ulogic                                     -- strobe: the first output of a new bank
   );
 end entity compensation_pipeline;

@@ -23,7 +23,7 @@ entity processor_watch is
     reset  : in    std_ulogic;
     limit  : in    u_unsigned(31 downto 0); -- clocks, 0: off
     alive  : in    std_ulogic;              -- pulse: the processor works
-    silent : out   std_ulogic := '0'        -- level
+    silent : out   std_ulogic := '0'        -- level: no alive has come for limit clocks
   );
 end entity processor_watch;
 

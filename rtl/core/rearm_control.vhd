@@ -36,12 +36,12 @@ entity rearm_control is
   port (
     clock          : in    std_ulogic;
     reset          : in    std_ulogic;
-    rearm_command  : in    std_ulogic;                                    -- pulse
+    rearm_command  : in    std_ulogic;                                    -- pulse: re-arm, and load requested
     requested      : in    u_unsigned(31 downto 0);                       -- counts
     counts_per_rev : out   u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts, the number in use
     rearm          : out   std_ulogic;                                    -- level: holds the decoders at angle zero
     changes_turn   : out   std_ulogic;                                    -- level with rearm: counts_per_rev changes
-    refused        : out   std_ulogic                                     -- the value of the last command was illegal
+    refused        : out   std_ulogic                                     -- level: the value of the last command was illegal
   );
 end entity rearm_control;
 

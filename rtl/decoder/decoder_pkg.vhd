@@ -37,7 +37,7 @@ package decoder_pkg is
     step_up           : std_ulogic;                                  -- strobe: position rose
     last_edge_time    : u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);    -- clocks
     -- Index
-    index_seen        : std_ulogic;                                  -- level
+    index_seen        : std_ulogic;                                  -- level: an index has been seen
     index_strobe      : std_ulogic;                                  -- strobe: the three fields below are new
     index_position    : u_signed(POSITION_WIDTH - 1 downto 0);       -- counts, position of the last index
     index_direction   : std_ulogic;                                  -- '1': the last index was passed upwards
@@ -48,12 +48,12 @@ package decoder_pkg is
     zero_slip         : u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts, angle of the mark that last moved the zero
     put_back          : u_signed(POSITION_WIDTH - 1 downto 0);       -- counts put back for lost counts, to be added to position
     -- Faults
-    index_error       : std_ulogic;                                  -- sticky
-    index_error_count : u_unsigned(15 downto 0);                     -- saturates
-    illegal           : std_ulogic;                                  -- sticky
-    illegal_count     : u_unsigned(15 downto 0);                     -- saturates
-    overspeed         : std_ulogic;                                  -- sticky
-    overspeed_count   : u_unsigned(15 downto 0);                     -- saturates
+    index_error       : std_ulogic;                                  -- sticky: an index mark was misplaced
+    index_error_count : u_unsigned(15 downto 0);                     -- number of these faults; saturates
+    illegal           : std_ulogic;                                  -- sticky: A and B changed in the same clock
+    illegal_count     : u_unsigned(15 downto 0);                     -- number of these faults; saturates
+    overspeed         : std_ulogic;                                  -- sticky: edges came too fast
+    overspeed_count   : u_unsigned(15 downto 0);                     -- number of these faults; saturates
     swallowed         : std_ulogic;                                  -- sticky: the filter suppressed counts
   end record decoded_head;
 

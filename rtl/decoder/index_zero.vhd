@@ -88,7 +88,7 @@ entity index_zero is
     other_head_agrees : in    std_ulogic;                                    -- the other head confirms the mark, see zero_witness
     angle             : out   u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
     turn_position     : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts from the first index
-    index_seen        : out   std_ulogic;                                    -- level
+    index_seen        : out   std_ulogic;                                    -- level: an index has been seen
     index_strobe      : out   std_ulogic;                                    -- strobe: the three outputs below are new
     index_position    : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, position of the last index
     index_direction   : out   std_ulogic;                                    -- '1': the last index was passed upwards

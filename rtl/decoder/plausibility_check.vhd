@@ -43,12 +43,12 @@ entity plausibility_check is
     filter_length        : in    u_unsigned(7 downto 0); -- clocks, 1 is off
     minimum_edge_spacing : in    u_unsigned(15 downto 0); -- clocks, 0 is off
     clear                : in    std_ulogic;             -- pulse: clears the faults
-    index_error          : out   std_ulogic;             -- sticky
-    index_error_count    : out   u_unsigned(15 downto 0); -- saturates
-    illegal              : out   std_ulogic;             -- sticky
-    illegal_count        : out   u_unsigned(15 downto 0); -- saturates
-    overspeed            : out   std_ulogic;             -- sticky
-    overspeed_count      : out   u_unsigned(15 downto 0); -- saturates
+    index_error          : out   std_ulogic;             -- sticky: an index mark was misplaced
+    index_error_count    : out   u_unsigned(15 downto 0); -- number of these faults; saturates
+    illegal              : out   std_ulogic;             -- sticky: A and B changed in the same clock
+    illegal_count        : out   u_unsigned(15 downto 0); -- number of these faults; saturates
+    overspeed            : out   std_ulogic;             -- sticky: edges came too fast
+    overspeed_count      : out   u_unsigned(15 downto 0); -- number of these faults; saturates
     swallowed            : out   std_ulogic              -- sticky: the filter suppressed counts
   );
 end entity plausibility_check;

@@ -39,8 +39,8 @@ entity access_guard is
   );
   port (
     clock           : in    std_ulogic;
-    judge           : in    std_ulogic;                     -- pulse
-    capture_ready   : in    std_ulogic;                     -- a bank belongs to the processor
+    judge           : in    std_ulogic;                     -- pulse: judge the access at the inputs
+    capture_ready   : in    std_ulogic;                     -- level: a capture bank belongs to the processor
     address         : in    axi_lite_address;               -- bytes
     is_write        : in    std_ulogic;
     write_strobes   : in    std_ulogic_vector(3 downto 0);  -- one bit per byte

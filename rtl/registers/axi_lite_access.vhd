@@ -40,13 +40,13 @@ entity axi_lite_access is
     s_axil_response : out   axi_lite_response;
     -- The present transfer
     taken           : out   std_ulogic;                    -- pulse: a new transfer
-    address         : out   axi_lite_address;              -- bytes, of a word
+    address         : out   axi_lite_address;              -- bytes, a multiple of 4
     is_write        : out   std_ulogic := '0';
     write_data      : out   std_ulogic_vector(31 downto 0);
     write_strobes   : out   std_ulogic_vector(3 downto 0);  -- one bit per byte
-    refused         : in    std_ulogic;                    -- in the clock after taken
+    refused         : in    std_ulogic;                    -- valid in the clock after taken
     -- Answer to the present transfer
-    answered        : in    std_ulogic;                    -- pulse
+    answered        : in    std_ulogic;                    -- pulse: the unit has read or written the word
     data            : in    std_ulogic_vector(31 downto 0) -- word that was read; 0 if refused
   );
 end entity axi_lite_access;

@@ -27,22 +27,22 @@ entity head_registers is
   port (
     clock              : in    std_ulogic;
     reset              : in    std_ulogic;
-    read_enable        : in    std_ulogic;                     -- pulse
-    write_enable       : in    std_ulogic;                     -- pulse
+    read_enable        : in    std_ulogic;                     -- pulse: read the word
+    write_enable       : in    std_ulogic;                     -- pulse: write the word
     address            : in    u_unsigned(5 downto 0);         -- number of the word in the window
     write_data         : in    std_ulogic_vector(31 downto 0); -- the word
-    done               : out   std_ulogic := '0';              -- pulse
+    done               : out   std_ulogic := '0';              -- pulse: the word is read or written
     read_data          : out   std_ulogic_vector(31 downto 0); -- the word
-    take_snapshot      : in    std_ulogic;                     -- pulse
+    take_snapshot      : in    std_ulogic;                     -- pulse: latch the values of the heads
     -- Values of the heads
     head3              : in    decoded_head;
     head4              : in    decoded_head;
-    indices_seen       : in    std_ulogic_vector(3 downto 0);  -- one bit per head
-    difference_limited : in    std_ulogic;                     -- the difference of a used head is limited
+    indices_seen       : in    std_ulogic_vector(3 downto 0);  -- one bit per head: it has seen its index
+    difference_limited : in    std_ulogic;                     -- high if the difference of a used head is limited
     clear_limited      : in    std_ulogic;                     -- pulse: clears the sticky flag of difference_limited
     -- Settings
     pins               : out   std_ulogic_vector(31 downto 0); -- 16 bits per head, in the layout of the registers
-    clear_heads        : out   std_ulogic_vector(1 downto 0);  -- pulses, one bit per head
+    clear_heads        : out   std_ulogic_vector(1 downto 0);  -- pulses, one bit per head: clear its faults
     delays             : out   std_ulogic_vector(31 downto 0) := (others => '0') -- clocks, 8 bits per head, head 1 in the low ones
   );
 end entity head_registers;

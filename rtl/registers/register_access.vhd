@@ -29,14 +29,14 @@ library ieee;
 
 entity register_access is
   generic (
-    LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;        -- harmonics
-    CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples per bank
+    LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;        -- number of harmonic lanes
+    CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- number of samples in a capture bank
     HEADS         : positive range 2 to HEADS_MAX := 2;
     MEAN          : boolean                       := false; -- the mean of the heads is built
-    MODULATORS    : boolean                       := false; -- amplitudes follow conditions
-    FAILOVER      : boolean                       := false; -- a failed head is left out of the mean
+    MODULATORS    : boolean                       := false; -- amplitudes of lanes can follow conditions
+    FAILOVER      : boolean                       := false; -- a failed head can be left out of the mean
     LOCAL_TABLE   : boolean                       := false; -- a local table is built
-    REAL_ORDERS   : boolean                       := false  -- phases continue from turn to turn
+    REAL_ORDERS   : boolean                       := false  -- phases of lanes can continue from turn to turn
   );
   port (
     clock             : in    std_ulogic;
@@ -48,43 +48,43 @@ entity register_access is
     hwif_in           : in    arctrue_registers_in_t;
     hwif_out          : out   arctrue_registers_out_t;
     -- Requests to other units, and their answers
-    capture_ready     : in    std_ulogic;                     -- a bank belongs to the processor
+    capture_ready     : in    std_ulogic;                     -- level: a capture bank belongs to the processor
     access_address    : out   axi_lite_address;               -- bytes
     access_data       : out   std_ulogic_vector(31 downto 0); -- word to be written
-    coefficient_read  : out   std_ulogic;                     -- pulse
-    coefficient_write : out   std_ulogic;                     -- pulse
+    coefficient_read  : out   std_ulogic;                     -- pulse: read the word
+    coefficient_write : out   std_ulogic;                     -- pulse: write the word
     coefficient_data  : in    std_ulogic_vector(31 downto 0);
-    offset_read       : out   std_ulogic;                     -- pulse
-    offset_write      : out   std_ulogic;                     -- pulse
+    offset_read       : out   std_ulogic;                     -- pulse: read the word
+    offset_write      : out   std_ulogic;                     -- pulse: write the word
     offset_data       : in    std_ulogic_vector(31 downto 0);
-    coefficient_done  : in    std_ulogic;                     -- pulse: coefficient or offset read or written
-    mean_read         : out   std_ulogic;                     -- pulse
-    mean_write        : out   std_ulogic;                     -- pulse
-    mean_done         : in    std_ulogic := '0';              -- pulse
+    coefficient_done  : in    std_ulogic;                     -- pulse: the coefficient or the offset is read or written
+    mean_read         : out   std_ulogic;                     -- pulse: read the word
+    mean_write        : out   std_ulogic;                     -- pulse: write the word
+    mean_done         : in    std_ulogic := '0';              -- pulse: the word is read or written
     mean_data         : in    std_ulogic_vector(31 downto 0) := (others => '0');
-    heads_read        : out   std_ulogic;                     -- pulse
-    heads_write       : out   std_ulogic;                     -- pulse
-    heads_done        : in    std_ulogic := '0';              -- pulse
+    heads_read        : out   std_ulogic;                     -- pulse: read the word
+    heads_write       : out   std_ulogic;                     -- pulse: write the word
+    heads_done        : in    std_ulogic := '0';              -- pulse: the word is read or written
     heads_data        : in    std_ulogic_vector(31 downto 0) := (others => '0');
-    sets_read         : out   std_ulogic;                     -- pulse
-    sets_write        : out   std_ulogic;                     -- pulse
-    sets_done         : in    std_ulogic := '0';              -- pulse
+    sets_read         : out   std_ulogic;                     -- pulse: read the word
+    sets_write        : out   std_ulogic;                     -- pulse: write the word
+    sets_done         : in    std_ulogic := '0';              -- pulse: the word is read or written
     sets_data         : in    std_ulogic_vector(31 downto 0) := (others => '0');
-    conditions_read   : out   std_ulogic;                     -- pulse
-    conditions_write  : out   std_ulogic;                     -- pulse
-    conditions_done   : in    std_ulogic := '0';              -- pulse
+    conditions_read   : out   std_ulogic;                     -- pulse: read the word
+    conditions_write  : out   std_ulogic;                     -- pulse: write the word
+    conditions_done   : in    std_ulogic := '0';              -- pulse: the word is read or written
     conditions_data   : in    std_ulogic_vector(31 downto 0) := (others => '0');
-    local_read        : out   std_ulogic;                     -- pulse
-    local_write       : out   std_ulogic;                     -- pulse
-    local_done        : in    std_ulogic := '0';              -- pulse
+    local_read        : out   std_ulogic;                     -- pulse: read the word
+    local_write       : out   std_ulogic;                     -- pulse: write the word
+    local_done        : in    std_ulogic := '0';              -- pulse: the word is read or written
     local_data        : in    std_ulogic_vector(31 downto 0) := (others => '0');
-    turns_read        : out   std_ulogic;                     -- pulse
-    turns_write       : out   std_ulogic;                     -- pulse
-    turns_done        : in    std_ulogic := '0';              -- pulse
+    turns_read        : out   std_ulogic;                     -- pulse: read the word
+    turns_write       : out   std_ulogic;                     -- pulse: write the word
+    turns_done        : in    std_ulogic := '0';              -- pulse: the word is read or written
     turns_data        : in    std_ulogic_vector(31 downto 0) := (others => '0');
     take_snapshot     : out   std_ulogic;                     -- pulse: the registers of the snapshot are latched
-    capture_read      : out   std_ulogic;                     -- pulse
-    capture_done      : in    std_ulogic;                     -- pulse
+    capture_read      : out   std_ulogic;                     -- pulse: read the word
+    capture_done      : in    std_ulogic;                     -- pulse: the word is read or written
     capture_data      : in    std_ulogic_vector(31 downto 0)
   );
 end entity register_access;
