@@ -45,8 +45,8 @@ def register_page(root: Path) -> str:
         "",
         f"This page comes from [{REGISTERS}](../{REGISTERS}), the single source of the registers. "
         "`make generate` makes",
-        "from it the VHDL block, the C header `build/generated/c/arctrue_registers.h`, the Python module",
-        "`arctrue.generated.registers` and a page to browse,",
+        "from it the VHDL block, the C header `build/generated/c/arctrue_registers.h`,",
+        "the Python module `arctrue.generated.registers` and a page to browse,",
         "`build/generated/html/registers/index.html`.",
         "",
         (top.get_property("desc") or "").strip(),
