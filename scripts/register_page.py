@@ -43,10 +43,10 @@ def register_page(root: Path) -> str:
         "",
         "# Register map",
         "",
-        f"From [{REGISTERS}](../{REGISTERS}), the single source. `make generate` makes from it "
-        "the VHDL",
-        "block, the C header `build/generated/c/arctrue_registers.h`, the Python module",
-        "`arctrue.generated.registers` and a page to browse,",
+        f"This page comes from [{REGISTERS}](../{REGISTERS}), the single source of the registers. "
+        "`make generate` makes",
+        "from it the VHDL block, the C header `build/generated/c/arctrue_registers.h`,",
+        "the Python module `arctrue.generated.registers` and a page to browse,",
         "`build/generated/html/registers/index.html`.",
         "",
         (top.get_property("desc") or "").strip(),

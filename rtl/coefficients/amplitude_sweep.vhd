@@ -2,12 +2,14 @@
 --
 -- # amplitude_sweep
 --
--- Multiplies the amplitude of each lane by its modulator and writes the effective amplitude, for all lanes of both banks one
--- after the other with one multiplier. It stores the nominal amplitudes of both banks and the choice of the modulator.
+-- Multiplies the nominal amplitude of each lane by the lane's modulator and writes the product, the effective
+-- amplitude. One multiplier serves all lanes of both banks one after the other. The entity stores the nominal amplitude
+-- and the choice of the modulator for each lane of both banks.
 --
 -- **Sweep.** `sweep_step` counts from 0 to SWEEP_CLOCKS - 1 repeatedly. Steps 0 to 63 process the lanes of bank 0,
 -- steps 64 to 127 the lanes of bank 1; steps of lanes that are not built write nothing. The last step latches the
--- modulators for the whole next sweep. In SQUARE_STEP the entity multiplies the speed by itself.
+-- modulators for the whole next sweep. In SQUARE_STEP the entity multiplies the speed by itself, which gives the
+-- modulator `speed_squared`.
 --
 -- **Swap.** `swept` is high from the end of the first whole sweep after the last write of a nominal word until the next
 -- write; during this time the effective amplitudes of the idle bank are complete. After a write it is high again within
@@ -21,7 +23,7 @@
 -- **Rounding.** Each product is rounded once, half up, to s13.11: a modulator of 1 does not change the amplitude. -8192
 -- counts times -1 becomes the largest amplitude.
 --
--- **Reset.** None: the sweeps continue. At power-up every word is 0.
+-- **Reset.** There is none: the sweeps continue. At power-up every word is 0.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -33,7 +35,7 @@ library ieee;
 entity amplitude_sweep is
   generic (
     LANES : positive range 1 to LANES_MAX := LANES_DEFAULT;
-    FOLD  : positive range 1 to 8         := 1 -- lanes that share a pipeline: 1, 2, 4 or 8
+    FOLD  : positive range 1 to 8         := 1 -- number of lanes that share a pipeline: 1, 2, 4 or 8
   );
   port (
     clock           : in    std_ulogic;
@@ -43,14 +45,14 @@ entity amplitude_sweep is
     word_a          : in    modulator;
     word_b          : in    modulator;
     speed_squared   : out   modulator := (others => '0');
-    -- Nominal words of the bank that is idle
-    write_amplitude : in    std_ulogic;                                  -- pulse
-    write_choice    : in    std_ulogic;                                  -- pulse
+    -- Writes of the nominal words of the idle bank
+    write_amplitude : in    std_ulogic;                                  -- pulse: write the amplitude
+    write_choice    : in    std_ulogic;                                  -- pulse: write the choice of the modulator
     write_bank      : in    std_ulogic;
     write_lane      : in    u_unsigned(5 downto 0);
     write_word      : in    std_ulogic_vector(AMPLITUDE_WIDTH - 1 downto 0);
-    swept           : out   std_ulogic := '0';                           -- level: a sweep has followed the last write
-    -- Effective amplitudes
+    swept           : out   std_ulogic := '0';                           -- level: a whole sweep has followed the last write
+    -- Writes of the effective amplitudes
     selected        : out   std_ulogic_vector(0 to LANES / FOLD - 1) := (others => '0');
     bank            : out   std_ulogic                               := '0';
     slot            : out   u_unsigned(2 downto 0)                   := (others => '0');
@@ -107,7 +109,7 @@ begin
     variable product_3   : u_signed(AMPLITUDE_WIDTH + MODULATOR_WIDTH - 1 downto 0) := (others => '0');
     variable rounded_4   : u_signed(AMPLITUDE_WIDTH downto 0)              := (others => '0');
 
-    -- Modulators of the whole sweep
+    -- Modulators, held for the whole sweep
     variable held_direction : modulator := (others => '0');
     variable held_speed     : modulator := (others => '0');
     variable held_square    : modulator := (others => '0');
@@ -121,7 +123,7 @@ begin
   begin
 
     if rising_edge(clock) then
-      -- Fifth clock: write to the memory, of which this entity is the only writer.
+      -- Fifth clock: write to the memory of the effective amplitudes, which no other entity writes.
       selected  <= (others => '0');
       lane      := step_1_to_4(4)(5 downto 0);
       bank      <= step_1_to_4(4)(6);
@@ -141,14 +143,14 @@ begin
         square := rounded_4(modulator'range);
       end if;
 
-      -- Fourth clock.
+      -- Fourth clock: round the product.
       sum       := product_3 + 2 ** (MODULATOR_FRACTION - 1);
       rounded_4 := sum(AMPLITUDE_WIDTH + MODULATOR_FRACTION downto MODULATOR_FRACTION);
 
-      -- Third clock.
+      -- Third clock: multiply.
       product_3 := amplitude_2 * modulator_2;
 
-      -- Second clock.
+      -- Second clock: select the modulator of the lane.
       amplitude_2 := u_signed(nominal_read);
 
       case to_integer(u_unsigned(choice_read)) is
@@ -178,7 +180,7 @@ begin
         modulator_2 := speed;
       end if;
 
-      -- First clock.
+      -- First clock: store the step; in the last step of a sweep, latch the modulators.
       step_1_to_4 := sweep_step & step_1_to_4(1 to 3);
 
       if sweep_step = SWEEP_CLOCKS - 1 then

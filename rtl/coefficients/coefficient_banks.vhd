@@ -2,9 +2,9 @@
 --
 -- # coefficient_banks
 --
--- Stores two banks of one kind of coefficient word: a word for each of the FOLD lanes that share a pipeline and, with TURNS = 4,
--- for each of four turns. It is a small memory, which tools build from look-up tables. coefficient_memory decides which bank is read and
--- which is written.
+-- Stores two banks of one kind of coefficient word. A bank has one word for each of the FOLD lanes that share a
+-- pipeline; with TURNS = 4 it has four words for each of these lanes, one per turn. Tools build this small memory from
+-- look-up tables. coefficient_memory decides which bank is read and which is written.
 --
 -- **Latency.** 1 clock from `read_bank` and `read_slot` to `read_word`; a word that is written in one clock can be read
 -- in the next clock.
@@ -19,9 +19,9 @@ library ieee;
 
 entity coefficient_banks is
   generic (
-    FOLD  : positive range 1 to 8  := 1; -- lanes that share a pipeline: 1, 2, 4 or 8
+    FOLD  : positive range 1 to 8  := 1; -- number of lanes that share a pipeline: 1, 2, 4 or 8
     WIDTH : positive range 1 to 32 := 32;
-    TURNS : positive range 1 to 4  := 1  -- 1 or 4
+    TURNS : positive range 1 to 4  := 1  -- number of words per lane, one for each turn: 1 or 4
   );
   port (
     clock        : in    std_ulogic;

@@ -2,16 +2,15 @@
 --
 -- # coefficient_memory
 --
--- Stores two banks of coefficients for every lane of equation (9): the pipeline reads the active bank,
--- the processor writes the idle one. A pulse of `swap` makes the idle bank the active one for all
--- lanes at once. Then the entity copies the active values into the new idle bank, from the block RAM that also serves
--- the read-back; so the processor can change single words and swap again.
+-- Stores two banks of coefficients for every lane of equation (9): the pipeline reads the active bank, the processor
+-- writes the idle bank. A pulse of `swap` makes the idle bank the active one for all lanes at once. Then the entity
+-- copies the active values into the new idle bank, so that the processor can change single words and swap again. The
+-- source of this copy is a block RAM, from which the processor also reads the words back.
 --
--- **Words.** `write_address` = lane * 4 + word. Word 0: phase step, bits 31..0; word 1: phase
--- step, bits 47..32; word 2: phase offset; word 3: amplitude, sign-extended to 32 bits. A word
--- of a lane that is not built is acknowledged, not stored, and reads as 0. `write_offset` writes
--- the offset, a constant added to the correction. Only the bits of the format are stored; the read-back shows the
--- stored bits.
+-- **Words.** `write_address` = lane * 4 + word. Word 0: phase step, bits 31..0; word 1: phase step, bits 47..32; word
+-- 2: phase offset; word 3: amplitude, sign-extended to 32 bits. A word of a lane that is not built is acknowledged, not
+-- stored, and reads as 0. `write_offset` writes the offset, a constant that is added to the correction. Only the bits
+-- of the format are stored; a read returns the stored bits.
 --
 -- **One bank for one angle.** The pipeline uses the phase step of an angle when the angle enters, the phase offset
 -- PHASE_OFFSET_DELAY clocks later, the amplitude AMPLITUDE_DELAY clocks later and the offset OFFSET_DELAY clocks later.
@@ -25,12 +24,12 @@
 -- `swap_allowed` high only in the clock before each new angle; a swap waits for this clock, and several waiting swaps
 -- count as one.
 --
--- **Writing.** Pulse `write_enable` or `write_offset` (never both) with address and data; the
--- write is finished with the pulse of `write_acknowledge`, which comes 3 clocks later. While a swap waits or the idle
--- bank is being filled, the write waits too: at most until the largest delay + 4 * LANES + 5 clocks after the swap took
--- place. Start no other write before the acknowledge. A swap takes over all acknowledged writes and no part of a
--- pending write. `swap_busy` is high from the clock after `swap` until the idle bank is filled; a further `swap` is
--- allowed at any time; it waits until the idle bank is filled and a write in progress has ended.
+-- **Writing.** Pulse `write_enable` or `write_offset` (never both) with address and data; the write is finished with
+-- the pulse of `write_acknowledge`, which comes 3 clocks later. While a swap waits or the idle bank is being filled,
+-- the write waits too: it ends at most (largest delay + 4 * LANES + 5) clocks after the swap took place. Start no other
+-- write before the acknowledge. A swap takes over all acknowledged writes and no part of a pending write. `swap_busy`
+-- is high from the clock after `swap` until the idle bank is filled; a further `swap` is allowed at any time; it waits
+-- until the idle bank is filled and a write in progress has ended.
 --
 -- **Latency.** 1 clock from an immediate `swap` to the new phase steps; 2 clocks from `read_address` to `read_data`.
 --
@@ -38,15 +37,15 @@
 -- offset s13.11 counts. Flat outputs carry the first lane of the block in the low bits.
 --
 -- **Modulators.** With MODULATORS bits 18 to 16 of word 1 choose the modulator of the lane's amplitude
--- (amplitude_sweep): `amplitudes` carries the effective amplitudes; the read-back and the copy into the idle bank use
--- the nominal ones. A swap also waits until a whole sweep has followed the last write or the fill: 2 · SWEEP_CLOCKS
--- clocks at the most.
+-- (amplitude_sweep). `amplitudes` then carries the effective amplitudes; reads and the copy into the idle bank use the
+-- nominal amplitudes. A swap also waits until a whole sweep has run since the last write and since the fill, at most
+-- 2 · SWEEP_CLOCKS clocks.
 --
--- **Real orders.** With REAL_ORDERS a lane also has a turn step, written with `write_turn_step`:
--- `write_address` = lane * 2 + word; word 0 bits 31..0, word 1 bits 47..32; `read_turn_step` reads them.
--- turn_offset_sweep prepares the phase offsets of several turns; `turn_select` selects the turn a clock after the angle
--- (turn_counter). A swap also waits until a whole sweep has followed the last write or the fill, 36 · LANES + 12
--- clocks, and the turn steps add 18 · LANES clocks to the fill.
+-- **Real orders.** With REAL_ORDERS each lane also has a turn step of two words. `write_turn_step` writes a word,
+-- `read_turn_step` reads one; the address is lane * 2 + word, word 0 holds bits 31..0, word 1 bits 47..32.
+-- turn_offset_sweep prepares the phase offsets of several turns; `turn_select`, which turn_counter outputs one clock
+-- after the angle, selects the turn. A swap also waits until a whole sweep of turn_offset_sweep has run since the last
+-- write and since the fill, 36 · LANES + 12 clocks, and the turn steps add 18 · LANES clocks to the fill.
 --
 -- **Reset.** `reset` drops a pending write; a write in progress ends without an acknowledge. The reset keeps both banks
 -- and lets a swap end; otherwise parts of two banks would stay active together. At power-up both banks are zero.
@@ -61,12 +60,12 @@ library ieee;
 entity coefficient_memory is
   generic (
     LANES              : positive range 1 to LANES_MAX := LANES_DEFAULT;
-    FOLD               : positive range 1 to 8         := 1; -- lanes that share a pipeline: 1, 2, 4 or 8
+    FOLD               : positive range 1 to 8         := 1; -- number of lanes that share a pipeline: 1, 2, 4 or 8
     PHASE_OFFSET_DELAY : positive range 1 to 63        := PHASE_OFFSET_CLOCK;
     AMPLITUDE_DELAY    : positive range 1 to 63        := PHASE_LATENCY + AMPLITUDE_CLOCK;
     OFFSET_DELAY       : positive range 1 to 63        := DELAY_LINE_LATENCY;
-    MODULATORS         : boolean                       := false; -- amplitudes follow conditions
-    REAL_ORDERS        : boolean                       := false  -- phases continue from turn to turn
+    MODULATORS         : boolean                       := false; -- amplitudes can follow conditions
+    REAL_ORDERS        : boolean                       := false  -- phases can continue from turn to turn
   );
   port (
     clock             : in    std_ulogic;
@@ -78,13 +77,13 @@ entity coefficient_memory is
     write_acknowledge : out   std_ulogic;                     -- pulse: the word is written
     read_address      : in    u_unsigned(7 downto 0);         -- lane * 4 + word
     read_data         : out   std_ulogic_vector(31 downto 0); -- the word in the idle bank
-    idle_offset       : out   u_signed(AMPLITUDE_WIDTH - 1 downto 0); -- counts, s13.11, idle bank
+    idle_offset       : out   u_signed(AMPLITUDE_WIDTH - 1 downto 0); -- counts, s13.11, the offset in the idle bank
     swap              : in    std_ulogic;                     -- pulse: the idle bank becomes active
-    swap_allowed      : in    std_ulogic := '1';              -- the next clock brings a new angle
-    swap_comes        : out   std_ulogic;                     -- a clock before swap_marker
-    swap_marker       : out   std_ulogic;                     -- with the first angle of a new bank
-    swap_busy         : out   std_ulogic;                     -- a swap waits, or the idle bank is not filled
-    slot              : in    u_unsigned(2 downto 0) := (others => '0'); -- 0 with a new angle
+    swap_allowed      : in    std_ulogic := '1';              -- high if the next clock brings a new angle
+    swap_comes        : out   std_ulogic;                     -- high in the clock before swap_marker
+    swap_marker       : out   std_ulogic;                     -- high with the first angle of a new bank
+    swap_busy         : out   std_ulogic;                     -- level: a swap waits, or the idle bank is being filled
+    slot              : in    u_unsigned(2 downto 0) := (others => '0'); -- number of the block of lanes; 0 with a new angle
     phase_steps       : out   std_ulogic_vector(LANES / FOLD * PHASE_STEP_WIDTH - 1 downto 0); -- turn per count, u0.48
     phase_offsets     : out   std_ulogic_vector(LANES / FOLD * PHASE_WIDTH - 1 downto 0);      -- turn, u0.24
     amplitudes        : out   std_ulogic_vector(LANES / FOLD * AMPLITUDE_WIDTH - 1 downto 0);  -- counts, s13.11
@@ -99,7 +98,7 @@ entity coefficient_memory is
     -- With REAL_ORDERS, see turn_offset_sweep and turn_counter
     write_turn_step   : in    std_ulogic                                := '0';             -- pulse: write a word of a turn step
     read_turn_step    : in    std_ulogic                                := '0';             -- read_address is the address of a turn step
-    turn              : in    u_signed(TURN_NUMBER_WIDTH - 1 downto 0) := (others => '0'); -- turns
+    turn              : in    u_signed(TURN_NUMBER_WIDTH - 1 downto 0) := (others => '0'); -- number of turns of the present angle
     turn_select       : in    u_unsigned(1 downto 0)                    := "00"             -- turn modulo 4, a clock after the angle
   );
 end entity coefficient_memory;
@@ -110,10 +109,10 @@ architecture rtl of coefficient_memory is
   constant LAST_COPY : positive := maximum(maximum(PHASE_OFFSET_DELAY, AMPLITUDE_DELAY), OFFSET_DELAY);
   constant LAST_WORD : positive := 4 * LANES - 1;
 
-  -- Bits of word 1: the upper bits of the phase step, and the bits of the modulator.
+  -- Number of bits of word 1: the upper bits of the phase step, and the bits that choose the modulator.
   constant HIGH_BITS : positive := PHASE_STEP_WIDTH - 32 + 3 * boolean'pos(MODULATORS);
 
-  -- Turns for which a phase offset is stored.
+  -- Number of turns for which each lane has a stored phase offset.
   constant PREPARED_TURNS : positive := 1 + 3 * boolean'pos(REAL_ORDERS);
 
   subtype word is std_ulogic_vector(31 downto 0);
@@ -138,7 +137,7 @@ architecture rtl of coefficient_memory is
   signal idle_constant   : u_signed(offset'range) := (others => '0');
   signal active_constant : u_signed(offset'range) := (others => '0');
 
-  -- Bank and slot that are read for the next clock.
+  -- Bank and slot of the words that the outputs show in the next clock.
   signal step_bank      : std_ulogic;
   signal step_slot      : slot_number;
   signal phase_bank     : std_ulogic  := '0';
@@ -154,7 +153,7 @@ architecture rtl of coefficient_memory is
   signal swapped : std_ulogic_vector(0 to LAST_COPY);
   signal copying : std_ulogic_vector(1 to LAST_COPY) := (others => '0');
 
-  -- A waiting write
+  -- A write that waits, with its address and its data
   signal pending_word   : std_ulogic   := '0';
   signal pending_offset : std_ulogic   := '0';
   signal pending_turn   : std_ulogic;
@@ -172,11 +171,10 @@ architecture rtl of coefficient_memory is
   signal fill_stored    : word         := (others => '0');
   signal fill_word      : word         := (others => '0');
 
-  -- High while no swap takes effect and every word of the idle bank is filled, except a word that is written in this
-  -- clock.
+  -- High if no swap is taking effect and the idle bank is filled, except for a word that is written in this clock.
   signal is_quiet : std_ulogic := '1';
 
-  -- The word that is written into the idle bank, with one bit for each kind of word of each built lane
+  -- The word that is written into the idle bank; `selected` has one bit for each kind of word of each lane of a block
   signal selected      : std_ulogic_vector(0 to 4 * BUILT - 1) := (others => '0');
   signal selected_slot : slot_number                           := (others => '0');
   signal written       : word                                  := (others => '0');
@@ -184,14 +182,14 @@ architecture rtl of coefficient_memory is
   signal answers       : std_ulogic                            := '0';
   signal idle_bank     : std_ulogic;
 
-  -- Writing of the amplitudes: directly, or by the sweep
+  -- Writes of the amplitudes: by the processor directly, or with MODULATORS by the sweep
   signal swept            : std_ulogic;
   signal amplitude_enters : std_ulogic_vector(0 to BUILT - 1);
   signal amplitude_target : std_ulogic;
   signal amplitude_place  : slot_number;
   signal amplitude_word   : std_ulogic_vector(AMPLITUDE_WIDTH - 1 downto 0);
 
-  -- Writing of the phase offsets: directly, or by the sweep for every turn
+  -- Writes of the phase offsets: by the processor directly, or with REAL_ORDERS by the sweep for every turn
   signal turns_swept      : std_ulogic;
   signal turns_copied     : std_ulogic;
   signal offset_enters    : std_ulogic_vector(0 to BUILT - 1);
@@ -255,7 +253,7 @@ begin
 
   end process swapping;
 
-  -- Fills the idle bank after a swap, when all parts have changed their bank.
+  -- Fills the idle bank after a swap, when all outputs have changed their bank.
   fill : process (clock) is
   begin
 
@@ -542,7 +540,7 @@ begin
     read_data     <= of_coefficients;
   end generate real_orders_too;
 
-  -- Block RAM with the words of the idle bank, for the read-back and for the filling.
+  -- Block RAM with the words of the idle bank: the processor reads them, and the filling copies them.
   read_back_memory : process (clock) is
 
     variable stored : word;

@@ -7,12 +7,12 @@
 -- m - 1, m and m + 1 of all lanes of both banks, one after the other, in an endless sweep. The entity stores the turn
 -- steps ν and the offsets Φ of both banks. A lane of a whole order has ν = 0, and so the offset Φ in every turn.
 --
--- **Turns.** An offset is written to the place m modulo 4 of its lane. A sweep takes 18 · LANES clocks and uses the
--- turn at its start as m throughout, so that it writes the offsets of three neighbouring turns even if the angle moves
--- meanwhile. While the angle crosses a wrap back and forth, these offsets do not change. After a wrap the offsets of
--- the next turn are complete within two sweeps, 36 · LANES + 12 clocks after the first angle behind the wrap. Before
--- the next wrap in the same direction the angle moves at least half a turn, even if the zero moves, and at most one
--- count per clock. Therefore a turn of 72 · LANES + 48 counts or more is long enough at every speed.
+-- **Turns.** The offset of turn m is written to place m modulo 4 of its lane. A sweep takes 18 · LANES clocks. It uses
+-- the turn at its start as m throughout, so that it writes the offsets of three neighbouring turns even if the angle
+-- moves to another turn meanwhile. While the angle crosses a wrap back and forth, these offsets do not change. After a
+-- wrap the offsets of the next turn are complete within two sweeps, 36 · LANES + 12 clocks after the first angle behind
+-- the wrap. Before the next wrap in the same direction the angle moves at least half a turn, even if the zero moves,
+-- and at most one count per clock. Therefore a turn of 72 · LANES + 48 counts or more is long enough at every speed.
 --
 -- **Limits.** m has 24 bits: beyond ±2²³ turns it wraps, and the phase then steps by frac(2²⁴·ν). Prepared sets of heads
 -- (FAILOVER) hold no turn steps: the lanes of a set keep the turn steps of the idle bank.
@@ -22,15 +22,15 @@
 --
 -- **Swap.** `swept` is high from the end of the first whole sweep after the last write (at most 36 · LANES + 12 clocks)
 -- until the next write; during this time the offsets of the idle bank are complete. After a swap, `take_over` starts
--- the copy of the active bank's turn steps into the idle bank; `copies` is high during this copy, for 18 · LANES + 4
--- clocks: write no turn step then.
+-- the copy of the active bank's turn steps into the idle bank. `copies` is high during this copy, for 18 · LANES + 4
+-- clocks; write no turn step while it is high.
 --
--- **Latency.** 1 clock from `read_address` to `read_word`. The memory holds an offset 8 clocks after the step of the
--- sweep that computes it.
+-- **Latency.** 1 clock from `read_address` to `read_word`. The memory contains an offset 8 clocks after the sweep
+-- begins to compute it.
 --
 -- **Number formats.** turn s23.0 turns; turn steps u0.48 turn a turn; offsets u0.24 turn.
 --
--- **Reset.** None: the sweeps continue. At power-up every word is 0.
+-- **Reset.** There is none: the sweeps continue. At power-up every word is 0.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -41,24 +41,24 @@ library ieee;
 entity turn_offset_sweep is
   generic (
     LANES : positive range 1 to LANES_MAX := LANES_DEFAULT;
-    FOLD  : positive range 1 to 8         := 1 -- lanes that share a pipeline: 1, 2, 4 or 8
+    FOLD  : positive range 1 to 8         := 1 -- number of lanes that share a pipeline: 1, 2, 4 or 8
   );
   port (
     clock        : in    std_ulogic;
-    turn         : in    u_signed(TURN_NUMBER_WIDTH - 1 downto 0);                      -- turns, of the present angle
+    turn         : in    u_signed(TURN_NUMBER_WIDTH - 1 downto 0);                      -- number of turns of the present angle
     idle_bank    : in    std_ulogic;
-    -- Words of the bank that is idle
-    write_low    : in    std_ulogic;                                                    -- pulse: turn step, bits 31 to 0
-    write_high   : in    std_ulogic;                                                    -- pulse: turn step, bits 47 to 32
-    write_offset : in    std_ulogic;                                                    -- pulse: phase offset
+    -- Writes of the words of the idle bank
+    write_low    : in    std_ulogic;                                                    -- pulse: write bits 31 to 0 of the turn step
+    write_high   : in    std_ulogic;                                                    -- pulse: write bits 47 to 32 of the turn step
+    write_offset : in    std_ulogic;                                                    -- pulse: write the phase offset
     write_lane   : in    u_unsigned(5 downto 0);
     write_word   : in    std_ulogic_vector(31 downto 0);
-    take_over    : in    std_ulogic;                                                    -- pulse: fill the idle bank's turn steps
+    take_over    : in    std_ulogic;                                                    -- pulse: copy the turn steps into the idle bank
     copies       : out   std_ulogic;
-    swept        : out   std_ulogic                               := '0';               -- level: a sweep has followed the last write
+    swept        : out   std_ulogic                               := '0';               -- level: a whole sweep has followed the last write
     read_address : in    u_unsigned(6 downto 0);                                        -- lane * 2 + word
     read_word    : out   std_ulogic_vector(31 downto 0);                                -- word of the idle bank's turn step
-    -- Prepared offsets
+    -- Writes of the prepared offsets
     selected     : out   std_ulogic_vector(0 to LANES / FOLD - 1) := (others => '0');
     bank         : out   std_ulogic                               := '0';
     slot         : out   u_unsigned(2 downto 0)                   := (others => '0');
@@ -72,7 +72,7 @@ architecture rtl of turn_offset_sweep is
   constant BUILT        : positive := LANES / FOLD;
   constant PARTS        : positive := 3;
   constant SWEEP_CLOCKS : positive := 3 * PARTS * 2 * LANES;
-  -- Clocks from the last item of a sweep until the memory has its offset, plus two.
+  -- Clocks from the last item of a sweep until the memory has the offset of this item, plus two.
   constant TAIL_CLOCKS  : positive := 10;
 
   -- The multiplier's narrow port takes 17 unsigned bits.
@@ -97,7 +97,7 @@ architecture rtl of turn_offset_sweep is
 
   type offsets is array (0 to 127) of offset_of_phase;
 
-  -- An item in the pipeline: part of a turn step, lane, bank and turn
+  -- An item in the pipeline: one part of a turn step, with its lane, bank and turn
   type item is record
     part  : natural range 0 to PARTS - 1;
     lane  : natural range 0 to LANES - 1;
@@ -234,7 +234,7 @@ begin
     variable middle_4    : u_unsigned(PART_WIDTH - LOWEST_BIT downto 0) := (others => '0');
     variable offset_4    : offset_of_phase                            := (others => '0');
 
-    -- The turn of this sweep and its neighbours
+    -- The turn m of this sweep and the turns next to it
     variable above       : turn_number                                := (others => '0');
     variable below       : turn_number                                := (others => '0');
     variable middle      : turn_number                                := (others => '0');
@@ -244,7 +244,7 @@ begin
   begin
 
     if rising_edge(clock) then
-      -- Fifth clock: write to the memory, of which this entity is the only writer.
+      -- Fifth clock: write to the memory of the phase offsets, which no other entity writes.
       selected <= (others => '0');
       bank     <= item_1_to_4(4).bank;
       of_turn  <= low_turn_4;
@@ -259,7 +259,8 @@ begin
       fraction := u_unsigned(sum_4(HIGH_WIDTH - 1 downto 0)) & middle_4(middle_4'high downto 1);
       prepared <= std_ulogic_vector(fraction + offset_4 + ("" & middle_4(0)));
 
-      -- Fourth clock. The low 17 bits of each part belong to the product; the other bits are added to the next part.
+      -- Fourth clock. The low 17 bits of a part are final bits of the product; the upper bits are added to the next
+      -- part.
       middle_4   := u_unsigned(sum_4(PART_WIDTH - 1 downto LOWEST_BIT - 1));
       low_turn_4 := low_turn_3;
       offset_4   := offset_3;
@@ -269,12 +270,12 @@ begin
         sum_4 := product_3 + shift_right(sum_4, PART_WIDTH);
       end if;
 
-      -- Third clock.
+      -- Third clock: multiply.
       product_3  := turn_2 * part_2;
       low_turn_3 := u_unsigned(turn_2(1 downto 0));
       offset_3   := offset_2;
 
-      -- Second clock.
+      -- Second clock: select the part of the turn step and the turn.
       offset_2 := offset_1;
 
       case item_1_to_4(1).part is
@@ -303,7 +304,7 @@ begin
 
       end case;
 
-      -- First clock.
+      -- First clock: store the item, and go to the next item.
       item_1_to_4 := now & item_1_to_4(1 to 3);
       now         <= next_item(now);
 
@@ -322,7 +323,7 @@ begin
   begin
 
     if rising_edge(clock) then
-      -- The requested words are available in the last clock of an item.
+      -- The words of a lane have been read in the clock of its last part.
       copied      <= copying and (now.bank xor idle_bank) when now.part = PARTS - 1 and now.which = 0 else
                      '0';
       copied_lane <= to_unsigned(now.lane, 6);

@@ -25,30 +25,31 @@ package carry_save_pkg is
     carry_in : std_ulogic
   ) return u_signed;
 
-  -- Returns a - b, or a + b, on one carry chain. It is written as a difference, because Yosys may swap the operands of
-  -- a sum; a enters the carry chain without a LUT.
+  -- Returns a + b if `more` is high, otherwise a - b, on one carry chain. The function computes a difference in both
+  -- cases, because Yosys may swap the operands of a sum; in a difference a enters the carry chain without a LUT.
   function less_or_more (
     a, b : u_signed;
     more : std_ulogic
   ) return u_signed;
 
-  -- Tells whether a < b for numbers of the same width, from the sign of a - b: a carry chain with one bit of each
-  -- number per LUT. For "<" Yosys makes a chain with two or three bits in two LUTs, which nextpnr places apart from the
-  -- chain.
+  -- Tells whether a < b, for numbers of the same width. It takes the sign of a - b, whose carry chain has one bit of
+  -- each number per LUT. For "<" Yosys builds a chain with two or three bits in two LUTs, and nextpnr places these LUTs
+  -- apart from the chain.
   function is_less (
     a, b : u_signed
   ) return std_ulogic;
 
-  -- Reduces numbers of `width` bits, side by side, to `left` numbers with the same sum modulo 2**width; missing numbers
-  -- are 0. One level of logic reduces up to 6 numbers to 3; 2 levels reduce up to 12, 3 levels up to 24, 4 levels up to
-  -- 48. A reduction to 2 numbers takes one more level.
+  -- Reduces numbers of `width` bits, which lie side by side in one vector, to `left` numbers with the same sum modulo
+  -- 2**width. If there are fewer than `left` numbers, the remaining ones are 0. One level of logic reduces up to 6
+  -- numbers to 3; 2 levels reduce up to 12 numbers, 3 levels up to 24, 4 levels up to 48. A reduction to 2 numbers
+  -- takes one more level.
   function carry_saved (
     numbers     : u_signed;
     width, left : positive
   ) return u_signed;
 
-  -- Returns the sum of numbers that lie side by side: carry-save levels reduce them to 2 numbers, which one carry chain
-  -- adds.
+  -- Returns the sum of numbers that lie side by side in one vector: carry-save levels reduce them to 2 numbers, which
+  -- one carry chain adds.
   function sum_of_all (
     numbers : u_signed;
     width   : positive
@@ -139,7 +140,7 @@ package body carry_save_pkg is
 
   type counts_of_six is array (0 to 63) of u_unsigned(2 downto 0);
 
-  -- Returns, for every value of six bits, how many of them are high.
+  -- Returns a table: for every value of six bits, the number of bits that are high.
   function high_bits return counts_of_six is
 
     variable table : counts_of_six;
@@ -163,7 +164,8 @@ package body carry_save_pkg is
 
   constant HIGH_BITS_OF : counts_of_six := high_bits;
 
-  -- Reduces six numbers to three with the same sum: each bit is a function of the six bits of one place.
+  -- Reduces six numbers to three with the same sum: each bit of a result is a function of the six bits at one bit
+  -- position.
   function three_of_six (
     six   : u_signed;
     width : positive
@@ -202,7 +204,8 @@ package body carry_save_pkg is
 
     subtype number is u_signed(width - 1 downto 0);
 
-    -- The vector is as long as the numbers or the result, plus two numbers, because a group may write three.
+    -- The vector has room for the numbers or the result, whichever is longer, and for two more numbers, because a group
+    -- may write three.
     variable left_over : u_signed(maximum(numbers'length, left * width) + 2 * width - 1 downto 0);
     variable count     : natural;
     variable a         : number;

@@ -8,11 +8,12 @@
 -- decays to 0, while the total follows ε at once. The rate of ε itself is never limited, because a limit would clip a
 -- correction that must be fast.
 --
--- **Velocity.** r begins and ends with velocity 0 (ramp_velocity): its velocity changes by `ramp_acceleration` in 256
--- clocks, up to `ramp_rate`. A marker changes r but not the velocity of r, so the velocity of the total steps only by
--- the change of the velocity of ε. A marker holds the total for three clocks and r for two more; r is latched in the
--- second of the three clocks, so after them the total steps by the change of ε in two clocks. At its end r steps to 0
--- by less than 2⁻¹¹ count. A rate of 0 stops r and keeps its value.
+-- **Velocity.** The decay of r begins and ends with velocity 0 (ramp_velocity): every 256 clocks the velocity of r
+-- changes by at most 256 clocks · `ramp_acceleration`; its magnitude is at most `ramp_rate`. A marker changes r but not
+-- the velocity of r, so the velocity of the total steps only by the change of the velocity of ε. At a marker the total
+-- keeps its value for three clocks and r for two more clocks. r is latched in the second of the three clocks, so at
+-- their end the total steps by as much as ε changes in two clocks. At the end of the ramp r steps to 0 from less than
+-- 2⁻¹¹ count. With a rate of 0, r stops and keeps its value.
 --
 -- **Acceleration 0** sets the velocity to `ramp_rate` at once: k ≥ 5 clocks after the marker |r| has decreased by
 -- floor((k − 5)·rate), in 2⁻ᶠ count, and r stops at 0 exactly. Change the acceleration to or from 0, or reduce it, only
@@ -21,23 +22,22 @@
 -- **Inserted counts.** If the reading jumps by whole counts in the clock of a marker (lost counts that are put back),
 -- `withdrawn` is the negative of that jump: the total jumps with the reading and r absorbs the jump, so that reading -
 -- total makes no step and gains these counts as r decays. If counts are put back much faster than r decays, the total
--- reaches the end of its range, 2¹⁹ counts; further counts are then sent at once: the total stays at its limit, and
--- `limited` is high.
+-- reaches the end of its range, 2¹⁹ counts. Then the total stays at its limit, `limited` is high, and further counts
+-- appear in reading - total at once.
 --
 -- **Limit.** The total is clipped at `limit` and at -`limit` - 2⁻ᶠ; `limited` is high in the clock of each total that
 -- would exceed ±`limit` without the clipping. A marker holds the clipped total, so r stays bounded however often the
 -- bank is swapped. A change of `limit` acts two clocks later.
 --
--- **One chain per clock.** The entity computes r a clock ahead (`next_excess`), and with r the bounds r ± limit, with
--- which ε is compared; when r ends, r and the bounds are reset. -`limit` - 2⁻ᶠ is the complement of `limit`, so that
--- one look-up table chooses a bit of the total.
+-- **One carry chain per clock.** The entity computes r one clock ahead (`next_excess`), and from it the bounds -r ±
+-- limit, with which ε is compared in the next clock. When the ramp ends, r becomes 0 and the bounds ±limit. -`limit` -
+-- 2⁻ᶠ is the complement of `limit`, so that one look-up table chooses a bit of the total.
 --
 -- **Latency.** 1 clock from `correction` and `marker` to `total`, `limited` and `busy`.
 --
--- **Number formats.** correction s20.F, F = PAIR_FRACTION; total s19.F; r s22.F, so that the held
--- total is met exactly; withdrawn s15.0 counts; limit u19.0 counts; ramp_rate u8.24 in 2⁻¹¹ count a clock: 255 is
--- 0.125 count, 2⁻²⁴ is 0.0029 count a second at 100 MHz. ramp_acceleration u32 in 2⁻⁵⁹ count per clock²: 0.0173
--- count/s² at 100 MHz.
+-- **Number formats.** correction s20.F, F = PAIR_FRACTION; total s19.F; r s22.F, so that ε + r equals the held total
+-- exactly; withdrawn s15.0 counts; limit u19.0 counts; ramp_rate u8.24 in 2⁻¹¹ count a clock: 255 is 0.125 count, 2⁻²⁴
+-- is 0.0029 count a second at 100 MHz. ramp_acceleration u32 in 2⁻⁵⁹ count per clock²: 0.0173 count/s² at 100 MHz.
 --
 -- **Reset.** total, r and its velocity are 0.
 
@@ -53,14 +53,14 @@ entity correction_ramp is
     clock      : in    std_ulogic;
     reset      : in    std_ulogic;
     correction : in    u_signed(20 + PAIR_FRACTION downto 0);                    -- ε, counts, s20.F
-    marker     : in    std_ulogic;                                               -- with the first ε from another bank or setting
+    marker     : in    std_ulogic;                                               -- high with the first ε from another bank or setting
     withdrawn  : in    u_signed(15 downto 0);                                    -- counts that the reading loses at the marker
     limit      : in    u_unsigned(18 downto 0);                                  -- counts, u19.0
     ramp_rate  : in    u_unsigned(31 downto 0);                                  -- 2⁻¹¹ count per clock, u8.24
     ramp_acceleration : in    u_unsigned(31 downto 0);                           -- 2⁻⁵⁹ count per clock²
     total      : out   u_signed(19 + PAIR_FRACTION downto 0) := (others => '0'); -- counts, s19.F
-    limited    : out   std_ulogic                            := '0';             -- this total was clipped
-    busy       : out   std_ulogic                            := '0'              -- this total has a remainder, or is held
+    limited    : out   std_ulogic                            := '0';             -- high if this total was clipped
+    busy       : out   std_ulogic                            := '0'              -- high if this total has a remainder, or is held
   );
 end entity correction_ramp;
 
@@ -72,10 +72,10 @@ architecture rtl of correction_ramp is
   subtype sum is u_signed(WIDTH - 1 downto 0);
 
   signal held        : u_signed(total'range) := (others => '0');
-  -- -r, the excess of ε over the total: in this clock and, unless the ramp ends, in the next one
+  -- -r, the excess of ε over the total: `excess` in this clock, `next_excess` in the next clock unless the ramp ends
   signal excess      : sum                   := (others => '0');
   signal next_excess : sum                   := (others => '0');
-  -- Bounds of ε in this clock
+  -- Bounds with which ε is compared in this clock
   signal upper_bound : sum                   := (others => '0');
   signal lower_bound : sum                   := (others => '0');
   -- A marker came 1 or 2 clocks ago.
@@ -110,13 +110,13 @@ begin
 
   total <= held;
 
-  -- With acceleration 0, r passes 0 at its velocity; that ends the ramp.
+  -- ramp_velocity ends the ramp by `ends`; with acceleration 0 the ramp ends when r would pass 0.
   ends_now <= is_at_rest or ends or (stops_at_zero and (next_excess(WIDTH - 1) xnor falling));
 
   choose_total : process (clock) is
 
     variable unlimited : sum;
-    -- One bit more than the total has
+    -- The total after the jump of the reading, with one bit more than the total
     variable jumped    : u_signed(WHOLE_WIDTH - 3 downto 0);
     variable overflows : std_ulogic;
     variable whole     : u_signed(WHOLE_WIDTH - 4 downto 0);

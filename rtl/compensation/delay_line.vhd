@@ -2,8 +2,8 @@
 --
 -- # delay_line
 --
--- Delays a word by a fixed number of clocks, so that the reading R meets the correction that was
--- computed from it (section 3.3 of the paper). A folded pipeline needs FOLD - 1 clocks more.
+-- Delays a word by a fixed number of clocks, so that the reading R arrives together with the correction that was
+-- computed from it (section 3.3 of the paper). In a folded pipeline the delay is FOLD - 1 clocks longer.
 --
 -- **Latency.** CLOCKS clocks from `undelayed` to `delayed`, one word per clock.
 --

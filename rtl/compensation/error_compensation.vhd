@@ -2,12 +2,12 @@
 --
 -- # error_compensation
 --
--- Computes the compensated reading of equation (8), θ_com = R − ε(R), modulo the turn. Adds the pair sums of the
--- harmonics and the offset, which gives ε, passes ε through the correction_ramp (no step at a swap or when `apply`
--- changes) and subtracts the result from the delayed reading.
+-- Computes the compensated reading of equation (8), θ_com = R − ε(R), modulo the turn. The entity adds the pair sums of
+-- the harmonics and the offset, which gives ε. correction_ramp makes the total correction from ε, without a step at a
+-- swap or when `apply` changes; the entity subtracts this total from the delayed reading.
 --
 -- **Latency.** 4 clocks from `pair_sums` and `angle` to the outputs, one angle per clock: two clocks for the adder
--- tree, one for the ramp, one for the subtraction, which folds the result into the turn.
+-- tree, one for the ramp, one for the subtraction, which also brings the result into the range of a turn.
 --
 -- **Folding.** With FOLD > 1 the pair sums of an angle arrive in FOLD clocks, from `first_sums` to
 -- `last_sums`, and are added up; the reading and all other inputs of the angle belong to the clock of `last_sums`, from
@@ -15,10 +15,10 @@
 -- clock. The sums are exact, so they are the same for every FOLD.
 --
 -- **Rounding.** All fraction bits are kept up to the last clock; in that clock the total correction is rounded once, to
--- whole counts: corrected = R − floor(total + ½), the same number for angle and position. `correction` shows the total
--- cut off to 11 fraction bits.
+-- whole counts: corrected = R − floor(total + ½), the same number for angle and position. `correction` shows the total,
+-- truncated to 11 fraction bits.
 --
--- **Apply.** While `apply` is low, 0 replaces ε. A change of `apply` is a marker of the ramp, as a swap is. `apply`,
+-- **Apply.** While `apply` is low, 0 replaces ε. A change of `apply` is a marker of the ramp, like a swap. `apply`,
 -- `swap_marker`, `zero_moved`, `put_back`, `referenced`, `angle` and `position` belong to the angle whose pair sums
 -- arrive in the same clock. `referenced` is output with the corrected angle to which it belongs.
 --
@@ -58,7 +58,7 @@ library ieee;
 entity error_compensation is
   generic (
     LANES       : positive range 1 to LANES_MAX := LANES_DEFAULT; -- lanes whose pair sums arrive in one clock
-    FOLD        : positive range 1 to 8         := 1;             -- clocks in which an angle's pair sums arrive
+    FOLD        : positive range 1 to 8         := 1;             -- number of clocks in which the pair sums of an angle arrive
     MEAN        : boolean                       := false;         -- the mean of the heads is corrected
     LOCAL_TABLE : boolean                       := false          -- the value of a local table is added
   );
@@ -69,26 +69,26 @@ entity error_compensation is
     offset             : in    u_signed(AMPLITUDE_WIDTH - 1 downto 0);                         -- counts, s13.11
     angle              : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);                           -- counts, below counts_per_rev
     position           : in    u_signed(POSITION_WIDTH - 1 downto 0);                          -- counts
-    apply              : in    std_ulogic;                                                     -- '0': no correction
-    swap_marker        : in    std_ulogic;                                                     -- with the first angle of a new bank
+    apply              : in    std_ulogic;                                                     -- high: correct this reading
+    swap_marker        : in    std_ulogic;                                                     -- high with the first angle of a new bank
     zero_moved         : in    std_ulogic                               := '0';                -- toggles when the zero moves
-    put_back           : in    u_signed(15 downto 0)                    := (others => '0');    -- counts in position without an edge
+    put_back           : in    u_signed(15 downto 0)                    := (others => '0');    -- counts put back for lost counts
     mean_term          : in    u_signed(MEAN_TERM_WIDTH - 1 downto 0)   := (others => '0');    -- counts, s19.20
-    jumped             : in    std_ulogic                               := '0';                -- the first angle of another carrier
-    jump               : in    u_signed(15 downto 0)                    := (others => '0');    -- counts by which the reading then jumps
+    jumped             : in    std_ulogic                               := '0';                -- with the first angle of another carrier
+    jump               : in    u_signed(15 downto 0)                    := (others => '0');    -- counts, jump of the reading
     local_value        : in    u_signed(LOCAL_VALUE_WIDTH - 1 downto 0) := (others => '0');    -- counts, s13.22
-    referenced         : in    std_ulogic;                                                     -- this angle counts from an index
+    referenced         : in    std_ulogic;                                                     -- high if this angle counts from an index
     counts_per_rev     : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);                  -- counts
     ramp_rate          : in    u_unsigned(31 downto 0);                                        -- 2⁻¹¹ count per clock, u8.24
-    ramp_acceleration  : in    u_unsigned(31 downto 0)                  := (others => '0');    -- 2⁻⁵⁹ count per clock², 0: no bound
-    first_sums         : in    std_ulogic                               := '1';                -- with the first pair sums of an angle
-    last_sums          : in    std_ulogic                               := '1';                -- with the last pair sums of an angle
+    ramp_acceleration  : in    u_unsigned(31 downto 0)                  := (others => '0');    -- 2⁻⁵⁹ count per clock², 0: no limit
+    first_sums         : in    std_ulogic                               := '1';                -- high with the first pair sums of an angle
+    last_sums          : in    std_ulogic                               := '1';                -- high with the last pair sums of an angle
     corrected_angle    : out   u_unsigned(ANGLE_WIDTH - 1 downto 0)     := (others => '0');    -- counts
     corrected_position : out   u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');    -- counts
-    corrected_referenced : out   std_ulogic                               := '0';                -- corrected_angle counts from an index
+    corrected_referenced : out   std_ulogic                               := '0';                -- high if it counts from an index
     correction         : out   u_signed(CORRECTION_WIDTH - 1 downto 0)  := (others => '0');    -- counts, s19.11
-    correction_limited : out   std_ulogic                               := '0';                -- the correction of this output was clipped
-    ramp_busy          : out   std_ulogic                               := '0';                -- the ramp of this output has not ended
+    correction_limited : out   std_ulogic                               := '0';                -- high if it was clipped
+    ramp_busy          : out   std_ulogic                               := '0';                -- high until the ramp has ended
     swap_done          : out   std_ulogic                               := '0'                 -- strobe: the first output of a new bank
   );
 end entity error_compensation;
@@ -97,8 +97,9 @@ architecture rtl of error_compensation is
 
   constant PAIRS : positive := (LANES + 1) / 2;
   constant TERMS        : positive := PAIRS + 1 + boolean'pos(MEAN) + boolean'pos(LOCAL_TABLE);
-  -- Number of sums that the carry-save levels of the first clock leave, so that the second clock needs one more such
-  -- level before its carry chain. With FOLD > 1 the third number is the sum over the earlier blocks of the angle.
+  -- Number of sums that remain after the carry-save levels of the first clock. The second clock reduces three numbers
+  -- by one more level before its carry chain. With FOLD > 1 the third of these numbers is the sum of the earlier blocks
+  -- of the angle.
   constant SAVED        : positive := 3 - boolean'pos(FOLD > 1);
   constant SUM_WIDTH    : positive := 21 + PAIR_FRACTION;
   constant TURN_WIDTH   : positive := ANGLE_WIDTH + 3;
@@ -139,7 +140,7 @@ begin
     variable referenced_1_to_3 : std_ulogic_vector(1 to 3)                         := (others => '0');
     variable angle_1_to_2   : angles                                               := (others => (others => '0'));
     variable position_1_to_3 : positions                                           := (others => (others => '0'));
-    -- The reading, and the reading plus and minus a turn
+    -- The reading, the reading plus a turn, and the reading minus a turn
     variable reading_3      : turn_sum                                             := (others => '0');
     variable reading_more_3 : turn_sum                                             := (others => '0');
     variable reading_less_3 : turn_sum                                             := (others => '0');
@@ -185,7 +186,7 @@ begin
       ramp_busy          <= busy;
       swap_done          <= swap_1_to_3(3);
 
-      -- Third clock: the clock of the ramp.
+      -- Third clock: correction_ramp computes the total; here the reading plus and minus a turn is computed.
       turn           := resize(u_signed('0' & counts_per_rev), TURN_WIDTH);
       reading_3      := resize(u_signed('0' & angle_1_to_2(2)), TURN_WIDTH);
       reading_more_3 := reading_3 + turn;
@@ -195,13 +196,13 @@ begin
       position_1_to_3(3) := position_1_to_3(2);
       referenced_1_to_3(3) := referenced_1_to_3(2);
 
-      -- Second clock: reduce the numbers to one sum.
+      -- Second clock: reduce the remaining numbers to one sum, ε.
       terms_2(terms_2'high downto 2 * SUM_WIDTH) := sum_so_far;
       terms_2(saved_sums'range)                  := saved_sums;
 
       wide_sum       := sum_of_all(terms_2, SUM_WIDTH);
       sum_so_far     := wide_sum;
-      -- The next pair sums belong to another angle.
+      -- If the next pair sums belong to another angle, the sum restarts at 0.
       if first_sums = '1' then
         sum_so_far := (others => '0');
       end if;
@@ -222,7 +223,7 @@ begin
         referenced_1_to_3(2) := referenced_1_to_3(1);
       end if;
 
-      -- First clock: reduce the numbers.
+      -- First clock: reduce pair sums, offset and the other terms to the saved sums.
       for i in 0 to PAIRS - 1 loop
         pair_sum                                              := u_signed(pair_sums((i + 1) * PAIR_WIDTH - 1 downto i * PAIR_WIDTH));
         terms_1((i + 1) * SUM_WIDTH - 1 downto i * SUM_WIDTH) := resize(pair_sum, SUM_WIDTH);
@@ -260,7 +261,8 @@ begin
       end if;
       last_1 := last_sums;
 
-      -- The limit does not change while angles are corrected, so each clock computes a part of the limit.
+      -- The limit does not change while angles are corrected, so it may take two clocks: the first computes half a
+      -- turn.
       if (or half_turn(half_turn'high downto limit'length)) = '1' then
         limit <= LIMIT_MAX;
       else

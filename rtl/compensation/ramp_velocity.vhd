@@ -2,25 +2,25 @@
 --
 -- # ramp_velocity
 --
--- Computes the step of a ramp's remainder in each clock, so that the remainder reaches 0 without a step of its
--- velocity: every 256 clocks the velocity rises by `acceleration`, up to `rate`, or falls by `acceleration`, early
--- enough that remainder and velocity reach 0 together. The velocity rises, or stays, only if the remainder is longer
--- than the braking distance from the resulting velocity: so the remainder does not pass 0.
+-- Computes by how much the remainder of a ramp changes in each clock, so that the remainder reaches 0 without a step of
+-- its velocity. Every 256 clocks the velocity rises by one step, 256 clocks · `acceleration`, up to `rate`, or falls by
+-- one step, early enough that remainder and velocity reach 0 together. The velocity rises, or stays, only if the
+-- remainder is larger than the braking distance from the resulting velocity, so the remainder does not pass 0.
 --
 -- **Changes of the remainder** at any time (`marker`) cause no step of the velocity. If the changed remainder has the
--- other sign, or is shorter than the braking distance, the velocity falls first, and the remainder passes 0 and
+-- other sign, or is smaller than the braking distance, the velocity falls first, and the remainder passes 0 and
 -- returns. If a marker comes in the 15 clocks between the reading of the remainder and the change of the velocity, the
--- new remainder is unknown, and the velocity falls by one `acceleration`. A series of markers in these 15 of every 256
--- clocks therefore stops the ramp until the series ends; such markers never make the remainder pass 0.
+-- new remainder is unknown, and the velocity falls by one step. A series of markers in these 15 of every 256 clocks
+-- therefore stops the ramp until the series ends; such markers never make the remainder pass 0.
 --
--- **Acceleration 0** gives the velocity `rate` from the first clock on. The user of `step` must then stop the excess at
--- 0 if a step would take it past 0: `stops_at_zero` requests this, from the second clock after a marker on.
+-- **Acceleration 0** gives the velocity `rate` from the first clock on. The entity that adds `step` must then set the
+-- excess to 0 when a step would make it pass 0; `stops_at_zero` requests this, from the second clock after a marker on.
 --
 -- **Rate 0** brings the velocity down to 0 and keeps the remainder.
 --
 -- **Latency.** `step`, `ends` and `falling` belong to the clock in which they are output. The remainder is read once in
--- 256 clocks, 15 clocks before the velocity changes; an eighth of the distance that the remainder covers in 256 clocks
--- is kept as a margin for these 15 clocks. After a `marker` `step` is 0 for two clocks.
+-- 256 clocks, 15 clocks before the velocity changes. The braking distance has a margin for these 15 clocks: an eighth
+-- of the distance that the remainder covers in 256 clocks. After a `marker`, `step` is 0 for two clocks.
 --
 -- **Number formats.** excess s22.F counts, F = PAIR_FRACTION, the negative remainder; rate u8.24 in 2⁻¹¹ count a clock;
 -- acceleration u32 in 2⁻⁵⁹ count per clock²; step s-2.F counts; while the excess falls, its change is `step` plus one
@@ -40,16 +40,16 @@ entity ramp_velocity is
   port (
     clock        : in    std_ulogic;
     reset        : in    std_ulogic;
-    marker       : in    std_ulogic;                                               -- the excess changes with this clock
+    marker       : in    std_ulogic;                                               -- high if the excess changes with this clock
     excess       : in    u_signed(22 + PAIR_FRACTION downto 0);                    -- counts, s22.F
     rate         : in    u_unsigned(31 downto 0);                                  -- 2⁻¹¹ count per clock, u8.24
     acceleration : in    u_unsigned(31 downto 0);                                  -- 2⁻⁵⁹ count per clock²
     step         : out   u_signed(25 downto 0)              := (others => '0');    -- counts, s-2.F, to be added to the excess
     step_rises   : out   std_ulogic                         := '1';                -- low: add 2⁻ᶠ count to step
-    falling      : out   std_ulogic                         := '0';                -- the excess falls, else it rises
+    falling      : out   std_ulogic                         := '0';                -- high: the excess falls; low: it rises
     ends         : out   std_ulogic                         := '0';                -- strobe: the excess must become 0
-    moves        : out   std_ulogic                         := '0';                -- the velocity is not 0
-    stops_at_zero : out   std_ulogic                        := '0'                 -- the acceleration is 0
+    moves        : out   std_ulogic                         := '0';                -- high if the velocity is not 0
+    stops_at_zero : out   std_ulogic                        := '0'                 -- high if the acceleration is 0
   );
 end entity ramp_velocity;
 
@@ -61,14 +61,15 @@ architecture rtl of ramp_velocity is
   constant TICK_WIDTH        : positive := 8;  -- 256 clocks
   constant MARGIN            : positive := 3;  -- the margin is an eighth
 
-  -- Clocks of the 256 in which the remainder is read, made positive, compared and acted upon.
+  -- Numbers of the clocks, out of 256, in which the entity reads the remainder, makes it positive, compares it, chooses
+  -- and changes the velocity.
   constant LOOK    : natural := 240;
   constant MEASURE : natural := 241;
   constant COMPARE : natural := 242;
   constant CHOOSE  : natural := 243;
   constant DECIDE  : natural := 255;
 
-  -- Action of a clock. It is decided a clock earlier and kept in a register, because many bits depend on it.
+  -- Action of a clock. It is decoded one clock earlier and stored in a register, because many bits depend on it.
   type moment_of_tick is (ADD, LIMIT_BOTH, ADD_WAY, ADD_MARGIN, LOOK_NOW, MEASURE_NOW, COMPARE_NOW, CHOOSE_NOW, DECIDE_NOW, NOTHING);
 
   subtype way_count is u_unsigned(WIDTH - 1 downto 0);
@@ -128,27 +129,28 @@ begin
     variable limit          : u_unsigned(VELOCITY_WIDTH - 1 downto 0);
     -- Braking distance from the present velocity
     variable way            : way_count                               := (others => '0');
-    -- The velocity one step up and one step down; the highest bit of the latter is high if it would pass 0
+    -- The velocity after one step up (faster) and one step down (slower); the highest bit of slower is high if the step
+    -- would make the velocity negative
     variable faster         : u_unsigned(VELOCITY_WIDTH downto 0)     := (others => '0');
     variable slower         : u_unsigned(VELOCITY_WIDTH downto 0)     := (others => '0');
     variable to_take_off    : u_unsigned(31 downto 0)                 := (others => '0');
     variable may_be_faster  : std_ulogic                              := '0';
     variable is_too_fast    : std_ulogic                              := '0';
-    -- Distances that are needed to accelerate, without and with the margin, and to keep the velocity
+    -- Smallest remainder for which the velocity may rise, without and with the margin, and for which it may stay
     variable way_straight   : way_count                               := (others => '0');
     variable way_faster     : way_count                               := (others => '0');
     variable way_same       : way_count                               := (others => '0');
-    -- The excess, then |excess|; for a negative excess one unit less than |excess|
+    -- First the excess, then |excess|; for a negative excess |excess| minus one unit
     variable size           : way_count                               := (others => '0');
-    -- The excess has changed since it was read.
+    -- High if the excess has changed since it was read.
     variable is_stale       : std_ulogic                              := '0';
     variable is_unknown     : std_ulogic;
     variable is_zero        : std_ulogic                              := '1';
     variable goes_away      : std_ulogic                              := '0';
-    -- The next step of braking ends the velocity; the velocity covers at most 1 in 256 clocks
+    -- is_last: the next step down makes the velocity 0. is_slow: in 256 clocks the excess changes by at most one unit
     variable is_last        : std_ulogic                              := '0';
     variable is_slow        : std_ulogic                              := '0';
-    -- The decisions
+    -- The decisions on the next velocity
     variable brakes         : std_ulogic                              := '0';
     variable stops          : std_ulogic                              := '0';
     variable speeds         : std_ulogic                              := '0';
@@ -229,8 +231,8 @@ begin
 
       end case;
 
-      -- This is a separate register, because Yosys would otherwise make one adder wait for the first look-up table of
-      -- the other adder.
+      -- The subtraction has its own copy of `acceleration`; otherwise Yosys would make one adder wait for the first
+      -- look-up table of the other adder.
       to_take_off := acceleration;
 
       moment   := moment_after(to_integer(tick));
@@ -274,7 +276,7 @@ begin
     if rising_edge(clock) then
       sum      := resize(fraction, sum'length) + resize(velocity(velocity'high downto VELOCITY_FRACTION), sum'length);
       fraction := sum(fraction'range);
-      -- The negative is the complement plus one unit.
+      -- A negative step is the complement of the sum; the user adds the one unit that is missing (step_rises is low).
       step       <= u_signed('0' & sum(sum'high downto TICK_WIDTH)) xor (step'range => falling);
       step_rises <= not falling;
       if reset = '1' or marker = '1' or was_marker = '1' then

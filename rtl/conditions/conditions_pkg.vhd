@@ -26,19 +26,19 @@ package conditions_pkg is
   constant BY_WORD_A          : natural := 4;
   constant BY_WORD_B          : natural := 5;
 
-  -- A sweep: steps 0 to 127 are the lanes of both banks.
+  -- A sweep of amplitude_sweep: steps 0 to 127 process the lanes of both banks.
   constant SWEEP_CLOCKS       : positive := 144;
   constant DIRECTION_STEP     : natural  := 0;   -- step in which the division of the direction begins
   constant SPEED_STEP         : natural  := 32;  -- step in which the division of the speed begins
   constant SQUARE_STEP        : natural  := 128; -- step in which the speed is multiplied by itself
 
-  -- Stop operator
+  -- Formats of stop_operator
   constant STOP_FRACTION      : positive := 4;
   constant STOP_WIDTH         : positive := 24;  -- u20.4 counts
   constant DEAD_ZONE_WIDTH    : positive := 8;
   constant MOST_STEP          : positive := 8;   -- counts per clock; a larger step does not count as motion
 
-  -- Speed
+  -- Formats of table_speed
   constant TRAVEL_WIDTH       : positive := 31;  -- u20.11 counts
   constant NOMINAL_WIDTH      : positive := 56;  -- u24.32 counts
   constant WINDOW_BITS        : positive := 14;  -- 16,384 clocks

@@ -7,9 +7,10 @@
 --
 -- **Latency.** 1 clock from `step` to `word`.
 --
--- **Number formats.** target and word s1.16; slew u0.32 a step. Internally s1.32, from which `word` is truncated.
+-- **Number formats.** target and word s1.16; slew u0.32 per step. Internally the word is s1.32; `word` is truncated
+-- from it.
 --
--- **Reset.** 0.
+-- **Reset.** `word` is 0.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -22,11 +23,11 @@ entity slewed_word is
   port (
     clock   : in    std_ulogic;
     reset   : in    std_ulogic;
-    step    : in    std_ulogic;               -- strobe
+    step    : in    std_ulogic;               -- strobe: move word by at most slew
     slew    : in    u_unsigned(31 downto 0);  -- u0.32
     target  : in    modulator;                -- s1.16
     word    : out   modulator;                -- s1.16
-    reached : out   std_ulogic := '0'         -- word equals the target of the last step
+    reached : out   std_ulogic := '0'         -- high if word equals the target of the last step
   );
 end entity slewed_word;
 
@@ -54,7 +55,8 @@ begin
         goal    := resize(target, fine'length - BELOW) & (BELOW - 1 downto 0 => '0');
         way     := goal - fine;
         reached <= '0';
-        -- A fall has the size (not way) + 1; its bit below the last one makes up for the 1 in the comparison.
+        -- The size of a fall is (not way) + 1. The comparison needs no adder for this 1: a further bit below the last
+        -- one is set in its place.
         falls := way(way'high);
         size  := u_unsigned(way xor (way'range => falls)) & falls;
         if size > ("000" & slew & '0') then

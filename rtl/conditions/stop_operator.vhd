@@ -4,8 +4,8 @@
 --
 -- Computes the direction of motion with the hysteresis of friction (Prandtl's stop operator): a place moves with the
 -- table and stops at ±width. Place / width is the direction h: +1 after a long motion upwards, -1 after a long motion
--- downwards; in between h changes linearly. Source: Krasnosel'skii and Pokrovskii, Systems with Hysteresis (1989),
--- stop; x = min(max(x + dR, -W), W).
+-- downwards; after a reversal h changes linearly with the motion. Source: Krasnosel'skii and Pokrovskii, Systems with
+-- Hysteresis (1989), stop; x = min(max(x + dR, -W), W).
 --
 -- **Dead zone.** The place does not change while the table moves back and forth by up to `dead_zone` counts (a play
 -- operator in front of the stop operator).
@@ -16,7 +16,7 @@
 --
 -- **Motion** is the sum of the counted edges: `position` without `put_back`. A step of more than MOST_STEP counts in a
 -- clock is a change of the carrier or a reset of the decoder; it is ignored. Counts that head 1 lost are missing in
--- this sum too.
+-- this sum, even if they are put back.
 --
 -- **Latency.** 7 clocks from `position` to `place` and `known`.
 --
@@ -37,17 +37,17 @@ entity stop_operator is
     clock     : in    std_ulogic;
     reset     : in    std_ulogic;
     position  : in    u_signed(POSITION_WIDTH - 1 downto 0);       -- counts
-    put_back  : in    u_signed(15 downto 0);                       -- counts in position without an edge
+    put_back  : in    u_signed(15 downto 0);                       -- counts put back for lost counts
     width     : in    u_unsigned(STOP_WIDTH - 1 downto 0);         -- counts, u20.4
     dead_zone : in    u_unsigned(DEAD_ZONE_WIDTH - 1 downto 0);    -- counts
     place     : out   u_signed(STOP_WIDTH downto 0);               -- counts, s20.4, -width to width
-    known     : out   std_ulogic                            := '0' -- the place no longer depends on its unknown start
+    known     : out   std_ulogic                            := '0' -- high once the place is known, see Unknown
   );
 end entity stop_operator;
 
 architecture rtl of stop_operator is
 
-  -- One bit for the sign and one for the sum
+  -- A place with one bit for the sign and one for the sum of two numbers
   subtype wide_place is u_signed(STOP_WIDTH + 1 downto 0);
 
   signal low   : wide_place := (others => '0');
@@ -76,7 +76,7 @@ begin
     variable moved        : u_signed(DEAD_ZONE_WIDTH + 1 downto 0);
     variable beyond       : u_signed(DEAD_ZONE_WIDTH + 1 downto 0);
 
-    -- The stop: moves by `way`, but not beyond the ends.
+    -- Returns the place after a motion by `way`, but not beyond the ends.
     function stopped (from, way, to_top, to_bottom, end_top : wide_place) return wide_place is
     begin
 
@@ -94,18 +94,18 @@ begin
     if rising_edge(clock) then
       top := u_signed("00" & width);
 
-      -- Seventh clock.
+      -- Seventh clock: compare the places of both operators, and output the place.
       meets   <= '1' when low = high else '0';
       reached <= high(place'range);
 
-      -- Fifth and sixth clock: both operators, with bounds that were computed one clock earlier.
+      -- Fifth and sixth clock: move the places of both operators; the bounds are computed one clock earlier.
       low         <= stopped(low, way_5, to_top_5, to_bottom_5, top);
       high        <= stopped(high, way_5, to_top_5, to_bottom_5, top);
       way_5       := shift_left(resize(motion_4, way_5'length), STOP_FRACTION);
       to_top_5    := top - way_5;
       to_bottom_5 := -top - way_5;
 
-      -- Fourth clock: the dead zone.
+      -- Fourth clock: remove the motion within the dead zone.
       moved  := u_signed("00" & slack) + step_3;
       beyond := moved - u_signed("00" & dead_zone);
       if moved(moved'high) = '1' then
@@ -119,13 +119,13 @@ begin
         slack    := u_unsigned(moved(slack'range));
       end if;
 
-      -- Third clock: steps that are too large for a table are ignored.
+      -- Third clock: ignore steps that are too large for a motion of the table.
       step_3 := step_2(step_3'range);
       if step_2 > MOST_STEP or step_2 < -MOST_STEP then
         step_3 := (others => '0');
       end if;
 
-      -- Second and first clock.
+      -- Second and first clock: compute the step of the counted position.
       step_2  := count_1 - count_2;
       count_2 := count_1;
       count_1 := position(15 downto 0) - put_back;

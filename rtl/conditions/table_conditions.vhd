@@ -36,19 +36,19 @@ entity table_conditions is
   port (
     clock              : in    std_ulogic;
     reset              : in    std_ulogic;
-    -- The reading before and after the correction
+    -- The reading before the correction, and after it
     position           : in    u_signed(POSITION_WIDTH - 1 downto 0);   -- counts
-    put_back           : in    u_signed(15 downto 0);                   -- counts in position without an edge
+    put_back           : in    u_signed(15 downto 0);                   -- counts put back for lost counts
     corrected_position : in    u_signed(POSITION_WIDTH - 1 downto 0);   -- counts
     correction         : in    u_signed(CORRECTION_WIDTH - 1 downto 0); -- counts, s19.11
-    -- Window of the register map
-    read_enable        : in    std_ulogic;                              -- pulse
-    write_enable       : in    std_ulogic;                              -- pulse
+    -- Access to the window of the register map
+    read_enable        : in    std_ulogic;                              -- pulse: read the word
+    write_enable       : in    std_ulogic;                              -- pulse: write the word
     address            : in    u_unsigned(3 downto 0);                  -- number of the word
     write_data         : in    std_ulogic_vector(31 downto 0);
-    done               : out   std_ulogic := '0';                       -- pulse
+    done               : out   std_ulogic := '0';                       -- pulse: the word is read or written
     read_data          : out   std_ulogic_vector(31 downto 0);
-    -- To the sweep
+    -- To amplitude_sweep
     sweep_step         : out   u_unsigned(7 downto 0);                  -- 0 to SWEEP_CLOCKS - 1
     direction          : out   modulator;
     speed              : out   modulator;
@@ -222,7 +222,7 @@ begin
     variable place_was_down   : std_ulogic := '0';
     variable place_was_known  : std_ulogic := '0';
     variable serves_speed     : std_ulogic := '0';
-    -- The direction was already known at the last step of `slew`
+    -- The direction was already known at the last step of the slewed word
     variable was_known        : std_ulogic := '0';
     variable size             : u_signed(STOP_WIDTH downto 0);
 
@@ -244,7 +244,7 @@ begin
         serves_speed    := '0';
       elsif step = SPEED_STEP and is_measured = '1' then
         start        <= '1';
-        -- Both in units of 2⁻³² count
+        -- Dividend and divisor are in units of 2⁻³² count.
         dividend     <= shift_left(resize(travel, NOMINAL_WIDTH), 32 - CORRECTION_FRACTION);
         divisor      <= nominal_travel;
         down_then    := is_down;

@@ -2,23 +2,24 @@
 --
 -- # table_speed
 --
--- Measures the travel of the table in a window of time, and computes the travel at the nominal speed in the same time;
--- the ratio of the two is the speed by which the lanes' modulators multiply. The angle is the corrected angle with its
--- fraction; a window begins and ends where the reading passes from one period of A and B to the next, so that unequal
--- places of the four edges cancel.
+-- Measures the travel of the table in a window of time, and computes the travel at the nominal speed in the same time.
+-- table_conditions divides the two; the ratio is the modulator `speed` of the lanes. The travel is measured in the
+-- corrected angle with its fraction. A window begins and ends where the reading passes from one period of A and B to
+-- the next, so that unequal distances of the four edges of a period do not matter.
 --
--- **Window.** It ends with the first such passage after WINDOW = 2¹⁴ clocks (164 µs at 100 MHz). The mean over the
--- window is the only filter. If a period of A and B is longer, a window is one period.
+-- **Window.** A window ends with the first such passage after WINDOW = 2¹⁴ clocks (164 µs at 100 MHz). The mean over
+-- the window is the only filter. If a period of A and B takes longer, a window is one period.
 --
--- **Slowing down.** If no passage comes for WINDOW clocks, the speed is at most 4 counts in that time. Every WINDOW
--- clocks `is_bound` reports a bound: |speed| is not above 8 counts / (time since the window began). If the window
--- contains earlier passages, its mean belongs to a faster motion and is dropped.
+-- **Slowing down.** If no passage comes for WINDOW clocks, the table moves at most 4 counts in that time. Every WINDOW
+-- clocks the entity then reports a bound, with `is_bound` high: |speed| is at most 8 counts / (time since the window
+-- began). If the window contains earlier passages, its mean belongs to a faster motion and is dropped.
 --
--- **Standstill.** After 2²⁴ - 1 clocks (168 ms) without a window's end the speed is 0. A vibration across one passage
--- moves less than 2 counts and gives speed 0, so that the speed does not chatter.
+-- **Standstill.** If no window ends for 2²⁴ - 1 clocks (168 ms), the speed is 0. A vibration across one passage moves
+-- less than 2 counts and gives speed 0, so that the speed does not chatter.
 --
 -- **Error.** In steady motion each end of a window lies within a clock of its passage, so the relative error of the
 -- ratio is at most 1 / 2¹⁴ = 6·10⁻⁵; the rounding of the quotient adds 2⁻¹⁷ of the nominal speed.
+--
 -- **Lag.** The mean of a window is half a window old when the window ends, and one and a half windows old when the next
 -- window ends: 0.08 to 0.25 ms at 100 MHz, plus a period of A and B; the division adds 3 µs at the most.
 --
@@ -53,8 +54,8 @@ entity table_speed is
     nominal        : in    u_unsigned(31 downto 0);                           -- counts per clock, u0.32
     measured       : out   std_ulogic                                := '0';  -- strobe: the other outputs are new
     travel         : out   u_unsigned(TRAVEL_WIDTH - 1 downto 0);             -- counts, u20.11; one unit too small if the angle fell
-    is_down        : out   std_ulogic                                := '0';  -- the angle fell
-    is_bound       : out   std_ulogic                                := '0';  -- the ratio is an upper bound of the speed
+    is_down        : out   std_ulogic                                := '0';  -- high if the angle fell in the window
+    is_bound       : out   std_ulogic                                := '0';  -- high if the ratio is an upper bound of the speed
     nominal_travel : out   u_unsigned(NOMINAL_WIDTH - 1 downto 0)             -- counts, u24.32
   );
 end entity table_speed;
@@ -62,7 +63,7 @@ end entity table_speed;
 architecture rtl of table_speed is
 
   constant FINE_WIDTH : positive := TRAVEL_WIDTH + 1;
-  -- Counts, in units of 2⁻¹¹
+  -- 2 counts and 8 counts, in units of 2⁻¹¹ count
   constant TREMBLE    : positive := 2 * 2 ** CORRECTION_FRACTION;
   constant MOST_QUIET : positive := 8 * 2 ** CORRECTION_FRACTION;
 
@@ -83,11 +84,11 @@ begin
     variable fine_2       : fine_count                               := (others => '0');
     variable way_2        : fine_count                               := (others => '0');
     variable passes_2     : std_ulogic                               := '0';
-    -- The window: its beginning, its duration, and the travel at the nominal speed
+    -- The window: angle at its beginning, clocks since then, and travel at the nominal speed since then
     variable base         : fine_count                               := (others => '0');
     variable elapsed      : u_unsigned(LONGEST - 1 downto 0)         := (others => '0');
     variable nominal_way  : u_unsigned(NOMINAL_WIDTH - 1 downto 0)   := (others => '0');
-    -- The window began with a passage; the window contained further passages
+    -- is_anchored: the window began with a passage. has_passed: the window contained further passages
     variable is_anchored  : std_ulogic                               := '0';
     variable has_passed   : std_ulogic                               := '0';
     variable was_over     : std_ulogic                               := '0';
@@ -102,7 +103,7 @@ begin
   begin
 
     if rising_edge(clock) then
-      -- Third clock.
+      -- Third clock: decide whether the window ends.
       is_full := or elapsed(LONGEST - 1 downto WINDOW);
       is_tick := is_full and not (or elapsed(WINDOW - 1 downto 0)) and (or elapsed(LONGEST - 1 downto WINDOW + 1));
       is_over := and elapsed;
@@ -149,13 +150,14 @@ begin
         nominal_way := nominal_way + nominal;
       end if;
 
-      -- Second clock.
+      -- Second clock: compute the travel, and find a passage to another period of A and B.
       way_2    := fine_1 - base;
       fine_2   := fine_1;
       passes_2 := period_1 ?/= period_2;
       period_2 := period_1;
 
-      -- First clock. The reading is the corrected position plus the rounded correction.
+      -- First clock: compute the reading and the corrected position with its fraction. The reading is the corrected
+      -- position plus the rounded correction.
       raw      := u_unsigned(position(5 downto 0)) + u_unsigned(correction(CORRECTION_FRACTION + 5 downto CORRECTION_FRACTION))
                   + ("" & correction(CORRECTION_FRACTION - 1));
       period_1 := raw(5 downto 2);

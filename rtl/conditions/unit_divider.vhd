@@ -7,10 +7,10 @@
 -- **Latency.** 18 clocks from `start` to `done`. `quotient` is valid with `done` and keeps its value until the next
 -- `done`. Begin no other division before `done`.
 --
--- **Number formats.** dividend and divisor have any common format; quotient u1.16, rounded half up, at most 1. A
--- division by 0 gives 0.
+-- **Number formats.** dividend and divisor have the same format, which may be any; quotient u1.16, rounded half up, at
+-- most 1. A division by 0 gives 0.
 --
--- **Reset** ends a division without `done`.
+-- **Reset** ends a division; no `done` follows.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -22,17 +22,17 @@ entity unit_divider is
   port (
     clock    : in    std_ulogic;
     reset    : in    std_ulogic;
-    start    : in    std_ulogic;                                -- strobe
+    start    : in    std_ulogic;                                -- strobe: begin a division
     dividend : in    u_unsigned(NOMINAL_WIDTH - 1 downto 0);    -- valid with start
     divisor  : in    u_unsigned(NOMINAL_WIDTH - 1 downto 0);    -- valid with start
-    done     : out   std_ulogic                        := '0';  -- strobe
+    done     : out   std_ulogic                        := '0';  -- strobe: the quotient is new
     quotient : out   u_unsigned(MODULATOR_FRACTION downto 0)    -- u1.16
   );
 end entity unit_divider;
 
 architecture rtl of unit_divider is
 
-  -- The bits of the quotient, and the bit for its rounding
+  -- Number of bits after the first bit of the quotient, including the bit for its rounding
   constant STEPS : positive := MODULATOR_FRACTION + 1;
 
 begin
@@ -58,7 +58,8 @@ begin
         left    := STEPS + 1;
         found   := (others => '0');
       elsif left > 0 then
-        -- The first bit has the value 1: if it is set, the quotient is 1. A divisor of 0 gives 0.
+        -- The first bit of `found` has the value 1: if it is set, the quotient is 1. With a divisor of 0 the quotient
+        -- is 0.
         found := found(STEPS - 1 downto 0) & not less(less'high);
         if less(less'high) = '0' then
           rest := less(rest'range);

@@ -2,24 +2,25 @@
 --
 -- # arctrue_core
 --
--- Contains the whole data path: decodes both encoder heads, samples them for the calibration, compensates head 1, and
--- outputs the corrected position as an encoder signal. A processor accesses it over AXI4-Lite (see the register map)
--- and gets one interrupt line. Source: figures 3 and 5 to 7 and section 3 of the paper.
+-- Contains the whole data path: it decodes both encoder heads, samples them for the calibration, corrects head 1, and
+-- outputs the corrected position as an encoder signal. A processor accesses the core over AXI4-Lite (see the register
+-- map) and gets one interrupt line. Source: figures 3 and 5 to 7 and section 3 of the paper.
 --
 -- **Heads.** By default the core has two heads and corrects head 1. With MEAN the core corrects the weighted mean of
 -- all heads; one head, chosen at run time, is the carrier, whose reading enters the pipeline (head_mean). With HEADS =
--- 3 or 4 the mean is always built, and the further heads are decoded and captured too. Their settings, faults and
--- snapshot have registers of their own (head_registers), and each head's levels may be delayed.
+-- 3 or 4 the mean is always built, and heads 3 and 4 are decoded and captured too. head_registers serves their
+-- settings, faults and snapshot. With the mean, the levels of each head can be delayed (level_delay).
 --
--- **Latency.** 29 clocks from the angle of head 1 to the corrected angle, 30 with more than two heads;
--- quadrature_decoder and quadrature_output, before and after these clocks, state their own latencies. With FOLD > 1 the
--- latency is 28 + FOLD clocks from an accepted angle; one angle is accepted every FOLD clocks (compensation_pipeline).
+-- **Latency.** 29 clocks from the angle of head 1 to the corrected angle, 30 with more than two heads.
+-- quadrature_decoder before and quadrature_output after this path add the latencies that their headers state. With
+-- FOLD > 1 the latency is 28 + FOLD clocks from an accepted angle; one angle is accepted every FOLD clocks
+-- (compensation_pipeline).
 --
 -- **Number formats.** Addresses are in bytes; the register map states all other formats.
 --
 -- **Rotation.** ROTATION selects how a lane computes its cosine: `cordic`, as in the paper, or `table`
--- (table_rotation), in fewer look-up tables. Both have the same latency and formats. The register `capability` shows
--- the choice.
+-- (table_rotation), which needs fewer look-up tables. Both have the same latency and formats. The register `capability`
+-- shows the choice.
 --
 -- **Modulators.** With MODULATORS amplitudes of lanes follow the direction of motion, the speed or a word of the processor
 -- (table_conditions); the latency does not change. The register `capability` shows whether they are built.
@@ -32,19 +33,20 @@
 --
 -- **Real orders.** With REAL_ORDERS the phase of a lane continues from turn to turn (turn_counter, turn_offset_sweep).
 --
--- **Events.** With EVENTS each edge of the probe and each pulse of the compare waits in a queue for the processor (event_queue).
+-- **Events.** With EVENTS each edge of the probe and each pulse of the position compare waits in a queue for the
+-- processor (event_queue).
 --
 -- **Compensation** is applied while `control.compensate` is set and head 1, or each head that the mean uses, has seen
--- its index. The core corrects `position`, which no index changes, so the output makes no step when the index is found;
--- the change of the correction decays at the ramp rate.
+-- its index. The core subtracts the correction from `position`, which no index changes, so the output makes no step
+-- when the index is found; the change of the correction decays at the ramp rate.
 --
--- **Clock.** One clock, 100 MHz for the periods and times that the register map names. Encoder
--- pins are asynchronous; every other port is synchronous to `clock`.
+-- **Clock.** The core has one clock. The times in seconds that the register map names are for 100 MHz. The pins of the
+-- encoders, `sync_in` and `probe_in` are asynchronous; every other port is synchronous to `clock`.
 --
--- **Reset** is synchronous. It stops and clears everything except the coefficient banks, the levels of out_a and out_b,
--- which keep their values, and `driver_enable`, which holds its value for 2²⁰ clocks (10 ms at 100 MHz) or until the
--- processor enables the output (fault_outputs). Hold it for 64 clocks at least, so that the pipeline holds no angle
--- from before the reset.
+-- **Reset** is synchronous. It stops and clears everything, with two exceptions. The coefficient banks and the levels
+-- of out_a and out_b keep their values; `driver_enable` keeps its value for 2²⁰ clocks (10 ms at 100 MHz) or until the
+-- processor enables the output (fault_outputs). Hold the reset for at least 64 clocks, so that the pipeline contains no
+-- angle from before the reset.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -59,16 +61,16 @@ library ieee;
 
 entity arctrue_core is
   generic (
-    LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;         -- harmonics
-    CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples per bank
-    FOLD          : positive range 1 to 8         := 1;                     -- lanes that share a pipeline: 1, 2, 4 or 8
+    LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;         -- number of harmonic lanes
+    CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- number of samples in a capture bank
+    FOLD          : positive range 1 to 8         := 1;                     -- number of lanes that share a pipeline: 1, 2, 4 or 8
     HEADS         : positive range 2 to HEADS_MAX := 2;
-    MEAN          : boolean                       := false;                 -- correct the mean of two heads (more heads: always)
+    MEAN          : boolean                       := false;                 -- build the mean also for two heads
     ROTATION      : string                        := "cordic";              -- or "table": method of computing the cosine
-    MODULATORS    : boolean                       := false;                 -- amplitudes of lanes follow conditions
-    FAILOVER      : boolean                       := false;                 -- a failed head of three or four is left out of the mean
-    LOCAL_TABLE   : boolean                       := false;                 -- a table corrects errors that are no sum of orders
-    REAL_ORDERS   : boolean                       := false;                 -- phases of lanes continue from turn to turn
+    MODULATORS    : boolean                       := false;                 -- amplitudes of lanes can follow conditions
+    FAILOVER      : boolean                       := false;                 -- a failed head of three or four can be left out of the mean
+    LOCAL_TABLE   : boolean                       := false;                 -- a table corrects errors that a sum of orders cannot represent
+    REAL_ORDERS   : boolean                       := false;                 -- phases of lanes can continue from turn to turn
     EVENTS        : boolean                       := false                  -- events of probe and compare wait in a queue
   );
   port (
@@ -77,7 +79,7 @@ entity arctrue_core is
     -- AXI4-Lite slave, 512 KiB, see axi_lite_pkg
     s_axil_request  : in    axi_lite_request;
     s_axil_response : out   axi_lite_response;
-    interrupt       : out   std_ulogic;                     -- level, high while an enabled event is set
+    interrupt       : out   std_ulogic;                     -- high while an enabled event is set
     -- Reference head, asynchronous
     head1_a         : in    std_ulogic;
     head1_b         : in    std_ulogic;
@@ -98,9 +100,9 @@ entity arctrue_core is
     out_b           : out   std_ulogic;
     out_z           : out   std_ulogic;
     driver_enable   : out   std_ulogic;                     -- enables the line drivers of A, B and Z
-    alarm           : out   std_ulogic;                     -- a selected fault is present
+    alarm           : out   std_ulogic;                     -- high while a selected fault is present
     -- External instruments
-    sync_in         : in    std_ulogic := '0';              -- asynchronous: an edge asks for a sample
+    sync_in         : in    std_ulogic := '0';              -- asynchronous: an edge triggers a sample
     trigger_out     : out   std_ulogic;                     -- a pulse with each sample
     probe_in        : in    std_ulogic := '0';              -- asynchronous: an edge latches the corrected position
     compare_out     : out   std_ulogic;                     -- a pulse at chosen corrected positions
@@ -108,9 +110,9 @@ entity arctrue_core is
     chip_dna        : in    std_ulogic_vector(56 downto 0) := (others => '0');
     chip_dna_known  : in    std_ulogic := '0';
     -- For status lamps
-    status_capturing    : out   std_ulogic; -- a turn is being captured
-    status_fault        : out   std_ulogic; -- a fault that is not cleared, or a correction that was clipped
-    status_compensating : out   std_ulogic  -- the output is corrected
+    status_capturing    : out   std_ulogic; -- high while a turn is being captured
+    status_fault        : out   std_ulogic; -- high while a fault is present or not cleared
+    status_compensating : out   std_ulogic  -- high while the output is corrected
   );
 end entity arctrue_core;
 
@@ -126,12 +128,12 @@ architecture rtl of arctrue_core is
 
   type filters_of_heads is array (1 to HEADS) of u_unsigned(7 downto 0);
 
-  -- If HAS_MEAN, the mean of the heads is corrected. With more than two heads the mean takes an additional clock.
+  -- With HAS_MEAN the core corrects the mean of the heads. With more than two heads the mean takes an additional clock.
   constant HAS_MEAN     : boolean := MEAN or HEADS > 2;
   constant CORE_LATENCY : positive := PIPELINE_LATENCY + FOLD - 1 + boolean'pos(HEADS > 2);
 
-  -- Clocks from an edge at a pulse input to its strobe, with the filter off; and from an edge of head 1 to its
-  -- position.
+  -- Clocks from an edge at a pulse input to the strobe of this edge, and clocks from an edge of head 1 to the position
+  -- that counts it, both with the filter off.
   constant PULSE_CLOCKS    : positive := 4;
   constant POSITION_CLOCKS : positive := 5;
 
@@ -150,7 +152,7 @@ architecture rtl of arctrue_core is
   -- Number of faults in the register `alarm`; the faults of heads 3 and 4 are its highest bits.
   constant FAULT_KINDS : positive := 6 + 2 * boolean'pos(HEADS > 2);
 
-  -- Returns the filter length of a head: its own length or, if that is 0, the length that both heads share.
+  -- Returns the filter length of a head: its own length or, if that is 0, the length that all heads share.
   function filter_of (own, both : std_ulogic_vector(7 downto 0)) return u_unsigned is
   begin
 
@@ -176,7 +178,7 @@ architecture rtl of arctrue_core is
   signal zero_again     : std_ulogic_vector(1 to HEADS);
   signal heal           : std_ulogic_vector(1 to HEADS);
   signal agrees         : std_ulogic_vector(1 to HEADS);
-  -- The reading to correct; the other values of all heads, which only the mean needs
+  -- The reading that enters the correction, and the values of the mean that belong to it
   signal angle_in       : angle_count;
   signal healed         : position_count;
   signal healed_phase   : u_unsigned(1 downto 0);
@@ -227,7 +229,7 @@ architecture rtl of arctrue_core is
   signal sets_write       : std_ulogic;
   signal sets_done        : std_ulogic;
   signal sets_data        : std_ulogic_vector(31 downto 0);
-  -- Writes and swaps of the idle bank, by the processor or by a prepared set
+  -- Writes to the idle bank and swaps, from the processor or from a prepared set
   signal lane_write       : std_ulogic;
   signal constant_write   : std_ulogic;
   signal mean_word_write  : std_ulogic;
@@ -331,7 +333,7 @@ begin
       refused        => hwif_in.status.counts_per_rev_refused.next_q
     );
 
-  -- The lengths are chosen in a separate clock, because the filters compare with them.
+  -- The filter lengths are selected one clock before the filters compare with them.
   choose_filters : process (clock) is
   begin
 
@@ -403,8 +405,8 @@ begin
         decoded              => decoded(number)
       );
 
-    -- With two heads and no mean, the zero of head 2 determines the separation of the heads, which the processor
-    -- handles.
+    -- With two heads and no mean, the zero of head 2 does not move: the processor derives the separation of the heads
+    -- from it.
     counts_again : if number = 1 or HAS_MEAN generate
 
       zero_again(number) <= hwif_out.lost_counts.zero_again.value;
@@ -431,7 +433,7 @@ begin
 
   end generate decoders;
 
-  -- The position that is corrected and output includes the counts that were put back for lost counts.
+  -- The position that is corrected and output contains the counts that were put back for lost counts.
   mean_of_heads : if HAS_MEAN generate
 
     signal angles       : std_ulogic_vector(HEADS * ANGLE_WIDTH - 1 downto 0);
@@ -681,7 +683,8 @@ begin
       failover_changed  <= '0';
     end generate leaves_out;
 
-    -- The turns of the carrier are captured while every used head has its index. Another carrier begins another turn.
+    -- The turns of the carrier are captured while every used head has seen its index. A change of the carrier restarts
+    -- the turn.
     used_seen <= and (indices_seen or not used);
 
     choose_reference : process (clock) is
@@ -1197,7 +1200,7 @@ begin
       swap_count       <= swap_count + ("" & swap_done);
       ramp_busy_before <= ramp_busy;
 
-      -- Read data of the coefficients come two clocks after their address.
+      -- The coefficient memory outputs a word two clocks after its address.
       read_under_way <= read_under_way(0) & coefficient_read;
       turns_under_way <= turns_under_way(0) & turns_read;
       mean_read_then <= mean_read;

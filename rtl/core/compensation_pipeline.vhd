@@ -10,17 +10,17 @@
 -- harmonics 20, compensation 4 (Table 1 of the paper). The delay line takes 25 clocks, as many as phase and harmonics
 -- together.
 --
--- **Folding.** FOLD lanes share one phase lane and one harmonic lane: LANES / FOLD of each are built, and
--- an angle is accepted every FOLD clocks, when `accept` is high. In the FOLD clocks from then on the blocks of lanes
--- process the angle one after the other. The corrected reading appears PIPELINE_LATENCY + FOLD - 1 clocks after its
--- angle was accepted. Until the next corrected reading only the ramp changes it, so it is at most 29 + 2 * (FOLD - 1)
--- clocks old. The sums are exact, so an angle is corrected by the same number for every FOLD; with a cosine of more
--- than 18 bits this requires an even LANES / FOLD. A position that moves faster than one count in FOLD clocks makes
--- steps of more than one count, of FOLD counts at most, which quadrature_output sends at its own spacing. Below this
--- speed (clock / FOLD counts a second, 12.5 million at 100 MHz and FOLD = 8) every count has a reading of its own,
--- which comes 0 to FOLD - 1 clocks later than with FOLD = 1: evenly spaced counts leave with a jitter of FOLD - 1
--- clocks, and their distances are multiples of FOLD clocks. With FOLD = 8 a motion of one count in 11 clocks gives
--- edges 8 or 16 clocks apart. FOLD = 1 is the paper's fully parallel form.
+-- **Folding.** FOLD lanes share one phase lane and one harmonic lane: LANES / FOLD of each are built, and an angle is
+-- accepted every FOLD clocks, when `accept` is high. In the FOLD clocks from then on the blocks of lanes process the
+-- angle one after the other. The corrected reading appears PIPELINE_LATENCY + FOLD - 1 clocks after its angle was
+-- accepted. Until the next corrected reading only the ramp changes this output, so it belongs to a reading that is at
+-- most 29 + 2 * (FOLD - 1) clocks old. The sums are exact, so every FOLD gives the same correction of an angle; with a
+-- cosine of more than 18 bits this requires an even LANES / FOLD. If the position moves faster than one count in FOLD
+-- clocks, the corrected position makes steps of 2 to FOLD counts; quadrature_output sends these counts at its own
+-- spacing. Below this speed (clock / FOLD counts per second, 12.5 million at 100 MHz and FOLD = 8) the pipeline reads
+-- every count, but 0 to FOLD - 1 clocks later than with FOLD = 1. Therefore counts that come at equal distances leave
+-- with a jitter of FOLD - 1 clocks, and their distances are multiples of FOLD clocks. With FOLD = 8 a motion of one
+-- count in 11 clocks gives edges 8 or 16 clocks apart. FOLD = 1 is the paper's fully parallel form.
 --
 -- **Rotation.** With ROTATION = table the lanes find their cosine in a table (table_rotation) instead of by CORDIC:
 -- latency and formats do not change; the last bits of the cosine differ.
@@ -29,35 +29,36 @@
 -- belongs to the angle of its clock and travels with this angle. While `apply` is low, 0 replaces ε; a change of
 -- `apply` starts the ramp, so the output makes no step. A swap starts the ramp too.
 --
--- **Referenced.** `referenced` states that the angle of its clock counts from an index mark. It travels with the angle
--- and leaves as `corrected_referenced`, so that quadrature_output gives no Z for an angle without a zero.
+-- **Referenced.** `referenced` is high if the angle in the same clock counts from an index mark. It travels with the
+-- angle and leaves as `corrected_referenced`, so that quadrature_output gives no Z for an angle without a zero.
 --
 -- **Put back.** `position` contains `put_back` counts that replace the counts that head 1 lost. A change of
 -- `zero_moved` marks the first angle from another zero; both travel with the angle, and the change of the correction
 -- decays at the ramp rate.
 --
--- **Mean.** With MEAN, angle and position belong to the carrier, and the `mean_term`, `jumped` and `jump` of a
--- carrier's reading come MEAN_LATENCY clocks after this reading (head_mean). `swap_comes` is high in the clock before
--- the first angle of a new bank.
+-- **Mean.** With MEAN, angle and position belong to the carrier; `mean_term`, `jumped` and `jump` come MEAN_LATENCY
+-- clocks after the reading to which they belong (head_mean). `swap_comes` is high in the clock before the first angle
+-- of a new bank.
 --
 -- **Modulators.** With MODULATORS the amplitude of a lane follows direction, speed or a word (coefficient_memory).
 --
 -- **Local table.** With LOCAL_TABLE the value of a table over the turn, or over windows of the turn, is added to ε
 -- (local_table_banks); a swap changes this table only if its word `choice` was written before.
 --
--- **Real orders.** With REAL_ORDERS the phase of a lane continues from turn to turn by its turn step: turn_counter counts the turns of
--- the angle, and the offsets of the turns next to the present one are prepared (turn_offset_sweep).
+-- **Real orders.** With REAL_ORDERS the phase of a lane continues from turn to turn by its turn step: turn_counter
+-- counts the turns of the angle, and turn_offset_sweep prepares the phase offsets of the present turn and of the turns
+-- next to it.
 --
--- **Coefficients.** They are written and swapped as described for coefficient_memory; the new bank applies from the
--- angle in the clock after `swap`, or from the next accepted angle. A swap waits while the idle bank is filled after
--- the previous swap, and until a write in progress has ended.
+-- **Coefficients.** The header of coefficient_memory describes how they are written and swapped. The new bank applies
+-- to the angle in the clock after `swap` and later, or with FOLD > 1 from the next accepted angle on. A swap waits
+-- while the idle bank is filled after the previous swap, and until a write in progress has ended.
 --
 -- **Number formats.** angle u24.0 counts below counts_per_rev; position s31.0 counts, wraps
 -- modulo 2³²; correction s19.11 counts; ramp_rate u8.24 in 2⁻¹¹ count a clock.
 --
--- **Reset.** No correction, no ramp, no pending write. The banks keep their values, and the pipeline still outputs the
--- angles that it contains. While `counts_per_rev` changes, all angles in the pipeline must be below the old and the new
--- value; the phase steps belong to one counts_per_rev.
+-- **Reset** sets the correction to 0, ends the ramp and drops a pending write. The banks keep their values, and the
+-- pipeline still outputs the angles that it contains. While `counts_per_rev` changes, all angles in the pipeline must
+-- be below the old and the new value; the phase steps belong to one counts_per_rev.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -71,41 +72,41 @@ entity compensation_pipeline is
   generic (
     LANES        : positive range 1 to LANES_MAX := LANES_DEFAULT;
     COSINE_WIDTH : positive                      := work.number_formats_pkg.COSINE_WIDTH;
-    FOLD         : positive range 1 to 8         := 1;       -- lanes that share a pipeline: 1, 2, 4 or 8
+    FOLD         : positive range 1 to 8         := 1;       -- number of lanes that share a pipeline: 1, 2, 4 or 8
     MEAN         : boolean                       := false;   -- the mean of the heads is corrected
     ROTATION     : string                        := "cordic"; -- or "table": method of computing the cosine
-    MODULATORS   : boolean                       := false;   -- amplitudes follow conditions
-    LOCAL_TABLE  : boolean                       := false;   -- a table corrects errors that are no sum of orders
-    REAL_ORDERS  : boolean                       := false    -- phases of lanes continue from turn to turn
+    MODULATORS   : boolean                       := false;   -- amplitudes of lanes can follow conditions
+    LOCAL_TABLE  : boolean                       := false;   -- a table corrects errors that a sum of orders cannot represent
+    REAL_ORDERS  : boolean                       := false    -- phases of lanes can continue from turn to turn
   );
   port (
     clock              : in    std_ulogic;
     reset              : in    std_ulogic;
-    accept             : out   std_ulogic;                                    -- this clock's reading is taken
+    accept             : out   std_ulogic;                                    -- high if the reading of this clock is accepted
     angle              : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
     position           : in    u_signed(POSITION_WIDTH - 1 downto 0);         -- counts
-    apply              : in    std_ulogic;                                    -- correct this reading
+    apply              : in    std_ulogic;                                    -- high: correct this reading
     zero_moved         : in    std_ulogic             := '0';                 -- toggles with the first angle from another zero
-    put_back           : in    u_signed(15 downto 0)  := (others => '0');     -- counts in position without an edge, modulo 2¹⁶
-    referenced         : in    std_ulogic;                                    -- this angle counts from an index
+    put_back           : in    u_signed(15 downto 0)  := (others => '0');     -- counts put back for lost counts, modulo 2¹⁶
+    referenced         : in    std_ulogic;                                    -- high if this angle counts from an index
     mean_term          : in    u_signed(MEAN_TERM_WIDTH - 1 downto 0) := (others => '0'); -- counts, s19.20
-    jumped             : in    std_ulogic             := '0';                 -- the first angle of another carrier
-    jump               : in    u_signed(15 downto 0)  := (others => '0');     -- counts by which the reading jumps with that angle
+    jumped             : in    std_ulogic             := '0';                 -- high with the first angle of another carrier
+    jump               : in    u_signed(15 downto 0)  := (others => '0');     -- counts, jump of the reading with this angle
     counts_per_rev     : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
     ramp_rate          : in    u_unsigned(31 downto 0);                       -- 2⁻¹¹ count per clock, u8.24
-    ramp_acceleration  : in    u_unsigned(31 downto 0) := (others => '0');    -- 2⁻⁵⁹ count per clock², 0: no bound
+    ramp_acceleration  : in    u_unsigned(31 downto 0) := (others => '0');    -- 2⁻⁵⁹ count per clock², 0: no limit
     write_enable       : in    std_ulogic;                                    -- pulse: write a word of a lane
     write_offset       : in    std_ulogic;                                    -- pulse: write the offset
     write_address      : in    u_unsigned(7 downto 0);                        -- lane * 4 + word
     write_data         : in    std_ulogic_vector(31 downto 0);                -- the word
     write_acknowledge  : out   std_ulogic;                                    -- pulse: the word is written
     read_address       : in    u_unsigned(7 downto 0);                        -- lane * 4 + word
-    read_data          : out   std_ulogic_vector(31 downto 0);                -- idle bank, 2 clocks later
-    idle_offset        : out   u_signed(AMPLITUDE_WIDTH - 1 downto 0);        -- counts, s13.11, idle bank
+    read_data          : out   std_ulogic_vector(31 downto 0);                -- word of the idle bank, 2 clocks later
+    idle_offset        : out   u_signed(AMPLITUDE_WIDTH - 1 downto 0);        -- counts, s13.11, the offset in the idle bank
     swap               : in    std_ulogic;                                    -- pulse: the idle bank becomes active
-    swap_allowed       : in    std_ulogic := '1';                             -- the next angle may be the first of a new bank
-    swap_comes         : out   std_ulogic;                                    -- the next angle is the first of a new bank
-    swap_busy          : out   std_ulogic;                                    -- a swap waits, or the idle bank is not filled
+    swap_allowed       : in    std_ulogic := '1';                             -- high if the next angle may be the first of a new bank
+    swap_comes         : out   std_ulogic;                                    -- high if the next angle is the first of a new bank
+    swap_busy          : out   std_ulogic;                                    -- level: a swap waits, or the idle bank is being filled
     sweep_step         : in    u_unsigned(7 downto 0) := (others => '0');     -- see amplitude_sweep
     direction          : in    modulator              := (others => '0');     -- s1.16
     speed              : in    modulator              := (others => '0');     -- s1.16
@@ -114,27 +115,27 @@ entity compensation_pipeline is
     speed_squared      : out   modulator;                                     -- s1.16, as the lanes use it
     write_turn_step    : in    std_ulogic             := '0';                 -- pulse: write a word of a turn step, lane * 2 + word
     read_turn_step     : in    std_ulogic             := '0';                 -- read_address is the address of a turn step
-    turn               : out   u_signed(TURN_NUMBER_WIDTH - 1 downto 0);      -- turns, two clocks after its angle
+    turn               : out   u_signed(TURN_NUMBER_WIDTH - 1 downto 0);      -- turns, two clocks after the angle to which it belongs
     local_read         : in    std_ulogic             := '0';                 -- pulse: read a word of the local table
     local_write        : in    std_ulogic             := '0';                 -- pulse: write a word of the local table
-    local_of_place     : in    std_ulogic             := '0';                 -- the word is one of the place of the windows, not a point
+    local_of_place     : in    std_ulogic             := '0';                 -- high if the word belongs to the place of the windows
     local_address      : in    u_unsigned(LOCAL_INDEX_WIDTH - 1 downto 0) := (others => '0'); -- number of the word
     local_data         : in    std_ulogic_vector(31 downto 0) := (others => '0'); -- the word
-    local_done         : out   std_ulogic;                                    -- pulse: read or written
-    local_answer       : out   std_ulogic_vector(31 downto 0);                -- idle bank, with local_done
+    local_done         : out   std_ulogic;                                    -- pulse: the word is read or written
+    local_answer       : out   std_ulogic_vector(31 downto 0);                -- word of the idle bank, valid with local_done
     corrected_angle    : out   u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts
     corrected_position : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts
-    corrected_referenced : out   std_ulogic;                                    -- corrected_angle counts from an index
+    corrected_referenced : out   std_ulogic;                                    -- high if corrected_angle counts from an index
     correction         : out   u_signed(CORRECTION_WIDTH - 1 downto 0);       -- counts, s19.11
-    correction_limited : out   std_ulogic;                                    -- the correction of this output was clipped
-    ramp_busy          : out   std_ulogic;                                    -- the ramp of this output has not ended
+    correction_limited : out   std_ulogic;                                    -- high if the correction of this output was clipped
+    ramp_busy          : out   std_ulogic;                                    -- high if the ramp had not ended at this output
     swap_done          : out   std_ulogic                                     -- strobe: the first output of a new bank
   );
 end entity compensation_pipeline;
 
 architecture rtl of compensation_pipeline is
 
-  -- Returns the number of built lanes. Raises an error for a FOLD that does not fit, and for an unknown ROTATION.
+  -- Returns the number of lanes in one block. Raises an error if FOLD, LANES / FOLD or ROTATION is not allowed.
   function built_lanes return positive is
   begin
 
@@ -204,7 +205,7 @@ begin
       last_sums  => last_sums
     );
 
-  -- In the other slots the lanes use the angle of slot 0.
+  -- In slot 0 the lanes get the new angle, and in the other slots the stored angle of slot 0.
   hold : process (clock) is
   begin
 

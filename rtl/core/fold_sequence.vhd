@@ -21,16 +21,16 @@ library ieee;
 
 entity fold_sequence is
   generic (
-    FOLD       : positive range 1 to 8 := 1; -- lanes that share a pipeline: 1, 2, 4 or 8
-    SUMS_CLOCK : positive              := DELAY_LINE_LATENCY -- from an angle to its first pair sums
+    FOLD       : positive range 1 to 8 := 1; -- number of lanes that share a pipeline: 1, 2, 4 or 8
+    SUMS_CLOCK : positive              := DELAY_LINE_LATENCY -- clocks from an angle to its first pair sums
   );
   port (
     clock      : in    std_ulogic;
     slot       : out   u_unsigned(2 downto 0); -- block of lanes that processes its angle now
-    accept     : out   std_ulogic;             -- this clock's angle is taken
-    last_slot  : out   std_ulogic;             -- the next clock's angle is taken
-    first_sums : out   std_ulogic;             -- the first pair sums of an angle arrive
-    last_sums  : out   std_ulogic              -- the last pair sums arrive
+    accept     : out   std_ulogic;             -- high if the angle of this clock is accepted
+    last_slot  : out   std_ulogic;             -- high if the angle of the next clock is accepted
+    first_sums : out   std_ulogic;             -- high if the first pair sums of an angle arrive
+    last_sums  : out   std_ulogic              -- high if the last pair sums of an angle arrive
   );
 end entity fold_sequence;
 
@@ -50,7 +50,7 @@ begin
 
   folded : if FOLD > 1 generate
 
-    -- One bit per slot, and the slot as a number.
+    -- The slot as one bit per slot, and as a number.
     signal ring   : std_ulogic_vector(0 to FOLD - 1) := (0 => '1', others => '0');
     signal number : natural range 0 to FOLD - 1      := 0;
 

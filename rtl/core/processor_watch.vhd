@@ -3,8 +3,8 @@
 -- # processor_watch
 --
 -- Raises `silent` when no pulse of `alive` has come from the processor for `limit` clocks. The correction and the
--- output do not depend on the processor; they continue with the last coefficients. So a processor that hangs, with its
--- interrupts on or off, only causes an alarm.
+-- output do not depend on the processor; they continue with the last coefficients. So a processor that hangs only
+-- causes an alarm, even if its interrupts still run.
 --
 -- **Latency.** `silent` rises limit + 1 clocks after the last `alive`, or after `limit` became other than 0, and
 -- falls 1 clock after the next `alive`.
@@ -23,7 +23,7 @@ entity processor_watch is
     reset  : in    std_ulogic;
     limit  : in    u_unsigned(31 downto 0); -- clocks, 0: off
     alive  : in    std_ulogic;              -- pulse: the processor works
-    silent : out   std_ulogic := '0'        -- level
+    silent : out   std_ulogic := '0'        -- level: no alive has come for limit clocks
   );
 end entity processor_watch;
 
@@ -45,7 +45,7 @@ begin
         if elapsed >= limit then
           silent <= '1';
         end if;
-        -- A register stops the counter one clock late, because the comparison is too slow to enable it.
+        -- The comparison is too slow to enable the counter, so its registered result stops the counter one clock late.
         if silent = '0' then
           elapsed := elapsed + 1;
         end if;

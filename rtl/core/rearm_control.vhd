@@ -3,22 +3,22 @@
 -- # rearm_control
 --
 -- Changes counts_per_rev so that no unit uses the new number of counts with an angle that was counted with the old
--- number: on `rearm_command` it holds the decoders in `rearm`, at angle zero, until the pipelines hold no other angle,
--- and then loads `requested`. A value outside 4 to 2**24 is refused.
+-- number. On `rearm_command` the entity holds the decoders in `rearm`, at angle zero. When the pipelines contain no
+-- other angle, it loads `requested` into counts_per_rev. A value outside 4 to 2²⁴ is refused.
 --
--- **Latency.** `rearm` is high from the clock after the command for HOLD clocks; counts_per_rev
--- changes in the middle of them. A command during this time restarts it.
+-- **Latency.** `rearm` is high from the clock after the command for HOLD clocks; counts_per_rev changes in the middle
+-- of this time. A command during this time restarts it.
 --
 -- **Number formats.** counts_per_rev u25.0 counts; requested u32.0 counts; all its bits are checked.
 --
--- `changes_turn` is high with `rearm` if the requested number of counts differs from the present one. The limit of the
--- correction, half a turn, changes then, and a correction beyond the new limit is clipped at once: the output must not
--- follow the position meanwhile, because it would send the clipped difference as a burst of edges.
+-- `changes_turn` is high with `rearm` if the requested number of counts differs from the present one. Then the limit of
+-- the correction, half a turn, changes, and a correction beyond the new limit is clipped at once. While `changes_turn`
+-- is high the output must not follow the position, because it would send the clipped difference as a burst of edges.
 --
 -- **Clear semantics.** `refused` is set by a command with an illegal value and cleared by one with
 -- a legal value.
 --
--- **Reset.** counts_per_rev is 2**24, `refused` is cleared; `rearm` is low, since reset itself
+-- **Reset.** counts_per_rev is 2²⁴, `refused` is cleared; `rearm` is low, since reset itself
 -- re-arms the decoders.
 
 library ieee;
@@ -29,18 +29,19 @@ library ieee;
 
 entity rearm_control is
   generic (
-    -- Twice the latency of the pipeline with any FOLD, plus a margin for the units that follow the pipeline.
+    -- Clocks of a re-arm: twice the latency of the pipeline with any FOLD, plus a margin for the units after the
+    -- pipeline.
     HOLD : positive range 4 to 255 := 4 * (PIPELINE_LATENCY + 3)
   );
   port (
     clock          : in    std_ulogic;
     reset          : in    std_ulogic;
-    rearm_command  : in    std_ulogic;                                    -- pulse
+    rearm_command  : in    std_ulogic;                                    -- pulse: re-arm, and load requested
     requested      : in    u_unsigned(31 downto 0);                       -- counts
-    counts_per_rev : out   u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts, in force
-    rearm          : out   std_ulogic;                                    -- level, to the decoders
+    counts_per_rev : out   u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts, the number in use
+    rearm          : out   std_ulogic;                                    -- level: holds the decoders at angle zero
     changes_turn   : out   std_ulogic;                                    -- level with rearm: counts_per_rev changes
-    refused        : out   std_ulogic                                     -- the last command's value was illegal
+    refused        : out   std_ulogic                                     -- level: the value of the last command was illegal
   );
 end entity rearm_control;
 
@@ -56,7 +57,7 @@ begin
     variable take      : std_ulogic := '0';
     variable legal     : std_ulogic;
     variable differs   : std_ulogic := '0';
-    -- More than one clock of the hold is left.
+    -- High while more than one clock of the hold is left.
     variable goes_on   : std_ulogic := '0';
 
   begin

@@ -15,7 +15,7 @@ package decoder_pkg is
 
   -- The steps of the filtered levels of A and B. `comes` belongs to the clock of the levels, the other fields to the
   -- clock after it; `up` and `down` keep their value until the next edge. `stands` = not `moves` and `down` = not `up`
-  -- have registers of their own to shorten the paths of the decisions that use them.
+  -- are separate registers, which shortens the paths of the decisions that use them.
   type counted_edge is record
     comes        : std_ulogic; -- exactly one of A and B has changed: a count
     moves        : std_ulogic; -- `comes`, one clock later
@@ -31,30 +31,30 @@ package decoder_pkg is
     position          : u_signed(POSITION_WIDTH - 1 downto 0);       -- counts, multi-turn
     angle             : u_unsigned(ANGLE_WIDTH - 1 downto 0);        -- counts, below counts_per_rev
     turn_position     : u_signed(POSITION_WIDTH - 1 downto 0);       -- counts from the first index
-    phase_of_zero     : u_unsigned(1 downto 0);                      -- place of (A, B) at position 0 modulo 4
-    direction         : std_ulogic;                                  -- direction of the last step, '1' up
+    phase_of_zero     : u_unsigned(1 downto 0);                      -- index of (A, B) in 00, 10, 11, 01 at position 0 modulo 4
+    direction         : std_ulogic;                                  -- '1': the last step was up
     step              : std_ulogic;                                  -- strobe: position changed
     step_up           : std_ulogic;                                  -- strobe: position rose
     last_edge_time    : u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);    -- clocks
     -- Index
-    index_seen        : std_ulogic;                                  -- level
+    index_seen        : std_ulogic;                                  -- level: an index has been seen
     index_strobe      : std_ulogic;                                  -- strobe: the three fields below are new
     index_position    : u_signed(POSITION_WIDTH - 1 downto 0);       -- counts, position of the last index
-    index_direction   : std_ulogic;                                  -- direction at the last index, '1' up
+    index_direction   : std_ulogic;                                  -- '1': the last index was passed upwards
     index_interval    : u_signed(POSITION_WIDTH - 1 downto 0);       -- counts between the last two indices
     index_trusted     : std_ulogic;                                  -- strobe: the last index agrees with the zero
-    zero_moved        : std_ulogic;                                  -- toggles where the zero moves to another count
+    zero_moved        : std_ulogic;                                  -- toggles when the zero moves to another count
     zero_moves        : u_unsigned(15 downto 0);                     -- number of moves of the zero; wraps
     zero_slip         : u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts, angle of the mark that last moved the zero
-    put_back          : u_signed(POSITION_WIDTH - 1 downto 0);       -- counts to add in place of lost counts
+    put_back          : u_signed(POSITION_WIDTH - 1 downto 0);       -- counts put back for lost counts, to be added to position
     -- Faults
-    index_error       : std_ulogic;                                  -- sticky
-    index_error_count : u_unsigned(15 downto 0);                     -- saturates
-    illegal           : std_ulogic;                                  -- sticky
-    illegal_count     : u_unsigned(15 downto 0);                     -- saturates
-    overspeed         : std_ulogic;                                  -- sticky
-    overspeed_count   : u_unsigned(15 downto 0);                     -- saturates
-    swallowed         : std_ulogic;                                  -- sticky: the filter swallowed counts
+    index_error       : std_ulogic;                                  -- sticky: an index mark was misplaced
+    index_error_count : u_unsigned(15 downto 0);                     -- number of these faults; saturates
+    illegal           : std_ulogic;                                  -- sticky: A and B changed in the same clock
+    illegal_count     : u_unsigned(15 downto 0);                     -- number of these faults; saturates
+    overspeed         : std_ulogic;                                  -- sticky: edges came too fast
+    overspeed_count   : u_unsigned(15 downto 0);                     -- number of these faults; saturates
+    swallowed         : std_ulogic;                                  -- sticky: the filter suppressed counts
   end record decoded_head;
 
 end package decoder_pkg;

@@ -6,16 +6,17 @@
 -- multi-turn position. Source: section 3.1 and figure 4 of the paper: A leads B counter-clockwise, (A, B) = 00, 10, 11,
 -- 01 counts up.
 --
--- **Latency.** 2 clocks from a change of `levels` to `position`. `edge.comes` belongs to the clock of the levels, the other
--- fields of `edge` to the clock after it. position, direction, step, step_up and last_edge_time belong to one clock.
+-- **Latency.** 2 clocks from a change of `levels` to `position`. `edge.comes` belongs to the clock of the levels, the
+-- other fields of `edge` to the clock after it. position, direction, step, step_up and last_edge_time change in the
+-- same clock.
 --
 -- **Number formats.** position s31.0 counts; timestamp and last_edge_time u64.0 clocks.
 --
--- **Position** starts at RESET_POSITION on reset; only edges change it. It wraps modulo 2**32: readers use
--- differences, which are correct as long as they lie within +-2**31 counts.
+-- **Position** starts at RESET_POSITION on reset; only edges change it. It wraps modulo 2³²: readers use
+-- differences, which are correct as long as they lie within +-2³¹ counts.
 --
--- **Phase.** `phase_of_zero` is the index of (A, B) in the sequence 00, 10, 11, 01 at position 0 and at every fourth count from
--- there. It follows the position by 2 clocks. After the reset only illegal transitions change it.
+-- **Phase.** `phase_of_zero` is the index of (A, B) in the sequence 00, 10, 11, 01 at the positions that are
+-- multiples of 4. It follows the position by 2 clocks. After the reset only illegal transitions change it.
 --
 -- **Order.** If A and B change in the same clock, the direction is unknown: `edge.breaks_order` is high and the
 -- position does not change.
@@ -45,8 +46,8 @@ entity edge_counter is
     timestamp      : in    u_unsigned(TIMESTAMP_WIDTH - 1 downto 0); -- clocks
     edge           : out   counted_edge;
     position       : out   u_signed(POSITION_WIDTH - 1 downto 0);   -- counts, multi-turn
-    phase_of_zero  : out   u_unsigned(1 downto 0);                  -- place of (A, B) at position 0 modulo 4
-    direction      : out   std_ulogic;                              -- direction of the last step, '1' up
+    phase_of_zero  : out   u_unsigned(1 downto 0);                  -- index of (A, B) in 00, 10, 11, 01 at position 0 modulo 4
+    direction      : out   std_ulogic;                              -- '1': the last step was up
     step           : out   std_ulogic;                              -- strobe: position changed
     step_up        : out   std_ulogic;                              -- strobe: position rose
     last_edge_time : out   u_unsigned(TIMESTAMP_WIDTH - 1 downto 0) -- clocks
@@ -55,7 +56,7 @@ end entity edge_counter;
 
 architecture rtl of edge_counter is
 
-  -- Levels one clock ago, and for each level whether it has changed since
+  -- The levels of A and B one clock ago, and for each level whether it has changed in this clock
   signal a_before  : std_ulogic := '0';
   signal b_before  : std_ulogic := '0';
   signal a_changes : std_ulogic;
@@ -86,7 +87,7 @@ begin
 
   count : process (clock) is
 
-    -- Index of (A, B) in 00, 10, 11, 01 in the clock of the position
+    -- Index in 00, 10, 11, 01 of the levels (A, B) that belong to the position of the same clock
     variable place : u_unsigned(1 downto 0) := "00";
 
   begin

@@ -43,7 +43,7 @@ begin
 
   follow : process (clock) is
 
-    -- Number of samples for which the level has lasted, including the present sample.
+    -- Number of equal samples of the new level so far, including the present sample.
     variable lasted : sample_counts                         := (others => FIRST);
     variable level  : std_ulogic_vector(WIDTH - 1 downto 0) := (others => '0');
 

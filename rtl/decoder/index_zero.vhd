@@ -14,37 +14,38 @@
 -- **Number formats.** position, turn_position, index_position and index_interval s31.0 counts; angle u24.0 counts;
 -- counts_per_rev u25.0 counts; index_tolerance u16.0 counts.
 --
--- **Angle.** The angle has its own counter, so it stays correct when the position wraps. `turn_position` is
--- position - position of the zero, and wraps likewise. As long as neither wraps, angle equals
--- turn_position modulo counts_per_rev in every clock, even before the first index.
+-- **Angle.** The angle has its own counter, so it stays correct when the position wraps. `turn_position` is position -
+-- position of the zero, and wraps likewise. As long as neither of the two wraps, angle equals turn_position modulo
+-- counts_per_rev in every clock, even before the first index.
 --
--- **Index.** The zero is one edge of Z: the rising edge while counting up, which is the falling edge
--- while counting down. Each change of Z is assigned to the step of A or B that is at most INDEX_SKEW clocks before or
--- after it: the level of Z is sampled INDEX_SKEW clocks after the step, or just before the next step, and compared with the
--- level sampled for the step before. Counting up, the entity latches the position after the step, counting down the
--- position before it, so that both directions give the same count. If Z changes within a count, more than INDEX_SKEW
--- clocks from both edges of the count, the step that leaves the count decides the direction, and that count is latched;
--- a reversal within the count has no effect. Therefore the direction always belongs to the present motion. Neither
--- skewed pins nor a vibration at one edge of the mark make the entity confuse the two edges of the mark, provided that
--- the time between two opposite steps is longer than the time between a change of Z and its step; a `filter_length`
--- above INDEX_SKEW ensures this. The first index after reset or rearm defines the zero of angle and turn_position;
--- later indices do not change this zero. Each later index must lie 0 or +-counts_per_rev from the index before it,
--- within +-`index_tolerance`; otherwise `index_error` is set: counts or an index were lost or added. The position of a
+-- **Index.** The zero is one edge of Z: the rising edge while counting up, which is the falling edge while counting
+-- down. Each change of Z is assigned to the step of A or B that is at most INDEX_SKEW clocks before or after it: the
+-- level of Z is sampled INDEX_SKEW clocks after the step, or just before the next step, and compared with the level
+-- sampled for the step before. Counting up, the entity latches the position after the step, counting down the position
+-- before it, so that both directions give the same count. If Z changes within a count, more than INDEX_SKEW clocks from
+-- both edges of the count, the entity latches this count, with the direction of the step that leaves the count; so a
+-- reversal within the count has no effect, and the direction is always that of the present motion. Neither skewed pins
+-- nor a vibration at one edge of the mark make the entity confuse the two edges of the mark, provided that the time
+-- between two opposite steps is longer than the time between a change of Z and its step; a `filter_length` above
+-- INDEX_SKEW ensures this. The first index after reset or rearm defines the zero of angle and turn_position; later
+-- indices do not change this zero. Each later index must lie 0 or +-counts_per_rev from the index before it, within
+-- +-`index_tolerance`; otherwise `index_error` is set, because counts or an index were lost or added. The position of a
 -- true mark repeats within +-1 count, so two of its positions differ by up to 2 counts; a slip by one period of A and B
 -- adds 4 counts. `index_interval` reads 0 while there are fewer than two marks.
+--
 -- **Moving the zero.** With `zero_again` high the zero moves 5 clocks after the strobe of a mark that proves the zero
 -- wrong. A mark proves this in two cases. Either it is misplaced and `other_head_agrees` is high (see zero_witness;
 -- possible at the first mark after lost counts). Or it is the first mark after an `index_error` that lies one turn,
--- within the tolerance, from the mark before it (the second mark after lost counts).
--- A single false mark does not move the zero, because no other mark lies one turn from it. `index_seen` stays high, so
--- the correction continues. A turn of less than 9 counts keeps its zero. If the zero moves to another count,
--- `zero_slip` is the angle that the mark had (the negative of the lost counts), `zero_moved` toggles and `zero_moves`
--- increments, in the clock in which angle and turn_position count from the new zero; index_error is set, and its
--- counter increments once, in the same clock. The position keeps its error. With `heal` high `zero_slip` is subtracted
--- from `put_back` in that clock, so that position + put_back is free of the slip; a slip of 2**14 counts or more is not
--- put back. `index_trusted` pulses 3 clocks after index_strobe if the mark lies at the zero.
--- If Z normally changes within a count, but at one speed changes near an edge of that count, the index is one count off
--- at that speed.
+-- within the tolerance, from the mark before it (the second mark after lost counts). A single false mark does not move
+-- the zero, because no other mark lies one turn from it. `index_seen` stays high, so the correction continues. A turn
+-- of less than 9 counts keeps its zero. If the zero moves to another count, the following happens in the clock in which
+-- angle and turn_position first count from the new zero. `zero_slip` becomes the angle that the mark had (the negative
+-- of the lost counts), `zero_moved` toggles, `zero_moves` increments, index_error is set, and its counter increments
+-- once. The position keeps its error. With `heal` high, `zero_slip` is subtracted from `put_back` in that clock, so
+-- that position + put_back does not contain the slip; a slip of 2¹⁴ counts or more is not put back. `index_trusted`
+-- pulses 3 clocks after index_strobe if the mark lies at the zero. If Z normally changes within a count, but at one
+-- speed changes near an edge of that count, the index is one count off at that speed.
+--
 -- **Fastest index.** With pins skewed by up to s clocks, 1 to INDEX_SKEW, a count must last at least s + INDEX_SKEW + 1
 -- clocks for this detection, that is 5, 6 or 7 clocks; 7 clocks are 14 million counts per second at 100 MHz. If Z
 -- changes half a count from its step, the limit is twice 7 clocks. At higher speeds a change of Z before a step cannot
@@ -56,7 +57,7 @@
 -- and index_interval are 0; index_position keeps its value). The position keeps counting. After rearm, angle and
 -- turn_position count from 0 with the first step, and the next index defines the zero
 -- again.
--- `counts_per_rev` (4 to 2**24, any integer) is sampled while rearm, preload or reset is high; at other times a change has
+-- `counts_per_rev` (4 to 2²⁴, any integer) is sampled while rearm, preload or reset is high; at other times a change has
 -- no effect. index_tolerance may change at any time.
 --
 -- **Reset.** While `preload` is high, a change of Z does not count as a mark; detection starts from the level that Z
@@ -82,31 +83,31 @@ entity index_zero is
     counts_per_rev    : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts, 4 to 2**24
     index_tolerance   : in    u_unsigned(15 downto 0);                       -- counts
     rearm             : in    std_ulogic;                                    -- level: forgets the index
-    zero_again        : in    std_ulogic;                                    -- level: marks that prove the zero wrong move it
-    heal              : in    std_ulogic;                                    -- level: put_back follows the zero
-    other_head_agrees : in    std_ulogic;                                    -- valid 2 clocks after index_strobe: the mark is true
+    zero_again        : in    std_ulogic;                                    -- level: a mark that proves the zero wrong moves it
+    heal              : in    std_ulogic;                                    -- level: lost counts are added to put_back
+    other_head_agrees : in    std_ulogic;                                    -- the other head confirms the mark, see zero_witness
     angle             : out   u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
     turn_position     : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts from the first index
-    index_seen        : out   std_ulogic;                                    -- level
+    index_seen        : out   std_ulogic;                                    -- level: an index has been seen
     index_strobe      : out   std_ulogic;                                    -- strobe: the three outputs below are new
     index_position    : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, position of the last index
-    index_direction   : out   std_ulogic;                                    -- direction at the last index, '1' up
+    index_direction   : out   std_ulogic;                                    -- '1': the last index was passed upwards
     index_interval    : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts between the last two indices
     index_trusted     : out   std_ulogic;                                    -- strobe: the last index lies at the zero
-    zero_moved        : out   std_ulogic;                                    -- toggles where the zero moves to another count
+    zero_moved        : out   std_ulogic;                                    -- toggles when the zero moves to another count
     zero_moves        : out   u_unsigned(15 downto 0);                       -- number of moves of the zero; wraps
     zero_slip         : out   u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0);   -- counts, angle of the mark that last moved the zero
-    put_back          : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts to add in place of lost counts
+    put_back          : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts put back for lost counts, to be added to position
     misplaced         : out   std_ulogic                                     -- strobe: a mark lies outside the tolerance
   );
 end entity index_zero;
 
 architecture rtl of index_zero is
 
-  -- Clocks from the detection of an index to its check.
+  -- Number of clocks from the detection of an index to its check.
   constant JUDGED_AFTER : positive := 3;
 
-  -- Width of a slip that can be put back.
+  -- Number of bits of a slip that can be put back.
   constant HEAL_WIDTH : positive := 15;
 
   -- A count within the turn. It carries flags for the first and the last count, so that a step needs no comparison.
@@ -125,7 +126,8 @@ architecture rtl of index_zero is
 
   type tables is array (natural range <>) of few_counts;
 
-  -- Index of the table: a number of counts (bits 5 to 2), whether there is a step (bit 1), and whether it is up (bit 0).
+  -- Returns the table of small numbers after a step. Index: the number before (bits 5 to 2), there is a step (bit 1),
+  -- the step is up (bit 0).
   function with_a_step return tables is
 
     variable table  : tables(0 to 63);
@@ -149,8 +151,9 @@ architecture rtl of index_zero is
 
   constant WITH_STEP : tables := with_a_step;
 
-  -- Counts from the zero of an index to the position, if the index is detected in the clock of a step. Index of the table:
-  -- there is a step (bit 3), it is up (bit 2), the index lies within a count (bit 1), it is passed upwards (bit 0).
+  -- Returns the table of the counts from the zero of an index to the position, for the clock in which the index is
+  -- detected. Index: there is a step in this clock (bit 3), the step is up (bit 2), the index lies within a count (bit
+  -- 1), the index is passed upwards (bit 0).
   function behind_index return tables is
 
     variable table  : tables(0 to 15);
@@ -177,13 +180,13 @@ architecture rtl of index_zero is
 
   constant BEHIND_INDEX_OF : tables := behind_index;
 
-  -- Counts from the zero of an index to the position before the step of the clock. Index: the index lies within a count (bit 1),
-  -- it is passed upwards (bit 0).
+  -- Counts from the zero of an index to the position before the step of the clock. Index: the index lies within a count
+  -- (bit 1), the index is passed upwards (bit 0).
   constant BEFORE_INDEX_OF : tables(0 to 3) := BEHIND_INDEX_OF(0 to 3);
 
-  -- Returns the count after a step; if an index is detected, returns the count that lies `from_zero` (-2 to 2) counts
-  -- from 0. The cases exclude each other, so that a bit needs one look-up table after the carry chains of the two
-  -- neighbouring counts.
+  -- Returns the count after a step. If an index is detected, it returns the count that lies `from_zero` (-2 to 2)
+  -- counts from 0 instead. The cases exclude each other, so that a bit needs one look-up table after the carry chains
+  -- of the two neighbouring counts.
   function next_place (
     place             : turn_place;
     last, before_last : u_unsigned(ANGLE_WIDTH - 1 downto 0);
@@ -233,25 +236,25 @@ architecture rtl of index_zero is
 
   end function next_place;
 
-  -- The two counters of `find`, and which of them is the angle
+  -- The two counters of the process `find`, and which of them is the angle
   signal counters        : turn_places := (others => ZERO_PLACE);
   signal angle_is_second : std_ulogic  := '0';
   signal place_of_angle  : u_unsigned(ANGLE_WIDTH - 1 downto 0);
 
-  -- An index that belongs to the previous step is detected in this clock.
+  -- High if an index that belongs to the previous step is detected in this clock.
   signal meets_index   : std_ulogic                    := '0';
-  -- High while a mark is checked; three flags: its distance from the previous mark is 0, a turn up or a turn down,
-  -- within the tolerance
+  -- judged is high in the clock in which a mark is checked. are_within has one flag for each permitted distance from
+  -- the previous mark, within the tolerance: 0 (bit 2), a turn up (bit 1), a turn down (bit 0)
   signal judged        : std_ulogic                    := '0';
   signal are_within    : std_ulogic_vector(2 downto 0) := "000";
-  -- The checked mark is the latest mark.
+  -- is_latest is high if the checked mark is the latest mark.
   signal is_old_enough : std_ulogic                    := '0';
   signal is_latest     : std_ulogic;
-  -- A mark was misplaced, and since then no two marks one turn apart have agreed.
+  -- High after a misplaced mark, until two marks lie one turn apart.
   signal is_in_doubt   : std_ulogic                    := '0';
-  -- The angle of the mark is neither 0 nor a whole turn.
+  -- High if the angle of the mark is neither 0 nor a whole turn.
   signal has_slip      : std_ulogic                    := '0';
-  -- A turn has more than 8 counts.
+  -- High if a turn has more than 8 counts.
   signal is_long_turn  : std_ulogic                    := '0';
   signal is_off        : std_ulogic;
   signal moves_zero    : std_ulogic;
@@ -263,7 +266,8 @@ begin
                     counters(0).count;
   angle          <= place_of_angle;
 
-  -- Two marks one turn apart agree, or the other head counted one turn between a trusted mark and this mark.
+  -- The zero moves if two marks lie one turn apart after a misplaced mark, or if a mark is misplaced and the other head
+  -- counted one turn between the last trusted mark and this mark.
   is_off     <= judged and not (or are_within);
   is_latest  <= is_old_enough and not meets_index;
   moves_zero <= judged and (((are_within(1) or are_within(0)) and is_in_doubt) or (is_off and other_head_agrees))
@@ -275,16 +279,16 @@ begin
 
     -- Level of Z one clock ago
     variable before          : std_ulogic                              := '0';
-    -- Z: the level that is assigned to the last step, or to the count before it; the clocks until
-    -- the level of the present step is sampled; the clocks since then
+    -- index_level is the level of Z that is assigned to the last step, or to the count before it. until_settled is the
+    -- number of clocks until Z is sampled for the present step, since_settled the number of clocks since then
     variable index_level     : std_ulogic                              := '0';
     variable until_settled   : natural range 0 to INDEX_SKEW           := 0;
     variable since_settled   : natural range 0 to INDEX_SKEW + 1       := 0;
     variable settled_level   : std_ulogic;
     variable settles         : std_ulogic;
-    -- Levels of the clocks before, the latest in the low bit
+    -- Levels of Z in the clocks before, the latest in the low bit
     variable earlier_levels  : std_ulogic_vector(INDEX_SKEW downto 0)  := (others => '0');
-    -- Z changed within the count that the present step left.
+    -- was_inside is high if Z changed within the count that the present step left; may_be_inside, if this is possible
     variable may_be_inside   : std_ulogic;
     variable was_inside      : std_ulogic                              := '0';
     variable meets           : std_ulogic;
@@ -297,35 +301,36 @@ begin
     variable is_second       : std_ulogic                              := '0'; -- number of the counter that is the angle
     variable last_angle      : u_unsigned(ANGLE_WIDTH - 1 downto 0)    := (others => '0');
     variable before_last     : u_unsigned(ANGLE_WIDTH - 1 downto 0)    := (others => '0');
-    -- Counts from the zero of the latest index to the position while the index is checked, and clocks since its detection
+    -- Counts from the zero of the latest index to the position, while this index is checked, and number of clocks since
+    -- the index was detected
     variable from_zero       : few_counts                              := "0000";
     variable from_index      : few_counts; -- counts from the zero of the index that is detected now
     variable since_index     : natural range 0 to JUDGED_AFTER + 1     := 0;
-    -- The angle before the step of the previous clock, and the counts to that angle from the zero of an index detected
-    -- in that clock
+    -- The angle before the step of the previous clock, and the counts from the zero of an index that was detected in
+    -- that clock to this angle
     variable angle_then      : u_unsigned(ANGLE_WIDTH - 1 downto 0)    := (others => '0');
     variable from_zero_then  : few_counts                              := "0000";
     variable still_in_doubt  : std_ulogic;
     variable sets_zero       : std_ulogic;
-    -- The angle of the latest index, this angle minus a turn, and which of the two is nearer to 0
+    -- The angle of the latest index, this angle minus a turn, and a number that is negative if the first of the two is
+    -- nearer to 0
     variable off_zero        : u_signed(COUNTS_PER_REV_WIDTH downto 0) := (others => '0');
     variable less_a_turn     : u_signed(COUNTS_PER_REV_WIDTH downto 0) := (others => '0');
     variable past_half       : u_signed(COUNTS_PER_REV_WIDTH + 1 downto 0) := (others => '0');
     variable slip            : u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0) := (others => '0');
     variable slip_then       : u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0);
-    -- Indices of the last clocks, the latest in the low bit; one of these indices is checked, and no other index has
-    -- come since
+    -- One bit for each of the last clocks, high if an index was latched in that clock; the latest clock is the low bit
     variable index_then      : std_ulogic_vector(JUDGED_AFTER - 1 downto 0) := (others => '0');
     variable is_small        : std_ulogic;
     variable passed_index    : std_ulogic                              := '0';
     variable passed_up       : std_ulogic                              := '1';
-    -- Position of an index detected in this clock: the position after the step if counting up, before the step if
-    -- counting down
+    -- Position of an index that is detected in this clock: the position after the step if counting up, before the step
+    -- if counting down
     variable zero_now        : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
-    -- Stage 3: index
+    -- Stage 3: an index was latched before; the index that was latched last has one before it
     variable index_before    : std_ulogic                              := '0';
     variable repeats         : std_ulogic                              := '0';
-    -- Stage 4: the interval, the interval minus a turn, the interval plus a turn
+    -- Stage 4: a turn, the interval, the interval minus a turn, and the interval plus a turn
     variable turn            : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
     variable off_none        : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
     variable off_up          : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
@@ -375,7 +380,7 @@ begin
         end if;
       end if;
 
-      -- The angle of the index while it is checked; it excludes the step at which the index was detected.
+      -- Compute the angle of the index while the index is checked, without the step at which it was detected.
       has_slip  <= not ((off_zero ?= 0) or (off_zero ?= turn(off_zero'range)));
       slip_then := slip;
       slip      := less_a_turn(slip'range);
@@ -392,7 +397,7 @@ begin
 
       passed_index := meets_index;
       passed_up    := meets_up;
-      -- Counts from the zero after the step of this clock.
+      -- Count from the zero of the index, including the step of this clock.
       sets_zero := moves_zero;
       from_index := BEHIND_INDEX_OF(to_integer(u_unsigned'(not edge.stands & edge.up & meets_inside & meets_up)));
       if (meets_index = '1') then
@@ -423,10 +428,11 @@ begin
         end if;
       end if;
 
-      -- Stage 1. Z of the previous step: sampled after the pins settled, or the last level before this step.
+      -- Stage 1: assign a level of Z to the previous step. It is sampled after the pins have settled, or is the last
+      -- level before the present step.
       settled_level := z;
       settles       := '0';
-      -- High if Z has had time to change again within the count that the present step leaves.
+      -- may_be_inside is high if Z has had time to change again within the count that the present step leaves.
       may_be_inside := '0';
       if (until_settled = 0 and since_settled >= INDEX_SKEW) then
         may_be_inside := '1';
@@ -475,7 +481,7 @@ begin
       earlier_levels := earlier_levels(INDEX_SKEW - 1 downto 0) & z;
       before         := z;
 
-      -- The new value applies only while no unit counts with the old value.
+      -- A new counts_per_rev is sampled only while no unit counts with the old value.
       is_long_turn <= or last_angle(last_angle'high downto 3);
       if (reset = '1' or preload = '1' or rearm = '1') then
         turn        := signed(resize(counts_per_rev, POSITION_WIDTH));

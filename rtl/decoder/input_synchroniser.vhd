@@ -7,7 +7,7 @@
 --
 -- **Latency.** STAGES clocks from `asynchronous` to `synchronised`.
 --
--- **Number formats.** None: bits.
+-- **Number formats.** There are none: the signals are single bits.
 --
 -- **Limits.** Pins that change together may appear one clock apart, because each pin is sampled
 -- independently. The attribute `async_reg` makes the placer put the registers of a pin next to each other; tools
@@ -21,7 +21,7 @@ library ieee;
 entity input_synchroniser is
   generic (
     WIDTH  : positive              := 3; -- pins
-    STAGES : positive range 2 to 4 := 2  -- registers per pin
+    STAGES : positive range 2 to 4 := 2  -- number of registers per pin
   );
   port (
     clock        : in    std_ulogic;
@@ -32,7 +32,8 @@ end entity input_synchroniser;
 
 architecture rtl of input_synchroniser is
 
-  -- The latest stage is in the low bits.
+  -- All stages in one vector: the first stage, which samples the pins, is in the low bits, the last stage in the high
+  -- bits.
   signal stage_registers : std_ulogic_vector(WIDTH * STAGES - 1 downto 0) := (others => '0');
 
   attribute async_reg : string;

@@ -40,7 +40,7 @@ architecture rtl of level_delay is
 
 begin
 
-  -- With a delay of two clocks or more, the memory reads a word after the word has been written.
+  -- With a delay of two clocks or more, a word has been written into the memory before it is read.
   delayed <= levels when is_none = '1' else
              previous when is_one = '1' else
              stored;

@@ -6,19 +6,19 @@
 -- each other too fast, and edges that the filter suppressed. Source: section 3.1 of the paper.
 --
 -- **Latency.** illegal follows `edge.breaks_order`, and index_error follows `misplaced`, by 1 clock; overspeed follows
--- `edge.moves` by 2 clocks. swallowed and overspeed of swallowed edges: 3 clocks from the levels before the filter.
+-- `edge.moves` by 2 clocks. `swallowed`, and `overspeed` for edges that the filter suppresses, come 3 clocks after the
+-- levels before the filter.
 --
 -- **Number formats.** filter_length u8.0 and minimum_edge_spacing u16.0 clocks; counters u16.0.
 --
 -- **Faults.** `illegal`: A and B changed in the same clock. `overspeed`: a counted edge came less than
--- minimum_edge_spacing clocks after the previous edge (0 and 1 disable this check).
--- This check ignores illegal transitions.
--- Edges that the filter suppresses also count as overspeed, and set `swallowed` too, because counts are lost. To detect
--- them the entity also decodes the levels before the filter. It sets and counts `overspeed` when these levels are a
--- whole period of A and B (4 counts) ahead of the filtered levels, or have made 4 illegal transitions that the filtered
--- levels do not show. After the pins have been quiet for filter_length clocks this comparison restarts. A pulse on one
--- pin that is shorter than filter_length clocks has no effect on this check either, unless another pin changes during
--- the pulse: the pulse then cannot be distinguished from a lost period.
+-- minimum_edge_spacing clocks after the previous edge (0 and 1 disable this check). This check ignores illegal
+-- transitions. Edges that the filter suppresses also count as overspeed, and set `swallowed` too, because counts are
+-- lost. To detect such edges the entity also decodes the levels before the filter. It sets and counts `overspeed` when
+-- these levels are a whole period of A and B (4 counts) ahead of the filtered levels, or when they have made 4 illegal
+-- transitions that the filtered levels do not show. After the pins have been quiet for filter_length clocks this
+-- comparison restarts. A pulse on one pin that is shorter than filter_length clocks has no effect on this comparison,
+-- unless another pin changes during the pulse: then the pulse cannot be distinguished from a lost period.
 --
 -- **Clear semantics.** index_error, illegal, overspeed and swallowed stay set, and their counters saturate at
 -- 65,535, until `clear` or reset. A fault in the clock of a clear is kept: flag set, counter 1.
@@ -35,7 +35,7 @@ entity plausibility_check is
   port (
     clock                : in    std_ulogic;
     reset                : in    std_ulogic;
-    settling             : in    std_ulogic;             -- level: the levels before the filter are older than the reset
+    settling             : in    std_ulogic;             -- level: the levels before the filter come from before the end of the reset
     a                    : in    std_ulogic;             -- before the filter
     b                    : in    std_ulogic;             -- before the filter
     edge                 : in    counted_edge;           -- steps of the filtered levels
@@ -43,13 +43,13 @@ entity plausibility_check is
     filter_length        : in    u_unsigned(7 downto 0); -- clocks, 1 is off
     minimum_edge_spacing : in    u_unsigned(15 downto 0); -- clocks, 0 is off
     clear                : in    std_ulogic;             -- pulse: clears the faults
-    index_error          : out   std_ulogic;             -- sticky
-    index_error_count    : out   u_unsigned(15 downto 0); -- saturates
-    illegal              : out   std_ulogic;             -- sticky
-    illegal_count        : out   u_unsigned(15 downto 0); -- saturates
-    overspeed            : out   std_ulogic;             -- sticky
-    overspeed_count      : out   u_unsigned(15 downto 0); -- saturates
-    swallowed            : out   std_ulogic              -- sticky: the filter swallowed counts
+    index_error          : out   std_ulogic;             -- sticky: an index mark was misplaced
+    index_error_count    : out   u_unsigned(15 downto 0); -- number of these faults; saturates
+    illegal              : out   std_ulogic;             -- sticky: A and B changed in the same clock
+    illegal_count        : out   u_unsigned(15 downto 0); -- number of these faults; saturates
+    overspeed            : out   std_ulogic;             -- sticky: edges came too fast
+    overspeed_count      : out   u_unsigned(15 downto 0); -- number of these faults; saturates
+    swallowed            : out   std_ulogic              -- sticky: the filter suppressed counts
   );
 end entity plausibility_check;
 
@@ -65,9 +65,10 @@ architecture rtl of plausibility_check is
 
   type tables is array (natural range <>) of few_counts;
 
-  -- Counts by which the unfiltered levels are ahead of the filtered ones (bits 6 to 4), after a step of either. Bit 3:
-  -- the unfiltered levels make a step; bit 2: it is a step up; bits 1 and 0: step and step up of the filtered levels. A
-  -- period or more counts as PERIOD.
+  -- Returns the table of the counts by which the unfiltered levels are ahead of the filtered levels, after a step of
+  -- one or both. Index: these counts before the step (bits 6 to 4); the unfiltered levels make a step (bit 3), the step
+  -- is up (bit 2); the filtered levels make a step (bit 1), the step is up (bit 0). A period or more, up or down, is
+  -- PERIOD in the table.
   function ahead_after_steps return tables is
 
     variable table : tables(0 to 127);
@@ -109,21 +110,23 @@ begin
 
   check : process (clock) is
 
-    -- A and B before the filter, one clock ago, and their step
+    -- A and B before the filter one clock ago, their changes, and their step of one clock ago
     variable raw_before    : std_ulogic_vector(1 downto 0)   := (others => '0');
     variable raw_changes   : std_ulogic_vector(1 downto 0);
     variable raw_moves     : std_ulogic                      := '0';
     variable raw_up        : std_ulogic                      := '0';
     variable raw_breaks    : std_ulogic                      := '0';
-    -- Clocks since the last change of these levels, minus one
+    -- Clocks since the last change of the levels before the filter, minus one
     variable still         : u_unsigned(7 downto 0)          := (others => '0');
     variable is_quiet      : std_ulogic                      := '0';
-    -- Counts by which these levels are ahead of the filtered levels, and illegal transitions that the filter hides
+    -- Counts by which the levels before the filter are ahead of the filtered levels, and number of illegal transitions
+    -- that the filter hides
     variable ahead         : u_signed(2 downto 0)            := "000";
     variable ahead_now     : few_counts;
     variable hidden_breaks : natural range 0 to PERIOD - 1   := 0;
     variable edges_lost    : std_ulogic                      := '0';
-    -- An integer, since it counts in every clock: as a vector it makes an idle simulation 4 times slower.
+    -- Clocks since the last counted edge. It is an integer, because a vector that counts in every clock makes an idle
+    -- simulation 4 times slower.
     variable spacing       : natural range 0 to LARGEST      := LARGEST;
     variable too_near      : std_ulogic                      := '0';
     variable too_fast      : std_ulogic;

@@ -8,15 +8,14 @@
 -- edge_counter counts, index_zero detects the index and holds the zero, plausibility_check stores the faults. Source: section 3.1
 -- and figures 4 and 5 of the paper: A leads B counter-clockwise, (A, B) = 00, 10, 11, 01 counts up.
 --
--- **Latency.** SYNCHRONISER_STAGES + filter_length + 2 clocks from a change of a pin to `position`:
--- 5 with the filter off. position, angle, turn_position, direction, step, step_up,
--- last_edge_time, illegal and illegal_count belong to one clock; overspeed and overspeed_count follow 1 clock after
--- this clock. index_seen, with the angle from the new zero, comes INDEX_SKEW clocks after the step of the index, or
--- with the next step if that step comes earlier. index_strobe, index_position, index_direction and index_interval
--- follow 1 clock after index_seen would rise, index_error and index_error_count 4 clocks after. Edges that the filter
--- suppresses are reported SYNCHRONISER_STAGES + 4 clocks after the pins. last_edge_time is SYNCHRONISER_STAGES +
--- filter_length + 1 clocks after the timestamp of the pin's change; with position, read in the same clock, it gives the
--- velocity.
+-- **Latency.** SYNCHRONISER_STAGES + filter_length + 2 clocks from a change of a pin to `position`: 5 with the filter
+-- off. position, angle, turn_position, direction, step, step_up, last_edge_time, illegal and illegal_count belong to
+-- one clock; overspeed and overspeed_count follow 1 clock after this clock. index_seen, with the angle from the new
+-- zero, comes INDEX_SKEW clocks after the step of the index, or with the next step if that step comes earlier.
+-- index_strobe, index_position, index_direction and index_interval follow 1 clock after index_seen would rise,
+-- index_error and index_error_count 4 clocks after. Edges that the filter suppresses are reported SYNCHRONISER_STAGES +
+-- 4 clocks after the pins. last_edge_time is SYNCHRONISER_STAGES + filter_length + 1 clocks later than the timestamp at
+-- which the pin changed. position and last_edge_time, read in the same clock, give the velocity.
 --
 -- **Number formats.** decoder_pkg states the formats of the outputs. counts_per_rev u25.0 counts; filter_length u8.0
 -- and minimum_edge_spacing u16.0 clocks; index_tolerance u16.0 counts; timestamp u64.0 clocks.
@@ -27,10 +26,10 @@
 -- A `filter_length` above INDEX_SKEW makes the time between two opposite steps longer than the time between a change of
 -- Z and its step, as index_zero requires.
 --
--- **Clear** affects only the faults, rearm only the index.
+-- **Clear** affects only the faults; rearm affects only angle, turn_position and index.
 --
--- **Reset** may be as short as one clock. Counting starts from the levels of the pins in the last clock of the reset:
--- these levels cause no edge, and every later change counts.
+-- **Reset** may be as short as one clock. Counting starts from the levels that the pins have in the last clock of the
+-- reset: these levels cause no edge, and every later change is counted.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -41,7 +40,7 @@ library ieee;
 
 entity quadrature_decoder is
   generic (
-    SYNCHRONISER_STAGES : positive range 2 to 4 := 2; -- registers per pin
+    SYNCHRONISER_STAGES : positive range 2 to 4 := 2; -- number of registers per pin
     RESET_POSITION      : integer               := 0; -- counts; near +-2**31 to meet the wrap in a test
     DELAYED             : boolean               := false -- the levels of the head may be delayed
   );
@@ -61,9 +60,9 @@ entity quadrature_decoder is
     timestamp            : in    u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);      -- clocks
     clear                : in    std_ulogic;                                    -- pulse: clears the faults
     rearm                : in    std_ulogic;                                    -- level: forgets the index
-    zero_again           : in    std_ulogic := '0';                             -- level: marks that prove the zero wrong move it
-    heal                 : in    std_ulogic := '0';                             -- level: put_back follows the zero
-    other_head_agrees    : in    std_ulogic := '0';                             -- valid 2 clocks after index_strobe: the mark is true
+    zero_again           : in    std_ulogic := '0';                             -- level: a mark that proves the zero wrong moves it
+    heal                 : in    std_ulogic := '0';                             -- level: lost counts are added to put_back
+    other_head_agrees    : in    std_ulogic := '0';                             -- the other head confirms the mark, see zero_witness
     -- Position, index, faults
     decoded              : out   decoded_head
   );
@@ -76,7 +75,8 @@ architecture rtl of quadrature_decoder is
   signal levels   : std_ulogic_vector(2 downto 0);
   signal filtered : std_ulogic_vector(2 downto 0);
 
-  -- High during the reset and the clocks after it in which the synchroniser still holds earlier levels of the pins.
+  -- High during the reset and in the clocks after it in which the synchroniser still outputs levels from before its
+  -- end.
   signal settling : std_ulogic_vector(SYNCHRONISER_STAGES downto 0) := (others => '1');
   signal preload  : std_ulogic;
 
@@ -126,7 +126,7 @@ begin
     levels <= levels_in;
   end generate delays;
 
-  -- The filter's reset lasts until the last level from before the end of this entity's reset has passed.
+  -- The filter is held in reset until all levels from before the end of this entity's reset have left the synchroniser.
   filter : entity work.glitch_filter
     generic map (
       WIDTH => 3

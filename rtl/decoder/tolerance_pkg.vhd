@@ -1,6 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
 --
--- Declares functions that tell whether a count lies within a tolerance of its nominal value.
+-- Declares functions that compare a count with a tolerance or a bound.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -8,14 +8,14 @@ library ieee;
 
 package tolerance_pkg is
 
-  -- Tells whether -tolerance <= deviation <= tolerance; compares only as many bits as the tolerance has.
+  -- Tells whether -tolerance <= deviation <= tolerance. The comparison has only as many bits as the tolerance.
   function is_within (
     deviation : u_signed;
     tolerance : u_unsigned
   ) return std_ulogic;
 
-  -- Tells whether a number is at most a limit, with logic for each bit: Yosys would build a carry chain for the
-  -- comparison operator.
+  -- Tells whether a number is at most `bound`. It uses logic for each bit, because Yosys would build a carry chain for
+  -- the comparison operator.
   function is_at_most (
     number : u_unsigned;
     bound  : natural

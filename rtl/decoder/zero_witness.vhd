@@ -2,13 +2,13 @@
 --
 -- # zero_witness
 --
--- Checks an index mark of one head against the counts of the other head since the last trusted
--- mark. Both heads read the same disc: between two passages of the true mark the other head counts exactly one turn,
--- independent of the counts that this head lost. At a false mark the other head has counted another number. If the
--- other head stands still or lost counts, `agrees` stays low.
+-- Checks an index mark of one head against the counts of the other head since the last trusted mark. Both heads read
+-- the same disc: between two passages of the true mark the other head counts exactly one turn, independent of the
+-- counts that this head lost. At a false mark the other head has counted a different number. If the other head stands
+-- still or has lost counts, `agrees` stays low.
 --
--- **Latency.** `agrees` comes 2 clocks after `index_strobe` and belongs to that mark until the next mark. The other
--- head's counts are read 2 clocks before `index_strobe`.
+-- **Latency.** `agrees` is valid from 2 clocks after the `index_strobe` of a mark until the next mark. The other head's
+-- counts are read 2 clocks before `index_strobe`.
 --
 -- **Number formats.** other_position s31.0 counts; it may wrap. counts_per_rev u25.0 counts; tolerance u16.0 counts:
 -- `agrees` is high if the other head counted one turn, up or down, within the tolerance.
@@ -16,7 +16,7 @@
 -- **Trust.** `trusted` makes the last mark the reference for the other head's counts. Before the first
 -- trusted mark after a reset or `rearm`, `agrees` is low.
 --
--- **Reset** clears the trusted mark; `rearm` does so too.
+-- **Reset** clears the trusted mark; `rearm` also clears it.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -35,7 +35,7 @@ entity zero_witness is
     other_position : in    u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, of the other head
     counts_per_rev : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
     tolerance      : in    u_unsigned(15 downto 0);                       -- counts
-    agrees         : out   std_ulogic := '0'                              -- level: the mark is true; valid from 2 clocks after index_strobe
+    agrees         : out   std_ulogic := '0'                              -- level: the other head confirms the mark, see Latency
   );
 end entity zero_witness;
 
@@ -54,10 +54,10 @@ begin
     variable position     : count      := (others => '0');
     variable position_then : count     := (others => '0');
     variable since        : count      := (others => '0');
-    -- Deviation of the counts from a turn up, and from a turn down
+    -- Deviation of the other head's counts from a turn up, and from a turn down
     variable off_up       : count      := (others => '0');
     variable off_down     : count      := (others => '0');
-    -- The other head counted a turn up, or a turn down, since the trusted mark.
+    -- High if the other head has counted a turn up, or a turn down, since the trusted mark.
     variable is_turn_up   : std_ulogic := '0';
     variable is_turn_down : std_ulogic := '0';
     variable strobe_then  : std_ulogic := '0';

@@ -2,15 +2,15 @@
 --
 -- # encoder_source_head
 --
--- Generates one read head of encoder_source: the true angle grows by the same amount in every clock, and the reading is
--- R = θ + ε(θ), equation (2), with an order 1 and an order 2. The compensation pipeline subtracts the error that its
--- coefficients describe; here that is -ε.
+-- Generates the signals of one read head of encoder_source. The true angle θ increases by the same amount in every
+-- clock, and the reading is R = θ + ε(θ), equation (2), where ε has an order 1 and an order 2. The entity uses the
+-- compensation pipeline, which subtracts the correction that its coefficients describe: here they describe -ε.
 --
 -- **Latency.** 35 clocks from the true angle to the edge.
 --
 -- **Number formats.** True angle u24.24 counts, from START; position s31.0 counts, wraps.
 --
--- **Reset.** The true angle goes back to START; the coefficients are written and swapped in again.
+-- **Reset.** The true angle goes back to START; the entity writes the coefficients and swaps the banks again.
 
 library ieee;
   use ieee.math_real.all;
@@ -44,10 +44,10 @@ architecture rtl of encoder_source_head is
   constant LANES           : positive := 2;
   constant STEP_FRACTION   : positive := 24;
   constant WORDS           : positive := 4 * LANES;
-  -- Smallest spacing of two edges of the output; even at its largest rate the reading needs no smaller spacing.
+  -- Smallest number of clocks between two edges of the output; no reading of a head moves faster.
   constant MINIMUM_SPACING : positive := 1;
 
-  -- Counts a clock, u0.24.
+  -- Increase of the true angle in counts per clock, u0.24.
   constant STEP : u_unsigned(STEP_FRACTION - 1 downto 0) :=
     to_unsigned(integer(round(real(COUNTS_PER_SECOND) / real(SOURCE_CLOCK_HZ) * 2.0 ** STEP_FRACTION)), STEP_FRACTION);
 

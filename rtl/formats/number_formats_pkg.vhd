@@ -10,18 +10,18 @@
 --   counts_per_rev    u25.0   counts, 4 .. 2**24
 --   position          s31.0   counts, multi-turn, wraps modulo 2**32
 --   lane order        u16.0   harmonic order n, 0 .. 65535
---   phase step K      u0.48   turn a count, K = round(n * 2**48 / counts_per_rev) mod 2**48
+--   phase step K      u0.48   turn per count, K = round(n * 2**48 / counts_per_rev) mod 2**48
 --   phase             u0.24   turn
 --   cosine            s1.16   b = 18 bits (sections 2.2 and 3.3 and appendix of the paper)
---   amplitude         s13.11  counts, 2 * A_n of equation (9); 25 bits, the DSP48E1's A port
---   pair sum          s15.27  counts, two lanes' amplitude * cosine with every bit of the products
---   correction        s19.11  counts, the sum over up to 64 lanes
---   head offset       u24.4   counts, the reading of a head where the mean is 0
---   head weight       s1.16   share of a head in the mean; the sum over the heads is 2**16
---   head difference   s16.4   counts, a head's reading minus the carrier's, limited
+--   amplitude         s13.11  counts, 2 * A_n of equation (9); its 25 bits fit the A port of the DSP48E1
+--   pair sum          s15.27  counts, sum of amplitude * cosine of two lanes, with every bit of the products
+--   correction        s19.11  counts, the sum of up to 64 lanes
+--   head offset       u24.4   counts, reading of a head at the place where the mean is 0
+--   head weight       s1.16   share of a head in the mean; the sum over the heads is 1, as an integer 2**16
+--   head difference   s16.4   counts, reading of a head minus reading of the carrier, limited
 --   mean term         s19.20  counts, the term that the mean adds to the correction
 --   turn number       s23.0   number of turns of the angle; wraps modulo 2**24
---   turn step         u0.48   turn a turn, the fraction of a real order: round(n * 2**48) mod 2**48
+--   turn step         u0.48   turn a turn, fractional part of a real order n: round(n * 2**48) mod 2**48
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -54,31 +54,33 @@ package number_formats_pkg is
   constant DELAY_LINE_LATENCY         : positive := 25;
   constant PIPELINE_LATENCY           : positive := 29;
 
-  -- Clocks from the readings of the heads to their difference within a turn, and to the mean's term.
+  -- Clocks from the readings of the heads to their differences (turn_difference), and to the term of the mean
+  -- (weighted_mean).
   constant DIFFERENCE_LATENCY         : positive := 3;
   constant MEAN_LATENCY               : positive := 10;
 
-  -- Clocks from an angle at an input of the phase unit to its phase offset at another input; the adder of the first
-  -- multiplier takes the offset.
+  -- Clocks from the clock in which the phase unit gets an angle to the clock in which it gets the phase offset; the
+  -- adder of the first multiplier adds this offset.
   constant PHASE_OFFSET_CLOCK         : positive := 2;
 
-  -- Clocks from a phase at an input of the harmonic unit to its amplitude at another input: the amplitude is multiplied
-  -- by the finished cosine.
+  -- Clocks from the clock in which the harmonic unit gets a phase to the clock in which it gets the amplitude, which it
+  -- multiplies by the finished cosine.
   constant AMPLITUDE_CLOCK            : positive := 16;
 
-  -- Clocks by which Z may change before or after the edge of A or B that it belongs to.
+  -- Largest number of clocks by which Z may change before or after its edge of A or B.
   constant INDEX_SKEW                 : positive := 3;
 
-  -- Steepest correction |d eps / d R| that may be loaded, in percent: from 100 on the corrected angle could turn back.
+  -- Steepest correction |d eps / d R| that may be loaded, in percent: from 100 on the corrected angle could decrease
+  -- while the reading increases.
   constant STEEPEST_PERCENT           : positive := 100;
 
-  -- Range in K to each side of T0 in which lanes follow the temperature, if the file states no range.
+  -- Default range in K above and below T0 in which lanes follow the temperature, if the file states no range.
   constant THERMAL_RANGE_K            : positive := 10;
 
   constant LANES_MAX                  : positive := 64;
   constant LANES_DEFAULT              : positive := 32;
 
-  -- Samples of both heads in one capture bank: 12,000 per turn at 30 deg/s and 1 kHz, and a margin.
+  -- Number of samples in one capture bank: 12,000 for a turn at 30 deg/s and 1 kHz, plus a margin.
   constant CAPTURE_DEPTH_DEFAULT      : positive := 12288;
 
   -- The mean of the heads.
@@ -91,9 +93,10 @@ package number_formats_pkg is
   constant MEAN_TERM_WIDTH            : positive := 40;
   constant MEAN_TERM_FRACTION         : positive := 20;
 
-  -- Least number of counts per turn with lanes of real orders: a part for each lane that is built plus a constant part.
-  -- With this number the offsets are ready before the next wrap at every speed (turn_offset_sweep).
   constant TURN_NUMBER_WIDTH          : positive := 24;
+
+  -- Smallest number of counts per turn with lanes of real orders: a number for each lane that is built plus a constant.
+  -- Then the phase offsets are ready before the next wrap at every speed (turn_offset_sweep).
   constant REAL_ORDER_COUNTS_A_LANE   : positive := 72;
   constant REAL_ORDER_COUNTS_BESIDE   : positive := 48;
 

@@ -2,21 +2,20 @@
 --
 -- # access_guard
 --
--- Decides to which unit an access belongs: the generated register block, a coefficient of a lane, the coefficient
--- offset, a word of the mean, of the further heads, of a prepared set, of the conditions, of the local table, of the
--- turns or of the capture. It refuses an access that belongs to no unit or is illegal for this core's generics or
--- state. An access is illegal if its lane, head, prepared set, conditions, local table or turns are not built. A write
--- without all four bytes is illegal for a coefficient, the offset, the mean, a prepared set, the local table and a turn
--- step. These accesses to the capture are illegal: a word beyond the two words of every sample of a bank, any word
--- while no bank is ready, and every write. A read or write of a register is illegal if the register map does not allow
--- it.
+-- Decides which unit serves an access: the generated register block, or the unit that stores the coefficients of the
+-- lanes, the coefficient offset, the words of the mean, of heads 3 and 4, of the prepared sets, of the conditions, of
+-- the local table, of the turns or of the capture. It refuses an access if no unit serves the address, if the generics
+-- exclude the lane, head, prepared set, conditions, local table or turns of the address, or if the register map does
+-- not allow a read or a write of the register. It also refuses a write that does not carry all four bytes, except to
+-- the register block. It refuses every write to the capture, every read of the capture while no bank is ready, and
+-- every read beyond the last sample of a bank.
 --
--- **Latency.** 1 clock from `judge` to the verdict. One bit of the verdict is high; the verdict stays until the next
--- verdict. The pulse that requests the word from the unit comes in the first clock of the verdict.
+-- **Latency.** 1 clock from `judge` to the verdict. Exactly one bit of the verdict is high, until the next verdict. In
+-- the first clock of the verdict the unit gets a pulse that requests the read or the write.
 --
--- **Number formats.** Addresses in bytes.
+-- **Number formats.** Addresses are in bytes.
 --
--- **Reset.** None: a verdict belongs to the last `judge`.
+-- **Reset.** There is none: a verdict belongs to the last `judge`.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -40,8 +39,8 @@ entity access_guard is
   );
   port (
     clock           : in    std_ulogic;
-    judge           : in    std_ulogic;                     -- pulse
-    capture_ready   : in    std_ulogic;                     -- a bank belongs to the processor
+    judge           : in    std_ulogic;                     -- pulse: judge the access at the inputs
+    capture_ready   : in    std_ulogic;                     -- level: a capture bank belongs to the processor
     address         : in    axi_lite_address;               -- bytes
     is_write        : in    std_ulogic;
     write_strobes   : in    std_ulogic_vector(3 downto 0);  -- one bit per byte
@@ -94,8 +93,8 @@ architecture rtl of access_guard is
   constant POINTS_FIRST       : byte_address := to_unsigned(LOCAL_POINTS_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
   constant FURTHER_FIRST      : byte_address := to_unsigned(FURTHER_CAPTURE_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
 
-  -- Returns a bit of a table, chosen in two halves: an index would become a memory, whose contents are unknown to a
-  -- proof by induction.
+  -- Returns the bit `place` of a table. Each digit of `place` selects one half of the remaining bits. (Tools would
+  -- build a memory from an index, and a proof by induction does not know the contents of a memory.)
   function bit_of (
     table : std_ulogic_vector;
     place : u_unsigned
@@ -171,15 +170,16 @@ begin
       offset       := is_offset and not partial;
       coefficients := place(place'high downto 10) = COEFFICIENTS_FIRST(place'high downto 10)
                       and not partial and is_at_most(lane, LANES - 1);
-      -- Offsets, weights, and the choice of heads.
+      -- The words of the mean: offsets, weights, and the choice of heads.
       mean_word    := (place(5) = '0' and is_at_most(place(3 downto 2), HEADS - 1)) or place(5 downto 2) = 2 * HEADS_MAX;
       of_mean      := MEAN and mean_word and not partial
                       and place(place'high downto 6) = MEAN_FIRST(place'high downto 6);
-      -- Words 0 to 8, 10 and 11 of heads 3 and 4, of which only word 0 may be written; then delays, command and status.
+      -- Each of heads 3 and 4 has words 0 to 8, 10 and 11, of which only word 0 may be written. Words 32 to 34 are
+      -- delays, command and status.
       head_word    := to_integer(place(7 downto 2));
       of_head      := (head_word < 16 and HEADS > 2) or (head_word >= 16 and head_word < 32 and HEADS > 3);
       of_head      := of_head and (head_word mod 16 < 9 or head_word mod 16 = 10 or head_word mod 16 = 11);
-      -- Settings of the failover, weights of the parity, its value, and its two limits.
+      -- The words of the failover: settings, weights of the parity, value of the parity, and two limits.
       of_failover  := head_word = 35 or head_word = 36 or (head_word >= 40 and head_word < 40 + HEADS)
                       or (head_word >= 44 and head_word < 47);
       if is_write = '1' then
@@ -189,7 +189,7 @@ begin
         of_head := of_head or head_word = 32 or head_word = 34 or (FAILOVER and of_failover);
       end if;
       of_heads     := MEAN and of_head and not partial and place(place'high downto 8) = HEADS_FIRST(place'high downto 8);
-      -- Words 0 to 8, of which the first six may be written.
+      -- The conditions have words 0 to 8, of which words 0 to 5 may be written.
       conditions   := MODULATORS and not partial
                       and place(place'high downto 6) = CONDITIONS_FIRST(place'high downto 6)
                       and (is_at_most(place(5 downto 2), 5) or (is_write = '0' and is_at_most(place(5 downto 2), 8)));
@@ -199,11 +199,12 @@ begin
                       and is_at_most(place(14 downto 12), HEADS)
                       and ((place(11 downto 10) = "00" and is_at_most(lane, LANES - 1))
                            or (place(11 downto 6) = "100000" and (mean_word or place(5 downto 2) = "1111")));
-      -- Seven words of the place of the windows, and 4,096 points.
+      -- The local table has seven words for the place of its windows, and 4,096 points.
       of_local     := LOCAL_TABLE and not partial
                       and ((place(place'high downto 5) = PLACE_FIRST(place'high downto 5) and is_at_most(place(4 downto 2), 6))
                            or place(place'high downto 14) = POINTS_FIRST(place'high downto 14));
-      -- Two words per lane and, after the words of 64 lanes, the turn number, which can only be read.
+      -- Each lane has two words of its turn step. The turn number follows after the words of 64 lanes; it can only be
+      -- read.
       of_turns     := REAL_ORDERS and not partial and place(place'high downto 10) = TURNS_FIRST(place'high downto 10)
                       and ((place(9) = '0' and is_at_most(place(8 downto 3), LANES - 1))
                            or (is_write = '0' and place(9 downto 2) = 128));

@@ -6,24 +6,25 @@
 -- transfer, and holds the response until the master accepts it. Source: AMBA AXI protocol specification, issue D,
 -- chapters A3 and B1.
 --
--- **Latency.** 3 clocks from `arvalid`, or `awvalid` and `wvalid`, to the response: the transfer is accepted and checked
--- in the 1st, the answer is requested in the 2nd and given in the 3rd. A unit that answers later
--- adds its clocks. One transfer every 4 or 5 clocks.
+-- **Latency.** 3 clocks from `arvalid`, or `awvalid` and `wvalid`, to the response: the transfer is accepted and
+-- checked in the 1st clock, the answer is requested in the 2nd and given in the 3rd. If the unit answers later, the
+-- response comes later by the same number of clocks. The master can make one transfer every 4 or 5 clocks.
 --
--- **Number formats.** Addresses in bytes.
+-- **Number formats.** Addresses are in bytes.
 --
--- **Order.** A write is accepted when address and data are both valid, in the same clock. If reads and writes wait at
--- the same time they alternate: neither waits for more than one transfer of the other kind.
+-- **Order.** A write is accepted when its address and its data are both valid; both are accepted in the same clock. If
+-- reads and writes wait at the same time, they alternate: a read waits for at most one write, and a write for at most
+-- one read.
 --
 -- **Check.** `taken` is high in the first clock in which address, kind and strobes of a transfer are at the outputs;
--- they keep their values until its end. `refused` is sampled in the next clock. A refused transfer is answered with
--- `SLVERR` and data 0.
+-- these keep their values until the end of the transfer. `refused` is sampled in the next clock. A refused transfer is
+-- answered with `SLVERR` and data 0.
 --
--- **Answer.** The addressed unit pulses `answered` once for every transfer that is not refused, in the clock in which
--- `refused` is sampled or in any later clock, together with `data`.
+-- **Answer.** For every transfer that is not refused, the addressed unit pulses `answered` once, together with `data`,
+-- in the clock in which `refused` is sampled or in any later clock.
 --
--- **Reset** drops the present transfer, so master and units must be reset with it. A transfer requested
--- during the reset waits: none is accepted during reset.
+-- **Reset** drops the present transfer, so master and units must be reset with it. A transfer that is requested during
+-- the reset waits until the end of the reset.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -39,13 +40,13 @@ entity axi_lite_access is
     s_axil_response : out   axi_lite_response;
     -- The present transfer
     taken           : out   std_ulogic;                    -- pulse: a new transfer
-    address         : out   axi_lite_address;              -- bytes, of a word
+    address         : out   axi_lite_address;              -- bytes, a multiple of 4
     is_write        : out   std_ulogic := '0';
     write_data      : out   std_ulogic_vector(31 downto 0);
     write_strobes   : out   std_ulogic_vector(3 downto 0);  -- one bit per byte
-    refused         : in    std_ulogic;                    -- in the clock after taken
-    -- Its answer
-    answered        : in    std_ulogic;                    -- pulse
+    refused         : in    std_ulogic;                    -- valid in the clock after taken
+    -- Answer to the present transfer
+    answered        : in    std_ulogic;                    -- pulse: the unit has read or written the word
     data            : in    std_ulogic_vector(31 downto 0) -- word that was read; 0 if refused
   );
 end entity axi_lite_access;
@@ -81,8 +82,9 @@ begin
       case state is
 
         when IDLE =>
-          -- A request stays valid until its handshake, so it may be sampled in the clock before. is_write still
-          -- describes the last transfer, so that a request of the other kind has priority.
+          -- A request stays valid until its handshake, so it may be sampled one clock before the handshake. is_write
+          -- still holds the kind of the last transfer: if a read and a write are requested, the kind that differs from
+          -- the last transfer is taken.
           choose_write  := s_axil_request.awvalid and s_axil_request.wvalid and not (s_axil_request.arvalid and is_write);
           address       <= s_axil_request.araddr(s_axil_request.araddr'high downto 2) & "00";
           write_data    <= s_axil_request.wdata;

@@ -10,7 +10,7 @@ library ieee;
 
 package axi_lite_pkg is
 
-  -- The register map has 512 KiB.
+  -- Width of a byte address: the register map has 512 KiB.
   constant AXI_LITE_ADDRESS_WIDTH : positive := 19;
 
   subtype axi_lite_address is std_ulogic_vector(AXI_LITE_ADDRESS_WIDTH - 1 downto 0);

@@ -2,13 +2,14 @@
 --
 -- # head_registers
 --
--- Serves the register window of heads 3 and 4 and of the mean: pins, faults and snapshot of the further heads, delays
--- of all heads, commands and status. It stands outside the generated register block, so that a core with two heads does
--- not contain it; the register map defines its words. access_guard passes only accesses to words that exist.
+-- Serves the register window of heads 3 and 4 and of the mean: pins, faults and snapshot of heads 3 and 4, delays of
+-- all heads, commands and status. The register map defines these words. The window is not part of the generated
+-- register block, so that a core without the mean does not contain it. access_guard passes only accesses to words that
+-- exist.
 --
--- **Latency.** 1 clock from `read_enable` or `write_enable` to `done`, with `read_data`.
+-- **Latency.** 1 clock from `read_enable` or `write_enable` to `done`; `read_data` is valid with `done`.
 --
--- **Number formats.** The formats of the register map. Flat ports carry head 3 in the low bits.
+-- **Number formats.** The register map states them. Flat ports carry head 3 in the low bits.
 --
 -- **Wide values.** A read of the low word of an index latches its high word. `take_snapshot` latches positions, angles and
 -- times of the edges, in the clock in which the register block latches the values of heads 1 and 2.
@@ -26,22 +27,22 @@ entity head_registers is
   port (
     clock              : in    std_ulogic;
     reset              : in    std_ulogic;
-    read_enable        : in    std_ulogic;                     -- pulse
-    write_enable       : in    std_ulogic;                     -- pulse
+    read_enable        : in    std_ulogic;                     -- pulse: read the word
+    write_enable       : in    std_ulogic;                     -- pulse: write the word
     address            : in    u_unsigned(5 downto 0);         -- number of the word in the window
     write_data         : in    std_ulogic_vector(31 downto 0); -- the word
-    done               : out   std_ulogic := '0';              -- pulse
+    done               : out   std_ulogic := '0';              -- pulse: the word is read or written
     read_data          : out   std_ulogic_vector(31 downto 0); -- the word
-    take_snapshot      : in    std_ulogic;                     -- pulse
-    -- The heads
+    take_snapshot      : in    std_ulogic;                     -- pulse: latch the values of the heads
+    -- Values of the heads
     head3              : in    decoded_head;
     head4              : in    decoded_head;
-    indices_seen       : in    std_ulogic_vector(3 downto 0);  -- one bit per head
-    difference_limited : in    std_ulogic;                     -- the difference of a used head is limited
+    indices_seen       : in    std_ulogic_vector(3 downto 0);  -- one bit per head: it has seen its index
+    difference_limited : in    std_ulogic;                     -- high if the difference of a used head is limited
     clear_limited      : in    std_ulogic;                     -- pulse: clears the sticky flag of difference_limited
     -- Settings
     pins               : out   std_ulogic_vector(31 downto 0); -- 16 bits per head, in the layout of the registers
-    clear_heads        : out   std_ulogic_vector(1 downto 0);  -- pulses, one bit per head
+    clear_heads        : out   std_ulogic_vector(1 downto 0);  -- pulses, one bit per head: clear its faults
     delays             : out   std_ulogic_vector(31 downto 0) := (others => '0') -- clocks, 8 bits per head, head 1 in the low ones
   );
 end entity head_registers;
@@ -64,7 +65,7 @@ architecture rtl of head_registers is
 
   type counts_of_heads is array (0 to 1) of word;
 
-  -- Returns the values of a head in one clock: time of its last edge, angle, turn position, position.
+  -- Returns the values of a head that a snapshot latches: time of its last edge, angle, turn position, position.
   function snapshot_of (head : decoded_head) return std_ulogic_vector is
   begin
 
@@ -73,7 +74,7 @@ architecture rtl of head_registers is
 
   end function snapshot_of;
 
-  -- Returns the words of a head, except the latched words.
+  -- Returns the words of a head; the arguments hold the settings and the latched values.
   function words_of (
     head     : decoded_head;
     settings : std_ulogic_vector(15 downto 0);

@@ -2,19 +2,20 @@
 --
 -- # register_access
 --
--- Connects the processor to the core: the AXI4-Lite port, access_guard, which decides where a transfer goes, the
--- register block generated from the map, and the path to the words of other units. The entity processes one transfer at
--- a time, each of its steps in a clock of its own.
+-- Connects the processor to the core. It contains the AXI4-Lite port (axi_lite_access), access_guard, which decides
+-- which unit serves a transfer, the register block generated from the map, and the connection to the words of other
+-- units. The entity processes one transfer at a time; each step of a transfer takes one clock.
 --
--- **Latency.** 4 clocks from `arvalid`, 3 from `awvalid` and `wvalid`, to the response of a register: the address is
--- decoded in the clock of the check, and the word that is read has a register in the block. The request to another unit
--- comes 2 clocks after `arvalid`, or `awvalid` and `wvalid`; the answer of the unit follows a clock later.
+-- **Latency.** For a register, 4 clocks from `arvalid` to the response of a read, and 3 clocks from `awvalid` and
+-- `wvalid` to the response of a write. The address is decoded in the clock of the check; a read takes a clock more,
+-- because the block stores the word in a register. Another unit gets its request 2 clocks after `arvalid`, or `awvalid`
+-- and `wvalid`; the response follows one clock after the unit's answer.
 --
 -- **Number formats.** Addresses are in bytes; the register map states all other formats.
 --
--- **Other units.** `access_address` and `access_data` are valid from the clock before the pulse that requests
--- a word until its answer. The unit answers each pulse by one pulse, in the same clock or later, together with the word
--- that was read.
+-- **Other units.** Each read or write of a word of another unit is requested by a pulse. `access_address` and
+-- `access_data` are valid from the clock before this pulse until the answer. The unit answers by one pulse, in the same
+-- clock or later; for a read it outputs the word with this pulse.
 --
 -- **Reset** drops the present transfer, so master and units must be reset with it.
 
@@ -28,14 +29,14 @@ library ieee;
 
 entity register_access is
   generic (
-    LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;        -- harmonics
-    CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples per bank
+    LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;        -- number of harmonic lanes
+    CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- number of samples in a capture bank
     HEADS         : positive range 2 to HEADS_MAX := 2;
     MEAN          : boolean                       := false; -- the mean of the heads is built
-    MODULATORS    : boolean                       := false; -- amplitudes follow conditions
-    FAILOVER      : boolean                       := false; -- a failed head is left out of the mean
+    MODULATORS    : boolean                       := false; -- amplitudes of lanes can follow conditions
+    FAILOVER      : boolean                       := false; -- a failed head can be left out of the mean
     LOCAL_TABLE   : boolean                       := false; -- a local table is built
-    REAL_ORDERS   : boolean                       := false  -- phases continue from turn to turn
+    REAL_ORDERS   : boolean                       := false  -- phases of lanes can continue from turn to turn
   );
   port (
     clock             : in    std_ulogic;
@@ -43,47 +44,47 @@ entity register_access is
     -- AXI4-Lite slave, 512 KiB, see axi_lite_pkg
     s_axil_request    : in    axi_lite_request;
     s_axil_response   : out   axi_lite_response;
-    -- The registers
+    -- Fields of the register block
     hwif_in           : in    arctrue_registers_in_t;
     hwif_out          : out   arctrue_registers_out_t;
-    -- Answers of other units
-    capture_ready     : in    std_ulogic;                     -- a bank belongs to the processor
+    -- Requests to other units, and their answers
+    capture_ready     : in    std_ulogic;                     -- level: a capture bank belongs to the processor
     access_address    : out   axi_lite_address;               -- bytes
     access_data       : out   std_ulogic_vector(31 downto 0); -- word to be written
-    coefficient_read  : out   std_ulogic;                     -- pulse
-    coefficient_write : out   std_ulogic;                     -- pulse
+    coefficient_read  : out   std_ulogic;                     -- pulse: read the word
+    coefficient_write : out   std_ulogic;                     -- pulse: write the word
     coefficient_data  : in    std_ulogic_vector(31 downto 0);
-    offset_read       : out   std_ulogic;                     -- pulse
-    offset_write      : out   std_ulogic;                     -- pulse
+    offset_read       : out   std_ulogic;                     -- pulse: read the word
+    offset_write      : out   std_ulogic;                     -- pulse: write the word
     offset_data       : in    std_ulogic_vector(31 downto 0);
-    coefficient_done  : in    std_ulogic;                     -- pulse: coefficient or offset read or written
-    mean_read         : out   std_ulogic;                     -- pulse
-    mean_write        : out   std_ulogic;                     -- pulse
-    mean_done         : in    std_ulogic := '0';              -- pulse
+    coefficient_done  : in    std_ulogic;                     -- pulse: the coefficient or the offset is read or written
+    mean_read         : out   std_ulogic;                     -- pulse: read the word
+    mean_write        : out   std_ulogic;                     -- pulse: write the word
+    mean_done         : in    std_ulogic := '0';              -- pulse: the word is read or written
     mean_data         : in    std_ulogic_vector(31 downto 0) := (others => '0');
-    heads_read        : out   std_ulogic;                     -- pulse
-    heads_write       : out   std_ulogic;                     -- pulse
-    heads_done        : in    std_ulogic := '0';              -- pulse
+    heads_read        : out   std_ulogic;                     -- pulse: read the word
+    heads_write       : out   std_ulogic;                     -- pulse: write the word
+    heads_done        : in    std_ulogic := '0';              -- pulse: the word is read or written
     heads_data        : in    std_ulogic_vector(31 downto 0) := (others => '0');
-    sets_read         : out   std_ulogic;                     -- pulse
-    sets_write        : out   std_ulogic;                     -- pulse
-    sets_done         : in    std_ulogic := '0';              -- pulse
+    sets_read         : out   std_ulogic;                     -- pulse: read the word
+    sets_write        : out   std_ulogic;                     -- pulse: write the word
+    sets_done         : in    std_ulogic := '0';              -- pulse: the word is read or written
     sets_data         : in    std_ulogic_vector(31 downto 0) := (others => '0');
-    conditions_read   : out   std_ulogic;                     -- pulse
-    conditions_write  : out   std_ulogic;                     -- pulse
-    conditions_done   : in    std_ulogic := '0';              -- pulse
+    conditions_read   : out   std_ulogic;                     -- pulse: read the word
+    conditions_write  : out   std_ulogic;                     -- pulse: write the word
+    conditions_done   : in    std_ulogic := '0';              -- pulse: the word is read or written
     conditions_data   : in    std_ulogic_vector(31 downto 0) := (others => '0');
-    local_read        : out   std_ulogic;                     -- pulse
-    local_write       : out   std_ulogic;                     -- pulse
-    local_done        : in    std_ulogic := '0';              -- pulse
+    local_read        : out   std_ulogic;                     -- pulse: read the word
+    local_write       : out   std_ulogic;                     -- pulse: write the word
+    local_done        : in    std_ulogic := '0';              -- pulse: the word is read or written
     local_data        : in    std_ulogic_vector(31 downto 0) := (others => '0');
-    turns_read        : out   std_ulogic;                     -- pulse
-    turns_write       : out   std_ulogic;                     -- pulse
-    turns_done        : in    std_ulogic := '0';              -- pulse
+    turns_read        : out   std_ulogic;                     -- pulse: read the word
+    turns_write       : out   std_ulogic;                     -- pulse: write the word
+    turns_done        : in    std_ulogic := '0';              -- pulse: the word is read or written
     turns_data        : in    std_ulogic_vector(31 downto 0) := (others => '0');
     take_snapshot     : out   std_ulogic;                     -- pulse: the registers of the snapshot are latched
-    capture_read      : out   std_ulogic;                     -- pulse
-    capture_done      : in    std_ulogic;                     -- pulse
+    capture_read      : out   std_ulogic;                     -- pulse: read the word
+    capture_done      : in    std_ulogic;                     -- pulse: the word is read or written
     capture_data      : in    std_ulogic_vector(31 downto 0)
   );
 end entity register_access;
@@ -116,7 +117,7 @@ architecture rtl of register_access is
   signal word_asked       : std_ulogic_vector(0 to 2 ** (REGISTERS_ADDRESS_WIDTH - 2) - 1);
   signal register_written : std_ulogic;
 
-  -- Returns one bit for each place; only the bit at `place` is high.
+  -- Returns a vector with one bit for each possible `place`; only the bit at `place` is high.
   function decoded (place : std_ulogic_vector) return std_ulogic_vector is
 
     alias    digits : std_ulogic_vector(place'length - 1 downto 0) is place;
@@ -210,8 +211,8 @@ begin
 
   end generate byte_enables;
 
-  -- Without external registers the block never stalls; it answers a write in the clock of the request, a read in the
-  -- next clock.
+  -- The block is generated without external registers, so it never stalls; it answers a write in the clock of the
+  -- request and a read in the next clock.
   registers : entity work.arctrue_registers
     port map (
       clk                  => clock,
@@ -235,7 +236,8 @@ begin
 
   take_snapshot <= register_request and not register_writes and word_asked(SNAPSHOT_ADDRESS / 4);
 
-  -- Word and kind have separate registers for the block, where they drive about 500 bits.
+  -- The block has its own copies of the decoded word address and of the kind of the access, because they drive about
+  -- 500 bits there.
   hold_for_registers : process (clock) is
   begin
 
