@@ -20,7 +20,7 @@ UNEVEN = 1e-3
 difference changes the phase of the 360th order by 0.4° from one station to the next, so that orders
 and their aliases look equal."""
 HIGHEST_ORDER = DISC_BINS / 8.0
-"""Highest listed alias: orders above it are not searched."""
+"""Highest alias that is listed; aliases above it are not calculated."""
 
 
 def above_half_the_samples(item: Candidate, residuals: Residuals) -> bool:

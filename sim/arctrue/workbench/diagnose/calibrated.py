@@ -1,12 +1,12 @@
 """Calculates the probability that an answer of a given kind is right, as a logistic function of
 features.
 
-Each kind of answer has a constant of its own, and ``unknown`` has a constant for each of its
-grounds; the features have one coefficient for all kinds. The coefficients are uncertain, so that
-the value for an answer unlike the fitted answers is uncertain too. The stated probability is the
-mean over this uncertainty, which is nearer to one half (MacKay, Neural Comput. 4 (1992) 720). The
-number of counted answers of a kind limits the stated probability of such an answer (rule of
-succession).
+Each kind of answer (each verdict, and each ground of ``unknown``) has its own constant; the
+coefficient of a feature is the same for all kinds. The coefficients are uncertain, so that the
+value is uncertain for an answer whose features differ from those of the fitted answers. The stated
+probability is the mean over this uncertainty, which is nearer to one half (MacKay, Neural Comput. 4
+(1992) 720). The number of counted answers of a kind limits the stated probability of such an answer
+(rule of succession).
 
 ``python -m scripts.calibrate_probabilities`` fits the coefficients to ``stated.csv`` of the
 benchmark, whose sets come from two generators, and prints the score of one generator's coefficients
@@ -40,8 +40,8 @@ FEATURES = ("constant", *KINDS, *RESTS_ON, "evidence", *DISTANCES)
 ``stated.csv``. The scores of the chosen features are a little optimistic; only answers that were
 made after the choice measure the features without bias."""
 SUREST_EVIDENCE = 1e-2
-"""Least distance of the evidence from 0 and 1: likelihoods do not determine a probability more
-exactly."""
+"""Smallest distance of the evidence, a probability, from 0 and from 1; likelihoods do not determine
+it more exactly."""
 USUAL_RUNS, USUAL_VISITS = 4.0, 20.0
 """Number of runs, and of visits of a station, in the benchmark's usual set."""
 MOST_LEFT = 10.0
@@ -77,8 +77,7 @@ class Calibration:
 
 
 def features(verdict: str, grounds: Grounds) -> Float:
-    """Return the features of an answer, (n,): the evidence in log odds, the distances from 0
-    upwards."""
+    """Return the features of an answer, (n,): evidence in log odds, and distances of at least 0."""
     away = grounds.distance
     held = min(max(grounds.evidence, SUREST_EVIDENCE), 1.0 - SUREST_EVIDENCE)
     runs = away.runs / USUAL_RUNS if away.runs else 1.0

@@ -1,7 +1,7 @@
 """Collects the evidence for effects that may be named: likelihood ratios, and held-out rows.
 
-For the likelihood ratios the noise is estimated anew both without and with the effect ("free on
-both sides"). This is the second stage of a diagnosis: :func:`survey` tests every candidate
+For the likelihood ratios the noise is estimated anew both without and with the effect (noise "free
+on both sides"). This is the second stage of a diagnosis: :func:`survey` tests every candidate
 (:mod:`candidates`), estimates the noise anew for candidates that may be named, and gives one frozen
 record to the rules.
 """
@@ -53,15 +53,14 @@ NEAR_P = 0.3
 """Limit of p in the first test; an effect with a smaller p may be named, and the noise is estimated
 anew with this effect in the model."""
 MOST_LEFT = 0.5
-"""Share of the variance of a channel's residual. An effect that leaves less than this share gets
-its own noise estimate, even where the noise of the model without the effect has absorbed most of
-the effect."""
+"""Share of the variance of a channel's residual. If an effect leaves less than this share, the
+noise is estimated anew with this effect, whatever its gain with the noise of the model."""
 OF_ITS_SIZE = 0.2
 """Largest p, in the first test, of an effect that slow noise may have absorbed. Noise that absorbs
 an effect is about as large as the effect, so that the effect is at least one standard uncertainty;
 by chance, an effect is as large with at most this probability."""
 MOST_WEIGHED = 6
-"""Largest number of candidates for which the noise is estimated anew, free on both sides."""
+"""Largest number of candidates for which the noise is estimated anew."""
 FAR_BEHIND = 60.0
 """A candidate whose ΔBIC is this far behind the ΔBIC of a real effect needs no noise estimate of
 its own."""
@@ -119,8 +118,8 @@ def survey(
 
 
 def weighed(tried: Survey, report_step: ReportStep, *, negligible: bool) -> Survey:
-    """Return the survey with evidence, the noise free on both sides, for every candidate that may
-    be named.
+    """Return the survey with evidence, from newly estimated noise, for candidates that may be
+    named.
 
     The candidates of the catalogue are taken in the order of their ΔBIC, until no further candidate
     can be ahead of the real effect: the best candidate that is significant and confirmed. The first
@@ -247,8 +246,8 @@ def _score_with(items: Sequence[Candidate], real: Candidate) -> None:
 
 
 def _gain_with(item: Candidate, real: Candidate) -> float:
-    """Return the candidate's gain with the noise of a real effect, on the scale of the real
-    effect's likelihoods."""
+    """Return the candidate's gain with the noise of a real effect, multiplied by the ratio of this
+    effect's gain with free noise to its score."""
     assert real.evidence is not None
     scale = real.gain / max(real.evidence.score.gain, 1e-300)
     return real.evidence.base.score(item.effect, item.nonlinear).gain * scale
@@ -263,8 +262,9 @@ def _bic_with(item: Candidate, real: Candidate) -> float:
 
 
 def _may_come_before(items: Sequence[Candidate], real: Candidate) -> list[Candidate]:
-    """Return the candidates that are not far behind the real effect or gain more: they may be
-    larger effects that contain the real effect.
+    """Return the candidates with nearly the ΔBIC of the real effect, or with a larger gain.
+
+    The latter may be larger effects that contain the real effect.
 
     The disc order at which a line was found is always included, however far it is behind the line.
     """

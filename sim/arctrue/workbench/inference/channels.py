@@ -1,4 +1,4 @@
-"""Treats the channels of a capture with three or four heads separately in a search."""
+"""Separates the channels of a capture with three or four heads, for searches."""
 
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ def best_factor(rows: CaptureRows, orders: NDArray[np.int64]) -> Float:
 def shifts_of_channels(
     rows: CaptureRows, orders: NDArray[np.int64]
 ) -> list[NDArray[np.complex128]]:
-    """Return, for each channel, the factor on a disc error e^{jnψ}; for R₂ − R₁ it is e^{jnα} −
-    1."""
+    """Return the factor by which a disc error e^{jnψ} enters each channel; for R₂ − R₁ it is
+    e^{jnα} − 1."""
     places = (rows.head_separation_rad, *rows.further_places_rad)
     of_heads = [np.exp(1j * orders * place_rad) - 1.0 for place_rad in places]
     if len(places) == 1:

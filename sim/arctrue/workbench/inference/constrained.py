@@ -1,10 +1,10 @@
 """Fits with conditions on the parameters: fixed, bounded, or tied to each other.
 
-A parameter as it is reported (an amplitude, a frequency) is a function of coefficients and search
-parameters. At its maximum the log likelihood is a quadratic form in both. The conditions are put on
-this form (sequential quadratic programming: Nocedal and Wright, Numerical Optimization, chapter 18;
-``scipy.optimize``), and the form is computed anew if search parameters have changed. Then the noise
-is estimated with the conditioned model, and both steps are repeated.
+A reported parameter (an amplitude, a frequency) is a function of coefficients and search
+parameters. Near its maximum the log likelihood is a quadratic form in both. The conditions are put
+on this form (sequential quadratic programming: Nocedal and Wright, Numerical Optimization, chapter
+18; ``scipy.optimize``), and the form is computed anew if search parameters have changed. Then the
+noise is estimated with the conditioned model, and both steps are repeated.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ SMALL_STEP = 0.02
 """The rounds end when no search parameter changes by more than this share of its own uncertainty,
 as in :mod:`arctrue.workbench.inference.search_parameters`."""
 NOISE_ROUNDS = 3
-"""Number of noise estimates; a new estimate changes a model with conditions little."""
+"""Number of noise estimates; further estimates would change the noise little."""
 MET = 1e-6
 """Accuracy with which a condition is met, as a share of a standard uncertainty."""
 

@@ -37,7 +37,7 @@ class Pair:
 
 @dataclass(frozen=True)
 class Identifiability:
-    """The identifiability of a fitted model on one set."""
+    """Which coefficients of a fitted model one set determines, and how well."""
 
     coefficients: list[str]
     rank: int

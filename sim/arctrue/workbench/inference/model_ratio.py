@@ -60,8 +60,8 @@ def _contains(large: Solution, small: Solution) -> bool:
 
 
 def _ratio(small: Solution, large: Solution, larger: int) -> ModelRatio:
-    """Compute the ratio. Both noises are estimated in the contrasts to which the columns of the
-    smaller model contribute nothing."""
+    """Compute the ratio. Both noises are estimated with the restricted likelihood of the smaller
+    model's columns, so that the likelihoods can be compared."""
     at_small = restricted_likelihood(Residuals(small))
     noise = under(large, small)
     both = [

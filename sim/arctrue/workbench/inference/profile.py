@@ -60,8 +60,8 @@ WALK_SPANS = 10.0
 """Factor on the longest time constant, which is the length of the record. With it, the noise is a
 random walk within the record."""
 LITTLE = 1e-2
-"""Share of a variance that keeps its time constant; the remainder is moved to the longest time
-constant."""
+"""Share of the variance of each slow part that keeps its time constant; the rest of this variance
+is moved to the longest time constant."""
 
 
 def limit_of(level: float, freedom: float) -> float:
@@ -128,7 +128,8 @@ class Profile:
         begins at ``start``."""
         found = conditioned(replace(self.fit.solution, noise=start), conditions)
         if self._free is None:
-            # All values use the same contrasts, so that the likelihoods can be compared.
+            # All values use the same restricted likelihood (the same free directions), so that they
+            # can be compared.
             self._free = found.free
         for _ in range(NOISE_ROUNDS):
             noise = noise_with(found, self._free)

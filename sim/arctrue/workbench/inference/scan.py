@@ -1,8 +1,9 @@
 """Scans for the search parameters of an effect that fit the residuals of a model best.
 
-A scan goes over the rows once: it bins C⁻¹·residual, transforms it by FFT, divides the power by the
-information about a wave in this noise, and finds the maxima. The best places are then scored
-exactly, with the model projected out. ``trials`` is the number of independent places.
+A *place* is a set of values of the search parameters. A scan processes the rows once: it bins
+C⁻¹·residual, transforms it by FFT, divides the power by the information about a wave in this noise,
+and finds the maxima. The best places are then scored exactly, with the model projected out.
+``trials`` is the number of independent places.
 """
 
 from __future__ import annotations
@@ -41,10 +42,10 @@ EDGE_STEPS = 5
 """Number of bisection steps near a place where the gain is set to 0: five steps reach a thirtieth
 of the grid step, which is exact enough."""
 PARABOLAS = 3
-"""Number of parabolas, each through the three best places so far."""
+"""Largest number of parabolas, each through the three best places so far."""
 SAME_PLACE = 2e-3
-"""Share of the distance between the outer two places: a maximum that moves by less counts as
-found."""
+"""Share of the distance between the outer two of three places; if the maximum moves by less, it
+counts as found."""
 DISC_BINS = 1 << 15
 """Number of bins in a turn. With eight bins per period, the highest order that is searched is
 4,096, a quarter of the lines of the paper's disc."""
@@ -52,9 +53,9 @@ SEPARATING_GAIN = 30.0
 """Gain by which an order must exceed the nearest whole or half order: p < 10⁻⁶ for one more
 parameter, with a gap at every half order."""
 IN_A_GAP = np.array([-1.2, -0.9, -0.6, -0.3, 0.3, 0.6, 0.9, 1.2])
-"""Places in a gap and at its edges, in units of the resolution, which is an eighth of a period. The
-peak of a line of one run extends half a period to either side, so that two neighbouring places
-cannot both miss it."""
+"""Offsets from a whole or half order at which orders in the gap around it and at its edges are
+scored, in units of the resolution, which is an eighth of a period. The peak of a line of one run
+extends half a period to either side, so that two neighbouring places cannot both miss it."""
 LINES = frozenset({"frequency", "line", "unwrapped_order"})
 """Kinds of search for a wave of any rate."""
 LEAST_OWN = 0.05

@@ -17,8 +17,8 @@ Float = NDArray[np.float64]
 PROBE_ROWS = 4096
 """Number of rows on which the width of the difference is chosen."""
 RELATIVE_CHANGE = 1e-4
-"""Relative change of the prediction that a difference should cause; the cubic term is then below
-1e-8 of the prediction."""
+"""Relative change of the prediction that a step of the difference quotient should cause; the cubic
+term is then below 1e-8 of the prediction."""
 
 
 def refined_names(effect: Effect) -> list[str]:

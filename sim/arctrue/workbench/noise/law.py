@@ -1,4 +1,4 @@
-"""Describes the noise of one channel by a law that also applies to rows that were not measured."""
+"""Describes the noise of one channel by a law, which applies to any rows of the channel."""
 
 from __future__ import annotations
 

@@ -1,8 +1,7 @@
-"""Calculates the restricted likelihood of the noise, from residuals that are averaged where noise
-is slow.
+"""Calculates the restricted likelihood of the noise from single residuals and from means of blocks.
 
-Fast parts of the noise show in a few thousand consecutive rows, slow parts in means over blocks of
-rows. The covariance of such means is known in closed form. The only approximation is that the
+A few thousand consecutive rows show the fast parts of the noise; means over blocks of rows show the
+slow parts. The covariance of such means is known in closed form. The only approximation is that the
 levels, one for each block length, are independent. On the slowest level the columns of the model
 are added to the residuals, because the model absorbs slow noise (restricted likelihood, Patterson
 and Thompson, Biometrika 58 (1971) 545).

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 Float = NDArray[np.float64]
 
 LEAST_AGAIN = 2.0
-"""Mean number of times that each value must occur to count as rounded. Values whose step is coarser
-than their noise occur more often."""
+"""Smallest mean number of rows per different value at which values count as rounded. If the
+rounding step is larger than the noise, this number is larger."""
 SAME_VALUE = 1e-12
 """Relative difference up to which two values of a file count as equal; it allows for the last
 bit."""

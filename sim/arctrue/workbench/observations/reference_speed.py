@@ -1,5 +1,4 @@
-"""Tells whether the table stood still at the stations of a reference run, or passed them in
-motion."""
+"""Finds whether the table stood still at the stations of a reference run or passed them."""
 
 from __future__ import annotations
 
@@ -130,8 +129,7 @@ def _mean_speed(target_deg: Float, time_s: Float) -> float:
 
 
 def _steady_speed(target_deg: Float, time_s: Float) -> float | None:
-    """Return the speed of a pass whose times are proportional to its distances; None for another
-    pass."""
+    """Return the speed of a pass if its times are proportional to its distances, otherwise None."""
     if target_deg.size < LEAST_ROWS:
         return None
     way, taken = np.diff(target_deg), np.diff(time_s)

@@ -30,7 +30,8 @@ SEPARATED_SIGMA = 5.5
 """Smallest distance of the order from whole and half orders, in σ: a χ² of 30, as the search
 requires."""
 LEAST_TURNS = 1.98
-"""Smallest number of turns: a run of two turns lacks the step after its last sample."""
+"""Smallest number of turns between first and last sample; a run of two turns has slightly less than
+2."""
 
 
 class BearingBallPass(Effect):
@@ -138,8 +139,8 @@ class BearingBallPass(Effect):
         observations: Observations,
     ) -> dict[str, Parameter]:
         alpha = observations.head_separation_rad
-        # Two heads cannot separate x and y, but head 1 and the difference each determine a
-        # combination.
+        # Two heads cannot separate x and y, but head 1 and the difference each determine one
+        # combination of x and y.
         mixing = np.array(
             [
                 [np.sin(alpha), 0.0, np.cos(alpha) - 1.0, 0.0],

@@ -1,7 +1,7 @@
 """Finds a damped oscillation, driven by noise, as a part of the noise of a record.
 
 Such an oscillation keeps its phase for a few periods only and is therefore not a line. No regular
-effect explains it, but any effect that follows it for a while may look like its cause.
+effect explains the oscillation, but an effect that fits a part of it may look like its cause.
 """
 
 from __future__ import annotations
