@@ -65,8 +65,9 @@ def test_a_gear_that_the_faces_divide_shows_itself_by_its_side_lines() -> None:
 
 
 def test_side_lines_that_only_the_noise_with_the_gear_shows_are_taken() -> None:
-    """The side lines are 20 σ of the rows' noise, but they are not significant with the noise that
-    is estimated without the gear in the model, because this estimate contains the gear's error.
+    """The side lines are 20 times as large as their uncertainty from the rows' noise. With the
+    noise that is estimated without the gear in the model they are not significant, because this
+    estimate contains the gear's error.
 
     Without the side lines, errors of the polygon's faces would fit better than the gear.
     """

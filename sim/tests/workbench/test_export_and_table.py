@@ -1,5 +1,4 @@
-"""Tests which orders are not exported, and that a model which belongs to another table is
-refused."""
+"""Tests which orders the export leaves out, and that it refuses a model of another table."""
 
 from __future__ import annotations
 

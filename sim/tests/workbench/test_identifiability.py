@@ -1,5 +1,5 @@
-"""Tests of identifiability: undetermined coefficients, similar effects, and the smallest size of an
-effect that is found."""
+"""Tests of identifiability: undetermined and correlated coefficients, and smallest detectable
+sizes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tests of the effect of a reading that is late by τ, on the constant and on every order.
+"""Tests of ``latency``: a reading that is late by τ changes the constant and every order.
 
 This module integrates the motion itself.
 """
@@ -114,8 +114,8 @@ def _fast_log(delay_s: float) -> Observations:
 
 
 def test_what_a_delay_leaves_is_judged_with_the_orders_that_it_bent() -> None:
-    """The residual of a delay is judged with corrected orders: at 2,700 °/s a delay of 100 µs is
-    970″, so that a fit without the delay gives wrong orders.
+    """A delay is judged with the orders of a fit that contains the delay: at 2,700 °/s a delay of
+    100 µs is 970″, so that a fit without the delay gives wrong orders.
 
     If the fit used these wrong orders to compute the columns of the delay, a residual that no
     effect causes would exceed the noise of 20″.

@@ -1,9 +1,8 @@
 """Collects the evidence for effects that may be named: likelihood ratios, and held-out rows.
 
-For the likelihood ratios the noise is estimated anew both without and with the effect (noise "free
-on both sides"). This is the second stage of a diagnosis: :func:`survey` tests every candidate
-(:mod:`candidates`), estimates the noise anew for candidates that may be named, and gives one frozen
-record to the rules.
+For the likelihood ratios the noise is estimated anew both without and with the effect. This is the
+second stage of a diagnosis: :func:`survey` tests every candidate (:mod:`candidates`), estimates the
+noise anew for candidates that may be named, and gives one frozen record to the rules.
 """
 
 from __future__ import annotations

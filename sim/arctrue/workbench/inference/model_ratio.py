@@ -21,7 +21,7 @@ class ModelRatio:
     Parameters
     ----------
     gain : float
-        Twice the rise of the log likelihood, with the noise free on both sides.
+        Twice the rise of the log likelihood; each model has its own noise estimate.
     parameters : int
         Number of parameters that only the larger model has, search parameters included.
     p_value : float

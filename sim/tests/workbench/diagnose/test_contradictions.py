@@ -1,5 +1,4 @@
-"""Tests of the conditions that the physics of an effect sets for the effect's values, in addition
-to the shape of its columns."""
+"""Tests that effects are refused if their fitted values contradict the physics of the effect."""
 
 from __future__ import annotations
 
@@ -92,8 +91,8 @@ def test_faces_that_repeat_within_a_turn_are_a_shape_of_the_table(times: int) ->
     reported = _of_faces(np.tile(part, times) + random.normal(0.0, 0.03, FACES))
     assert reported is not None
     if times == 2:
-        # Twelve random values do not look like a wave; only the repetition of these values
-        # contradicts the effect.
+        # The twelve values are random and do not look like a wave; only their repetition within the
+        # turn contradicts the effect.
         assert "repeat 2 times a turn" in reported
 
 

@@ -1,5 +1,4 @@
-"""Tests that, after one knock at the stand of a reference at stations, the diagnosis states which
-signal jumped, when, and by how much.
+"""Tests that the diagnosis states when a reference or a head jumped, and by how much.
 
 The sets are computed from the definitions (``small_sets``, or plain numpy in this module).
 """

@@ -54,8 +54,8 @@ def test_two_orders_of_a_warm_run_are_no_vibration() -> None:
 
 
 def test_a_step_in_the_last_turn_can_be_held_out() -> None:
-    """A step of 16 counts in the last turn can be held out: it comes after 2.6 of the 3 turns of
-    the last run, and whichever fold is left out, rows remain on both sides of the step."""
+    """Held-out rows confirm a step of 16 counts in the last turn: it comes after 2.6 of the 3 turns
+    of the last run, and whichever fold is left out, rows remain on both sides of the step."""
     counts, noise = 16, CAPTURE_NOISE * np.sqrt(2.0)
     measurement = measurement_set(
         head2_only=lambda time, speed: counts * COUNT_ARCSEC * (time > 1800.0 + 31.2),
@@ -79,8 +79,8 @@ def test_a_step_in_the_last_turn_can_be_held_out() -> None:
 
 @pytest.mark.parametrize("size", [3.0, 3.5])
 def test_a_step_pays_for_all_its_instants(size: float) -> None:
-    """The charge for the search of a step equals the probability of the largest step in simulated
-    white noise: two heads, one run, an offset."""
+    """The corrected probability of a step equals the share of sets of simulated white noise in
+    which the largest step is as large (two heads, one run with an offset)."""
     sets, rows = 4_000, 500
     noise = np.random.default_rng(15).normal(size=(sets, rows))
     before = np.arange(LEAST_STEP_ROWS, rows - LEAST_STEP_ROWS + 1)
@@ -118,9 +118,9 @@ def test_many_faces_win_over_the_one_order_that_they_contain() -> None:
 
 
 def test_weak_distortions_are_not_charged_for_multiples_that_are_not_there() -> None:
-    """Weak distortions are not charged for multiples that the set does not contain: it contains
-    only the first two multiples. With four multiples, the effect would have four more columns,
-    which fit noise."""
+    """Weak distortions get no penalty for multiples that the set does not contain; it contains only
+    the first two multiples. With four multiples, the effect would have four more columns, which fit
+    noise."""
     found = _weak("subdivision_error", 0.015, 50_000)
     assert found.named is not None
     assert found.named.name == "subdivision_error"

@@ -67,8 +67,8 @@ def test_a_reversal_error_that_is_the_same_everywhere_has_no_second_finding() ->
 
 
 def test_the_variation_is_that_which_was_drawn() -> None:
-    """The stated variation is that of the sizes that the test drew: the set is ±1 times (1 + δ of
-    the place), at 40 places with 6 visits each."""
+    """The stated variation equals the standard deviation of the sizes that the test drew: the error
+    is ±(1 + δ), with its own δ at each of 40 places, which are visited 6 times each."""
     random = np.random.default_rng(5)
     place = np.repeat(np.arange(40), 6)
     side = np.tile([1.0, -1.0], 120)
@@ -80,7 +80,7 @@ def test_the_variation_is_that_which_was_drawn() -> None:
     # draws themselves.
     assert found == pytest.approx(float(np.sqrt(np.mean(factor**2))), rel=0.05)
     assert varies(side, noise, place, 0.1) is None
-    # An error that is independent of the direction is no variation of this effect.
+    # An error that is the same in both directions is no variation of the reversal error.
     assert varies(factor[place], factor[place] + noise, place, 0.1) is None
 
 
@@ -269,8 +269,8 @@ def test_a_head_angle_keeps_its_name_with_an_order_that_does_not_matter() -> Non
     """A head angle of 40″ keeps its name: the offsets of the runs contain it, and the RMS of the
     rows does not show it.
 
-    The rows also have a certain excess that the effect does not reduce: 0.5″ of one order. Only an
-    excess of 2″ and more matters.
+    The rows also contain 0.5″ of one order, which the effect does not reduce; only an error of 2″
+    and more matters.
     """
 
     def error(disc: np.ndarray, temperature: np.ndarray, speed: float) -> np.ndarray:

@@ -19,8 +19,7 @@ SLOW = Spectrum(0.3, np.array([20.0, 400.0]), np.array([0.5, 2.0]))
 
 
 def _passes(pause_s: float, count: int = 3) -> tuple[np.ndarray, np.ndarray]:
-    """Return clock and run number of the rows in passes over the faces, with a pause after each
-    pass."""
+    """Return time and run number of each row, for passes over the faces with a pause after each."""
     run = np.repeat(np.arange(count), FACES)
     within = np.tile(np.arange(FACES) * STEP_S, count)
     return within + run * ((FACES - 1) * STEP_S + pause_s), run

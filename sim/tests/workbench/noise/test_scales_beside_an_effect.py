@@ -1,5 +1,5 @@
-"""Tests the noise scales of the runs: scales that represent a missing effect become 1 with the
-effect in the model, and the spectra stay right."""
+"""Tests that noise scales of runs that a missing effect caused become 1 with the effect in the
+model."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SCALES = np.array([1.3, 1.5, 0.5])
 """Noise scales of the runs if the model of a reference at these speeds lacks a delay of 280″ per
 rad/s.
 
-With these spectra, but without the scales, each run has its true variance.
+The spectra of the test already have the true variance of each run, so that the right scales are 1.
 """
 TOLERANCE = 0.02
 """Relative tolerance of a variance: a quarter of √(2/360), the uncertainty of a variance from 360
