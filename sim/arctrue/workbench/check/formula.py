@@ -12,7 +12,7 @@ Float = NDArray[np.float64]
 STEP = 1e-3
 """Step of a coefficient, in its unit; a linear formula has the same difference at any step."""
 FAR = 1.0
-"""Change of a coefficient, in its unit, in the test whether the formula is linear."""
+"""Change of a coefficient, in its unit, with which the linearity of the formula is tested."""
 ROUNDING = 1e-6
 """Largest relative difference that counts as rounding: a step of 1e-3 leaves 13 of 16 digits, and
 the limit has a margin."""

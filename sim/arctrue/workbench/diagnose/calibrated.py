@@ -31,7 +31,8 @@ Float = NDArray[np.float64]
 
 FILE = Path(__file__).with_name("calibrated.json")
 KINDS = ("named", "ambiguous", "unknown", "adequate", "cannot_tell")
-"""Verdicts whose answers were counted. ``bad_data`` states the prior probabilities."""
+"""Verdicts for which right and wrong answers were counted; with ``bad_data`` the prior
+probabilities are stated."""
 DISTANCES = ("untested", "left", "not_white", "few_repeats")
 """Features that measure the distance of a set from the benchmark's usual set; larger values never
 increase a stated probability."""
@@ -67,7 +68,8 @@ class Calibration:
         coefficients.
 
         If n answers of a kind were all right, the next answer is right with probability (n + 1)/(n
-        + 2) (Laplace); this limits the stated probability on both sides.
+        + 2) (Laplace); this limits the stated probability from above, and in the same way from
+        below.
         """
         value = float(row @ self.coefficients)
         variance = float(row @ self.covariance @ row)
@@ -97,8 +99,7 @@ def features(verdict: str, grounds: Grounds) -> Float:
 
 
 def confidence(verdict: str, grounds: Grounds) -> float | None:
-    """Return the probability that an answer with these grounds is right; None for an uncounted
-    verdict."""
+    """Return the probability that an answer with these grounds is right; None if not counted."""
     if verdict not in KINDS:
         return None
     return calibration().confidence(verdict, features(verdict, grounds))
@@ -106,7 +107,7 @@ def confidence(verdict: str, grounds: Grounds) -> float | None:
 
 @cache
 def calibration() -> Calibration:
-    """Read the calibration in use."""
+    """Read the calibration that is stored in the package."""
     data = json.loads(FILE.read_text(encoding="utf-8"))
     return Calibration(
         np.array(data["coefficients"]), np.array(data["covariance"]), data["answers"]

@@ -68,8 +68,8 @@ class Case:
     """Function that applies the rules of the verdict to a case."""
     depth: int = 1
     adding: Adding | None = None
-    """Object that adds effects to the model as a command adds them; None: effects are added to the
-    model of the survey."""
+    """Object that adds effects to the model in the same way as ``arctrue add``; None: effects are
+    added to the model of the survey."""
 
     @cached_property
     def decision(self) -> Decision:

@@ -49,8 +49,8 @@ from arctrue.workbench.inference.significance import (
 from arctrue.workbench.inference.solution import Solution
 
 NEAR_P = 0.3
-"""Limit of p in the first test; an effect with a smaller p may be named, and the noise is estimated
-anew with this effect in the model."""
+"""Limit of p in the first test. An effect with a smaller p may be named, so that the noise is
+estimated anew with this effect in the model."""
 MOST_LEFT = 0.5
 """Share of the variance of a channel's residual. If an effect leaves less than this share, the
 noise is estimated anew with this effect, whatever its gain with the noise of the model."""
@@ -67,8 +67,8 @@ SAME_BLOCK = 1e-6
 """Relative tolerance of a gain and of a canonical correlation; it allows for rounding in equal
 columns."""
 AS_GOOD = 6.0
-"""ΔBIC by which another form or place of an effect must be ahead to replace the first form or
-place: odds of 20 to 1."""
+"""ΔBIC by which other settings or search parameters of an effect must be ahead to replace the first
+ones: odds of 20 to 1."""
 
 
 def survey(
@@ -245,8 +245,12 @@ def _score_with(items: Sequence[Candidate], real: Candidate) -> None:
 
 
 def _gain_with(item: Candidate, real: Candidate) -> float:
-    """Return the candidate's gain with the noise of a real effect, multiplied by the ratio of this
-    effect's gain with free noise to its score."""
+    """Return the candidate's gain with the noise of a real effect, scaled like the effect's own
+    gain.
+
+    The scale is the ratio of the real effect's gain, for which the noise was estimated anew, to its
+    gain in the score test.
+    """
     assert real.evidence is not None
     scale = real.gain / max(real.evidence.score.gain, 1e-300)
     return real.evidence.base.score(item.effect, item.nonlinear).gain * scale
@@ -325,10 +329,10 @@ def _with_noise_of_another(
     candidates: int,
     report_step: ReportStep,
 ) -> Candidate:
-    """Return the judged candidate with the noise that another effect leaves, if its likelihood is
-    much larger with it.
+    """Return the candidate with the noise estimated with another effect, if its gain is much larger
+    then.
 
-    The estimate of the noise with one effect may stop where slow noise still absorbs the effect.
+    The noise estimated with the candidate itself may still absorb the candidate as slow noise.
     """
     if item is other or item.evidence is None or other.evidence is None:
         return item
@@ -385,8 +389,8 @@ def _largest_sure(item: Candidate, tried: Survey, null: Null, report_step: Repor
 def _in_less_noise(
     item: Candidate, found: Evidence, residuals: Residuals, null: Null
 ) -> tuple[Candidate, Evidence]:
-    """Return the form and the place of an effect that fit best with the noise estimated with the
-    effect in the model, and their evidence.
+    """Return the effect's best settings and search parameters, with the noise estimated anew for
+    each, and their evidence.
 
     Without the effect in the model, the noise contains the effect and hides smaller details: the
     lines near a gear's tooth count, or the small difference of an order from a whole number.

@@ -43,7 +43,7 @@ def resolved_orders(rows: ReferenceRows, factor: Float, orders: Float) -> NDArra
 
 
 def passes_its_wave(residuals: Residuals, effect: ProductOfParts) -> bool:
-    """Tell whether a reference run covers enough periods of the orders of a part of the
+    """Tell whether a reference run covers enough periods of each order of a product in the
     reference."""
     rows = residuals.observations.reference
     factor = None if rows is None else effect.condition.values(rows)

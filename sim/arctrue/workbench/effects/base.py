@@ -177,7 +177,7 @@ class FitContext:
     def shifted_arcsec(
         self, disc_rad: NDArray[np.float64], shift_rad: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Return ε(ψ + shift) − ε(ψ) in arcseconds, of the orders at the true angle; shapes
+        """Return ε(ψ + shift) − ε(ψ) in arcseconds, for the orders at the true angle; shapes
         (rows,)."""
         total = np.zeros_like(disc_rad, dtype=np.float64)
         for order, cosine, sine, there in zip(
@@ -218,7 +218,7 @@ FORMER_NAMES = {
 
 class Effect(ABC):
     """Base class of a physical effect. Each subclass is in a file of its own; built-in effects use
-    only this interface too."""
+    no other interface than users' effects."""
 
     name: ClassVar[str]
     """Public name, as used on the command line, in model files and in JSON."""
@@ -232,7 +232,8 @@ class Effect(ABC):
     """Description of the effect's appearance in a reference run."""
     separated_by: ClassVar[str]
     next_measurement: ClassVar[str]
-    """The measurement that would show this effect best, or distinguish it from similar effects."""
+    """Description of the measurement that would show this effect best, or distinguish it from
+    similar effects."""
     plausible: ClassVar[str]
     """Range of sizes that have been observed."""
     compensation: ClassVar[Compensation] = "none"

@@ -112,7 +112,7 @@ def from_file(path: Path) -> dict[str, type[Effect]]:
         call_within(LOAD_S, spec.loader.exec_module, module)
     except TookTooLongError as error:
         raise too_long(path, error, "", LOAD_S) from error
-    except BaseException as error:  # a user's file may even exit
+    except BaseException as error:  # a user's file may even end the program
         mine = file_error(path, error)
         if mine is not None:
             raise mine from error

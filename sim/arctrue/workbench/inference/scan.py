@@ -267,8 +267,8 @@ def _inside_a_gap(
     """Return the best order that differs significantly from a whole or half order but is nearer to
     it than the turns resolve.
 
-    Two lines are resolved at 1/(2·turns). The place of a single line is the more exact, the higher
-    the line is above the noise (Rife and Boorstyn, IEEE Trans. Inf. Theory 20 (1974) 591): a line
+    Two lines are resolved at 1/(2·turns). The higher a single line is above the noise, the more
+    exactly its place is known (Rife and Boorstyn, IEEE Trans. Inf. Theory 20 (1974) 591): a line
     has an order of its own if its gain exceeds the gain at the whole or half order by
     SEPARATING_GAIN.
     """

@@ -97,8 +97,8 @@ def _set_times(observations: Observations) -> tuple[float, float]:
 def term_values(
     term: Term, rows: ReferenceRows, context: FitContext, conditions: Mapping[str, ArrayLike]
 ) -> Float | None:
-    """Return the contribution of each coefficient to ε of head 1, (n, coefficients); None without
-    one.
+    """Return each coefficient's contribution to ε of head 1, (n, coefficients); None for no
+    columns.
 
     Raises ValueError if the effect needs a condition that was not given.
     """

@@ -20,8 +20,8 @@ from arctrue.workbench.noise.kernel import (
 Float = NDArray[np.float64]
 
 SMALLEST, LARGEST = 1e-8, 1e3
-"""Limits of a part's variance, in variances of the rows. The upper limit is large, because a random
-walk has a variance far above the variance of the rows in a record."""
+"""Limits of a part's variance, in variances of the rows. The upper limit is large, because the
+stationary variance of a random walk is far above the variance of the rows in a record."""
 SHORTEST_STEPS = 0.5
 """Lower limit of a decay time, in median steps of the clock."""
 LONGEST_SPANS = 10.0

@@ -78,7 +78,7 @@ class FixedTerms:
     information: Float
     """Normal matrix, shape (k, k)."""
     moment: Float
-    """Moment for the change of the coefficients after the residuals were taken, shape (k,)."""
+    """Right-hand side for the change of the coefficients since the residuals, shape (k,)."""
 
 
 class RestrictedLikelihood:
@@ -293,7 +293,8 @@ def _slopes(factor: Factor, left: Float) -> tuple[float, Float]:
         below = driver.matmul_lower(
             factor.clock, np.array([1.0 / constant]), ones, ones, left, np.zeros_like(left)
         )
-        # The exponential is 1 + lower + upper, and the products with lower and upper are equal.
+        # The exponential's matrix is the unit matrix plus a lower and an upper triangle; qᵀKq gets
+        # the same from both.
         forms[index] = squares + 2.0 * float(np.sum(left * below))
     return 0.5 * (squares - white), 0.5 * (forms - between)
 

@@ -74,8 +74,8 @@ def fit_spectrum(
 ) -> SpectrumFit:
     """Return the spectrum at the maximum of the restricted likelihood times the priors.
 
-    ``start`` is the spectrum of the same rows under another hypothesis; the search may start from
-    it. With ``walk`` it also tries starts near a random walk.
+    ``start`` is the spectrum of the same rows with another model; the search may start from it.
+    With ``walk`` it also tries starts near a random walk.
     """
     steps = np.concatenate([np.diff(stretch.clock) for stretch in stretches])
     step = float(np.median(steps)) if steps.size else 1.0

@@ -114,7 +114,7 @@ def _without_wild_rows(values: Float, own: Float) -> tuple[Float, Float]:
 
 
 WILD = 0.01
-"""Probability that normal noise contains a row that counts as wild."""
+"""Probability that a set of normal noise contains a row that counts as wild."""
 LARGEST_SHARE = 1.0 / 3.0
 """Largest ratio of columns to rows at which wild rows are sought. A model with more columns
 distributes the error of a wild row over the residuals of the other rows."""

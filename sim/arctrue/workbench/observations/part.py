@@ -38,14 +38,14 @@ part."""
 
 
 def part_of(stored: StoredCapture) -> tuple[CaptureRows, StoredCapture | None]:
-    """Return the rows that are used; if these are a part, also return all rows, otherwise None."""
+    """Return the rows in use and, if they are a part of the capture, all its rows (else None)."""
     if stored.size <= MOST_ROWS:
         return stored.rows(slice(None)), None
     return stored.rows(kept_rows(stored, MOST_ROWS)), stored
 
 
 def part_of_reference(rows: ReferenceRows) -> tuple[ReferenceRows, ReferenceRows | None]:
-    """Return the rows that are used; if these are a part, also return all rows, otherwise None."""
+    """Return the rows in use and, if they are a part of the reference, all its rows (else None)."""
     if rows.run.size <= MOST_ROWS:
         return rows, None
     numbered = replace(rows, row=np.arange(rows.run.size))

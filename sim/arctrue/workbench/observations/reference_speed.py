@@ -19,8 +19,8 @@ LEAST_ROWS = 8
 """Smallest number of rows for a median of six second differences: with fewer rows, one odd row
 decides the median."""
 EVEN = 0.05
-"""Relative tolerance of a steady speed, at which the times between marks are proportional to their
-distances."""
+"""Relative tolerance of the test for a steady speed: whether the times between stations are
+proportional to their distances."""
 TARGET_NOISE_RAD = np.radians(1e-4)
 """Noise of a target angle that is commanded, or read from a finer encoder, and written with four
 decimals."""

@@ -138,7 +138,7 @@ def test_a_reversal_error_of_one_reversal_is_no_jump() -> None:
 
 @pytest.mark.slow
 def test_an_excursion_of_slow_noise_is_no_jump() -> None:
-    """30 logs with Ornstein-Uhlenbeck noise and white noise: a jump is found in one at most.
+    """In 30 logs with Ornstein-Uhlenbeck noise and white noise, a jump is found at most once.
 
     At the level of 1 % a set, two or more have a probability of 4 %.
     """

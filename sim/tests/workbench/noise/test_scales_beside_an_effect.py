@@ -23,7 +23,8 @@ SCALES = np.array([1.3, 1.5, 0.5])
 """Noise scales of the runs if the model of a reference at these speeds lacks a delay of 280″ per
 rad/s.
 
-The spectra of the test already have the true variance of each run, so that the right scales are 1.
+The test divides the true spectra by the squares of these scales, so that spectra and scales
+together give each run its true variance.
 """
 TOLERANCE = 0.02
 """Relative tolerance of a variance: a quarter of √(2/360), the uncertainty of a variance from 360

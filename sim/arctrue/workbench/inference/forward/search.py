@@ -2,7 +2,8 @@
 
 Each step scans all rates with the noise that is estimated without a further line, and with white
 noise alone: otherwise a line far above the scatter of neighbouring rows would count completely as
-slow noise. The highest places are then tried with the noise estimated anew on both sides.
+slow noise. The highest places are then tried, with the noise estimated anew without and with the
+line.
 """
 
 from __future__ import annotations
@@ -230,12 +231,12 @@ def _whitened_left(rows: Rows, noise: KernelNoise) -> Float:
 
 @dataclass(frozen=True, eq=False)
 class Level:
-    """Power of whitened residuals around each frequency, divided by that of white noise."""
+    """Local level of the noise: power of whitened residuals, divided by that of white noise."""
 
     frequency: Float
-    """Frequencies on the clock."""
+    """Frequencies, periods per unit of the clock."""
     excess: Float
-    """This ratio; at least 1."""
+    """Power ratio around each frequency; at least 1."""
 
     def at(self, record: Record, rate: float) -> float:
         """Return the factor by which the gain of a line at this rate is divided."""
