@@ -59,8 +59,8 @@ def test_needed_gain_has_its_power_in_drawn_noise(rank: int, freedom: float) -> 
 
 
 def test_noise_that_two_degrees_of_freedom_state_has_a_bound_too() -> None:
-    """Noise with two degrees of freedom has a bound too: the log of a servo needed an F above 10⁷,
-    at which the series of the noncentral F distribution gives NaN."""
+    """A detectable size exists also for noise with two degrees of freedom: the log of a servo
+    needed an F above 10⁷, at which the series of the noncentral F distribution gives NaN."""
     rank, freedom, threshold, draws = 4, 2.0, 3.8e7, 200_000
     random = np.random.default_rng(7)
     stating, showing = (random.chisquare(freedom, draws) / freedom for _ in range(2))

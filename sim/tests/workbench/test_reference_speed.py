@@ -70,8 +70,8 @@ def test_a_hurried_hand_is_no_speed() -> None:
 
 
 def test_a_ramp_that_a_clock_sampled_is_on_the_move() -> None:
-    """The rows of a ramp that a clock sampled are in motion: the speed rises to 40°/s and falls
-    again within a minute, with ten rows per second, up to 4° apart."""
+    """The table moves at the rows of a ramp that a clock sampled: the speed rises to 40°/s and
+    falls again within a minute, with ten rows per second, up to 4° apart."""
     time = np.arange(0.0, 60.0, 0.1)
     wanted = np.where(time < 30.0, time, 60.0 - time) * 40.0 / 30.0
     angle = np.cumsum(wanted) * 0.1
@@ -93,8 +93,8 @@ def test_stations_at_unequal_distances_stand_still() -> None:
 
 
 def test_fast_passes_of_a_log_are_on_the_move() -> None:
-    """The fast passes of a log are in motion: a clock of 50 Hz samples 19°/s every 0.4° and 56°/s
-    every 1.1°."""
+    """The table moves in the fast passes of a log: a clock of 50 Hz samples 19°/s every 0.4° and
+    56°/s every 1.1°."""
 
     def sampled(deg_s: float) -> tuple[np.ndarray, np.ndarray]:
         since = np.arange(400) * 0.02

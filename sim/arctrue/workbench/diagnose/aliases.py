@@ -51,9 +51,9 @@ def _of_samples(item: Candidate) -> list[float]:
     """Return the orders N ± ν, with N samples per turn, that explain all rows as well as the order
     ν.
 
-    Each order is scored on the rows themselves: runs that start at different angles or have other
-    numbers of samples per turn exclude an alias, and so does a reference. The list is empty for an
-    effect without evidence.
+    Each order is scored on all rows. Runs that start at different angles or have different numbers
+    of samples per turn can exclude an alias; a reference can exclude it too. The list is empty for
+    an effect without evidence.
     """
     order = item.nonlinear.get("order", 0.0)
     if order <= 0.0 or item.evidence is None:

@@ -43,12 +43,12 @@ the last digits of a gain only approximately."""
 LACK_OF_FIT = 1e-4
 """p below which a lack of fit is sure."""
 REFUSED_P = LACK_OF_FIT
-"""p below which an effect that fits, but is refused as a name, counts as a lack of fit; it equals
-the p of a sure lack of fit."""
+"""p below which an effect that fits but must not be named counts as a lack of fit; it equals the p
+of a sure lack of fit."""
 LEAST_COLOUR = 0.02
 """Smallest sum of the squares of 20 autocorrelations that counts as not white. With many rows, a
-difference of a fiftieth of the variance from the noise model gives a smaller sum that is
-significant too, but this difference changes no σ by more than 1 %."""
+smaller sum is significant as well: a noise model that is wrong by a fiftieth of the variance causes
+it. Such an error of the noise model changes no σ by more than 1 %."""
 AGAIN = 3
 """Number of events in one set that count as recurring: two may be chance."""
 DEEPEST = 3

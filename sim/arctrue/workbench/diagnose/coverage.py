@@ -40,10 +40,9 @@ COLOURED_SHARE = 0.99
 noise is then ten times the scatter of a single reading, and any effect that changes as slowly would
 be taken for noise."""
 UNSEEN_SHARE = 0.5
-"""Largest share of the generic effects that may need an RMS above the RMS of the whole residual to
-be found; above this share, the set could not show most of what may be missing. Chosen, not
-calibrated.
-"""
+"""Largest share of the generic effects that the set shows only if their RMS is above the RMS of the
+whole residual. Above this share, the set could not show most effects that may be missing. The value
+is chosen, not calibrated."""
 GENERIC_ORDERS = (None, 1.0, 2.5, 6.0, 10.5, 25.0)
 """Orders of the angle that represent all orders: slow and fast, whole and half. None is an effect
 without a wave."""
@@ -138,10 +137,10 @@ def effect_or_noise(
     """Return the effects that matter and explain the rows as well as slow noise does; None if there
     is no such effect.
 
-    Such an effect is significant with the noise estimated with the effect in the model, but not
-    with the larger slow noise of the model without the effect, and the likelihoods cannot
-    distinguish the two models. ``tests``: number of candidates by which the effect's p is
-    corrected.
+    Such an effect is significant if the noise is estimated with the effect in the model. It is not
+    significant with the noise of the model without the effect, which contains more slow noise, and
+    the likelihoods cannot distinguish the two models. ``tests``: number of candidates by which the
+    effect's p is corrected.
     """
     alike = [
         item.name

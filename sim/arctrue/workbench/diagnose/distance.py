@@ -19,8 +19,8 @@ LEAST_REPEATS = 3
 """Least number of runs of a capture, or of visits of a station: if only two differ, the wrong one
 cannot be recognised."""
 NOT_WHITE_P = 1e-4
-"""p of whiteness below which the noise is of a kind that the noise model does not have; it is the p
-of a sure lack of fit."""
+"""p of whiteness below which the noise model does not describe the noise; it equals the p of a sure
+lack of fit."""
 MUCH_LEFT = 1.5
 """Largest usual ratio of the remaining RMS to the noise of the repeats. Above it, the error that no
 effect explains is larger than the noise."""

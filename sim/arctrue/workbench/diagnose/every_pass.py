@@ -26,10 +26,10 @@ others."""
 def on_every_pass(item: Candidate, base: Solution) -> bool:
     """Return False for an effect that one turn, or one run, shows but the others do not.
 
-    An effect that acts on few rows of a turn is tested over the turns, any other effect over the
-    runs: an order of the disc that exists at one speed only is a line in time, or its alias. The
-    solutions without and with the effect have the same noise, estimated with the effect; with
-    different noise, the model's own orders would differ too.
+    For an effect that acts on few rows of a turn, the turns are compared; for any other effect, the
+    runs. For example, an order of the disc that exists at one speed only is a line in time, or its
+    alias. The solutions without and with the effect have the same noise, estimated with the effect;
+    with different noise, the model's own orders would differ too.
     """
     if item.evidence is not None:
         base = item.evidence.base.solution

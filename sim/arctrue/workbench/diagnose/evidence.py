@@ -55,9 +55,9 @@ MOST_LEFT = 0.5
 """Share of the variance of a channel's residual. If an effect leaves less than this share, the
 noise is estimated anew with this effect, whatever its gain with the noise of the model."""
 OF_ITS_SIZE = 0.2
-"""Largest p, in the first test, of an effect that slow noise may have absorbed. Noise that absorbs
-an effect is about as large as the effect, so that the effect is at least one standard uncertainty;
-by chance, an effect is as large with at most this probability."""
+"""Largest p, in the first test, of an effect that slow noise may have absorbed. Noise that has
+absorbed an effect is about as large as the effect, so that the effect is at least as large as its
+standard uncertainty. Chance makes an effect as large with at most this probability."""
 MOST_WEIGHED = 6
 """Largest number of candidates for which the noise is estimated anew."""
 FAR_BEHIND = 60.0
@@ -120,9 +120,9 @@ def weighed(tried: Survey, report_step: ReportStep, *, negligible: bool) -> Surv
     """Return the survey with evidence, from newly estimated noise, for candidates that may be
     named.
 
-    The candidates of the catalogue are taken in the order of their ΔBIC, until no further candidate
-    can be ahead of the real effect: the best candidate that is significant and confirmed. The first
-    product of parts is added if it can be ahead of the real effect.
+    The candidates of the catalogue are judged in the order of their ΔBIC, until no further
+    candidate can be ahead of the real effect, which is the best candidate that is significant and
+    confirmed. The first product of parts is added if it can be ahead of the real effect.
     """
     null = Null(tried.residuals)
     waiting = _near_to_a_name(tried)

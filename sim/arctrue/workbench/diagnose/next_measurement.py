@@ -1,7 +1,7 @@
 """Finds the measurement that would distinguish two effects which this data cannot separate.
 
 Each plan is tested by calculation: one effect, with the size that was found, is assumed to be the
-truth, and the other effect is fitted to the error of the assumed effect in the measured and planned
+truth. The other effect is fitted to the error that the first causes in the measured and planned
 rows. The remaining χ² with the noise of this set measures how well the plan distinguishes the two
 effects.
 """

@@ -55,9 +55,9 @@ def shape_with_corners(causes: Sequence[RegularCause]) -> str | None:
     separate lines.
 
     The harmonics of a jump fall as 1/n, the harmonics of a bend as 1/n². If the shape repeats at an
-    order of the model, the lines are whole orders above the model's orders, in even steps of that
-    order, and that order itself is no line. Stator slots or a gear, in contrast, also show a line
-    at their base order.
+    order of the model, that order itself is no line of the search. The lines are then whole orders
+    above the model's orders, at equal distances of that order. Stator slots or a gear, in contrast,
+    also show a line at their base order.
     """
     lines = [line for cause in causes if not cause.in_time for line in cause.lines]
     orders = np.array([round(line.rate) for line in lines], dtype=np.int64)
@@ -126,9 +126,9 @@ class BentScale(Effect):
 def follows_the_reading(residuals: Residuals, best: Candidate, near_tie: float) -> bool:
     """Tell whether a nonlinear scale of the reference explains the rows as well as the best effect.
 
-    The scale must be significant; it and the effect are scored with the same noise. ΔBIC of the
-    nonlinear scale may be up to ``near_tie`` behind; if the best effect is itself proportional to
-    the reading, the nonlinear scale must be ``near_tie`` ahead.
+    The scale must be significant. The scale and the effect are scored with the same noise. ΔBIC of
+    the nonlinear scale may be up to ``near_tie`` behind; if the best effect is itself proportional
+    to the reading, the nonlinear scale must be ``near_tie`` ahead.
     """
     rows = residuals.observations.reference
     if rows is None or residuals.observations.capture is None or best.regular is not None:

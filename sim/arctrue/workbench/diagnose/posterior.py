@@ -123,9 +123,9 @@ def posterior(
         unknown = min(unknown, first - 0.5 * near_tie if named else first + most)
         for name, value in weights.items():
             if name not in effect_class:
-                # An effect outside the class adds nothing to a model with the first effect, or the
-                # first effect adds something to a model with that effect: the weight of that effect
-                # is at most this share of the weight of the first.
+                # An effect is outside the class if it adds nothing to a model with the first
+                # effect, or if the first effect adds something to a model with it. Its weight is
+                # then at most this share of the weight of the first.
                 weights[name] = min(value, first + float(np.log(NOTHING_LEFT_P)))
             else:
                 weights[name] = min(value, first)
@@ -146,12 +146,12 @@ def stated(
     is not known.
 
     The first effect of the class, ``unknown`` or ``none`` gets the confidence. ``none`` also gets
-    it if the verdict is that the set cannot tell, since it is then most likely that every effect
-    that the set could show is in the model. Probability that effects and ``none`` lose is added to
-    ``unknown``, and probability that ``unknown`` loses is added to the effects. Probability that an
-    answer gains is taken from all others in proportion, so that a class has at least the
-    probability of its first effect. The first of a class gains no probability if a rival is equally
-    probable. An answer stays more probable than the hypotheses that it contradicts.
+    it if the verdict is that the set cannot tell: most likely, the model then contains every effect
+    that the set could show. Probability that effects and ``none`` lose is added to ``unknown``, and
+    probability that ``unknown`` loses is added to the effects. Probability that an answer gains is
+    taken from all others in proportion, so that a class has at least the probability of its first
+    effect. The first of a class gains no probability if a rival is equally probable. An answer
+    stays more probable than the hypotheses that it contradicts.
     """
     if confidence is None or not found:
         return dict(found)

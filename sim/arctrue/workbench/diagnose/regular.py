@@ -34,8 +34,8 @@ from arctrue.workbench.inference.solution import Solution
 Float = NDArray[np.float64]
 
 SAME_LINE = 1.5
-"""Largest distance, in units of 1/span, of a line over time from a line over the angle that count
-as one line: at a nearly constant speed, a line over the angle has this width over time."""
+"""Largest distance, in units of 1/span, at which a line over time and a line over the angle count
+as the same line: at a nearly constant speed, a line over the angle has this width over time."""
 
 
 @dataclass(frozen=True)

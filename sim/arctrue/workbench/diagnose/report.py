@@ -214,8 +214,8 @@ def sentences(result: Diagnosis) -> list[str]:
 
 
 MOST_OF_EXCESS = 0.5
-"""Largest share of the error's mean square above the noise that an effect may leave without a
-sentence about it; with a larger share, most of the error remains."""
+"""Share of the error's mean square above the noise. If the named effect leaves more than this
+share, a sentence says that most of the error remains."""
 
 
 def _smaller_part(result: Diagnosis) -> list[str]:

@@ -38,10 +38,10 @@ error of the reference, which every judgement of the table excludes."""
 SearchKind = Literal[
     "grid", "disc_order", "unwrapped_order", "frequency", "line", "step", "disc_place"
 ]
-"""Kinds of search for the parameters of an effect, in this order: every point of the declared
-ranges; a whole order of the disc; an order over the unwrapped angle; a frequency in time; a line,
-which is an order or a frequency in either channel; the instant of a step in a run; place and width
-of a bump on the disc."""
+"""Kinds of search for the parameters of an effect. In this order, they find: every point of the
+declared ranges; a whole order of the disc; an order over the unwrapped angle; a frequency in time;
+a line, which is an order or a frequency in either channel; the instant of a step in a run; place
+and width of a bump on the disc."""
 
 SEARCHED: Mapping[SearchKind, frozenset[str]] = {
     "disc_order": frozenset({"order"}),

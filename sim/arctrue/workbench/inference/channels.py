@@ -16,8 +16,11 @@ Float = NDArray[np.float64]
 def channel_rows(
     rows: CaptureRows | ReferenceRows, block: slice = slice(None)
 ) -> list[slice | NDArray[np.int64]]:
-    """Return the rows of each channel within a block, because signals of two channels may cancel in
-    a sum."""
+    """Return the rows of each channel within a block.
+
+    Sums are calculated channel by channel, because signals of two channels may cancel in a common
+    sum.
+    """
     if isinstance(rows, ReferenceRows) or rows.channel is None:
         return [slice(None)]
     inside = rows.channel[block]
@@ -25,11 +28,10 @@ def channel_rows(
 
 
 def power_of_channels(spectra: Sequence[NDArray[np.complex128]]) -> Float:
-    """Return the power that the spectra would have in one channel with the information of all
-    channels.
+    """Return the summed power of the channels, to be divided by the information of all channels.
 
-    Each of K channels has 1/K of the information, so that the sum of squares over the information
-    of all channels is K times too large.
+    Each of K channels has 1/K of the information. The power is therefore multiplied by K, so that
+    the quotient is the sum of the gains of the channels.
     """
     total = np.abs(spectra[0]) ** 2
     for spectrum in spectra[1:]:

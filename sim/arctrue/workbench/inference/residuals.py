@@ -372,10 +372,10 @@ class Residuals:
         signal phase, shape (columns,); an empty array for other effects.
 
         The derivative of the wave with respect to the reading in radians is its electrical order.
-        Whitened noise has a mean square of one per row, so that the noise in such a wave has the
-        square of that derivative per row, whatever its size and colour are. ``square``: sum of the
-        squares of one wave over the rows. The result is at most MOST_OWN_SHARE of a wave over all
-        phases.
+        Whitened noise has the mean square 1 in each row, whatever size and colour the noise has.
+        The noise in such a wave therefore has the square of that derivative in each row.
+        ``square``: sum of the squares of one wave over the rows. The result is at most
+        MOST_OWN_SHARE of a wave over all phases.
         """
         orders = np.asarray(effect.electrical_orders(self.observations), dtype=np.float64)
         noise = TIMES_THE_NOISE * (orders * RAD_PER_ARCSEC) ** 2 * square
@@ -452,8 +452,8 @@ class Residuals:
     def projected(
         self, effect: Effect, nonlinear: Nonlinear, score: Score
     ) -> tuple[tuple[Matrix | None, Matrix | None], Matrix]:
-        """Return C⁻¹ times the columns of a scored effect, multiplied by its coefficients, with the
-        model projected out, by channel; and the run offsets in this result, arcseconds."""
+        """Return C⁻¹·z by channel, and the run offsets in z, arcseconds; z is the sum of a scored
+        effect's columns times their coefficients, with the model projected out."""
         layout, noise = self._layout, self.solution.noise
         back = self._inverse @ (score.cross @ score.coefficients)
         found: list[Matrix | None] = []

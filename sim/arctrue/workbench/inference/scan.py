@@ -53,9 +53,10 @@ SEPARATING_GAIN = 30.0
 """Gain by which an order must exceed the nearest whole or half order: p < 10⁻⁶ for one more
 parameter, with a gap at every half order."""
 IN_A_GAP = np.array([-1.2, -0.9, -0.6, -0.3, 0.3, 0.6, 0.9, 1.2])
-"""Offsets from a whole or half order at which orders in the gap around it and at its edges are
-scored, in units of the resolution, which is an eighth of a period. The peak of a line of one run
-extends half a period to either side, so that two neighbouring places cannot both miss it."""
+"""Offsets at which orders near a whole or half order are scored, in the gap around it and at the
+edges of this gap; in units of the resolution, which is an eighth of a period. The peak of a line of
+one run extends half a period to either side, so that two neighbouring places cannot both miss it.
+"""
 LINES = frozenset({"frequency", "line", "unwrapped_order"})
 """Kinds of search for a wave of any rate."""
 LEAST_OWN = 0.05
@@ -166,8 +167,8 @@ def disc_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     """Score whole orders of the declared range whose alias at even samples is above the start of
     the range.
 
-    With N samples per turn, orders n and N − n differ only by a phase in each run: runs that start
-    at different angles separate them, one run does not. For one run, the lower order is preferred.
+    With N samples per turn, orders n and N − n differ only by a phase in each run. Runs that start
+    at different angles separate the two; for a single run, the lower order is preferred.
     """
     low, high = effect.search_range("order")
     above = int(low) - 1

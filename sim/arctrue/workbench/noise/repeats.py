@@ -48,9 +48,9 @@ def _at_one_phase_arcsec(observations: Observations, residual: Float) -> float |
     """Return the noise from rows of successive turns at nearly the same angle and the same signal
     phase.
 
-    The result is None for too few rows. This estimate needs no interpolation: if rows are a signal
-    period apart or more, an interpolated value does not contain the error within the period, so
-    that this error would count as noise.
+    The result is None for too few rows. This estimate needs no interpolation. If rows are a signal
+    period apart or more, an interpolated value would not contain the error within the signal
+    period, and this error would count as noise.
     """
     rows = observations.capture
     assert rows is not None

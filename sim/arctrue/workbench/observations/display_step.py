@@ -21,9 +21,9 @@ cause."""
 def display_step(values: Float) -> float:
     """Return the step to which an instrument rounds its values (rows,); 0 if they are not rounded.
 
-    The step is the smallest difference of two values, if every difference is a whole number of
-    steps and each value occurs LEAST_AGAIN times on average: values of 64 bits recur only if they
-    are rounded.
+    The step is the smallest difference of two values. Two conditions must hold: every difference is
+    a whole number of steps, and each value occurs LEAST_AGAIN times on average, because values of
+    64 bits recur only if they are rounded.
     """
     different = np.unique(values)
     if different.size < 2 or values.size < LEAST_AGAIN * different.size:

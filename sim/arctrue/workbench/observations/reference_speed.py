@@ -44,8 +44,8 @@ def reference_speed(columns: Reference) -> Float | None:
     times are even and their distances uneven. Third, passes over stations far apart (a polygon's
     faces), if their times fit steady speeds and at least two of the speeds differ: a table that
     stops takes about as long at each station in every pass. Fourth, passes over stations far apart
-    at a steady speed, if a clock sampled them in the same steps as a pass of the first two kinds:
-    they are parts of one log at a higher speed.
+    at a steady speed, if their time steps equal those of a pass of the first two kinds: a clock
+    then sampled both, and the fast pass belongs to the same log.
     """
     target, time_s = columns.target_deg, columns.time_s
     if time_s is None or target.size < LEAST_ROWS:

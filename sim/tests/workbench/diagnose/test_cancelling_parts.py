@@ -79,15 +79,15 @@ def test_a_half_order_on_one_turn_is_a_step_at_its_seam() -> None:
 
 @pytest.mark.parametrize("order", [0.5, 1.5])
 def test_a_half_order_that_repeats_is_described(order: float) -> None:
-    """The error of 300″ extends over three turns, so that its half order is described: the rows
-    cover the two turns of its period and one more turn."""
+    """The diagnosis describes the half order of an error of 300″ if the rows cover three turns: the
+    two turns of its period and one more."""
     residuals = _sweeps(300.0 * np.cos(order * 6.0 * np.pi * STROKE + 0.8), turns=3.0)
     assert best_parts(residuals)[0].effect.orders == (order,)
 
 
 def test_the_zero_of_a_condition_is_a_convention() -> None:
-    """The zero of a condition does not matter: a load of 30 ± 1 N m times 400″ of order 1 is
-    12,000″ if the load is counted from 0 N m.
+    """The zero of a condition must not change the result: with a load of 30 ± 1 N m and 400″ of
+    order 1 per N m, the product is 12,000″ if the load is counted from 0 N m.
 
     The model's own order 1 absorbs the mean, so that only the variation of ± 400″ counts.
     """

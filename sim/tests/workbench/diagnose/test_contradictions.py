@@ -131,7 +131,7 @@ def _of_line(frequency: float, visits: int = 10, mixed: bool = False):  # type: 
 
 
 def test_a_line_that_keeps_to_the_schedule_of_the_visits_is_none_in_time() -> None:
-    """A line that keeps to the schedule of the visits is no line in time; in an earlier version, a
+    """The rule refuses a line in time that has the period of the visits. In an earlier version, a
     bracket that leans with the direction was named a periodic error of 192 s."""
     reported = _of_line(1.0 / 192.0)
     assert reported is not None
@@ -156,8 +156,8 @@ def _of_order(order: float, sigma: float):  # type: ignore[no-untyped-def]
 
 
 def test_an_order_that_cannot_be_reported_from_a_half_one_is_no_ball_pass() -> None:
-    """A half-integer order is no ball pass; in an earlier version, a belt that repeats every two
-    turns was named a ball pass of order 0.499 ± 0.008."""
+    """The rule refuses a ball pass at a half-integer order. In an earlier version, a belt that
+    repeats every two turns was named a ball pass of order 0.499 ± 0.008."""
     reported = _of_order(0.4992, 0.0076)
     assert reported is not None
     assert "every two turns" in reported

@@ -74,8 +74,9 @@ def test_a_head_that_stands_while_the_other_goes_on_is_reported() -> None:
 
 
 def test_dense_rows_of_coarse_counts_are_no_jumps() -> None:
-    """Dense rows of coarse counts have no jumps: with ten counts per row and 1.6 counts of noise
-    per step, a tenth of a step does not indicate a fault."""
+    """The diagnosis finds no jumps in dense rows of coarse counts: a row has ten counts more than
+    the row before, with 1.6 counts of noise, so that a deviation of a tenth of a step is no fault.
+    """
     random = np.random.default_rng(5)
     size = 40_000
     turn = np.arange(size) * 10.0

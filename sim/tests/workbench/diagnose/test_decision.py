@@ -74,9 +74,8 @@ def test_a_small_second_matter_does_not_take_the_name_of_the_first() -> None:
 
 
 def test_what_only_the_reference_shows_is_not_asked_of_the_runs_of_the_capture() -> None:
-    """The lean of the polygon needs no evidence from the runs of the capture: the lean changes
-    order 1 of the capture by the amount that the graduation absorbs, so that only the reference
-    shows the lean."""
+    """The lean of the polygon needs no evidence from the runs of the capture. In the capture, it
+    changes only order 1, which the graduation absorbs; only the reference shows the lean."""
     measurement = measurement_set()
     assert measurement.reference is not None
     target = np.radians(measurement.reference.target_deg)

@@ -113,15 +113,15 @@ def _improvement(gain: float, information: float) -> list[Improvement]:
 
 
 def test_a_fall_within_two_standard_errors_is_none() -> None:
-    """A gain within two standard errors of zero does not count: an information of 100 means that a
-    real gain has the mean 50 and the standard error 10, so that 15 does not count and 25 does."""
+    """A gain within two standard errors of zero does not count. With an information of 100, a real
+    gain has the mean 50 and the standard error 10: a gain of 15 does not count, 25 does."""
     assert not holds_out(_improvement(15.0, 100.0))
     assert holds_out(_improvement(25.0, 100.0))
 
 
 def test_what_left_out_rows_cannot_show_must_not_get_worse() -> None:
-    """A gain that left-out rows cannot confirm must not be a loss beyond two standard errors: an
-    information of 16 means that a real gain has the mean 8 and the standard error 4, so that −9
+    """If left-out rows cannot confirm a gain, they must not show a loss beyond two standard errors.
+    With an information of 16, a real gain has the mean 8 and the standard error 4, so that −9
     counts as a loss."""
     assert holds_out(_improvement(-7.0, 16.0))
     assert not holds_out(_improvement(-9.0, 16.0))
@@ -133,8 +133,8 @@ def test_rows_side_by_side_are_left_out_apart_and_stations_not_together() -> Non
     assert folds is not None
     rounds = folds.reshape(-1, 4)
     assert np.all(np.sort(rounds, axis=1) == np.arange(4))
-    # 24 stations are a multiple of the four folds: if the rows were dealt to the folds in turn, all
-    # visits of a station would be in one fold.
+    # The number of stations, 24, is a multiple of the number of folds, four. If the rows were given
+    # to the folds in turn, all visits of a station would be in one fold.
     of_stations = folds.reshape(8, 24)
     assert all(np.unique(of_stations[:, station]).size > 1 for station in range(24))
 
@@ -277,8 +277,8 @@ def test_passes_are_asked_with_the_model_that_the_effect_was_weighed_with() -> N
 
 
 def test_what_the_offset_of_a_run_takes_is_not_asked_of_its_rows() -> None:
-    """The rows of a run need not show an error that the offset of the run has absorbed: head 2
-    stands 9″ off its place in all rows.
+    """The rows of a run need not show an error that the offset of the run has absorbed: head 2 is
+    displaced by 9″ in all rows.
 
     The rows of one run are 0.03″ higher, as if the index had scattered.
     """

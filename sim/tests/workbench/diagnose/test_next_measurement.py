@@ -118,8 +118,9 @@ def _reference_chi_square(model: Model, measurement: MeasurementSet) -> float:
 def test_a_polygon_put_on_again_tells_its_own_error_from_a_gain(
     hidden: str, size: float, moves: bool
 ) -> None:
-    """A polygon that is put on again separates its own error from a gain: an eccentric polygon
-    looks like a gain if its eccentricity has the direction of the disc's own."""
+    """A polygon that is turned on the table separates its own error from a gain: an eccentric
+    polygon looks like a gain of the reference if its eccentricity has the direction of the disc's
+    eccentricity."""
     wanted, planned = [Wanted(hidden, size)], full().smaller(SAMPLES, CYCLES)
     first = simulate_set(wanted, planned, 418).measurement
     again = simulate_set(wanted, planned, 418, again=1, further=["polygon_reindexed"]).measurement

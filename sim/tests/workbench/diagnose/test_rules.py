@@ -35,8 +35,9 @@ def _weak(name: str, size: float, seed: int) -> Diagnosis:
 
 
 def test_two_orders_of_a_warm_run_are_no_vibration() -> None:
-    """The diagnosis names no vibration for two orders of a warm run: a line that is free in every
-    run could absorb such an order, but the other runs do not contain the line."""
+    """The diagnosis names no vibration for two orders that exist only in the warm run. A line with
+    a free phase in every run could absorb such an order, but the other runs do not contain the
+    line."""
 
     def error(disc, temperature, speed):  # type: ignore[no-untyped-def]
         warmer = temperature - 20.0
@@ -96,8 +97,8 @@ def test_a_step_pays_for_all_its_instants(size: float) -> None:
 
 @pytest.mark.parametrize("rows", [1, 2, 3])
 def test_rows_that_are_off_at_the_end_of_a_run_are_no_slip(rows: int) -> None:
-    """Rows that are off at the end of a run are no slip: they are too few to separate a step from
-    single wrong rows, and 5 σ are too little to be masked."""
+    """Wrong rows at the end of a run are no slip: they are too few to distinguish a step from
+    single wrong rows. They are not masked either, because they are wrong by 5 σ only."""
     made = measurement_set(reference=False)
     assert made.capture is not None
     made.capture.head2_counts[-rows:] += round(5.0 * CAPTURE_NOISE * np.sqrt(2.0) / COUNT_ARCSEC)
@@ -212,8 +213,9 @@ def test_a_line_with_an_order_of_the_model_is_found_at_its_place() -> None:
 def test_a_constant_that_the_interpolation_may_have_is_no_head_angle(
     constant_arcsec: float, confirmed: bool
 ) -> None:
-    """A constant that interpolation errors may cause is no misplaced head: signals that differ by ψ
-    from quadrature give ψ/2·(1 ± cos 2φ), a wave of 1″ and a constant of 1″.
+    """The diagnosis names no misplaced head for a constant that interpolation errors may cause:
+    signals that differ by ψ from quadrature give ψ/2·(1 ± cos 2φ), a wave of 1″ and a constant of
+    1″.
 
     Here both heads have this constant of 1″, so that up to 2″ of R₂ − R₁ do not prove a misplaced
     head.

@@ -40,9 +40,9 @@ EFFECTS = built_in()
 def test_a_reversal_error_that_differs_from_place_to_place_keeps_its_name(
     stations: int, noise: float
 ) -> None:
-    """A reversal error that differs from place to place keeps its name; its variation by a fifth
-    becomes a second finding, which is as significant as the whole error because the repeats have
-    little noise."""
+    """A reversal error that differs from place to place keeps its name, and its variation by a
+    fifth becomes a second finding. The repeats have so little noise that the variation is as
+    significant as the whole error."""
     _, found = diagnosed(reversal_set(stations=stations, noise=noise))
     assert found.named is not None
     assert found.named.name == "hysteresis"
@@ -140,8 +140,8 @@ def test_blocks_do_not_judge_what_happens_once_or_is_weak() -> None:
 
 
 def test_a_line_that_loses_its_phase_is_not_predicted_by_other_blocks() -> None:
-    """The other blocks do not predict a resonance driven by noise, which is coherent over only a
-    few periods; they predict the steady line at the resonance's frequency."""
+    """The other blocks do not predict a resonance driven by noise, which keeps its phase for a few
+    periods only; they do predict a steady line of the same frequency."""
     frequency, size = 1.3, 0.6
 
     def line(time, speed):  # type: ignore[no-untyped-def]

@@ -104,9 +104,9 @@ class BearingBallPass(Effect):
         """Refuse an order that cannot be distinguished from a whole or half order.
 
         A motion that repeats after one or two turns (a belt, a gear of two to one) has a simple
-        order and is the simpler explanation; balls and cage do not turn at simple rates. The narrow
-        interval around a simple order contains a small share of all orders: an order in it counts
-        as simple unless the odds against this are 10⁶ (Occam's factor).
+        order and is the simpler explanation; balls and cage do not turn at simple rates. Few of all
+        possible orders lie in the narrow interval around a simple order. An order in this interval
+        therefore counts as simple unless the odds against this are 10⁶ (Occam's factor).
         """
         order = found["order"]
         half = round(2.0 * order.value) / 2.0

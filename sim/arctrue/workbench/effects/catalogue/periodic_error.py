@@ -32,8 +32,8 @@ WHOLE = 0.01
 """Largest distance of an order from a whole order at which it counts as whole: the phase is then
 wrong by at most 4° over half a turn."""
 OF_THE_DRIVE = 0.02
-"""Largest distance of an order from a multiple of the tooth count, as a share of the tooth count,
-at which the line is assigned to the drive; one order in 25 is this close by chance."""
+"""Largest distance of an order from a multiple of the tooth count at which the line is assigned to
+the drive, as a share of the tooth count. One order in 25 is this close by chance."""
 
 OF_THE_SCHEDULE = 0.25
 """Largest distance of a line in time from a multiple of the frequency of visits, at which the line

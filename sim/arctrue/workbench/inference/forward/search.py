@@ -1,9 +1,9 @@
 """Adds one regular line after another to the model of a record, and orders them by size.
 
-Each step scans all rates with the noise that is estimated without a further line, and with white
-noise alone: otherwise a line far above the scatter of neighbouring rows would count completely as
-slow noise. The highest places are then tried, with the noise estimated anew without and with the
-line.
+Each step scans all rates twice: with the noise that is estimated without a further line, and with
+white noise alone. White noise is needed because the estimated noise completely absorbs a line far
+above the scatter of neighbouring rows. The highest places are then tried, with the noise estimated
+anew without and with the line.
 """
 
 from __future__ import annotations
@@ -497,9 +497,9 @@ def own_shares(record: Record, columns: Float) -> Float:
     """Return the share of the squares of each line's columns that the base leaves; shape (lines,).
 
     A gain is multiplied by this share. If the base explains a part of a line, it has also absorbed
-    that part of the noise, so that the noise is known less well. Without this factor, the remainder
-    of any slow change over a part of a turn would look like lines next to the table's orders, and
-    these lines would cancel the orders.
+    that part of the noise, so that the noise is known less well. Without this factor, the part of a
+    slow change that the base leaves would look like lines next to the table's orders, if the record
+    is shorter than a turn; these lines would cancel the orders.
     """
     pairs = (-1, 2)
     made = np.sum((record.base.T @ columns) ** 2, axis=0).reshape(pairs).sum(axis=1)

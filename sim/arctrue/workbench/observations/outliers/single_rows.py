@@ -317,9 +317,9 @@ def seen_by_other_head(
     other head.
 
     In every revolution a place on the disc passes head 2 first and then, by α later, head 1, and
-    its error has the opposite sign in R₂ − R₁ at head 1. An opposite deviation in a single
-    revolution is another outlier: if one row in 300 is wrong, a tenth of the outliers have such a
-    row by chance in one of a dozen turns.
+    its error has the opposite sign in R₂ − R₁ at head 1. If only one revolution has the opposite
+    deviation, it is another outlier: if one row in 300 is wrong, a tenth of the outliers have such
+    a partner by chance in one of a dozen turns.
     """
     found = np.zeros(rows.size, dtype=bool)
     if rows.size == 0 or rows.size > MOST_COMPARED:
