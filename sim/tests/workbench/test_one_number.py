@@ -150,6 +150,6 @@ def test_left_is_the_rms_of_measured_less_predicted() -> None:
     )
     measured = rows.difference_arcsec
     left = measured - columns @ np.linalg.lstsq(columns, measured, rcond=None)[0]
-    # With white noise all rows have equal weights. The readings serve as angles, which changes an
-    # order by 90″ in 10⁶.
+    # With white noise all rows have equal weights. The test uses the readings as angles, which are
+    # wrong by up to 90″; this changes the residual by less than the tolerance.
     assert step.rms_arcsec["capture"] == pytest.approx(float(np.sqrt(np.mean(left**2))), rel=1e-3)

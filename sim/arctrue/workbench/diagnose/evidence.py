@@ -166,8 +166,8 @@ def weighed(tried: Survey, report_step: ReportStep, *, negligible: bool) -> Surv
 
 
 def _near_to_a_name(tried: Survey) -> list[Candidate]:
-    """Return the effects that may be named when the noise is estimated with each in the model, best
-    first."""
+    """Return the effects for which the noise is estimated anew: lines of a forward search, then
+    others, best first."""
     ranked = sorted(tried.candidates, key=lambda item: -item.delta_bic)
     near = {
         item.name

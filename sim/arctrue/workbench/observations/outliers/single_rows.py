@@ -236,7 +236,7 @@ def gaps(angle: Float) -> Integer:
 def pieces_between_gaps(angle: Float) -> list[slice]:
     """Return the pieces of a run between gaps, LEAST_ROWS or more each; ``angle``: (rows,).
 
-    A piece of fewer rows than LEAST_ROWS stays with its neighbours.
+    A piece of fewer rows than LEAST_ROWS is joined to its neighbour.
     """
     cuts = [0]
     for place in gaps(angle).tolist():
@@ -273,8 +273,8 @@ def repeats(
     angle.
 
     ``away``, ``scatter``, ``angle_rad``, ``revolution``: shapes (all rows,). The result is True if
-    the median over the other revolutions of the deviation there, with the same sign, exceeds
-    NEAR_SIGMA.
+    the median, over the other revolutions, of the largest deviation of the same sign at this angle
+    exceeds NEAR_SIGMA.
     """
     found = np.zeros(rows.size, dtype=bool)
     if rows.size == 0 or rows.size > MOST_COMPARED:
@@ -406,8 +406,8 @@ def at_every_visit(
     station.
 
     ``away``, ``station``, ``sense`` (1 up, −1 down): shapes (all rows,). An effect of a reversal
-    recurs after each reversal. The result is True if the median over the other passes in the same
-    sense exceeds NEAR_SIGMA.
+    recurs after each reversal. The result is True if the median of the deviations in these passes,
+    with the sign of the row, exceeds NEAR_SIGMA.
     """
     found = np.zeros(rows.size, dtype=bool)
     if rows.size > MOST_COMPARED:
