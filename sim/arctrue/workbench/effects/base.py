@@ -513,7 +513,7 @@ class Effect(ABC):
     def at_place(
         self, residuals: Leftover, nonlinear: Nonlinear
     ) -> tuple[Effect, dict[str, float]]:
-        """Return effect and parameters, adapted to what a search found; default: unchanged."""
+        """Return effect and search parameters, adapted to a search's result; default: unchanged."""
         return self, dict(nonlinear)
 
     def parameters(

@@ -164,8 +164,8 @@ def samples_a_turn(residuals: Residuals) -> float:
 
 
 def disc_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
-    """Score whole orders of the declared range whose alias at even samples is above the start of
-    the range.
+    """Score the whole disc orders of the declared range, without those whose alias is below the
+    range.
 
     With N samples per turn, orders n and N − n differ only by a phase in each run. Runs that start
     at different angles separate the two; for a single run, the lower order is preferred.
@@ -241,8 +241,8 @@ def unwrapped_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     power[(orders > highest) | (orders < max(resolution, lowest))] = 0.0
     trials, step = 2.0 * turns * highest, 0.25 / turns
     away = _away_from_halves(orders)
-    # Next to a gap (whole and half orders) the highest point may be the edge of the gap, which is
-    # no local maximum.
+    # A gap is the interval around a whole or half order that the turns do not resolve. Next to a
+    # gap, the highest point may be the edge of the gap, which is no local maximum.
     coarse = [
         {"order": float(orders[index])}
         for index in peaks(np.where(away < resolution, 0.0, power), BEST_PLACES)
@@ -250,7 +250,8 @@ def unwrapped_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     found = scored(effect, residuals, coarse, trials)
     refined = moved_to_maximum(effect, residuals, found, "order", step)
     if refined and _away_from_halves(refined[0].nonlinear["order"]) < resolution:
-        # A place that moves into the gap around a whole or half order would be that order.
+        # A place that has moved into a gap may be the whole or half order itself, so that it is not
+        # used.
         refined = found
     inside = _inside_a_gap(effect, residuals, power, orders, trials, step)
     return inside if inside and (not refined or inside[0].gain > refined[0].gain) else refined
@@ -265,8 +266,9 @@ def _away_from_halves(orders: Float | float) -> Float:
 def _inside_a_gap(
     effect: Effect, residuals: Residuals, power: Float, orders: Float, trials: float, step: float
 ) -> list[Place]:
-    """Return the best order that differs significantly from a whole or half order but is nearer to
-    it than the turns resolve.
+    """Return the best order within a gap, if it differs significantly from the whole or half order.
+
+    A gap is the interval around a whole or half order that the turns do not resolve.
 
     Two lines are resolved at 1/(2·turns). The higher a single line is above the noise, the more
     exactly its place is known (Rife and Boorstyn, IEEE Trans. Inf. Theory 20 (1974) 591): a line
