@@ -1,5 +1,5 @@
-"""Tests that a model and its user's effects can be moved together, and that its steps state date,
-program and set."""
+"""Tests that a model and the user's effects can be moved together, and that the model's steps state
+date, program and set."""
 
 from __future__ import annotations
 

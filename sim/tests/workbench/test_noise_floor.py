@@ -1,5 +1,5 @@
-"""Tests that all steps of a model's history show one noise for a set, and that it equals the
-simulated noise."""
+"""Tests that all steps of a model's history show one noise for a set, which equals the simulated
+noise."""
 
 from __future__ import annotations
 

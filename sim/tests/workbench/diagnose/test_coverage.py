@@ -126,7 +126,7 @@ def test_a_residual_smaller_than_what_can_be_found_cannot_tell() -> None:
 def test_a_drift_that_slow_noise_may_be_is_not_adequate(
     drift_rms_arcsec: float, verdict: str
 ) -> None:
-    """The verdict is not adequate for a drift that slow noise may be. If the noise is white, 288
+    """The verdict must not be "adequate" if a drift may be slow noise. If the noise is white, 288
     readings of 0.15″ determine a drift to 0.15″/√288 = 0.009″ RMS, and a drift of 6.8 times this
     value is significant.
 

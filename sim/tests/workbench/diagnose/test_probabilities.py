@@ -151,8 +151,8 @@ def test_two_hypotheses_give_bayes_theorem() -> None:
 
 @pytest.mark.parametrize("gain", [14.0, 40.0, 1e4])
 def test_what_is_named_has_the_largest(gain: float) -> None:
-    # The other effect has a larger gain with more coefficients, but the residual of this effect was
-    # enough to exclude it.
+    # ``vibration`` has a larger gain with more coefficients, but a rule has excluded it because of
+    # the residual that it leaves.
     others = [_candidate("vibration", gain + 30.0, 1e-3, rank=2), _candidate("count_slip", 1.0, 1)]
     product = _candidate("product_of_parts", gain + 20.0, 1e-3)
     found = _posterior(
@@ -181,7 +181,7 @@ def test_an_answer_is_stated_as_sure_as_such_answers_are(verdict: str) -> None:
         said = stated(found, verdict, members, confidence)
         assert said[first] == pytest.approx(confidence, abs=1e-9)
         assert sum(said.values()) == pytest.approx(1.0, abs=1e-12)
-        # The other probabilities on the same side keep their ratios.
+        # The probabilities of the effects keep their ratios.
         if verdict == "adequate":
             assert said["latency"] / said["count_slip"] == pytest.approx(
                 found["latency"] / found["count_slip"]
@@ -233,7 +233,7 @@ def test_a_look_alike_that_cannot_be_tested_is_as_probable() -> None:
 
 @pytest.mark.parametrize("confidence", [0.2, 0.6, 0.9])
 def test_a_class_has_what_its_first_has_and_more(confidence: float) -> None:
-    """A class has at least the probability of its first effect, by which the benchmark counts the
+    """A class has at least the probability of its first effect; the benchmark uses that one for the
     class."""
     members = ["hysteresis", "latency"]
     found = {"hysteresis": 0.5, "latency": 0.3, "vibration": 0.05, "unknown": 0.1, "none": 0.05}

@@ -42,7 +42,7 @@ def _written_out(clock: np.ndarray, run: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("pause_s", [STEP_S, 150.0])
 def test_a_pass_continues_the_noise_of_the_one_before(pause_s: float) -> None:
-    """A pass continues the noise of the preceding pass: the covariance depends only on the time
+    """The noise of a pass continues in the next pass: the covariance depends only on the time
     between two rows and on the scale of each row's run."""
     clock, run = _passes(pause_s)
     found = _covariance(clock, run, goes_on=True)

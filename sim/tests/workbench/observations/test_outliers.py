@@ -99,8 +99,8 @@ def test_a_wrong_row_between_two_gaps_is_masked_and_the_rows_around_it_are_not()
 
 @pytest.mark.parametrize("scatter_counts", [0.75, 1.5, 2.1, 6.0])
 def test_the_scatter_of_whole_counts_is_that_of_the_noise(scatter_counts: float) -> None:
-    """The scatter of whole counts is that of the noise: white noise is rounded to whole counts,
-    which adds a variance of 1/12 count² (Sheppard)."""
+    """The estimated scatter equals that of the noise, although the values are whole counts;
+    rounding adds a variance of 1/12 count² (Sheppard)."""
     noise = np.random.default_rng(11).normal(0.0, scatter_counts, 20_000)
     away = np.round(noise) + 0.5 * np.round(
         2.0 * np.random.default_rng(12).normal(0.0, 0.3, 20_000)
