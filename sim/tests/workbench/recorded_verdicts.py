@@ -24,8 +24,8 @@ from arctrue.workbench.model.model import default_model
 RECORD = Path(__file__).parent / "recorded_verdicts.jsonl"
 SETS = 40
 WHOLE_CANDIDATES = 3
-"""Number of candidates that are recorded in full. Only name and evidence of the other candidates
-are recorded."""
+"""Number of candidates with a complete record; of the other candidates, only name and evidence are
+recorded."""
 DIGITS = 7
 RELATIVE = 1e-3
 """Largest relative difference of two numbers that count as equal.

@@ -1,5 +1,5 @@
-"""Tests, for each kind of limit, that an effect of the stated detectable size is found in 95 % of
-the sets."""
+"""Tests that an effect of the stated detectable size is found in 95 % of the sets, whether noise,
+few runs, slow noise or held-out rows limit this size."""
 
 from __future__ import annotations
 
@@ -42,8 +42,9 @@ INDEX_ARCSEC = 0.08
 
 @pytest.mark.parametrize(("rank", "freedom"), [(1, 10.0), (1, 4.0), (3, 20.0), (23, 60.0)])
 def test_needed_gain_has_its_power_in_drawn_noise(rank: int, freedom: float) -> None:
-    """The needed gain has its power in simulated noise: the set that states the size and the set
-    that contains the effect each draw a χ² of their own."""
+    """The needed gain has the stated power in simulated noise. The set that states the size and the
+    set that contains the effect have independent noise estimates, so that each draws a χ² of its
+    own."""
     random = np.random.default_rng(5)
     gain = needed_gain(rank, TESTS, freedom)
     size, draws = np.sqrt(gain), 40_000
@@ -58,8 +59,8 @@ def test_needed_gain_has_its_power_in_drawn_noise(rank: int, freedom: float) -> 
 
 
 def test_noise_that_two_degrees_of_freedom_state_has_a_bound_too() -> None:
-    """Noise with two degrees of freedom has a bound too: the log of a servo needed an F above 10⁷,
-    at which the series of the noncentral F distribution gives NaN."""
+    """A detectable size exists also for noise with two degrees of freedom: the log of a servo
+    needed an F above 10⁷, at which the series of the noncentral F distribution gives NaN."""
     rank, freedom, threshold, draws = 4, 2.0, 3.8e7, 200_000
     random = np.random.default_rng(7)
     stating, showing = (random.chisquare(freedom, draws) / freedom for _ in range(2))
@@ -73,9 +74,9 @@ def test_noise_that_two_degrees_of_freedom_state_has_a_bound_too() -> None:
 
 @pytest.mark.parametrize("rank", [1, 2, 8])
 def test_rows_left_out_show_it_with_the_stated_power(rank: int) -> None:
-    """Left-out rows show the effect with the stated power: least squares in numpy over four
-    folds counts the effect if the log predictive density rises by twice the standard error of
-    the rise."""
+    """Left-out rows show the effect with the stated power. The test computes four folds with least
+    squares in numpy; the effect counts as found if the log predictive density rises by twice the
+    standard error of the rise."""
     random = np.random.default_rng(6)
     rows, draws = 400, 1500
     columns = np.linalg.qr(random.normal(size=(rows, rank)))[0]

@@ -40,7 +40,7 @@ def _json(path: Path) -> Any:
 
 
 def test_the_loop_by_hand(warm_set: Path, same_table_again: Path, tmp_path: Path) -> None:
-    """The test runs compare → diagnose → add → compare → another set of the same table → export."""
+    """Run compare, diagnose, add, compare (also with another set of the same table), export."""
     model = tmp_path / "model.toml"
     pictures = tmp_path / "pictures"
 

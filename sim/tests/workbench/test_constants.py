@@ -1,4 +1,4 @@
-"""Tests that every constant which influences a result of the workbench states its origin.
+"""Tests that each constant that influences a result of the workbench states its origin.
 
 A constant of a module needs a docstring of its own with a derivation, a source, the command that
 calibrates it, or the statement that it only limits cost or output.

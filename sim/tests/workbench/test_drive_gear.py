@@ -65,8 +65,9 @@ def test_a_gear_that_the_faces_divide_shows_itself_by_its_side_lines() -> None:
 
 
 def test_side_lines_that_only_the_noise_with_the_gear_shows_are_taken() -> None:
-    """The side lines are 20 σ of the rows' noise, but they are not significant with the noise that
-    is estimated without the gear in the model, because this estimate contains the gear's error.
+    """The side lines are 20 times as large as their uncertainty from the rows' noise. With the
+    noise that is estimated without the gear in the model they are not significant, because this
+    estimate contains the gear's error.
 
     Without the side lines, errors of the polygon's faces would fit better than the gear.
     """
@@ -78,8 +79,8 @@ def test_side_lines_that_only_the_noise_with_the_gear_shows_are_taken() -> None:
 
 
 def test_lines_that_the_stations_cannot_tell_apart_are_not_both_taken() -> None:
-    """Only one of two lines is taken if the stations cannot separate them: on 24 faces 90 teeth
-    look like order 6, and 270 teeth look like order 6 with the opposite sign."""
+    """Of two lines that the stations cannot separate, only one is kept: on 24 faces orders 90 and
+    270 both look like order 6, with opposite signs of the sine."""
     effect, trials = _narrowed(_with_lines(90, {90: 2.2, 89: 0.3, 91: 0.3}))
     assert effect.settings == {"multiples": [1], "below": [1], "above": [1]}
     # An eccentric gear makes a wave with a pair of side lines; only this small number of forms was

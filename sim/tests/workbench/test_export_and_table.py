@@ -1,5 +1,4 @@
-"""Tests which orders are not exported, and that a model which belongs to another table is
-refused."""
+"""Tests which orders the export leaves out, and that it refuses a model of another table."""
 
 from __future__ import annotations
 
@@ -60,8 +59,8 @@ def test_only_significant_orders_have_a_lane(folder: Path, model: Path, tmp_path
 def test_lanes_that_double_the_error_are_refused(
     made: MeasurementSet, folder: Path, model: Path, tmp_path: Path
 ) -> None:
-    """The sign of the reference errors is reversed, as if they came from another disc; the lanes
-    would increase them, so the export refuses."""
+    """The export refuses lanes that increase the error: the test reverses the sign of the reference
+    errors, as if they came from another disc."""
     assert made.reference is not None
     assert made.capture is not None
     other = tmp_path / "other"

@@ -124,13 +124,14 @@ def test_the_bank_of_another_turn(observations: Observations) -> None:
     first = compensate(angles, angles, held, turns=np.zeros(angles.size, dtype=np.int64))
     moved = held.from_turn(5)
     later = compensate(angles, angles, moved, turns=np.full(angles.size, 5))
-    # In another turn the gateware rounds the offset twice: 2⁻²⁵ turn, at an amplitude of 12 counts.
+    # If turn 0 is another turn, the gateware rounds the phase offset twice, by up to 2⁻²⁵ turn, at
+    # an amplitude of 12 counts.
     assert np.abs(first.correction - later.correction).max() <= 1
 
 
 def test_the_phase_at_an_index_of_the_drive(observations: Observations) -> None:
-    """The phase is right at an index of the drive: a pinion with 21 teeth makes 3.4 turns per turn
-    of the table and has an index in each of its turns."""
+    """The phase is right if it refers to an index of the drive: a pinion with 21 teeth makes 3.4
+    turns per turn of the table and has an index in each of its turns."""
     gear = export_model(
         Model(model().effects[1:2]),
         observations,
@@ -186,8 +187,8 @@ def test_lines_in_time_and_of_the_capture_have_none(observations: Observations) 
 
 
 def test_a_ball_pass_is_a_lane_where_y_is_known(observations: Observations) -> None:
-    """A ball pass becomes a lane if the motion in y is known, which the reading of head 1 contains;
-    its coefficients are the last two."""
+    """A ball pass becomes a lane if its motion in y, which head 1 reads, is known; the last two
+    coefficients are those of y."""
     values = np.array([0.3, 0.1, -2.0, 5.0])
     lanes = BearingBallPass().real_lanes(values, {"order": 7.31}, observations)
     assert lanes == [RealLane(7.31, -2.0, 5.0)]

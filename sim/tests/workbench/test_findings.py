@@ -1,5 +1,5 @@
-"""Tests of the conditions that the residual follows: the diagnosis lists the cause first, and
-similar conditions as its aliases."""
+"""Tests that the comparison lists the condition that causes the residual first, and conditions that
+only resemble it as its shadows."""
 
 from __future__ import annotations
 
@@ -65,8 +65,8 @@ def test_nothing_beyond_chance_is_no_finding() -> None:
 def test_share_of_the_excess() -> None:
     # With a noise of 3 and a whole residual of 5, the excess is 16 of 25.
     assert ExcessOf(100, 5.0, 4.0).share(0.32) == pytest.approx(0.5)
-    # The repeats explain the whole residual if the effect does not repeat, so that no excess
-    # remains; the share then refers to the whole residual.
+    # If the effect does not repeat, the repeats scatter as much as the whole residual, so that
+    # there is no excess; the share then refers to the whole residual.
     assert ExcessOf(100, 5.0, 0.5).share(0.32) == pytest.approx(0.32)
     assert ExcessOf(100, 5.0, 4.0).share(-0.1) == 0.0
 

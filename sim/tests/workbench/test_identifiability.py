@@ -1,5 +1,5 @@
-"""Tests of identifiability: undetermined coefficients, similar effects, and the smallest size of an
-effect that is found."""
+"""Tests of identifiability: undetermined and correlated coefficients, and smallest detectable
+sizes."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_weak_orders_are_the_weakest() -> None:
     reported = identifiability(
         fit([_graduation()], observations_of(measurement_set(reference=False)))
     )
-    # At 33° the heads magnify order 11 19 times, and orders 10 and 12 five times.
+    # At 33° the heads magnify order 11 by a factor of 19, and orders 10 and 12 by a factor of 5.
     assert {name.split()[-1] for name in list(reported.weakest)[:2]} == {"11"}
     sigma = next(iter(reported.weakest.values()))
     rows = len(RUNS) * SAMPLES_A_TURN * TURNS

@@ -1,4 +1,4 @@
-"""Tests of the effect of a reading that is late by τ, on the constant and on every order.
+"""Tests of ``latency``: a reading that is late by τ changes the constant and every order.
 
 This module integrates the motion itself.
 """
@@ -70,8 +70,9 @@ def _base() -> Term:
 
 @pytest.mark.parametrize("delay_us", [300.0, 5000.0])
 def test_the_delay_takes_the_constant_and_its_coupling_to_every_order(delay_us: float) -> None:
-    """The delay explains the constant and its coupling to every order: at 90 °/s a delay of 5 ms
-    changes the phase of order 20 by 9°, and a constant per speed cannot describe these 3.9″."""
+    """The delay explains the constant at each speed and the change of every order: at 90 °/s a
+    delay of 5 ms changes the phase of order 20 by 9°; a constant per speed cannot describe this
+    change of 3.9″."""
     observations = _observations([(20.0, 20.0), (90.0, 90.0), (-45.0, -45.0)], delay_us * 1e-6)
     latency = EFFECTS["latency"]()
     solution = fit([_base(), Term(latency, {})], observations)
@@ -114,8 +115,8 @@ def _fast_log(delay_s: float) -> Observations:
 
 
 def test_what_a_delay_leaves_is_judged_with_the_orders_that_it_bent() -> None:
-    """The residual of a delay is judged with corrected orders: at 2,700 °/s a delay of 100 µs is
-    970″, so that a fit without the delay gives wrong orders.
+    """A delay is judged with the orders of a fit that contains the delay: at 2,700 °/s a delay of
+    100 µs is 970″, so that a fit without the delay gives wrong orders.
 
     If the fit used these wrong orders to compute the columns of the delay, a residual that no
     effect causes would exceed the noise of 20″.

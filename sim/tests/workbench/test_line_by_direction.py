@@ -104,8 +104,8 @@ def test_a_line_that_is_the_same_both_ways_stays_one_line(order: float) -> None:
 
 
 def test_a_line_of_the_forward_search_is_asked_for_its_directions_too() -> None:
-    """The forward search fits one wave to both directions; the best rate of this wave lies next to
-    the integer order."""
+    """The forward search fits one wave to both directions and finds its rate next to the integer
+    order; the effect must then find the integer order with a wave for each direction."""
     residuals = Residuals(fit(TERMS, observations_of(_log(72.0, (6.0, 4.0), (6.0, 95.0)))))
     line = Line(72.03, 5.0, 0.0, 3.5, 0.9, 300.0, 200.0, 432.0, 180.0)
     place = {"order": line.rate, "frequency": 0.0, "in_time": 0.0, "in_capture": 0.0}

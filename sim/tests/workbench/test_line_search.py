@@ -238,11 +238,11 @@ def _on_an_arc(turns: float, rows: int, lines: list[tuple[float, float]], noise:
 
 
 def test_what_the_orders_of_an_arc_leave_is_no_larger_than_it_is() -> None:
-    """The described line is no larger than the residual on an arc: on 0.3 of a turn, 20 orders
-    leave only a fourth of the amplitude of order 25.
+    """A line on an arc is not stated larger than the residual: on 0.3 of a turn, 20 orders absorb
+    all but a fourth of the amplitude of order 25.
 
-    An order 25 that described the whole residual would have four times this amplitude, and would
-    cancel against the other orders.
+    A line of order 25 that is fitted together with these orders would have four times the amplitude
+    of the residual, and most of it would cancel against the other orders.
     """
     record = _on_an_arc(0.3, 400, [], 1.0)
     line = record.columns(np.array([25.0]))
@@ -269,8 +269,8 @@ def test_a_line_between_two_orders_is_found() -> None:
 
 
 def test_a_line_takes_no_more_than_there_is() -> None:
-    """The blocks test only the part that a line adds to the model, and not the part that the model
-    would then cancel."""
+    """The blocks test only the part of a line that the model's orders do not explain, and not a
+    part that these orders would cancel."""
     record = _on_an_arc(1.3, 400, [(10.0, 6.5)], 1.0)
     columns = record.columns(np.array([6.5]))
     noise = KernelNoise(1.0)

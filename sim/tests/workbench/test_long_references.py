@@ -108,8 +108,8 @@ def _estimator(whole: Solution, blocks: Iterable[slice]) -> Float:
 
 @pytest.mark.parametrize("block_rows", [BLOCK_ROWS, 10**6])
 def test_every_row_gives_the_fit_of_the_whole(block_rows: int) -> None:
-    """The fit in blocks equals the fit of all rows in one block, where both compute the same sum;
-    with more blocks the correlation is cut at the end of each block.
+    """With a single block, the fit in blocks equals the fit of all rows, because both compute the
+    same sum. With more blocks, the correlation is cut at the end of each block.
 
     The cut changes the weights of the rows: it changes the coefficients by D·rows, where D is the
     difference of both estimators. White noise of ``NOISE_ARCSEC`` gives this change the standard

@@ -1,5 +1,5 @@
-"""Tests that a model which was moved together with its own effects still works, and that the steps
-of the model state their origin."""
+"""Tests that a model and the user's effects can be moved together, and that the model's steps state
+date, program and set."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Tests that the ladder states one noise for a set, and that this noise equals the simulated noise,
-whatever the model is."""
+"""Tests that all steps of a model's history show one noise for a set, which equals the simulated
+noise."""
 
 from __future__ import annotations
 

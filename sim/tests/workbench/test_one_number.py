@@ -1,5 +1,5 @@
-"""Tests that the values *left* and *held out* are equal in every output, and that they equal the
-values after the effect is added."""
+"""Tests that every output of a diagnosis states the same *left* and *held out*, and that adding the
+effect gives these values."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def test_every_place_shows_what_adding_leaves(name: str, tmp_path: Path) -> None
     first = seen.model.history[-1]
     ranking = {"diagnosis": data, "sentences": []}
 
-    # Before an effect is added, JSON, comparison and ladder agree.
+    # Before an effect is added, JSON, comparison and the chart of the history agree.
     for channel, value in first.rms_arcsec.items():
         assert data["residual_rms_arcsec"][channel] == pytest.approx(value, rel=SAME)
         assert compared[channel]["rms_arcsec"] == pytest.approx(value, rel=SAME)
@@ -150,6 +150,6 @@ def test_left_is_the_rms_of_measured_less_predicted() -> None:
     )
     measured = rows.difference_arcsec
     left = measured - columns @ np.linalg.lstsq(columns, measured, rcond=None)[0]
-    # With white noise all rows have equal weights. The readings serve as angles, which changes an
-    # order by 90″ in 10⁶.
+    # With white noise all rows have equal weights. The test uses the readings as angles, which are
+    # wrong by up to 90″; this changes the residual by less than the tolerance.
     assert step.rms_arcsec["capture"] == pytest.approx(float(np.sqrt(np.mean(left**2))), rel=1e-3)

@@ -121,8 +121,8 @@ def test_it_is_added_again_for_the_next_line() -> None:
 
 
 def test_a_drive_of_a_broken_tooth_count_has_its_own_name() -> None:
-    """The drive has its own name if worm, belt and motor together make 53.71 periods per turn, as
-    the set states."""
+    """The diagnosis names the drive if the set states its 53.71 periods per turn, which worm, belt
+    and motor together make."""
     found = _diagnosed(_reference([(53.71, 0.6)], teeth=53.71))
     assert found.named is not None
     assert found.named.name == "drive_gear_error"

@@ -50,8 +50,8 @@ def _sky(azimuth: Float, elevation: Float) -> tuple[Float, Float]:
 def _set(
     axis: int, conditions: tuple[str, ...], *, seed: int = 4, stars: int = 80, level: bool = False
 ) -> MeasurementSet:
-    """Return a set with stars all over the sky, for ``axis`` 0 or 1; with ``level`` all stars have
-    the same elevation."""
+    """Return a set with stars all over the sky, for the first or second axis (``axis`` 0 or 1);
+    with ``level`` all stars have the same elevation."""
     random = np.random.default_rng(seed)
     encoder = random.uniform(0.0, 2.0 * np.pi, stars), np.radians(random.uniform(15, 80, stars))
     if level:

@@ -42,8 +42,8 @@ def _steady(targets: np.ndarray, deg_s: float) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize("cycles", [True, False])
 def test_stations_of_a_polygon_stand_still(cycles: bool) -> None:
-    """The stations of a polygon stand still: every pass takes four seconds per station, so that the
-    times do not depend on a speed of the table."""
+    """The table stands still at the stations of a polygon: every pass takes four seconds per
+    station, so that the times do not depend on a speed of the table."""
     assert reference_speed(_reference([_stops(FACES), _stops(FACES[::-1])] * 3, cycles)) is None
 
 
@@ -70,8 +70,8 @@ def test_a_hurried_hand_is_no_speed() -> None:
 
 
 def test_a_ramp_that_a_clock_sampled_is_on_the_move() -> None:
-    """The rows of a ramp that a clock sampled are in motion: the speed rises to 40°/s and falls
-    again within a minute, with ten rows per second, up to 4° apart."""
+    """The table moves at the rows of a ramp that a clock sampled: the speed rises to 40°/s and
+    falls again within a minute, with ten rows per second, up to 4° apart."""
     time = np.arange(0.0, 60.0, 0.1)
     wanted = np.where(time < 30.0, time, 60.0 - time) * 40.0 / 30.0
     angle = np.cumsum(wanted) * 0.1
@@ -86,15 +86,15 @@ def test_a_ramp_that_a_clock_sampled_is_on_the_move() -> None:
 
 
 def test_stations_at_unequal_distances_stand_still() -> None:
-    """Stations at unequal distances stand still: stars from east to west take a minute each, while
-    the distances between the stars vary."""
+    """The table stands still at stations at unequal distances: stars from east to west take a
+    minute each, while the distances between the stars vary."""
     stars = np.sort(np.random.default_rng(5).uniform(0.0, 360.0, 60))
     assert reference_speed(_reference([(stars, np.arange(60) * 60.0)])) is None
 
 
 def test_fast_passes_of_a_log_are_on_the_move() -> None:
-    """The fast passes of a log are in motion: a clock of 50 Hz samples 19°/s every 0.4° and 56°/s
-    every 1.1°."""
+    """The table moves in the fast passes of a log: a clock of 50 Hz samples 19°/s every 0.4° and
+    56°/s every 1.1°."""
 
     def sampled(deg_s: float) -> tuple[np.ndarray, np.ndarray]:
         since = np.arange(400) * 0.02
@@ -107,8 +107,8 @@ def test_fast_passes_of_a_log_are_on_the_move() -> None:
 
 
 def test_stations_next_to_a_log_of_other_times_stand_still() -> None:
-    """Stations next to a log stand still: a clock of 0.5 s logs the pass in motion and did not
-    sample the stops of 4 s."""
+    """The table stands still at stations although the set also contains a log: a clock of 0.5 s
+    sampled the pass in motion, and the stops last 4 s."""
     log = np.arange(100) * 0.5
     speed = reference_speed(_reference([_stops(FACES), (log, log), _stops(FACES[::-1])]))
     assert speed is not None

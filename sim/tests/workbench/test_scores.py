@@ -1,5 +1,5 @@
-"""Tests of score tests: several effects at once, maxima between grid points, and noise estimates
-that are kept."""
+"""Tests of score tests: several effects at once, maxima between grid points, and the noise that a
+score estimates anew."""
 
 from __future__ import annotations
 
@@ -72,12 +72,13 @@ def test_score_is_the_fall_of_generalised_least_squares() -> None:
 
 
 def test_a_score_with_columns_that_moved_with_the_model_is_that_of_a_fit() -> None:
-    """The score of columns that moved with the model equals that of a fit. A gain of 1 % changes ε
-    and therefore the column of the gain, so that the residual is not that of a least-squares fit.
+    """The score equals the gain of a fit, also if columns have changed with the model. A gain of 1
+    % changes ε and therefore the column of the gain, so that the residual is not that of a
+    least-squares fit.
 
-    The gain has absorbed all but 1 % of one direction of order 1; in this direction the small
-    residual would look like a large wave. The score and the fit are compared with the same noise
-    and the same ε.
+    The gain's column contains order 1 and leaves only 1 % of one direction of order 1; in this
+    direction a small residual would look like a large wave. The score and the fit are compared with
+    the same noise and the same ε.
     """
     measurement = measurement_set(turns=1, runs=1)
     assert measurement.reference is not None
@@ -117,7 +118,7 @@ def test_a_line_is_found_between_and_beyond_the_points_of_a_grid(away: float) ->
 
 
 def test_noise_of_a_channel_that_an_effect_does_not_touch_stays() -> None:
-    """The score estimates only the noise of the channel again that the effect changes."""
+    """The noise is estimated anew only for the channel that the effect changes."""
     turned = observations_of(measurement_set(reversal_arcsec=1.0))
     solution = fit(SOLUTION.terms, turned)
     residuals = Residuals(solution)
@@ -170,11 +171,10 @@ def test_products_of_parts_are_looked_for_at_every_half_order() -> None:
 
 @pytest.mark.parametrize("order", [48.3072, 200.3])
 def test_noise_of_the_angles_explains_no_noise_of_the_rows(order: float) -> None:
-    """The noise of the angles explains no noise of the rows: the errors of free faces absorb any
-    wave over the stations, so that only the noise of the angles remains.
+    """Noise of the angles must not explain noise of the rows: with an error for each face in the
+    model, only the noise of the angles remains of any wave over the stations.
 
-    The two columns of the capture remain; in white noise their gain exceeds 18.4 in 10⁻⁴ of the
-    sets.
+    The two columns in the capture remain; in white noise their gain exceeds 18.4 in 1 of 10⁴ sets.
     """
     observations = observations_of(measurement_set(runs=1, cycles=6))
     model = [Term(EFFECTS[name](), {}) for name in ("graduation_harmonics", "polygon_face_error")]

@@ -63,8 +63,8 @@ def test_a_stored_model_holds_on_a_warmer_day(tmp_path: Path) -> None:
     # 5 % for the finite sample.
     noise = np.hypot(np.sqrt(2.0) * CAPTURE_NOISE, 0.0772 / np.sqrt(6.0))
     assert left(stored.reference_temperature_c) < 1.05 * noise
-    # With the T₀ of this set, the effect would lack 6 K of 2″/K, which the heads show multiplied by
-    # |e^{jα} − 1| = 0.568.
+    # With the T₀ of this set, the prediction would be wrong by 6 K times 2″/K, which R₂ − R₁ shows
+    # multiplied by |e^{jα} − 1| = 0.568.
     assert left(None) > 0.5 * WARMER_K * RATE_ARCSEC_PER_K * 0.568 / np.sqrt(2.0)
 
 

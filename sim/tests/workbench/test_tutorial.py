@@ -1,4 +1,4 @@
-"""Tests that the pages that show commands also show the real output of these commands."""
+"""Tests that pages that show commands also show the real output of these commands."""
 
 from __future__ import annotations
 

@@ -14,8 +14,8 @@ STATIONS, COEFFICIENTS = 9, 41
 
 @pytest.mark.parametrize("factor", [1.0, 7.0, 1e4])
 def test_a_determinant_grows_with_the_directions_that_are_determined(factor: float) -> None:
-    """The determinant grows only with the determined directions: 41 columns at 9 stations have
-    |N/σ²| = |N|·σ⁻¹⁸, computed from the eigenvalues that exceed the rounding."""
+    """The determinant contains only the determined directions: for 41 columns at 9 stations, |N/σ²|
+    = |N|·σ⁻¹⁸, computed from the nine eigenvalues above the rounding."""
     columns = np.random.default_rng(4).normal(size=(STATIONS, COEFFICIENTS))
     columns *= np.geomspace(0.1, 30.0, COEFFICIENTS)
     normal = columns.T @ columns

@@ -1,4 +1,4 @@
-"""Checks one effect on the rows of one set, and describes each outcome in words."""
+"""Checks one effect on the rows of one set, and describes the outcome of each check in words."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ SAME = 1e-9
 
 @dataclass(frozen=True)
 class Check:
-    """One check: its question, its outcome, and the finding in words."""
+    """The question of one check, its outcome, and the finding in words."""
 
     question: str
     outcome: Outcome
@@ -89,7 +89,7 @@ def _units(effect: Effect) -> Check:
 
 
 class _Subject:
-    """An effect, the rows of a set, and the effect's columns at the places of its search."""
+    """Holds an effect, the rows of a set, and the effect's columns for some search parameters."""
 
     def __init__(self, effect: Effect, observations: Observations) -> None:
         self.effect = effect
@@ -123,7 +123,7 @@ class _Subject:
         return self.effect.reference_columns(rows, place, self.context)
 
     def _each(self) -> list[tuple[str, int, Float]]:
-        """Return channel, number of the place, and columns for each block of columns."""
+        """Return each block of columns with its channel and the number of its search parameters."""
         return [
             (name, number, columns)
             for name, blocks in self.columns.items()
@@ -164,8 +164,8 @@ class _Subject:
         return _check("the same rows give the same columns", faults, "they do")
 
     def row_by_row(self) -> Check:
-        """Check that a row's columns depend on that row alone, since long captures are calculated
-        in blocks."""
+        """Check that the values in a row depend on this row only; long captures are calculated in
+        blocks."""
         faults = []
         for name, number, columns in self._each():
             rows = self.channels[name]
@@ -222,11 +222,11 @@ class _Subject:
     def searched(self) -> Check:
         faults = []
         for item in self.effect.search:
-            # The places exclude the ends of the range, because both ends of an angle's range may be
-            # one place.
+            # The ends of the range are not used, because both ends of an angle's range may be the
+            # same angle.
             low, high = _value(item, 0.3), _value(item, 0.9)
-            # Two parameters may exclude each other, as the order and the frequency of a line do:
-            # a parameter passes if it acts at any one place.
+            # Of two parameters, one may be unused (a line has an order or a frequency): a parameter
+            # passes if it changes a column with any of the other parameters' values.
             changes = any(
                 not _same(columns, self._columns(rows, {**place, item.name: high}))
                 for place in self.places[1:]
@@ -241,8 +241,8 @@ class _Subject:
     def parameters(self) -> Check:
         ones = np.ones(len(self.names))
         units: dict[str, set[str]] = {}
-        # A line in time has the parameter frequency, a line in the angle the parameter order: the
-        # parameters of all places are collected.
+        # The search parameters decide which parameters exist (a line in time has a frequency, a
+        # line in the angle an order), so that the parameters for all of them are collected.
         for place in self.places[1:] or self.places:
             derived_values = self.effect.parameters(ones, np.diag(ones), place, self.observations)
             derived_values = {
@@ -267,7 +267,7 @@ class _Subject:
         return _check("fitted parameters", faults, ", ".join(units))
 
     def _stacked(self, terms: Sequence[Term]) -> Float:
-        """Return the columns of both channels one below the other, ″."""
+        """Return one matrix of columns: the rows of the capture above those of the reference, ″."""
         blocks = [
             channel_columns(terms, self.observations, self.context, capture=name == "capture")
             for name in self.channels
@@ -275,7 +275,7 @@ class _Subject:
         return np.vstack(blocks)
 
     def _model(self, others: Mapping[str, type[Effect]]) -> Float:
-        """Return an orthonormal basis of the paper's model and offsets of runs and reference."""
+        """Return an orthonormal basis of the paper's model and the offsets of both channels."""
         columns = self._stacked([Term(others["graduation_harmonics"](), {})])
         offsets, start = [], 0
         for name, rows in self.channels.items():
@@ -306,8 +306,8 @@ class _Subject:
         return _check("independence", faults, "of the model's columns and of each other")
 
     def look_alikes(self, others: Mapping[str, type[Effect]]) -> Check:
-        """Find known effects without a search whose columns, on this set, have these columns in
-        their span."""
+        """Find known effects (without a search) whose columns on this set can replace this effect's
+        columns."""
         _, left = self._own(others)
         own = _basis(left)
         model = self._model(others)
@@ -355,7 +355,7 @@ def _same(first: Float, second: Float | None) -> bool:
 
 
 def _basis(columns: Float) -> Float:
-    """Return orthonormal columns of the same span, without directions that are only rounding."""
+    """Return an orthonormal basis of the columns' span, without directions due to rounding."""
     lengths = np.linalg.norm(columns, axis=0)
     scaled = columns[:, lengths > 0.0] / lengths[lengths > 0.0]
     if scaled.shape[1] == 0:

@@ -1,4 +1,4 @@
-"""Compares columns with finite differences of a forward formula, one coefficient at a time."""
+"""Compares each column of an effect with finite differences of the effect's own formula."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ Float = NDArray[np.float64]
 STEP = 1e-3
 """Step of a coefficient, in its unit; a linear formula has the same difference at any step."""
 FAR = 1.0
-"""Change of the coefficients in the test of the formula's linearity."""
+"""Change of a coefficient, in its unit, with which the linearity of the formula is tested."""
 ROUNDING = 1e-6
-"""Share of the largest difference that rounding may cause: a step of 1e-3 leaves 13 of 16 digits,
-with a margin."""
+"""Largest relative difference that counts as rounding: a step of 1e-3 leaves 13 of 16 digits, and
+the limit has a margin."""
 
 Forward = Callable[[dict[str, float]], Float]
-"""Function of the coefficients by name that gives the formula's values, arcseconds, shape
-(rows,)."""
+"""Function that calculates the formula's values in arcseconds, shape (rows,), from the coefficients
+by name."""
 
 
 def formula_faults(forward: Forward, names: Sequence[str], columns: Float) -> list[str]:
-    """Return the faults of the columns, shape (rows, coefficients), against the formula; ``[]`` if
-    none."""
+    """Describe where the columns, shape (rows, coefficients), differ from the formula; ``[]`` if
+    nowhere."""
     at = {name: 0.5 + 0.25 * place for place, name in enumerate(names)}
     faults = _faults_of_zero(forward, at)
     for place, name in enumerate(names):
@@ -67,7 +67,7 @@ def _difference(forward: Forward, at: dict[str, float], name: str, step: float) 
 
 
 def _hint(column: Float, slope: Float) -> str:
-    """Describe the ratio of column to slope in words, if the ratio is the same in all rows."""
+    """Describe the ratio of column to slope in words; empty if the rows have different ratios."""
     square = float(slope @ slope)
     if square == 0.0:
         return "; the formula does not know this coefficient"

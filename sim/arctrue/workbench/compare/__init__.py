@@ -1,1 +1,1 @@
-"""Shows where a model fails: residuals against every condition, ranked in words and drawn."""
+"""Compares a model with a set: maps residuals against every condition, and ranks the conditions."""

@@ -1,4 +1,4 @@
-"""Compares a model with a measurement set: size and conditions of its deviations."""
+"""Compares a model with a measurement set: how large the residuals are, and what they depend on."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from arctrue.workbench.noise.whiteness import noise_data
 
 @dataclass(frozen=True)
 class ChannelComparison:
-    """Deviation of the model from the rows of one channel."""
+    """Size of the residuals in one channel, and the noise of this channel."""
 
     rows: int
     rms_arcsec: float
@@ -29,7 +29,7 @@ class ChannelComparison:
 
     @property
     def excess_arcsec(self) -> float:
-        """RMS of the residual beyond the noise of the repeats."""
+        """RMS of the residual without the noise: √(RMS² − noise²), at least 0."""
         return float(np.sqrt(max(self.rms_arcsec**2 - self.noise_arcsec**2, 0.0)))
 
 

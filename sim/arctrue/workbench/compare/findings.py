@@ -1,4 +1,4 @@
-"""Describes in words the conditions that the residual follows, and marks conditions that only
+"""Describes in words on which conditions the residual depends, and marks conditions that only
 resemble a stronger one.
 
 Temperature and time rise together in a warming run, so that both "explain" the same variance. The
@@ -27,20 +27,20 @@ from arctrue.workbench.inference.significance import corrected_p_value
 Float = NDArray[np.float64]
 
 LEAST_SHARE = 0.02
-"""Smallest share of the excess for which a condition is put into words."""
+"""Smallest share of the excess at which a condition becomes a finding."""
 SIGNIFICANCE = 0.01
 SHADOW_SHARE = 0.25
-"""A condition is a shadow if it keeps less than this part of its share after a stronger condition
-was removed."""
+"""A condition is a shadow if it keeps less than this part of its share when a stronger condition is
+removed from the residual."""
 MOST_TAKEN = 4
-"""Largest number of conditions that are removed one after another; later conditions are too small
-to rank."""
+"""Largest number of conditions that are removed from the residual one after another; the effects of
+further conditions are too small to rank."""
 
 
 @dataclass(frozen=True)
 class ExcessOf:
-    """RMS of one channel's residual, and the excess of this RMS over the noise; shares are parts of
-    the excess."""
+    """RMS of one channel's residual, and the excess of this RMS over the noise. The share of a
+    condition is a part of the excess."""
 
     rows: int
     rms_arcsec: float
@@ -49,8 +49,8 @@ class ExcessOf:
     def share(self, share_of_variance: float) -> float:
         """Convert a share of the whole variance into a share of the excess over the noise.
 
-        Where repeats scatter as much as the whole residual (an effect that does not repeat), the
-        share of the whole is returned.
+        If the noise is almost as large as the whole residual (an effect that does not repeat), the
+        share of the whole variance is returned.
         """
         excess, whole = self.excess_arcsec**2, self.rms_arcsec**2
         if excess < 0.05 * whole:
@@ -60,23 +60,22 @@ class ExcessOf:
 
 @dataclass(frozen=True)
 class Finding:
-    """One condition that the residual follows, and its share."""
+    """One condition on which the residual depends, and its share."""
 
     channel: str
     follows: str
     """The condition, in words."""
     share: float
-    """Share of the excess that follows the condition alone."""
+    """Share of the excess that the condition explains if no other condition is removed before."""
     share_beyond: float
-    """Share of the excess that follows the condition after all stronger conditions were removed."""
+    """Share of the excess that the condition explains after all stronger ones were removed."""
     shadow_of: str | None
-    """The stronger condition that this condition resembles; None if this condition explains much
-    beyond it."""
+    """The stronger condition that this condition resembles; None for an independent finding."""
     text: str
 
 
 class _Follower(ABC):
-    """A condition that the residual may follow."""
+    """A condition on which the residual may depend."""
 
     channel: str
     words: str
@@ -115,7 +114,7 @@ class _Product(_Follower):
         self.words = _words(effect)
 
     def variance_share(self, residuals: Residuals, whole: float) -> float:
-        # The share refers to the sum of squares, not to χ².
+        # The share is a part of the sum of squares, not of χ².
         before = _centred(residuals, self.channel)
         after = _centred(self.taken_from(residuals), self.channel)
         return float(before @ before - after @ after) / max(whole, 1e-30)
@@ -165,8 +164,8 @@ def ranked_findings(
 
 
 def _products(residuals: Residuals, channel: str, known: set[str]) -> list[_Follower]:
-    """Return the products of parts that the residuals follow beyond chance, without the products in
-    ``known``."""
+    """Return the products of parts that explain a significant part of the residuals, without those
+    in ``known``."""
     found: list[_Follower] = []
     for item in best_parts(residuals, look_alikes=True):
         if corrected_p_value(item.gain, item.rank, item.trials, 1) > SIGNIFICANCE:
@@ -215,8 +214,8 @@ def _ranked(
                 waiting.remove(item)
                 found.append(_finding(item, by_itself[item], now[item], leader.words))
         if not waiting:
-            # A strong cause and its aliases may have filled the list, so the residuals are searched
-            # again.
+            # One strong cause and its aliases may have filled the list of products. The residuals,
+            # now without this cause, are therefore searched again.
             waiting = _products(residuals, channel, known)
     rest = [item for item in waiting if item in by_itself]
     return [*found, *(_finding(item, by_itself[item], now[item], None) for item in rest)]

@@ -1,5 +1,5 @@
-"""Maps the residual against one condition at a time: mean in bins, and the variance that the bins
-explain."""
+"""Maps the residual against one condition at a time: the means in bins of the condition, and the
+share of the variance that these means explain."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class ResidualMap:
     share: float
     """Share of the residual's variance that the means of the bins explain."""
     null_share: float
-    """Largest share that draws of the fitted noise reach by chance alone."""
+    """Largest share that simulated noise, drawn from the fitted noise, reaches."""
     group: Integer = field(repr=False, compare=False)
     """Bin number of every row, shape (rows,)."""
     bins: int
@@ -45,7 +45,7 @@ class ResidualMap:
 
     @property
     def excess_share(self) -> float:
-        """Share of the variance beyond the share that chance reaches; never below 0."""
+        """Share of the variance above :attr:`null_share`; never below 0."""
         return max(self.share - self.null_share, 0.0)
 
 
@@ -139,7 +139,7 @@ def variance_share(values: Float, group: Integer, bins: int) -> float:
 
 
 def residual_maps(residuals: Residuals, random: np.random.Generator) -> list[ResidualMap]:
-    """Return every map of both channels, the largest share beyond chance first."""
+    """Return every map of both channels, sorted by ``excess_share``, the largest first."""
     found: list[ResidualMap] = []
     capture, reference = residuals.observations.capture, residuals.observations.reference
     noise = residuals.solution.noise

@@ -1,5 +1,4 @@
-"""Computes residuals of the model with one more effect, which is added as ``arctrue add`` adds
-it."""
+"""Computes the residuals of a model with one more effect, as ``arctrue add`` would show them."""
 
 from __future__ import annotations
 
@@ -15,7 +14,7 @@ from arctrue.workbench.inference.solution import Solution
 
 @dataclass(frozen=True, eq=False)
 class Adding:
-    """Adds one effect at a time to the model of ``base``, and keeps each residual; ``base`` is a
+    """Adds single effects to the model of ``base`` and stores the residual with each; ``base`` is a
     fit of the model's terms."""
 
     base: Solution

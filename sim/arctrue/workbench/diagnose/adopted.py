@@ -1,4 +1,4 @@
-"""Makes a product of parts an effect with its own name, which a user adopts by an effect file."""
+"""Writes an effect file that makes a product of parts an effect with its own name."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from arctrue.workbench.effects.registry import built_in
 
 
 class AdoptedProduct(ProductOfParts):
-    """A product of parts as class attributes, so that an effect file can state the parts."""
+    """A product of parts whose parts are class attributes, which an effect file can state."""
 
     condition_words: ClassVar[str] = ""
     time_constant_s: ClassVar[float | None] = None

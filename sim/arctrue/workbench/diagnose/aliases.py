@@ -20,7 +20,7 @@ UNEVEN = 1e-3
 difference changes the phase of the 360th order by 0.4° from one station to the next, so that orders
 and their aliases look equal."""
 HIGHEST_ORDER = DISC_BINS / 8.0
-"""Highest listed alias: orders above it are not searched."""
+"""Highest alias that is listed; aliases above it are not calculated."""
 
 
 def above_half_the_samples(item: Candidate, residuals: Residuals) -> bool:
@@ -51,9 +51,9 @@ def _of_samples(item: Candidate) -> list[float]:
     """Return the orders N ± ν, with N samples per turn, that explain all rows as well as the order
     ν.
 
-    Each order is scored on the rows themselves: runs that start at different angles or have other
-    numbers of samples per turn exclude an alias, and so does a reference. The list is empty for an
-    effect without evidence.
+    Each order is scored on all rows. Runs that start at different angles or have different numbers
+    of samples per turn can exclude an alias; a reference can exclude it too. The list is empty for
+    an effect without evidence.
     """
     order = item.nonlinear.get("order", 0.0)
     if order <= 0.0 or item.evidence is None:

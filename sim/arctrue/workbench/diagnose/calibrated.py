@@ -1,12 +1,12 @@
 """Calculates the probability that an answer of a given kind is right, as a logistic function of
 features.
 
-Each kind of answer has a constant of its own, and ``unknown`` has a constant for each of its
-grounds; the features have one coefficient for all kinds. The coefficients are uncertain, so that
-the value for an answer unlike the fitted answers is uncertain too. The stated probability is the
-mean over this uncertainty, which is nearer to one half (MacKay, Neural Comput. 4 (1992) 720). The
-number of counted answers of a kind limits the stated probability of such an answer (rule of
-succession).
+Each kind of answer (each verdict, and each ground of ``unknown``) has its own constant; the
+coefficient of a feature is the same for all kinds. The coefficients are uncertain, so that the
+value is uncertain for an answer whose features differ from those of the fitted answers. The stated
+probability is the mean over this uncertainty, which is nearer to one half (MacKay, Neural Comput. 4
+(1992) 720). The number of counted answers of a kind limits the stated probability of such an answer
+(rule of succession).
 
 ``python -m scripts.calibrate_probabilities`` fits the coefficients to ``stated.csv`` of the
 benchmark, whose sets come from two generators, and prints the score of one generator's coefficients
@@ -31,7 +31,8 @@ Float = NDArray[np.float64]
 
 FILE = Path(__file__).with_name("calibrated.json")
 KINDS = ("named", "ambiguous", "unknown", "adequate", "cannot_tell")
-"""Verdicts whose answers were counted. ``bad_data`` states the prior probabilities."""
+"""Verdicts for which right and wrong answers were counted; with ``bad_data`` the prior
+probabilities are stated."""
 DISTANCES = ("untested", "left", "not_white", "few_repeats")
 """Features that measure the distance of a set from the benchmark's usual set; larger values never
 increase a stated probability."""
@@ -40,8 +41,8 @@ FEATURES = ("constant", *KINDS, *RESTS_ON, "evidence", *DISTANCES)
 ``stated.csv``. The scores of the chosen features are a little optimistic; only answers that were
 made after the choice measure the features without bias."""
 SUREST_EVIDENCE = 1e-2
-"""Least distance of the evidence from 0 and 1: likelihoods do not determine a probability more
-exactly."""
+"""Smallest distance of the evidence, a probability, from 0 and from 1; likelihoods do not determine
+it more exactly."""
 USUAL_RUNS, USUAL_VISITS = 4.0, 20.0
 """Number of runs, and of visits of a station, in the benchmark's usual set."""
 MOST_LEFT = 10.0
@@ -67,7 +68,8 @@ class Calibration:
         coefficients.
 
         If n answers of a kind were all right, the next answer is right with probability (n + 1)/(n
-        + 2) (Laplace); this limits the stated probability on both sides.
+        + 2) (Laplace); this limits the stated probability from above, and in the same way from
+        below.
         """
         value = float(row @ self.coefficients)
         variance = float(row @ self.covariance @ row)
@@ -77,8 +79,7 @@ class Calibration:
 
 
 def features(verdict: str, grounds: Grounds) -> Float:
-    """Return the features of an answer, (n,): the evidence in log odds, the distances from 0
-    upwards."""
+    """Return the features of an answer, (n,): evidence in log odds, and distances of at least 0."""
     away = grounds.distance
     held = min(max(grounds.evidence, SUREST_EVIDENCE), 1.0 - SUREST_EVIDENCE)
     runs = away.runs / USUAL_RUNS if away.runs else 1.0
@@ -98,8 +99,7 @@ def features(verdict: str, grounds: Grounds) -> Float:
 
 
 def confidence(verdict: str, grounds: Grounds) -> float | None:
-    """Return the probability that an answer with these grounds is right; None for an uncounted
-    verdict."""
+    """Return the probability that an answer with these grounds is right; None if not counted."""
     if verdict not in KINDS:
         return None
     return calibration().confidence(verdict, features(verdict, grounds))
@@ -107,7 +107,7 @@ def confidence(verdict: str, grounds: Grounds) -> float | None:
 
 @cache
 def calibration() -> Calibration:
-    """Read the calibration in use."""
+    """Read the calibration that is stored in the package."""
     data = json.loads(FILE.read_text(encoding="utf-8"))
     return Calibration(
         np.array(data["coefficients"]), np.array(data["covariance"]), data["answers"]

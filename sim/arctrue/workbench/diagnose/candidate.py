@@ -1,4 +1,4 @@
-"""Holds the test of one effect on the residuals of a model."""
+"""Holds the results of the tests of one effect on the residuals of a model."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ class Candidate:
     trials: float
     solution: Solution
     delta_bic: float
-    """BIC before minus BIC after, reduced for each searched place; above 0 the effect improves the
-    model."""
+    """BIC without the effect minus BIC with it, minus a penalty for each searched place; above 0
+    the effect improves the model."""
     size_arcsec: dict[str, float]
     """RMS of the effect's change of the prediction where the effect acts, by channel."""
     p_corrected: float
@@ -49,8 +49,8 @@ class Candidate:
     """Number of places by which p is corrected, if the places have unequal shares of the
     false-alarm probability; otherwise None."""
     asked: Effect | None = None
-    """The effect as it was before its settings were restricted to the form that the residuals show;
-    None for a product of parts."""
+    """The effect with all its settings, before the search restricted them to the form that the
+    residuals show; None for a product of parts."""
     evidence: Evidence | None = None
     """Evidence with the noise estimated anew; None where the first test is enough."""
     regular: RegularCause | None = None
@@ -89,10 +89,10 @@ class Candidate:
 
     @cached_property
     def at_maximum(self) -> Solution:
-        """Solution with the search parameters refined between the places that were tried.
+        """Solution with refined search parameters, which may lie between tried places.
 
         Later stages use it for a candidate that was judged; ``solution`` is not changed. If a line
-        is not exactly at its place, other effects would explain its remainder.
+        were not exactly at its order or frequency, other effects would explain the remaining error.
         """
         return refined(self.solution)
 
@@ -139,8 +139,8 @@ def rows_moved(size_arcsec: Mapping[str, float], base: Solution) -> int:
     """Return the number of rows in channels that the effect changes: other rows do not determine
     its size.
 
-    The errors of a polygon's faces are known from the 480 reference rows, however long the capture
-    is. If the effect changes no channel, all rows count.
+    For example, only the 480 reference rows determine the errors of a polygon's faces, however long
+    the capture is. If the effect changes no channel, all rows count.
     """
     channels = (
         ("capture", base.observations.capture, base.capture_sigma_arcsec),

@@ -54,8 +54,7 @@ def tried_effects(
 def regular_candidates(
     residuals: Residuals, causes: Sequence[RegularCause], tests: int
 ) -> list[Candidate]:
-    """Return one candidate for each effect that a forward search named: the candidate of the
-    effect's largest cause."""
+    """Return a candidate, that of the largest cause, for each effect of a forward search."""
     found: dict[str, Candidate] = {}
     for cause in causes:
         form, place = cause.effect.at_place(residuals, cause.nonlinear)
@@ -71,8 +70,7 @@ def regular_candidates(
 def with_regular(
     candidates: Sequence[Candidate], lines: Sequence[Candidate], found: Findings
 ) -> list[Candidate]:
-    """Return the candidates, with a candidate of a forward search in place of each other candidate
-    of the same name.
+    """Return the candidates; those of a forward search replace others of the same name.
 
     A line is left out if the forward search covered its place and found no line there: such a line
     is a resonance driven by noise, or exists in half of the record only. A line above the searched
@@ -117,8 +115,8 @@ def tried_products(residuals: Residuals, looks: int) -> list[Candidate]:
 def looked_for(
     effect: Effect, residuals: Residuals
 ) -> tuple[Effect, dict[str, float], float] | None:
-    """Return the form and the place with which an effect fits best, and the number of places that
-    were tried."""
+    """Return the settings and search parameters with which an effect fits best, and the number of
+    places that were tried."""
     form, trials = effect.narrowed(residuals)
     if not form.search:
         return form, {}, trials

@@ -43,12 +43,12 @@ the last digits of a gain only approximately."""
 LACK_OF_FIT = 1e-4
 """p below which a lack of fit is sure."""
 REFUSED_P = LACK_OF_FIT
-"""p below which an effect that fits, but is refused as a name, counts as a lack of fit; it equals
-the p of a sure lack of fit."""
+"""p below which an effect that fits but must not be named counts as a lack of fit; it equals the p
+of a sure lack of fit."""
 LEAST_COLOUR = 0.02
 """Smallest sum of the squares of 20 autocorrelations that counts as not white. With many rows, a
-difference of a fiftieth of the variance from the noise model gives a smaller sum that is
-significant too, but this difference changes no σ by more than 1 %."""
+smaller sum is significant as well: a noise model that is wrong by a fiftieth of the variance causes
+it. Such an error of the noise model changes no σ by more than 1 %."""
 AGAIN = 3
 """Number of events in one set that count as recurring: two may be chance."""
 DEEPEST = 3
@@ -68,8 +68,8 @@ class Case:
     """Function that applies the rules of the verdict to a case."""
     depth: int = 1
     adding: Adding | None = None
-    """Object that adds effects to the model as a command adds them; None: effects are added to the
-    model of the survey."""
+    """Object that adds effects to the model in the same way as ``arctrue add``; None: effects are
+    added to the model of the survey."""
 
     @cached_property
     def decision(self) -> Decision:
@@ -78,14 +78,14 @@ class Case:
 
     @cached_property
     def seen(self) -> list[Candidate]:
-        """Candidates that are significant, large enough, and shown by held-out rows and on every
-        pass."""
+        """Candidates that are significant and large enough, and that held-out rows and every pass
+        show."""
         return [item for item in self.survey.significant() if self.survey.confirmed(item)]
 
     @cached_property
     def at_every_speed(self) -> list[Candidate]:
-        """Candidates in ``seen`` that show at every speed at which they should, and are not an
-        alias of a better candidate.
+        """Candidates in ``seen`` that every speed shows, and that are not an alias of a better
+        candidate.
 
         An order of the disc above half the samples per turn is left out if another cause gains
         more, because the order may be the alias of that cause in some of the runs.
@@ -101,8 +101,7 @@ class Case:
 
     @cached_property
     def real(self) -> list[Candidate]:
-        """Candidates in ``at_every_speed`` that are causes, without lines that only describe a
-        cause."""
+        """Candidates in ``at_every_speed``, without lines whose cause is also a candidate."""
         causes = {item.name for item in without_unspecific(self.seen)}
         return [item for item in self.at_every_speed if item.name in causes]
 
@@ -111,7 +110,7 @@ class Case:
         """The first effect that fits and matters, but that held-out rows, passes or speeds
         contradict.
 
-        The real error only resembles such an effect.
+        The real error is another one that resembles this effect.
         """
         real = {item.name for item in self.at_every_speed}
         return next(
@@ -127,8 +126,9 @@ class Case:
     def best(self) -> Candidate | None:
         """The first of ``real``, or a larger effect that contains it and adds more than chance.
 
-        A regular cause that explains more error replaces this effect. A regular cause also replaces
-        drifts and events, because the prediction of blocks cannot judge an event that happens once.
+        A regular cause that explains more error takes the place of this effect. A regular cause
+        also takes the place of drifts and events, which happen once and therefore cannot be tested
+        by a prediction from other blocks.
         """
         found, regular = _large_enough(self.real), self.regular
         if found is None or regular is None or found is regular:
@@ -144,9 +144,9 @@ class Case:
 
     @cached_property
     def product(self) -> Candidate | None:
-        """The product of parts that passes the same tests as an effect. The p of this product is
-        corrected for all places; a ΔBIC above 0 is not required, because ΔBIC would correct for the
-        places twice."""
+        """The product of parts that passes the same tests as an effect, except that its ΔBIC may be
+        below 0. Its p is corrected for all places already; ΔBIC would correct for them a second
+        time."""
         found = next(iter(self.survey.parts), None)
         if found is None or found.p_corrected >= SIGNIFICANCE or not self.survey.confirmed(found):
             return None
@@ -191,10 +191,10 @@ class Case:
     def not_white(self) -> list[str]:
         """Channels whose whitened residuals are not white, with the noise that was fitted.
 
-        In a dense log, the test of its forward search replaces this test. A channel whose whole
-        residual is smaller than what is negligible does not count: nothing in it can matter. This
-        is usual where the counts are coarser than the noise, so that their rounding repeats with
-        the angle: at most 0.41 counts RMS between two heads.
+        In a dense log, the test of its forward search replaces this test. A channel does not count
+        if its whole residual is below the negligible size. This is usual where the counts are
+        coarser than the noise: their rounding, at most 0.41 counts RMS between two heads, repeats
+        with the angle and is not white.
         """
         residuals, findings = self.survey.residuals, self.survey.findings
         found = []
@@ -225,8 +225,8 @@ class Case:
 
     @cached_property
     def rivals(self) -> list[Candidate]:
-        """Candidates in ``similar`` without more coefficients than the best effect, and larger
-        candidates that are as likely."""
+        """Candidates in ``similar`` with no more coefficients than the best effect, or as likely as
+        it."""
         best, similar = self.best, self.similar
         assert best is not None
         larger = [self.others[name] for name in similar.larger]
@@ -244,8 +244,8 @@ class Case:
 
     @cached_property
     def confounded(self) -> Candidate | None:
-        """An effect with the error of the best effect as a function of another condition, where
-        these rows cannot distinguish the two conditions; otherwise None."""
+        """The best effect with another condition in place of its own, if these rows cannot
+        distinguish the two conditions; otherwise None."""
         return None if self.best is None else confounded_with(self.best, NEAR_TIE)
 
     @cached_property
@@ -348,8 +348,7 @@ class Case:
 
     @cached_property
     def ranked(self) -> list[Candidate]:
-        """All candidates, first the candidate that the decision names, even if a negligible
-        candidate fits as well."""
+        """All candidates; the candidate that the decision states comes first."""
         first = self.decision.spoken_of
         others = [item for item in self.survey.candidates if item is not first]
         return others if first is None else [first, *others]
@@ -359,7 +358,7 @@ LOOK_ALIKE = 0.5
 """Canonical correlation above which two effects compete for the same error. ΔBIC and the classes,
 not the size, then decide between the two."""
 ONCE = frozenset({"time", "settling"})
-"""Parts of effects that change in one direction with time."""
+"""Conditions of drifts, which change in one direction with time."""
 
 
 def _apart(item: Candidate) -> bool:
@@ -388,8 +387,8 @@ def _look_alike(survey: Survey, one: Candidate, other: Candidate) -> bool:
 
 
 def _is_sure(item: Candidate) -> bool:
-    """Tell whether the candidate is as significant as a sure lack of fit, with the noise free on
-    both sides."""
+    """Tell whether the candidate, with the noise estimated anew, is as significant as a sure lack
+    of fit."""
     return item.evidence is not None and item.p_corrected < REFUSED_P
 
 

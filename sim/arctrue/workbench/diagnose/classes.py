@@ -18,21 +18,21 @@ LEAST_SHARE = 0.5
 """Least share of the best candidate's gain that another candidate needs to be in the class of the
 best candidate."""
 NOTHING_LEFT_P = 0.001
-"""Smallest p, corrected for all searched places, at which an effect adds nothing to a model with
-the other effect."""
+"""Corrected p at or above which the gain of an effect, added to a model with the other effect,
+counts as chance."""
 OF_THE_SAME_KIND = 0.1
-"""Share of the first effect's gain, and of its mean square, that separates two cases. A larger
-remainder, a third of the effect's size, may be a part of the effect's own shape that the catalogue
-lacks; a smaller remainder is a separate error."""
+"""Limit of an unknown remaining error, as a share of the first effect's gain and of its mean
+square. A larger error (a third of the effect's size) may show that the real effect has another
+shape than the named one; a smaller error is a separate one."""
 FAR = 30.0
-"""Half width of the searched range of a log variance, around the value at which noise and effect
-are equal."""
+"""Half width of the searched range of log s², around the value at which the effect equals the
+noise."""
 
 
 @dataclass
 class Similar:
-    """Names of the candidates that this data cannot distinguish from the best candidate: candidates
-    without more coefficients, and larger candidates that contain the best candidate."""
+    """Names of the candidates that this data cannot distinguish from the best candidate. ``equals``
+    have no more coefficients than the best candidate; ``larger`` have more, and contain it."""
 
     equals: list[str] = field(default_factory=list)
     larger: list[str] = field(default_factory=list)
@@ -76,7 +76,7 @@ def adds(item: Candidate, other: Candidate) -> bool:
         score = known.base.score(other.effect, other.nonlinear)
         solution = known.base.solution_with(other.effect, other.nonlinear, score)
         alone = known.base.score(item.effect, item.nonlinear).gain
-        # Scale the gain to the likelihoods with the noise free on both sides.
+        # The gain is scaled to the gain with the noise estimated anew without and with the effect.
         share = item.gain / max(alone, 1e-300)
     left = Residuals(solution).score(item.effect, item.nonlinear)
     freedom = min(item.freedom, other.freedom)
@@ -131,7 +131,7 @@ def stands_in(best: Candidate, other: Candidate) -> bool:
 
 
 def without_unspecific(found: Sequence[Candidate]) -> list[Candidate]:
-    """Omit effects that only describe the observation if a cause explains as much."""
+    """Omit each effect that only describes the observation if a cause explains the same error."""
     specific = [item for item in found if not item.effect.unspecific]
     return [
         item
@@ -149,8 +149,8 @@ def of_its_order(line: Candidate, other: Candidate) -> bool:
     line.
 
     A line has a size and a phase for each head, so that it also fits small changes of an order of
-    the disc: an eccentric disc of 80″ moves the phase of order 120 by 0.05. The line must gain as
-    much at that whole order as at its own order; otherwise the orders differ.
+    the disc: an eccentric disc of 80″ moves the phase of order 120 by 0.05. The result is True only
+    if the line gains as much at that whole order as at its own order.
     """
     if other.effect.search_kind != "disc_order" or line.nonlinear.get("in_time"):
         return False

@@ -1,5 +1,4 @@
-"""Finds conditions that changed together: an error that grows with one condition also grows with
-the other condition.
+"""Finds conditions that changed together, so that an error may depend on one or on the other.
 
 A run that warms evenly cannot distinguish the influence of temperature from the influence of time,
 however certain a drift is.
@@ -29,8 +28,8 @@ FRAMES: tuple[Frame, ...] = ("disc", "stator", *FRAME_OF_HEAD.values(), "referen
 
 
 def confounded_with(best: Candidate, near_tie: float) -> Candidate | None:
-    """Return the error of ``best`` as a function of another condition of the set, if the rows
-    cannot distinguish the two conditions. If several conditions qualify, return the most probable.
+    """Return ``best`` with another condition of the set, if the rows cannot distinguish the two. If
+    several conditions qualify, return the most probable.
 
     The result is None where ``best`` does not state its parts, or where the rows decide: twice the
     log likelihood of ``best`` is ``near_tie`` or more ahead.

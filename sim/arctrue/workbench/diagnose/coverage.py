@@ -31,25 +31,24 @@ MOST_UNTESTED = 0.5
 """Largest share of untestable effects with which a set may still support the verdict that nothing
 is missing.
 
-With half of the catalogue unseen, the priors of :mod:`probabilities` give odds of 0.5 : (0.4/2 +
-0.01), 2.4 to 1, that nothing is missing; above 3 to 1 evidence is "positive" (Kass and Raftery, J.
-Am. Stat. Assoc. 90 (1995) 773).
+If the set cannot test half of the catalogue, the priors of :mod:`probabilities` give odds of 0.5 :
+(0.4/2 + 0.01), 2.4 to 1, that nothing is missing; above 3 to 1 evidence is "positive" (Kass and
+Raftery, J. Am. Stat. Assoc. 90 (1995) 773).
 """
 COLOURED_SHARE = 0.99
 """Share of slow noise in a row's variance above which the set is blind to slow effects. The slow
 noise is then ten times the scatter of a single reading, and any effect that changes as slowly would
-count as noise."""
+be taken for noise."""
 UNSEEN_SHARE = 0.5
-"""Largest share of the generic effects that may need an RMS above the RMS of the whole residual to
-be found; above this share, the set could not show most of what may be missing. Chosen, not
-calibrated.
-"""
+"""Largest share of the generic effects that the set shows only if their RMS is above the RMS of the
+whole residual. Above this share, the set could not show most effects that may be missing. The value
+is chosen, not calibrated."""
 GENERIC_ORDERS = (None, 1.0, 2.5, 6.0, 10.5, 25.0)
 """Orders of the angle that represent all orders: slow and fast, whole and half. None is an effect
 without a wave."""
 HIGHEST_BLIND_ORDER = 1000
 """Highest order up to which blind orders are listed; with heads at 33° there are 8 blind orders.
-The list is only shown and decides nothing."""
+The list is only printed; no verdict depends on it."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +81,7 @@ def coverage(
     absent: int,
     refused: Refused,
 ) -> Coverage:
-    """Return the coverage of every candidate; an effect with a search counts at its best place.
+    """Return the coverage; an effect with a search has the search parameters that fit best.
 
     ``refused``: limits for an effect that is stated although held-out rows do not show it.
     """
@@ -138,10 +137,10 @@ def effect_or_noise(
     """Return the effects that matter and explain the rows as well as slow noise does; None if there
     is no such effect.
 
-    Such an effect is significant with the noise estimated with the effect in the model, but not
-    with the larger slow noise of the model without the effect, and the likelihoods cannot
-    distinguish the two models. ``tests``: number of candidates by which the effect's p is
-    corrected.
+    Such an effect is significant if the noise is estimated with the effect in the model. It is not
+    significant with the noise of the model without the effect, which contains more slow noise, and
+    the likelihoods cannot distinguish the two models. ``tests``: number of candidates by which the
+    effect's p is corrected.
     """
     alike = [
         item.name
@@ -163,8 +162,8 @@ def effect_or_noise(
 
 
 def _p_with(item: Candidate, score: Score, tests: int) -> float:
-    """Return p of an effect with the noise estimated with the effect in the model, at that noise's
-    degrees of freedom."""
+    """Return p of an effect; noise and degrees of freedom are estimated with the effect in the
+    model."""
     return corrected_p_value(score.gain, score.rank, item.trials, tests, item.freedom)
 
 
@@ -205,8 +204,8 @@ def _slow_noise(residuals: Residuals, matters: float) -> Blindness | None:
 def _residual_unseen(
     residuals: Residuals, residual_rms_arcsec: Mapping[str, float]
 ) -> Blindness | None:
-    """Return a reason if most generic effects as large as the residual would be missed; None
-    otherwise."""
+    """Return a reason if the set would miss most generic effects as large as the residual, else
+    None."""
     tried = unseen = 0
     generic = [
         ProductOfParts.of(condition, () if order is None else (order,), frame)

@@ -25,7 +25,7 @@ Float = NDArray[np.float64]
 Boolean = NDArray[np.bool_]
 
 STEP_TOLERANCE = 0.1
-"""Relative deviation from the steps around it up to which a step is plausible."""
+"""Largest relative deviation of a plausible step from the steps around it."""
 WHOLE_TURN_TOLERANCE = 0.02
 """Largest distance of a run's number of turns from a whole number at which the run counts as meant
 to be whole turns."""
@@ -33,7 +33,7 @@ LEAST_GAP_STEPS = 3.0
 """Number of usual steps above which a step means missing rows, not a change of speed."""
 LOST_SIGMA = 8.0
 """Smallest deviation of an implausible step, in standard deviations of the noise of a step. In
-dense rows with steps of few counts it exceeds STEP_TOLERANCE."""
+dense rows, where a step is only a few counts, this limit is larger than STEP_TOLERANCE."""
 MOST_SLIPS = 8
 """Largest number of slips of a head in a run; with more slips, the head itself counts as faulty."""
 TEMPERATURES_C = (-60.0, 200.0)
@@ -81,8 +81,7 @@ def data_faults(observations: Observations) -> list[str]:
 
 
 def _separation_fault(rows: CaptureRows | StoredCapture) -> list[str]:
-    """Return the fault of a head that is further from its stated place than a mounting error
-    allows."""
+    """Describe the fault if a head is further from its stated place than mounting allows."""
     thin = slice(None, None, max(rows.run.size // MOST_FOR_MEDIANS, 1))
     if isinstance(rows, StoredCapture):
         difference = rows.difference_rad(thin)
@@ -172,12 +171,13 @@ def _implausible(step: Float, passed_s: Float) -> Boolean:
     """Return True where a step differs from the steps around it, and also from the speed around it
     times the time between the rows.
 
-    Time stamps may be coarser than the rows, and rows may be missing, so that agreement with one of
-    the two is enough.
+    Time stamps may be coarser than the rows, and rows may be missing, so that a step that agrees
+    with one of the two is correct.
     """
     lowest, highest = float(step.min()), float(step.max())
     if highest - lowest <= STEP_TOLERANCE * min(abs(lowest), abs(highest)) and lowest * highest > 0:
-        # Every median of these steps lies among them, so that no step exceeds the tolerance.
+        # A median of these steps lies between the smallest and the largest of them, so that no step
+        # can exceed the tolerance.
         return np.zeros(step.size, dtype=bool)
     noise = LOST_SIGMA * step_scatter(step)
     wrong = np.ones(step.size, dtype=bool)

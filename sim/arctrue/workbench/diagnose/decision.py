@@ -20,7 +20,7 @@ class Decision:
 
     verdict: Verdict
     first: Candidate | None = None
-    """The effect that is named, or that stands first in the class."""
+    """The effect that is named, or the first effect of the class."""
     effect_class: Sequence[str] = ()
     class_correlation: Mapping[str, float] = field(default_factory=dict)
     described: Candidate | None = None
@@ -36,10 +36,11 @@ class Decision:
     unlike: str | None = None
     """Reason why the unknown effect is not the effect in ``resembles``."""
     undescribed_arcsec: Mapping[str, float] = field(default_factory=dict)
-    """RMS beyond the noise, by channel, if neither an effect nor a product of parts explains it."""
+    """RMS of the residual beyond the noise, by channel, if neither an effect nor a product of parts
+    explains this error."""
     seen: str | None = None
-    """Finding in words that explains more than any effect but is not an effect: a jump, a damped
-    oscillation."""
+    """Description of a finding that explains more than any effect but is no effect: a jump or a
+    damped oscillation."""
     oscillation: Oscillation | None = None
     """The damped oscillation that ``seen`` describes."""
     faults: tuple[str, ...] = ()

@@ -1,5 +1,5 @@
-"""Names the physical effect that a model lacks, or states that the data cannot show it or that no
-known effect fits.
+"""Names the physical effect that a model lacks; otherwise states that the data cannot show it, or
+that no known effect fits.
 
 A diagnosis goes through stages, and each gives a frozen record to the next: faults of the data →
 candidates → evidence → probabilities → rules → next measurement.
@@ -39,7 +39,8 @@ from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.wrong_rows import without_wrong_rows
 
 MATTERS_COUNTS = 0.5
-"""Smallest RMS change of the prediction, in counts, of an effect that is not negligible."""
+"""Smallest size of an effect that is not negligible, as the RMS change of the prediction, in
+counts."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +60,7 @@ class Diagnosis:
     untestable: Mapping[str, list[str]] = field(default_factory=dict)
     """Data that the set lacks, for each effect that it cannot test."""
     channels: Mapping[str, FitOfChannel] = field(default_factory=dict)
-    """Fit of each channel with its lack of fit, as the rules used it."""
+    """Fit of the model to each channel, with its lack of fit."""
     before: Left | None = None
     """Residual of the model."""
     left: Mapping[str, Left] = field(default_factory=dict)
@@ -182,11 +183,12 @@ def _with_the_found(
 ) -> Findings:
     """Return the findings that remain with the named effect in the model.
 
-    An effect may show in the reference as a line at an alias, an oscillation or a step; these are
-    no findings of their own. A regular cause is a finding itself and stays in the list. The error
-    that its plain line does not describe, such as a phase that depends on the direction, may have
-    looked like a resonance. If a product of parts describes the whole error and a jump vanishes
-    with it, this is no jump: an error that follows the speed differs from run to run.
+    The named effect may appear in the reference as a line at an alias, an oscillation or a step;
+    these are no further findings. If the effect is a regular cause, its own lines stay in the list;
+    only the oscillation is searched again, because a part of the effect, such as a phase that
+    depends on the direction, may have looked like a resonance. If a product of parts describes the
+    whole error, the jumps are searched again: an error that follows the speed differs from run to
+    run and may have looked like a jump.
     """
     item, product = found.named, found.described
     if product is not None and found.verdict == "unknown" and found.decision.resembles is None:
@@ -203,12 +205,11 @@ def _with_the_found(
 
 
 def _second(found: Decision, left: Mapping[str, Left]) -> SecondFinding | None:
-    """Return the error that remains with the named effect; None where a further effect would be
-    named."""
+    """Return the error that remains with the named effect; None if another would be named."""
     assert found.first is not None
     further = found.further
     if found.first.name not in left or (further is not None and further.verdict == "named"):
-        # A further effect would be named.
+        # The further effect is stated in place of the error.
         return None
     after = left[found.first.name]
     product = None if further is None else further.described

@@ -19,16 +19,16 @@ LEAST_REPEATS = 3
 """Least number of runs of a capture, or of visits of a station: if only two differ, the wrong one
 cannot be recognised."""
 NOT_WHITE_P = 1e-4
-"""p of whiteness below which the noise is of a kind that the noise model does not have; it is the p
-of a sure lack of fit."""
+"""p of whiteness below which the noise model does not describe the noise; it equals the p of a sure
+lack of fit."""
 MUCH_LEFT = 1.5
-"""Ratio of the remaining RMS to the noise of the repeats; above it, the unexplained error is larger
-than the noise."""
+"""Largest usual ratio of the remaining RMS to the noise of the repeats. Above it, the error that no
+effect explains is larger than the noise."""
 LEAST_P = 1e-300
 """Smallest p value that is used: smaller values underflow in float64."""
 MOST_UNTESTED = 1.0 / 3.0
-"""Largest share of effects that the set may be unable to test; the usual set of the benchmark can
-test all effects."""
+"""Largest usual share of effects that a set cannot test; the usual set of the benchmark can test
+all effects."""
 
 
 def ways_unlike(

@@ -13,8 +13,8 @@ from arctrue.workbench.diagnose.candidate import ACTING_SHARE, Candidate
 from arctrue.workbench.inference.solution import Solution
 
 LEAST_SHARE = 1.0 / 3.0
-"""Smallest ratio of gain to expected gain in the other turns, runs or speeds. The expected gain
-belongs to an effect as large as in the strongest turn, run or speed."""
+"""Smallest ratio of gain to expected gain in the turns, runs or speeds other than the strongest
+one. The gain is expected for an effect as large as in the strongest one."""
 SAME_SPEED = 1.2
 """Largest ratio of two speeds that count as the same speed."""
 WOULD_SHOW = 16.0
@@ -24,13 +24,12 @@ others."""
 
 
 def on_every_pass(item: Candidate, base: Solution) -> bool:
-    """Return False for an effect that one turn, or one run, shows and the other turns or runs do
-    not show.
+    """Return False for an effect that one turn, or one run, shows but the others do not.
 
-    An effect that acts on few rows of a turn is tested over the turns, any other effect over the
-    runs: an order of the disc that exists at one speed only is a line in time, or its alias. Both
-    solutions have the noise that was estimated with the effect: other noise would change the
-    model's own orders too.
+    For an effect that acts on few rows of a turn, the turns are compared; for any other effect, the
+    runs. For example, an order of the disc that exists at one speed only is a line in time, or its
+    alias. The solutions without and with the effect have the same noise, estimated with the effect;
+    with different noise, the model's own orders would differ too.
     """
     if item.evidence is not None:
         base = item.evidence.base.solution

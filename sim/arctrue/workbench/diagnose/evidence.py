@@ -1,9 +1,8 @@
 """Collects the evidence for effects that may be named: likelihood ratios, and held-out rows.
 
-For the likelihood ratios the noise is estimated anew both without and with the effect ("free on
-both sides"). This is the second stage of a diagnosis: :func:`survey` tests every candidate
-(:mod:`candidates`), estimates the noise anew for candidates that may be named, and gives one frozen
-record to the rules.
+For the likelihood ratios the noise is estimated anew both without and with the effect. This is the
+second stage of a diagnosis: :func:`survey` tests every candidate (:mod:`candidates`), estimates the
+noise anew for candidates that may be named, and gives one frozen record to the rules.
 """
 
 from __future__ import annotations
@@ -50,18 +49,17 @@ from arctrue.workbench.inference.significance import (
 from arctrue.workbench.inference.solution import Solution
 
 NEAR_P = 0.3
-"""Limit of p in the first test; an effect with a smaller p may be named, and the noise is estimated
-anew with this effect in the model."""
+"""Limit of p in the first test. An effect with a smaller p may be named, so that the noise is
+estimated anew with this effect in the model."""
 MOST_LEFT = 0.5
-"""Share of the variance of a channel's residual. An effect that leaves less than this share gets
-its own noise estimate, even where the noise of the model without the effect has absorbed most of
-the effect."""
+"""Share of the variance of a channel's residual. If an effect leaves less than this share, the
+noise is estimated anew with this effect, whatever its gain with the noise of the model."""
 OF_ITS_SIZE = 0.2
-"""Largest p, in the first test, of an effect that slow noise may have absorbed. Noise that absorbs
-an effect is about as large as the effect, so that the effect is at least one standard uncertainty;
-by chance, an effect is as large with at most this probability."""
+"""Largest p, in the first test, of an effect that slow noise may have absorbed. Noise that has
+absorbed an effect is about as large as the effect, so that the effect is at least as large as its
+standard uncertainty. Chance makes an effect as large with at most this probability."""
 MOST_WEIGHED = 6
-"""Largest number of candidates for which the noise is estimated anew, free on both sides."""
+"""Largest number of candidates for which the noise is estimated anew."""
 FAR_BEHIND = 60.0
 """A candidate whose ΔBIC is this far behind the ΔBIC of a real effect needs no noise estimate of
 its own."""
@@ -69,8 +67,8 @@ SAME_BLOCK = 1e-6
 """Relative tolerance of a gain and of a canonical correlation; it allows for rounding in equal
 columns."""
 AS_GOOD = 6.0
-"""ΔBIC by which another form or place of an effect must be ahead to replace the first form or
-place: odds of 20 to 1."""
+"""ΔBIC by which other settings or search parameters of an effect must be ahead to replace the first
+ones: odds of 20 to 1."""
 
 
 def survey(
@@ -119,12 +117,12 @@ def survey(
 
 
 def weighed(tried: Survey, report_step: ReportStep, *, negligible: bool) -> Survey:
-    """Return the survey with evidence, the noise free on both sides, for every candidate that may
-    be named.
+    """Return the survey with evidence, from newly estimated noise, for candidates that may be
+    named.
 
-    The candidates of the catalogue are taken in the order of their ΔBIC, until no further candidate
-    can be ahead of the real effect: the best candidate that is significant and confirmed. The first
-    product of parts is added if it can be ahead of the real effect.
+    The candidates of the catalogue are judged in the order of their ΔBIC, until no further
+    candidate can be ahead of the real effect, which is the best candidate that is significant and
+    confirmed. The first product of parts is added if it can be ahead of the real effect.
     """
     null = Null(tried.residuals)
     waiting = _near_to_a_name(tried)
@@ -168,8 +166,8 @@ def weighed(tried: Survey, report_step: ReportStep, *, negligible: bool) -> Surv
 
 
 def _near_to_a_name(tried: Survey) -> list[Candidate]:
-    """Return the effects that may be named when the noise is estimated with each in the model, best
-    first."""
+    """Return the effects for which the noise is estimated anew: lines of a forward search, then
+    others, best first."""
     ranked = sorted(tried.candidates, key=lambda item: -item.delta_bic)
     near = {
         item.name
@@ -247,8 +245,12 @@ def _score_with(items: Sequence[Candidate], real: Candidate) -> None:
 
 
 def _gain_with(item: Candidate, real: Candidate) -> float:
-    """Return the candidate's gain with the noise of a real effect, on the scale of the real
-    effect's likelihoods."""
+    """Return the candidate's gain with the noise of a real effect, scaled like the effect's own
+    gain.
+
+    The scale is the ratio of the real effect's gain, for which the noise was estimated anew, to its
+    gain in the score test.
+    """
     assert real.evidence is not None
     scale = real.gain / max(real.evidence.score.gain, 1e-300)
     return real.evidence.base.score(item.effect, item.nonlinear).gain * scale
@@ -263,8 +265,9 @@ def _bic_with(item: Candidate, real: Candidate) -> float:
 
 
 def _may_come_before(items: Sequence[Candidate], real: Candidate) -> list[Candidate]:
-    """Return the candidates that are not far behind the real effect or gain more: they may be
-    larger effects that contain the real effect.
+    """Return the candidates with nearly the ΔBIC of the real effect, or with a larger gain.
+
+    The latter may be larger effects that contain the real effect.
 
     The disc order at which a line was found is always included, however far it is behind the line.
     """
@@ -326,10 +329,10 @@ def _with_noise_of_another(
     candidates: int,
     report_step: ReportStep,
 ) -> Candidate:
-    """Return the judged candidate with the noise that another effect leaves, if its likelihood is
-    much larger with it.
+    """Return the candidate with the noise estimated with another effect, if its gain is much larger
+    then.
 
-    The estimate of the noise with one effect may stop where slow noise still absorbs the effect.
+    The noise estimated with the candidate itself may still absorb the candidate as slow noise.
     """
     if item is other or item.evidence is None or other.evidence is None:
         return item
@@ -386,8 +389,8 @@ def _largest_sure(item: Candidate, tried: Survey, null: Null, report_step: Repor
 def _in_less_noise(
     item: Candidate, found: Evidence, residuals: Residuals, null: Null
 ) -> tuple[Candidate, Evidence]:
-    """Return the form and the place of an effect that fit best with the noise estimated with the
-    effect in the model, and their evidence.
+    """Return the effect's best settings and search parameters, with the noise estimated anew for
+    each, and their evidence.
 
     Without the effect in the model, the noise contains the effect and hides smaller details: the
     lines near a gear's tooth count, or the small difference of an order from a whole number.

@@ -24,8 +24,8 @@ def look_alikes(
     untestable: Mapping[str, list[str]],
     effects: Mapping[str, type[Effect]],
 ) -> dict[str, list[str]]:
-    """Return effects without a search that would look like ``best``, each with the data that the
-    set lacks for its test.
+    """Return effects (without a search) that would look like ``best``, each with the data that the
+    set lacks to test it.
 
     On the rows of the set, with the model projected out, the columns of such an effect contain the
     columns of ``best`` and give at least half of the gain of ``best``.

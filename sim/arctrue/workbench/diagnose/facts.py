@@ -42,10 +42,10 @@ class Facts:
 
     @cached_property
     def blindness(self) -> Blindness | None:
-        """Reason why a result without a finding is no evidence; None if there is a finding, or if
-        the set could have shown an effect.
+        """Reason why the set cannot show that the model is adequate; None if it can, or if an
+        effect is found.
 
-        If the rows do not determine the model, this is a reason even where there is a finding.
+        If the rows do not determine the model, this is a reason even if an effect is found.
         """
         if self.case is None:
             return None

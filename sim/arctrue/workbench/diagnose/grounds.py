@@ -13,8 +13,8 @@ of fit."""
 
 @dataclass(frozen=True, slots=True)
 class Grounds:
-    """Quantities that determine an answer's probability, and the distance of its set from the
-    calibrated sets."""
+    """Quantities that determine the stated probability of an answer; they include the distance of
+    its set from the calibrated sets."""
 
     evidence: float
     """Probability of the answer from likelihoods, priors and rules alone."""

@@ -1,4 +1,4 @@
-"""Tests for lack of fit: compares whitened residuals with the scatter of their own repeats."""
+"""Tests for lack of fit: compares whitened residuals with the scatter of repeated rows."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ ELECTRICAL_BINS = 24
 """Number of bins, of 15° each: six for each period of the fourth harmonic, the highest that
 interpolation causes."""
 LEAST_ROWS_A_GROUP = 3
-"""Least number of rows in a group: a scatter needs two rows, and the third shows which row is
-wrong."""
+"""Smallest number of rows in a group: two rows show a scatter, and a third row shows which of them
+is wrong."""
 LEAST_ROWS_A_PERIODOGRAM = 64
 """Least number of rows, which gives 32 frequencies. With fewer, Fisher's test finds only lines that
 the means by angle also show."""

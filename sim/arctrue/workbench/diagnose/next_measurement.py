@@ -1,9 +1,9 @@
 """Finds the measurement that would distinguish two effects which this data cannot separate.
 
 Each plan is tested by calculation: one effect, with the size that was found, is assumed to be the
-truth, and the other effect is fitted to the error of the assumed effect in the measured and planned
-rows. The χ² that the other effect leaves, with the noise of this set, measures how well the plan
-distinguishes the two effects.
+truth. The other effect is fitted to the error that the first causes in the measured and planned
+rows. The remaining χ² with the noise of this set measures how well the plan distinguishes the two
+effects.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ OF_PARTS = {
         "begins anew, or it does not",
     ),
 }
-"""Kind and words of the measurement that tests a condition."""
+"""Kind and description of the measurement that tests each condition of a product of parts."""
 ANOTHER_SPEED = 1.5
 """Ratio above which two speeds differ; a set with two such speeds already shows which errors grow
 with the speed."""
@@ -79,8 +79,8 @@ class NextMeasurement:
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """Effects that the next measurement has to distinguish, or one effect, for whose name the set
-    lacks data."""
+    """Effects that the next measurement has to distinguish; if there is one only, the set lacks
+    data to name it."""
 
     best: Candidate
     rivals: Sequence[Candidate]
@@ -108,8 +108,7 @@ LOOK_AT_THE_STAND = NextMeasurement(
 def measurement_for(
     question: Question | None, described: Candidate | None
 ) -> NextMeasurement | None:
-    """Return the measurement that answers the question of a decision or tests its description by
-    parts."""
+    """Return the measurement that separates a decision's effects or tests its product of parts."""
     if question is not None:
         found = next_measurement(question.best, question.rivals)
         lacks = question.best.lacking_variety
@@ -159,8 +158,7 @@ def _called(item: Candidate) -> str:
 
 
 def measurement_for_variety(best: Candidate) -> NextMeasurement:
-    """Return the first plan whose rows supply everything that the set lacks for this effect's
-    name."""
+    """Return the first plan whose rows supply all data that the set lacks to name this effect."""
     observations = best.solution.observations
     lacking = "; ".join(best.effect.variety(observations))
     for plan in PLANS:

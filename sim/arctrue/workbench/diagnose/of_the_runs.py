@@ -15,14 +15,13 @@ from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.significance import SIGNIFICANCE, corrected_p_value
 
 LEAST_OFFSETS = 2
-"""Least number of offsets of runs, in addition to the columns of the effect, that must agree with
-the known index repeatability. A single offset agrees whenever two runs have the same shift, for
-example if a head was knocked before both runs."""
+"""Smallest number of free offsets (runs minus columns of the effect) for the comparison with the
+known index repeatability. A single free offset agrees whenever two runs have the same shift, for
+example if a head was displaced before both runs."""
 
 
 def leaves_the_index(known: Residuals, effect: Effect, nonlinear: Nonlinear) -> bool:
-    """Tell whether the offsets of the runs, with the effect in the model, scatter like the known
-    index.
+    """Tell whether the runs' offsets, with the effect in the model, have the known index scatter.
 
     If the offsets scatter more, the index repeats worse than known, and an effect can then fit one
     of a few offsets by chance.
@@ -39,8 +38,9 @@ def p_among_the_runs(residuals: Residuals, effect: Effect, nonlinear: Nonlinear)
     repeatability.
 
     The result is 0 if the index repeats as well as known, or if too few offsets remain to decide.
-    The F test compares the offsets of the runs with and without the effect. The prior knowledge of
-    the index does not count, since the offsets that remain with the effect contradict it.
+    The F test compares the squares of the runs' offsets without and with the effect. The prior
+    knowledge of the index does not count, since the offsets that remain with the effect contradict
+    it.
     """
     known = with_index_as_known(residuals)
     score = known.score(effect, nonlinear)
@@ -70,8 +70,8 @@ def offsets_are_large(left: Residuals, before: Residuals, share: float) -> bool:
 
 
 def runs_differ_with(residuals: Residuals) -> str | None:
-    """Return the condition that the offsets of the runs of a model follow; None where no condition
-    is significant.
+    """Return the condition on which the offsets of a model's runs depend; None if none is
+    significant.
 
     p must be below SIGNIFICANCE over all conditions; the index variance has the degrees of freedom
     of its prior knowledge.

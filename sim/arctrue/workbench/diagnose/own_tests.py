@@ -1,5 +1,5 @@
-"""Tests a named effect against the meaning of its name: one order, a constant, an error of the
-angle."""
+"""Tests whether named effects are what their names mean: separate orders, a constant, an error of
+the angle."""
 
 from __future__ import annotations
 
@@ -16,17 +16,18 @@ from arctrue.workbench.inference.significance import corrected_p_value
 from arctrue.workbench.observations import ReferenceRows
 
 SEVERAL = 3
-"""Smallest number of orders that may form a pattern. This number equals the number of effects that
-a diagnosis tests one after another."""
+"""Smallest number of orders of a pattern; it equals the number of effects that a diagnosis tests
+one after another."""
 LEAST_COMMON, LEAST_OF_TWO = 3, 5
-"""Least common divisor of the orders of a pattern, and of two orders with a local defect. Three
-random orders have a common divisor of 3 or more with the probability Σ_{d≥3} d⁻³ = 0.08, two random
-orders a common divisor of 5 or more with 0.22. The test is made only where all three orders, or
-both orders and the defect, have passed every other test."""
+"""Smallest common divisor at which three orders count as a pattern, and at which two orders with a
+local defect do. Three random orders have a common divisor of 3 or more with the probability Σ_{d≥3}
+d⁻³ = 0.08, two random orders a common divisor of 5 or more with 0.22. The test is made only where
+all three orders, or both orders and the defect, have passed every other test."""
 
 
 SURE_P = 1e-4
-"""Largest p of a sure result, as for a lack of fit; it has no correction for the catalogue."""
+"""Largest p of a sure result, as for a lack of fit; the p is not corrected for the number of
+effects."""
 
 
 def one_pattern(orders: Sequence[float], places: int = 0) -> str | None:
@@ -54,9 +55,9 @@ def shape_with_corners(causes: Sequence[RegularCause]) -> str | None:
     separate lines.
 
     The harmonics of a jump fall as 1/n, the harmonics of a bend as 1/n². If the shape repeats at an
-    order of the model, the lines are whole orders above the model's orders, in even steps of that
-    order, and that order itself is no line. Stator slots or a gear also show the line at their base
-    order.
+    order of the model, that order itself is no line of the search. The lines are then whole orders
+    above the model's orders, at equal distances of that order. Stator slots or a gear, in contrast,
+    also show a line at their base order.
     """
     lines = [line for cause in causes if not cause.in_time for line in cause.lines]
     orders = np.array([round(line.rate) for line in lines], dtype=np.int64)
@@ -83,8 +84,8 @@ def shape_with_corners(causes: Sequence[RegularCause]) -> str | None:
 
 
 LEAST_HARMONICS = 4
-"""Least number of lines of a shape. It is one more than SEVERAL, because the step between the lines
-is free."""
+"""Smallest number of lines of a shape. It is one more than SEVERAL, because the step between the
+orders is not known before."""
 CHANCE = 0.01
 """Largest probability step^(1 − n) that n whole orders are equal modulo a step by chance."""
 LEAST_FILLED = 2.0 / 3.0
@@ -94,11 +95,11 @@ twenty reach it with a probability of 0.02."""
 OF_A_WHOLE_ORDER = 0.25
 """Largest distance of a line from a whole order, in 1/span."""
 STEEPEST, FLATTEST = -3.0, -0.25
-"""Limits of the exponent with which the amplitudes fall: −1 for a jump, −2 for a bend, each with a
-margin for the noise of small lines. Near its limit, the search finds only lines that the noise
-enlarges, so that the amplitudes fall less."""
+"""Limits of the exponent of the power law that the amplitudes follow: −1 for a jump, −2 for a bend,
+with a margin for noise. Of the lines near its limit, the search finds only those that noise makes
+larger, so that the amplitudes seem to fall less."""
 MOST_SCATTER = 0.35
-"""Largest standard deviation of the logarithms of the amplitudes around the power of n. A line at
+"""Largest standard deviation of the logarithms of the amplitudes around this power law. A line at
 the limit of the search has a signal of five standard uncertainties, 0.2 in the logarithm."""
 
 
@@ -123,12 +124,11 @@ class BentScale(Effect):
 
 
 def follows_the_reading(residuals: Residuals, best: Candidate, near_tie: float) -> bool:
-    """Tell whether a nonlinear scale of the reference is significant and explains the rows as well
-    as the best effect.
+    """Tell whether a nonlinear scale of the reference explains the rows as well as the best effect.
 
-    The scale and the effect are scored with the same noise. ΔBIC of the nonlinear scale may be up
-    to ``near_tie`` behind; if the best effect is itself proportional to the reading, the nonlinear
-    scale must be ``near_tie`` ahead.
+    The scale must be significant. The scale and the effect are scored with the same noise. ΔBIC of
+    the nonlinear scale may be up to ``near_tie`` behind; if the best effect is itself proportional
+    to the reading, the nonlinear scale must be ``near_tie`` ahead.
     """
     rows = residuals.observations.reference
     if rows is None or residuals.observations.capture is None or best.regular is not None:

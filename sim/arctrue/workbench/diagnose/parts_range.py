@@ -1,5 +1,4 @@
-"""Selects the products of parts that the rows can show: the rows resolve their waves, and the error
-contains their sizes."""
+"""Selects products of parts whose waves the rows resolve and whose sizes the error can contain."""
 
 from __future__ import annotations
 
@@ -17,20 +16,20 @@ LEAST_WAVE = 0.75
 """Least number of periods of an order that a run must cover: an order with fewer periods is a slow
 curve or a bump."""
 HALF_REPEATS_TURNS = 2.0
-"""Turns after which a half order repeats. Whole orders are complete on one turn (Fourier), so that
-a half order on one turn is only a step at its seam; only its repetition after two turns shows a
-half order."""
+"""Number of turns after which a half order repeats. On one turn, whole orders describe any error
+(Fourier), and a half order differs from them only by a step where the turn closes. Two turns are
+therefore needed to show a half order."""
 MOSTLY_ITS_OWN = 0.5
-"""Share of a part that the model cannot reproduce (1/VIF); above it the part is accepted, because
-the model can cancel only a part with a smaller share."""
+"""Share of a part that the model cannot reproduce (1/VIF) above which the part is accepted: with a
+larger share, the model cannot cancel most of the part."""
 
 
 def resolved_orders(rows: ReferenceRows, factor: Float, orders: Float) -> NDArray[np.bool_]:
     """Tell whether a reference run covers enough periods of each of ``orders``, shape (n,), with a
     condition.
 
-    ``factor``: the condition at each row, shape (rows,). The travel is weighted with the share of
-    the condition that is left: a condition exp(−t/τ) covers a travel of τ times the speed.
+    ``factor``: the condition at each row, shape (rows,). The travel is weighted with the condition,
+    relative to its largest value: a condition exp(−t/τ) covers a travel of τ times the speed.
     """
     way_rad = np.abs(np.diff(rows.target_rad, prepend=rows.target_rad[:1]))
     way_rad[np.diff(rows.run, prepend=rows.run[:1]) != 0] = 0.0
@@ -44,7 +43,7 @@ def resolved_orders(rows: ReferenceRows, factor: Float, orders: Float) -> NDArra
 
 
 def passes_its_wave(residuals: Residuals, effect: ProductOfParts) -> bool:
-    """Tell whether a reference run covers enough periods of the orders of a part of the
+    """Tell whether a reference run covers enough periods of each order of a product in the
     reference."""
     rows = residuals.observations.reference
     factor = None if rows is None else effect.condition.values(rows)
@@ -60,8 +59,8 @@ def only_cancels(residuals: Residuals, effect: ProductOfParts, score: Score) -> 
     Var(y) = Var(part) + Var(others) + 2 cov(part, others): without cancellation Var(part) is at
     most Var(y). The share of the part that the model cannot reproduce is 1/VIF, where VIF is the
     variance inflation factor of the part (Marquardt, Technometrics 12 (1970) 591); a part with VIF
-    < 2 is accepted. Where the model has the same wave, only the variation of the condition counts:
-    the zero of the condition is a convention.
+    < 2 is accepted. If the model has the same wave, only the variation of the condition counts,
+    because the zero of the condition is arbitrary.
     """
     if score.own_share > MOSTLY_ITS_OWN or score.rank == 0:
         return False

@@ -33,12 +33,12 @@ ELECTRICAL_MULTIPLES = (1.0, 2.0)
 """Multiples of the signal period. The first is an offset of sine and cosine, the second a
 difference of gain or phase."""
 SHORTLIST = 8
-"""Number of products that are fitted with the noise free, to limit cost; the best product
-decides."""
+"""Number of products for which the noise is estimated anew; only the best product is used, so that
+more products would only take time."""
 LEAST_ARC_RAD = 1.5 * np.pi
 """Smallest arc of a reference run that counts as a whole turn."""
 SETTLING_STEP = 1.6
-"""Largest ratio by which the refinement of a time constant may move it up or down."""
+"""Largest factor by which the refinement may increase or decrease a time constant."""
 SETTLING_ROUNDS = 12
 """Largest number of steps in the search of a time constant, to limit cost."""
 FRAME_MARGIN = 6.0
@@ -62,12 +62,12 @@ def _half_orders() -> Float:
 
 
 def level_share(order: float | None) -> float:
-    """Return the share of one condition's false-alarm probability for an order; None: for the
-    product without an order.
+    """Return an order's share of a condition's false-alarm probability; None: product without
+    order.
 
-    Each octave of orders gets the same share, and the product without an order gets as much as
-    order one half, because discs, bearings and belts deform in a few waves. The shares do not
-    depend on the set, and add up to 1.
+    An order's share is proportional to 1/order, so that each octave gets the same share: discs,
+    bearings and belts deform in a few waves. The product without an order gets as much as order one
+    half. The shares do not depend on the set, and add up to 1.
     """
     orders = _half_orders()
     total = 1.0 + float(np.sum(orders[0] / orders))
@@ -89,7 +89,7 @@ def condition_shares(found: Sequence[Condition]) -> list[float]:
 
 
 def _waves(residuals: Residuals, factors: Sequence[Float], *, capture: bool) -> tuple[Float, Float]:
-    """Return the approximate gain of each (condition, half order) and (condition, constant)."""
+    """Return the approximate gain of each condition with each half order, and without a wave."""
     observations, noise = residuals.observations, residuals.solution.noise
     rows = observations.capture if capture else observations.reference
     precise = residuals.capture_precise if capture else residuals.reference_precise
@@ -151,8 +151,8 @@ def _reference_waves(residuals: Residuals, factors: Sequence[Float]) -> tuple[Fl
 
 
 def _frames(order: float | None, observations: Observations, in_reference: bool) -> list[Frame]:
-    """Return the frames to test, the most natural first, since the first frame counts if the data
-    cannot decide."""
+    """Return the frames to test, the most natural first; the first one is taken if the data cannot
+    decide."""
     frames: list[Frame] = []
     if observations.capture is not None and not in_reference:
         further = [FRAME_OF_HEAD[head] for head in range(3, observations.heads + 1)]

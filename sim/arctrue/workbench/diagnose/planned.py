@@ -1,4 +1,4 @@
-"""Plans possible next measurements as the rows that they would give.
+"""Plans possible next measurements: calculates the rows that they would give.
 
 The rows have conditions only (angle, time, temperature, direction, ...) and no measured values. The
 columns of an effect, calculated from these conditions, show the effect in the planned measurement.
@@ -42,7 +42,7 @@ MOVING_STATIONS = 360
 
 @dataclass(frozen=True)
 class PlannedMeasurement:
-    """A measurement: its name for programs, its words for people, and a function that adds its
+    """A planned measurement: its name for programs, its description, and a function that adds its
     rows."""
 
     kind: str

@@ -34,17 +34,17 @@ CLASS_SHARE = 0.95
 """Probability of the smallest set of hypotheses that forms the class (a credible set of 95 %). If
 ``unknown`` alone has this probability, no effect belongs to the class."""
 ONE_EFFECT_SHARE = 0.5
-"""Largest share of ``unknown`` in the sum of the probabilities of ``unknown`` and of a class of one
-effect; with a larger share, ``unknown`` is more probable than the effect."""
+"""Largest value of P(unknown)/(P(unknown) + P(effect)) at which a class of one effect is stated;
+above it, ``unknown`` is more probable than the effect."""
 A_LITTLE = 1e-3
-"""Margin of a probability, or of its logarithm, that keeps the answer ahead in spite of
-rounding."""
+"""Margin of a probability, or of its logarithm, with which the answer stays the most probable in
+spite of rounding."""
 LEVEL = 0.01
-"""Largest relative lead with which a rival still counts as equally probable as the first effect of
-a class; the rules set the two equal except for A_LITTLE."""
+"""Largest relative difference of the probabilities of the first effect of a class and a rival that
+count as equal. The rules make the two equal except for A_LITTLE."""
 LEAST_OF_A_NAME = 0.8
-"""Smallest probability with which a single name is stated. The loss of a false name is assumed to
-be four times the loss of a class where a single name would be right."""
+"""Smallest probability with which a single name is stated. A false name is assumed to cost four
+times as much as a class that is stated where a single name would be right."""
 
 
 def posterior(
@@ -64,13 +64,13 @@ def posterior(
     """Return the probability of every tested effect, ``none`` and ``unknown``, within the bounds of
     the rules.
 
-    The sum is 1. ``look_alikes``, which the set cannot test, look like the first of the class and
-    are as probable. ``product`` is the best product of parts, unless it equals one of the
-    candidates. ``excluded`` are effects that fit but that held-out rows, passes or speeds
-    contradict; if the first of the class is such an effect, ``unknown`` is as likely as the first.
-    ``confounded``: the product is the first effect with another condition as its factor, and as
-    likely as the first. ``near_tie`` is the ΔBIC by which the rules prefer a name to a product,
-    ``advantage`` the ΔBIC by which they prefer a product to a name.
+    The sum is 1. ``look_alikes`` are effects that the set cannot test and that look like the first
+    of the class; they get its probability. ``product`` is the best product of parts, unless it
+    equals one of the candidates. ``excluded`` are effects that fit but that held-out rows, passes
+    or speeds contradict; if the first of the class is such an effect, ``unknown`` is as likely as
+    the first. ``confounded``: the product is the first effect with another condition as its factor,
+    and as likely as the first. ``near_tie`` is the ΔBIC by which the rules prefer a name to a
+    product, ``advantage`` the ΔBIC by which they prefer a product to a name.
     """
     effects = len(candidates) + untestable
     share = float(np.log(prior(effects)))
@@ -78,7 +78,8 @@ def posterior(
         weights = prior_weights(len(candidates), untestable)
         return normalised(weights | {item.name: share for item in candidates})
     evidence = {item.name: share + log_evidence(_weighed(item)) for item in candidates}
-    # An effect that a rule excludes fits nevertheless: the real error resembles it.
+    # An effect that a rule excludes fits the rows nevertheless, because the real, unknown error
+    # resembles it.
     judged = evidence | _as_uncertain_as_the_first(candidates, effect_class, share)
     suspects = [judged[name] for name in judged if name in excluded]
     weights = {
@@ -122,9 +123,9 @@ def posterior(
         unknown = min(unknown, first - 0.5 * near_tie if named else first + most)
         for name, value in weights.items():
             if name not in effect_class:
-                # An effect outside the class adds nothing to a model with the first effect, or the
-                # first effect adds something to a model with that effect: the weight of that effect
-                # is at most this share of the weight of the first.
+                # An effect is outside the class if it adds nothing to a model with the first
+                # effect, or if the first effect adds something to a model with it. Its weight is
+                # then at most this share of the weight of the first.
                 weights[name] = min(value, first + float(np.log(NOTHING_LEFT_P)))
             else:
                 weights[name] = min(value, first)
@@ -145,12 +146,12 @@ def stated(
     is not known.
 
     The first effect of the class, ``unknown`` or ``none`` gets the confidence. ``none`` also gets
-    it if the verdict is that the set cannot tell, since it is then most likely that every effect
-    that the set could show is in the model. Probability that effects and ``none`` lose is added to
-    ``unknown``, and probability that ``unknown`` loses is added to the effects. Probability that an
-    answer gains is taken from all others in proportion, so that a class has at least the
-    probability of its first effect. The first of a class gains no probability if a rival is equally
-    probable. An answer stays more probable than the hypotheses that it contradicts.
+    it if the verdict is that the set cannot tell: most likely, the model then contains every effect
+    that the set could show. Probability that effects and ``none`` lose is added to ``unknown``, and
+    probability that ``unknown`` loses is added to the effects. Probability that an answer gains is
+    taken from all others in proportion, so that a class has at least the probability of its first
+    effect. The first of a class gains no probability if a rival is equally probable. An answer
+    stays more probable than the hypotheses that it contradicts.
     """
     if confidence is None or not found:
         return dict(found)
@@ -189,7 +190,7 @@ def stated(
 def _as_uncertain_as_the_first(
     candidates: Sequence[Candidate], effect_class: Sequence[str], share: float
 ) -> dict[str, float]:
-    """Return the log evidence of candidates whose own noise was not estimated.
+    """Return the log evidence of candidates for which the noise was not estimated anew.
 
     The gain of these candidates uses the noise that was estimated with the first effect in the
     model. This noise is not exactly known: it has the degrees of freedom of the first effect.

@@ -3,9 +3,9 @@ the set.
 
 The evidence of an effect is the marginal likelihood of its block of columns under a prior with the
 information of one row (unit information: Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773); it
-follows from the likelihood ratio with the noise free on both sides. The places that a search looked
-at share the prior evenly. The odds of a rule bound the probability of the hypotheses that the rule
-excludes.
+follows from the likelihood ratio, where each model has its own noise estimate. The places that a
+search tried share the prior evenly. The odds of a rule bound the probability of the hypotheses that
+the rule excludes.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ PRIOR_STRANGER = 0.01
 
 @dataclass(frozen=True)
 class Weighed:
-    """Figures of a likelihood ratio for one effect, or for one product of parts."""
+    """Likelihood ratio of one effect or product of parts, and the numbers for its evidence."""
 
     gain: float
     """Twice the rise of the log likelihood."""
@@ -44,8 +44,8 @@ class Weighed:
     """Number of rows that determine the effect's size: the rows of the channels that the effect
     changes."""
     freedom: float = float("inf")
-    """Degrees of freedom of the noise variance: the number of independent rows (ten of 24,000 rows,
-    if four runs are the sample)."""
+    """Degrees of freedom of the noise variance; few if the runs, not the rows, are the sample (ten
+    with four runs of together 24,000 rows)."""
 
 
 def log_evidence(item: Weighed) -> float:

@@ -1,9 +1,9 @@
 """Finds regular causes in a dense reference by a forward search: lines, ordered by the error that
 they explain.
 
-Rows that are left out singly cannot show a line far above their scatter, because their neighbours
-already predict the line. This search predicts whole blocks of the record, and its lines have passed
-this test.
+A line far above the scatter of the rows cannot be tested by single omitted rows, because their
+neighbours already predict it. This search predicts whole blocks of the record; every line of its
+result has passed this test.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ from arctrue.workbench.inference.solution import Solution
 Float = NDArray[np.float64]
 
 SAME_LINE = 1.5
-"""Width of a line in units of 1/span: at a nearly constant speed, a line over the angle has this
-width over time."""
+"""Largest distance, in units of 1/span, at which a line over time and a line over the angle count
+as the same line: at a nearly constant speed, a line over the angle has this width over time."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def _angle(arcsec: float) -> str:
 
 
 MANY_ARCSEC = 600.0
-"""Size from which on an angle is stated in degrees; it affects only the unit."""
+"""Smallest angle that is written in degrees."""
 
 
 @dataclass(frozen=True)
@@ -159,14 +159,14 @@ class RegularCause:
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """Findings in a dense reference with one model. The findings do not depend on the verdict."""
+    """Findings of a forward search in a dense reference with one model; no verdict changes them."""
 
     causes: tuple[RegularCause, ...] = ()
     """Regular causes, by the error that they explain, the largest first."""
     steps: tuple[Jump, ...] = ()
-    """Single jumps, which are listed apart because blocks cannot judge them."""
+    """Single jumps, which are listed apart because no other block can confirm them."""
     whiteness_p: float | None = None
-    """p of Ljung and Box with all lines and steps in the model; None where nothing was searched."""
+    """p of Ljung and Box with all lines and steps in the model; None without a search."""
     bands: tuple[Band, ...] = ()
     """Bands of rates that were searched."""
     oscillation: Oscillation | None = None
@@ -184,13 +184,13 @@ class Findings:
 
     @property
     def empty(self) -> bool:
-        """True if no finding is left that an effect in the model could explain."""
+        """True if there are no findings."""
         lists = self.causes or self.steps or self.not_noise
         return not lists and self.oscillation is None and self.slow is None and not self.reversal
 
     def further(self, name: str, left: Findings) -> Findings:
-        """Return the findings ``left`` with the effect ``name`` in the model, and list the findings
-        that this effect explained."""
+        """Return ``left``, the findings with the effect ``name`` in the model, with a list of the
+        findings that this effect explained."""
         kept = [(cause, line) for cause in left.causes for line in cause.lines]
         same = [
             f"{line.amplitude_arcsec:.3g}″ at {cause.place_of(line)}"
@@ -205,12 +205,12 @@ class Findings:
         return replace(left, cause=name, same=tuple(same))
 
     def without(self, one: RegularCause | None) -> Findings:
-        """Return the findings that are left with one of the causes in the model."""
+        """Return the findings without one of the causes, which is in the model."""
         return replace(self, causes=tuple(item for item in self.causes if item is not one))
 
     def searched(self, nonlinear: Nonlinear) -> bool:
-        """Tell whether the search looked for a line at this place. If so, and no cause is there,
-        the place has no line."""
+        """Tell whether the search covered this order or frequency, so that a line there would be a
+        cause."""
         in_time = bool(nonlinear["in_time"])
         rate = nonlinear["frequency" if in_time else "order"]
         if nonlinear["in_capture"]:
@@ -218,7 +218,7 @@ class Findings:
         return any(band.in_time == in_time and rate <= band.highest for band in self.bands)
 
     def without_steps(self) -> Findings:
-        """Return the findings that are left if an effect in the model is itself a step."""
+        """Return the findings without steps, for a model with an effect that is itself a step."""
         return replace(self, steps=())
 
     @property
@@ -295,8 +295,8 @@ class Findings:
 def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Findings:
     """Search every record of a model's reference for regular lines.
 
-    There are no findings where the rows do not determine the model: lines would only cancel its
-    orders.
+    If the rows do not determine the model, there are no findings, because lines would only cancel
+    the model's orders.
     """
     if undetermined(solution) is not None:
         return Findings()

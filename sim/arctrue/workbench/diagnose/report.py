@@ -200,8 +200,8 @@ def sentences(result: Diagnosis) -> list[str]:
     else:
         said = [f"None of the known effects fits. Best description: {result.description}."]
     found = result.findings.sentences()
-    # A jump together with a reversal error resembles no single effect, so that the sentences on
-    # these two come first.
+    # No single effect has the shape of a jump together with a reversal error, so that the sentences
+    # on these two come first.
     findings = result.findings
     first = result.verdict == "unknown" and findings.reversal is not None and bool(findings.steps)
     said = [*found, *said] if first else [*said, *found]
@@ -214,15 +214,15 @@ def sentences(result: Diagnosis) -> list[str]:
 
 
 MOST_OF_EXCESS = 0.5
-"""Share of the error's mean square above the noise. An effect that leaves more than this share is
-the smaller part of the error."""
+"""Share of the error's mean square above the noise. If the named effect leaves more than this
+share, a sentence says that most of the error remains."""
 
 
 def _smaller_part(result: Diagnosis) -> list[str]:
     """Return one sentence if most of the error remains with the named effect in the model.
 
     There is no sentence for an effect that only the offsets of the runs show, because the RMS of
-    the rows does not contain it.
+    the rows does not contain the runs' offsets.
     """
     item, before = result.named, result.before
     after = None if item is None else result.left.get(item.name)
@@ -287,7 +287,7 @@ def _probable(result: Diagnosis) -> list[str]:
 
 
 def _covered(covers: Coverage) -> list[str]:
-    """State in sentences what the verdict "adequate" covers for this set."""
+    """State in sentences which effects the verdict "adequate" excludes, and from which size on."""
     said = []
     if covers.smallest:
         sizes = ", ".join(

@@ -602,14 +602,16 @@ def _unknown_within(left: Decision, case: Case) -> bool:
     first = case.best
     assert first is not None
     if left.seen is not None:
-        # A single event, or an oscillation that noise drives, is not the shape of an effect.
+        # A single event, or an oscillation driven by noise, is no evidence that the effect has
+        # another shape.
         return False
     if left.verdict != "unknown":
         return left.further is not None and _unknown_within(left.further, case)
     found = left.described or left.resembles
     if found is not None:
-        # The error must be as large both in units of the noise and in arcseconds: in units of quiet
-        # repeats alone, a fiftieth of the error would prevent the name.
+        # The remaining error must be large compared with the first effect both in units of the
+        # noise and in arcseconds. If the repeats have little noise, the first test alone would let
+        # a fiftieth of the error prevent the name.
         in_noise = found.gain > OF_THE_SAME_KIND * first.gain
         return in_noise and _largest(found) ** 2 > OF_THE_SAME_KIND * _largest(first) ** 2
     if not left.undescribed_arcsec:

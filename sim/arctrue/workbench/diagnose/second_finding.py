@@ -25,11 +25,12 @@ LEAST_OF_LEFT = 0.5
 """Smallest share of the remaining mean square above the noise that the variation must explain, so
 that it is most of the remaining error."""
 WITHIN_PLACES = 0.5
-"""Smallest share of the effect's mean square that must be variation within the places. With less,
-the effect's size at a place cannot be distinguished from any other error there."""
+"""Smallest share of the effect's mean square that must come from variation within the places. With
+a smaller share the effect is nearly constant at a place, and its size there cannot be distinguished
+from any other error there."""
 STANDARD_ERRORS = 5.0
-"""Smallest excess of χ² over the places, in standard errors: a probability of 2·10⁻⁷ for the only
-grouping that is tested."""
+"""Smallest excess of χ² over the places, in standard errors: chance exceeds it with a probability
+of 2·10⁻⁷, and only one grouping is tested."""
 
 
 @dataclass(frozen=True)

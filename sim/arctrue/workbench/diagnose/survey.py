@@ -1,4 +1,4 @@
-"""Holds the tests with one model: candidates with their evidence, and the fit of the model."""
+"""Holds the results of all tests with one model: its fit, and candidates with their evidence."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.repeats import row_noise_arcsec
 
 FAR_TOO_SMALL = 0.5
-"""Share of the smallest size that matters. A smaller effect is not tested further: a new estimate
-of the noise changes a size by less than a factor of two."""
+"""Size below which an effect is not tested further, as a share of the smallest size that matters; a
+new estimate of the noise changes a size by less than a factor of two."""
 OF_A_CONSTANT = 0.1
 """Largest ratio of standard deviation to mean, over the rows, of a change that counts as
 constant."""
@@ -28,13 +28,13 @@ RUNS_ARE_THE_SAMPLE = 0.5
 not the rows, count as the sample."""
 
 LEAST_HELD_OUT = 0.5
-"""Smallest share of an effect's own error that other blocks must predict. With less, a model
-without the effect predicts better than a model with it."""
+"""Smallest share of an effect's own error that other blocks must predict. With a smaller share, a
+model without the effect predicts better than a model with it."""
 
 
 @dataclass(frozen=True)
 class FitOfChannel:
-    """The fit of a model to one channel; the other channel does not enter."""
+    """The fit of a model to one channel."""
 
     residual_rms_arcsec: float
     noise_arcsec: float
@@ -111,8 +111,8 @@ class Survey:
         return size >= FAR_TOO_SMALL * self.matters_arcsec
 
     def confirmed(self, item: Candidate) -> bool:
-        """Tell whether the candidate matters, and whether held-out rows, blocks and every pass over
-        its place show it."""
+        """Tell whether the candidate matters, and held-out rows, other blocks and every pass show
+        it."""
         return (
             self.matters(item)
             and _holds_out(item)

@@ -1,5 +1,4 @@
-"""Detects a model that the rows of a reference do not determine, and states the measurement that
-would determine it."""
+"""Detects a model that a reference does not determine, and states the measurement that would."""
 
 from __future__ import annotations
 
@@ -20,7 +19,7 @@ WHOLE_TURNS = "a reference over whole turns, or a model of fewer orders"
 
 
 def undetermined(solution: Solution) -> str | None:
-    """Return the reason why this model supports no statement; None if the rows determine it.
+    """Return the reason why no statement can rest on this model; None if the rows determine it.
 
     Orders that a part of a turn does not separate become as large as the noise allows and cancel
     each other. A further line, or slow noise, then only cancels what these orders have added.

@@ -1,4 +1,4 @@
-"""Computes the columns of a motion of the axis in the stator frame for two effects."""
+"""Computes the columns of axis motion in the stator frame; two effects use them."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from arctrue.workbench.numeric.harmonics import harmonic_columns
 from arctrue.workbench.observations import CaptureRows, ReferenceRows
 
 SEPARATING_HEADS = 3
-"""Number of heads that separate x and y of the axis motion at an order that the disc cannot have.
-At an order of the disc, this number of heads shows only whether the axis moves."""
+"""Smallest number of heads that separate x and y of the axis motion at an order that is not whole,
+which the disc cannot have. At a whole order, this number of heads shows only whether the axis
+moves."""
 
 
 def capture_motion(rows: CaptureRows, orders: Sequence[float]) -> Columns:
@@ -21,8 +22,8 @@ def capture_motion(rows: CaptureRows, orders: Sequence[float]) -> Columns:
     Head 1 reads y, and a head at the angle α after it reads x·sin α + y·cos α
     (docs/architecture.md, "Head geometry"). The difference is x·sin α + y·(cos α − 1), all as
     displacement over the radius, in arcseconds. Three heads have two such differences, from which x
-    and y follow if the disc is known. Four heads separate x and y from the disc, except the forward
-    circle of order 1, which an eccentric disc causes as well.
+    and y follow if the disc is known. Four heads separate x and y from the disc, except a circular
+    motion once per turn in the sense of rotation, which an eccentric disc causes as well.
     """
     waves = harmonic_columns(rows.angle_rad, orders)
     alpha = rows.head_separation_rad

@@ -38,10 +38,10 @@ error of the reference, which every judgement of the table excludes."""
 SearchKind = Literal[
     "grid", "disc_order", "unwrapped_order", "frequency", "line", "step", "disc_place"
 ]
-"""Kinds of search for the parameters of an effect, in this order: every point of the declared
-ranges; a whole order of the disc; an order over the unwrapped angle; a frequency in time; a line,
-which is an order or a frequency in either channel; the instant of a step in a run; place and width
-of a bump on the disc."""
+"""Kinds of search for the parameters of an effect. In this order, they find: every point of the
+declared ranges; a whole order of the disc; an order over the unwrapped angle; a frequency in time;
+a line, which is an order or a frequency in either channel; the instant of a step in a run; place
+and width of a bump on the disc."""
 
 SEARCHED: Mapping[SearchKind, frozenset[str]] = {
     "disc_order": frozenset({"order"}),
@@ -56,20 +56,20 @@ effect declares."""
 
 
 class Gain(Protocol):
-    """Result of adding a block of columns to the model."""
+    """The improvement of the fit when a block of columns is added to the model."""
 
     @property
     def gain(self) -> float:
-        """Return twice the rise of the log likelihood for a fixed noise model."""
+        """Return twice the increase of the log likelihood; the noise model stays fixed."""
 
 
 class Leftover(Protocol):
-    """The model's residuals; an effect can query the gain of columns from them."""
+    """Residuals of the model, from which an effect can query the gain of further columns."""
 
     observations: Observations
 
     def score(self, effect: Effect, nonlinear: Nonlinear) -> Gain:
-        """Return the gain of all columns of an effect, after projection orthogonal to the model."""
+        """Return the gain of all columns of an effect, fitted together with the model's columns."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,12 +148,13 @@ class SearchParameter:
     steps: int = 64
     """Number of points of the grid that the default scan tries."""
     integer: bool = False
-    """Whether only whole numbers have a meaning; such a parameter is not refined."""
+    """Whether only whole numbers have a meaning; the search does not refine such a parameter
+    between its grid points."""
 
 
 CONTRADICTED_P = 0.005
-"""Largest share of true effects that a check of their own physics may refuse: half of the 1 % of
-false names."""
+"""Largest probability with which a check of an effect's physics may refuse a true effect: half of
+the 1 % that the diagnosis allows for false names."""
 
 
 @dataclass(frozen=True)
@@ -176,7 +177,7 @@ class FitContext:
     def shifted_arcsec(
         self, disc_rad: NDArray[np.float64], shift_rad: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Return ε(ψ + shift) − ε(ψ) in arcseconds, of the orders at the true angle; shapes
+        """Return ε(ψ + shift) − ε(ψ) in arcseconds, for the orders at the true angle; shapes
         (rows,)."""
         total = np.zeros_like(disc_rad, dtype=np.float64)
         for order, cosine, sine, there in zip(
@@ -217,7 +218,7 @@ FORMER_NAMES = {
 
 class Effect(ABC):
     """Base class of a physical effect. Each subclass is in a file of its own; built-in effects use
-    only this interface too."""
+    no other interface than users' effects."""
 
     name: ClassVar[str]
     """Public name, as used on the command line, in model files and in JSON."""
@@ -231,7 +232,8 @@ class Effect(ABC):
     """Description of the effect's appearance in a reference run."""
     separated_by: ClassVar[str]
     next_measurement: ClassVar[str]
-    """The measurement that would show this effect best, or distinguish it from similar effects."""
+    """Description of the measurement that would show this effect best, or distinguish it from
+    similar effects."""
     plausible: ClassVar[str]
     """Range of sizes that have been observed."""
     compensation: ClassVar[Compensation] = "none"
@@ -268,7 +270,8 @@ class Effect(ABC):
     """Whether the effect shifts the axis relative to the heads: their weighted mean does not
     contain it."""
     fixed_to_polygon: ClassVar[bool] = False
-    """Whether the effect moves with the polygon when the polygon is mounted some faces further."""
+    """Whether the effect moves with the polygon when the polygon is turned on the table by some
+    faces."""
 
     def __init_subclass__(cls, **of_class: Any) -> None:
         """Accept declarations under their former names, for one release."""
@@ -421,8 +424,7 @@ class Effect(ABC):
         return None
 
     def constant_between_heads_arcsec(self, coefficients: NDArray[np.float64]) -> float:
-        """Return the largest part of the constant of R₂ − R₁ that the effect may add beyond its
-        columns."""
+        """Return the largest constant that the effect may add to R₂ − R₁ besides its columns, ″."""
         return 0.0
 
     def search_contradiction(
@@ -501,8 +503,7 @@ class Effect(ABC):
         return parameter.low, parameter.high
 
     def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
-        """Return the effect with only the settings that the residuals need, and the number of
-        trials.
+        """Return the effect with the settings that the residuals need, and the number of trials.
 
         The diagnosis judges the result, so that an effect of many orders has a penalty only for
         orders that exist. Default: the effect as it is.
@@ -512,8 +513,7 @@ class Effect(ABC):
     def at_place(
         self, residuals: Leftover, nonlinear: Nonlinear
     ) -> tuple[Effect, dict[str, float]]:
-        """Return the form and the place of the effect that follow from the place that a search
-        found; by default, both stay unchanged."""
+        """Return effect and search parameters, adapted to a search's result; default: unchanged."""
         return self, dict(nonlinear)
 
     def parameters(

@@ -1,8 +1,8 @@
 """Computes the columns of an effect on the rows of a capture with any number of heads.
 
-:meth:`Effect.capture_columns` returns the contribution of an effect to Rᵢ − R₁ for one head i. This
-module combines these columns as the readings are combined: with two heads they are used unchanged;
-with more heads each row is a contrast of one head and all heads before it.
+:meth:`Effect.capture_columns` returns the contribution of an effect to Rᵢ − R₁ for one head i. With
+two heads, these columns are used unchanged. With more heads, each row is a contrast of one head
+with all heads before it, and this module combines the columns with the same weights.
 """
 
 from __future__ import annotations

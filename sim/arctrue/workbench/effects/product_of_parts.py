@@ -118,7 +118,7 @@ _BY_GATEWARE: Mapping[str, GatewareCondition] = {
     "speed": "speed",
     "speed²": "speed_squared",
 }
-"""Conditions of the gateware, by the words for the same condition in the workbench."""
+"""Conditions of the gateware, by the names of the same conditions in the workbench."""
 
 
 CONDITIONS: Mapping[str, Condition] = {
@@ -329,15 +329,15 @@ class ProductOfParts(Effect):
         frame: Frame,
         electrical_head: int | None = None,
     ) -> Self:
-        """Make the product of these parts."""
+        """Make the product of a condition, a wave and a frame."""
         product = cls(
             **condition.settings,
             orders=list(orders),
             fixed_to=frame,
             electrical_head=electrical_head or 0,
         )
-        # The condition replaces an equal condition, because two settlings with the same time
-        # constant are different objects.
+        # The given object replaces the equal condition that the settings define: two settlings with
+        # the same time constant are different objects.
         product.condition = condition
         return product
 

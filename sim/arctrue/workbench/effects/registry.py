@@ -50,7 +50,7 @@ ORDER = (
     "pointing_geometry",
     "periodic_error",
 )
-"""The catalogue, in the order in which it is listed."""
+"""Modules of the catalogue, in the order in which commands list the effects."""
 
 
 class EffectNotFoundError(ValueError):
@@ -58,7 +58,7 @@ class EffectNotFoundError(ValueError):
 
 
 def effects_in(module: object) -> list[type[Effect]]:
-    """Return the effects that a module itself defines, without effects that the module imports."""
+    """Return the effects that a module defines itself, not those that it imports."""
     return [
         item
         for item in vars(module).values()
@@ -112,7 +112,7 @@ def from_file(path: Path) -> dict[str, type[Effect]]:
         call_within(LOAD_S, spec.loader.exec_module, module)
     except TookTooLongError as error:
         raise too_long(path, error, "", LOAD_S) from error
-    except BaseException as error:  # a user's file can fail in any way, an exit included
+    except BaseException as error:  # a user's file may even end the program
         mine = file_error(path, error)
         if mine is not None:
             raise mine from error

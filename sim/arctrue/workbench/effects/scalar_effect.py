@@ -55,7 +55,7 @@ class ScalarOfEachHead(ScalarEffect):
     defaults: ClassVar[Mapping[str, object]] = {"heads": []}
 
     def __init__(self, **settings: object) -> None:
-        """Make the effect; with one head in ``heads`` it equals the product of parts of that
+        """Make the effect; with one head in ``heads`` it equals a product of parts fixed to that
         head."""
         super().__init__(**settings)
         heads = self.integers("heads")

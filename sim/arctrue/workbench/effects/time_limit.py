@@ -83,7 +83,7 @@ class _Call:
         function, arguments, named = self.call
         try:
             self.result = function(*arguments, **named)
-        except BaseException as error:  # a user's file can fail in any way, an exit included
+        except BaseException as error:  # a user's file may even end the program
             self.error = error
         while not self.left:
             try:

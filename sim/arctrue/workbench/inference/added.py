@@ -15,13 +15,13 @@ from arctrue.workbench.noise.fit import white_noise
 
 
 def settled(solution: Solution) -> Solution:
-    """Return a fit with the figures that a model's history shows: search parameters refined, every
-    row used."""
+    """Refine the search parameters and fit every row; a model's history shows the figures of this
+    fit."""
     return on_every_row(refined(solution))
 
 
 def added(effect: Effect, base: Solution) -> Solution | None:
-    """Fit the model of ``base`` with one more effect, noise and coefficients estimated anew.
+    """Fit the model of ``base`` with one more effect; estimate noise and coefficients anew.
 
     ``base`` must be a fit of its own terms. The result is None where the search finds no place.
     """
@@ -39,8 +39,8 @@ def likeliest_place(effect: Effect, residuals: Residuals) -> Nonlinear | None:
     """Return the likeliest search parameters, with the noise estimated anew for each candidate.
 
     Noise that was estimated without the effect may contain the effect: lost counts look like slow
-    noise. The best place under that noise is therefore compared with the best place under the white
-    part of that noise.
+    noise. The best search parameters with that noise are therefore compared with the best ones with
+    only the white part of that noise.
     """
     base = residuals.solution
     noise = base.noise

@@ -26,8 +26,9 @@ SEED = 1
 def position_sigma_samples(step: float, noise: float) -> float:
     """Return the standard deviation, in samples, of the most likely place of a step in white noise.
 
-    With δ = step/noise, the log likelihood m samples away from the true place is a random walk with
-    steps of mean −δ²/2 and variance δ² to either side; the estimated place is its highest point.
+    With δ = step/noise, the log likelihood is a random walk that starts at the true place in both
+    directions; its steps have the mean −δ²/2 and the variance δ². The estimated place is the
+    highest point of the walk.
     """
     if noise <= 0.0 or step > LARGE_STEP * noise:
         return 0.0

@@ -1,4 +1,4 @@
-"""Treats the channels of a capture with three or four heads separately in a search."""
+"""Separates the channels of a capture with three or four heads, for searches."""
 
 from __future__ import annotations
 
@@ -16,8 +16,11 @@ Float = NDArray[np.float64]
 def channel_rows(
     rows: CaptureRows | ReferenceRows, block: slice = slice(None)
 ) -> list[slice | NDArray[np.int64]]:
-    """Return the rows of each channel within a block, because signals of two channels may cancel in
-    a sum."""
+    """Return the rows of each channel within a block.
+
+    Sums are calculated channel by channel, because signals of two channels may cancel in a common
+    sum.
+    """
     if isinstance(rows, ReferenceRows) or rows.channel is None:
         return [slice(None)]
     inside = rows.channel[block]
@@ -25,11 +28,10 @@ def channel_rows(
 
 
 def power_of_channels(spectra: Sequence[NDArray[np.complex128]]) -> Float:
-    """Return the power that the spectra would have in one channel with the information of all
-    channels.
+    """Return the summed power of the channels, to be divided by the information of all channels.
 
-    Each of K channels has 1/K of the information, so that the sum of squares over the information
-    of all channels is K times too large.
+    Each of K channels has 1/K of the information. The power is therefore multiplied by K, so that
+    the quotient is the sum of the gains of the channels.
     """
     total = np.abs(spectra[0]) ** 2
     for spectrum in spectra[1:]:
@@ -49,8 +51,8 @@ def best_factor(rows: CaptureRows, orders: NDArray[np.int64]) -> Float:
 def shifts_of_channels(
     rows: CaptureRows, orders: NDArray[np.int64]
 ) -> list[NDArray[np.complex128]]:
-    """Return, for each channel, the factor on a disc error e^{jnψ}; for R₂ − R₁ it is e^{jnα} −
-    1."""
+    """Return the factor by which a disc error e^{jnψ} enters each channel; for R₂ − R₁ it is
+    e^{jnα} − 1."""
     places = (rows.head_separation_rad, *rows.further_places_rad)
     of_heads = [np.exp(1j * orders * place_rad) - 1.0 for place_rad in places]
     if len(places) == 1:

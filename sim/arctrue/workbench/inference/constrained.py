@@ -1,10 +1,10 @@
 """Fits with conditions on the parameters: fixed, bounded, or tied to each other.
 
-A parameter as it is reported (an amplitude, a frequency) is a function of coefficients and search
-parameters. At its maximum the log likelihood is a quadratic form in both. The conditions are put on
-this form (sequential quadratic programming: Nocedal and Wright, Numerical Optimization, chapter 18;
-``scipy.optimize``), and the form is computed anew if search parameters have changed. Then the noise
-is estimated with the conditioned model, and both steps are repeated.
+A reported parameter (an amplitude, a frequency) is a function of coefficients and search
+parameters. Near its maximum the log likelihood is a quadratic form in both. The conditions are put
+on this form (sequential quadratic programming: Nocedal and Wright, Numerical Optimization, chapter
+18; ``scipy.optimize``), and the form is computed anew if search parameters have changed. Then the
+noise is estimated with the conditioned model, and both steps are repeated.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ SMALL_STEP = 0.02
 """The rounds end when no search parameter changes by more than this share of its own uncertainty,
 as in :mod:`arctrue.workbench.inference.search_parameters`."""
 NOISE_ROUNDS = 3
-"""Number of noise estimates; a new estimate changes a model with conditions little."""
+"""Number of noise estimates; further estimates would change the noise little."""
 MET = 1e-6
 """Accuracy with which a condition is met, as a share of a standard uncertainty."""
 
@@ -237,7 +237,8 @@ def _nearest(
     own = unknowns.covariance[np.ix_(involved, involved)]
     values, vectors = np.linalg.eigh(own / np.outer(spread[involved], spread[involved]))
     root = vectors * np.sqrt(np.maximum(values, 1e-14)) * spread[involved][:, np.newaxis]
-    # Along ``steps`` the log likelihood falls by half the square of their length.
+    # The unknowns are scaled to ``steps``, along which the log likelihood falls by half the square
+    # of their length.
     scale = np.maximum(np.linalg.norm(slopes[:, involved] @ root, axis=1), 1e-300)
 
     def place(steps: Float) -> Float:

@@ -1,9 +1,9 @@
 """Calculates the smallest size of an effect that a set would show.
 
 An effect is found if its gain passes the F test of :mod:`significance`, and if held-out rows show
-it. An effect is also found without held-out rows if its evidence is too strong to be disregarded.
-These tests depend on one number, the noncentrality λ = s²·zᵀC⁻¹z of an effect of size s: the power
-of the tests follows from noncentral F and normal distributions.
+it. An effect with very strong evidence (:class:`Refused`) is found even if held-out rows do not
+show it. These tests depend on one number, the noncentrality λ = s²·zᵀC⁻¹z of an effect of size s:
+the power of the tests follows from noncentral F and normal distributions.
 """
 
 from __future__ import annotations
@@ -30,20 +30,20 @@ Float = NDArray[np.float64]
 SIGNIFICANCE = 0.01
 """False alarm rate of the whole diagnosis, as in :data:`.significance.SIGNIFICANCE`."""
 POWER = 0.95
-"""Power of the tests at the stated size (chosen); ``arctrue benchmark bound`` measures whether it
-is reached."""
+"""Power of the tests at the stated size (chosen); ``arctrue benchmark bound`` checks whether the
+tests reach it."""
 MOST_ROWS = 20_000
 """Largest number of rows from which the mean square of a column is calculated."""
 PROPORTIONAL = 1e-6
-"""A parameter counts as a size if it doubles, to within this tolerance, when the coefficients
-double."""
+"""Relative tolerance of the test whether a parameter is a size: a size doubles when the
+coefficients double."""
 NOISE_DRAWS = 32
 """Number of quantiles that represent the unknown variance of the noise; with 64, λ changes by less
 than 1 %."""
 LARGE = 1e6
 """Noncentrality above which the scatter of χ², 0.2 %, is neglected."""
 FOLDS_SHARE = 4.0 / 3.0
-"""Factor on the variance of a coefficient that is fitted to three of four folds."""
+"""Factor by which the variance of a coefficient is larger if three of four folds are fitted."""
 
 
 FEW_FREEDOM = 6.0
@@ -151,8 +151,7 @@ def smallest_detectable(
     tests: float,
     refused: Refused | None = None,
 ) -> Detectable | None:
-    """Return the smallest form of an effect that 95 % of such sets show when it is added to the
-    model.
+    """Return the smallest form of an effect that the tests find in 95 % of such sets.
 
     The form is the typical column of the block: the column whose RMS is nearest to the median. The
     result is None where the model can explain the whole block. With ``refused`` the test on
@@ -204,8 +203,9 @@ def _gain_of(
         weights, (residuals.capture_precise, residuals.reference_precise), strict=True
     ):
         if weight is not None and precise is not None and np.any(weight):
-            # The error of a row, given its neighbours, is C⁻¹r divided by the row's precision, and
-            # the mean of this precision over the rows is the mean of (C⁻¹r)².
+            # The error of a row that its neighbours predict is C⁻¹r divided by the row's precision,
+            # the diagonal of C⁻¹. The mean of the precision over the rows equals the mean of
+            # (C⁻¹r)².
             shown += float(weight @ weight) / max(float(np.mean(precise**2)), 1e-300)
             rows += weight.size
     confirmed = held_out_gain(form.rank, shown)

@@ -30,7 +30,7 @@ class ChannelFigures:
 def on_every_row(solution: Solution) -> Solution:
     """Fit the same terms to every row, search parameters included, block by block.
 
-    A set in which all rows are already used keeps its fit.
+    If the statistics use all rows of the set, the solution stays unchanged.
     """
     observations = solution.observations
     part_only = observations.stored is not None or observations.stored_reference is not None

@@ -1,5 +1,4 @@
-"""Applies a model with given coefficients to a set: only the run offsets and a₀ are fitted to the
-set."""
+"""Applies a model with given coefficients to a set; fits only the run offsets and a₀."""
 
 from __future__ import annotations
 

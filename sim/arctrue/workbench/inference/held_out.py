@@ -1,10 +1,9 @@
-"""Calculates the error on rows that were not fitted, given their neighbours and the noise's
-correlation.
+"""Calculates the error on omitted rows, which are predicted from the model and their neighbours.
 
-The rows are omitted in turn, a quarter of the rows at a time, as single rows. An omitted row is
-predicted from the model and from the coloured noise of its neighbours: the covariance, not the
-length of a fold, accounts for the correlation. The same noise is used for the model with the effect
-and without it.
+The rows are omitted in turn, a quarter of the rows at a time; the omitted rows are single rows, not
+blocks. An omitted row is predicted from the model and from the coloured noise of its neighbours, so
+that correlated noise does not make the test too favourable. The same noise is used for the model
+with the effect and without it.
 """
 
 from __future__ import annotations
@@ -73,15 +72,15 @@ class Improvement:
     gain: float
     """Rise of the log predictive density of all rows of the channel."""
     information: float
-    """Σ (change of the prediction)²/variance. For a real effect, this sum equals the variance of
-    the rise and twice the mean of the rise."""
+    """Σ (change of the prediction)²/variance over the rows. For a real effect, the rise has this
+    sum as its variance and half this sum as its mean."""
 
 
 def holds_out(channels: Iterable[Improvement]) -> bool:
     """Tell whether the predictive density of held-out rows rises by more than two standard errors.
 
-    If such rows cannot show the effect (neighbours and slow noise already predict it), it is enough
-    that the density does not fall by more than two standard errors.
+    If such rows cannot show the effect, because neighbours and slow noise already predict it, the
+    density must only not fall by more than two standard errors.
     """
     found = list(channels)
     gain = sum(item.gain for item in found)
@@ -157,7 +156,7 @@ def without(
     observations: Observations, keep_capture: NDArray[np.bool_] | None,
     keep_reference: NDArray[np.bool_] | None,
 ) -> Observations:  # fmt: skip
-    """Return the observations with only the rows that are kept."""
+    """Return the observations with only the rows where the masks are True."""
     capture, reference = observations.capture, observations.reference
     parts: dict[str, CaptureRows | ReferenceRows | None] = {}
     for channel, rows, kept in (

@@ -37,7 +37,7 @@ class Pair:
 
 @dataclass(frozen=True)
 class Identifiability:
-    """The identifiability of a fitted model on one set."""
+    """Which coefficients of a fitted model one set determines, and how well."""
 
     coefficients: list[str]
     rank: int
@@ -49,9 +49,8 @@ class Identifiability:
     """σ of the three coefficients with the largest σ, arcseconds (or their unit), by name."""
     correlated: list[Pair]
     smallest_arcsec: dict[str, dict[str, float]] = field(default_factory=dict)
-    """Smallest RMS in each channel with which each absent effect would be found in 95 % of such
-    sets, at a level of 1 % divided by the number of candidates; effects without a search only.
-    """
+    """Smallest RMS, by channel, with which an absent effect would be found in 95 % of such sets, at
+    a level of 1 % divided by the number of candidates; for effects without a search only."""
 
 
 def coefficient_names(solution: Solution) -> list[str]:

@@ -1,6 +1,7 @@
-"""Computes the residual of a model on a set, *left* and *held out*; no other module computes it.
+"""Computes both figures of a model's residual on a set, *left* and *held out*.
 
-The history of a model, diagnosis, comparison, page and report show only these figures.
+The history of a model, diagnosis, comparison, page and report show these figures; no other module
+computes such figures.
 """
 
 from __future__ import annotations

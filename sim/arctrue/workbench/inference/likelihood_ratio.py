@@ -1,8 +1,8 @@
-"""Calculates the likelihood ratio of an effect, with the noise estimated anew on both sides.
+"""Calculates the likelihood ratio of an effect; both models have their own noise estimates.
 
 Noise that is estimated from residuals which still contain an effect contains the effect too: a slip
-becomes slow noise, a reversal of a few rows becomes a correlation. Therefore, for every effect that
-may be named, the noise is estimated once more with the effect in the model, and the likelihoods of
+becomes slow noise, a reversal of a few rows becomes a correlation. For every effect that may be
+named, the noise is therefore estimated once more with the effect in the model. The likelihoods of
 the two models, each with its own best noise, are compared.
 """
 
@@ -40,7 +40,7 @@ class Evidence:
     """The evidence for one effect against the model without it."""
 
     gain: float
-    """Twice the rise of the log likelihood, with the noise free on both sides."""
+    """Twice the rise of the log likelihood; each of the two models has its own best noise."""
     freedom: float
     """Degrees of freedom of the noise variance in the test of the effect's size."""
     index_share: float
@@ -54,12 +54,12 @@ class Evidence:
 
 @dataclass(frozen=True)
 class Null:
-    """The model without the effect that is judged, at two maxima of the likelihood of its noise."""
+    """The model without the tested effect, with two estimates of its noise."""
 
     residuals: Residuals
-    """Residuals with the noise of the model."""
+    """Residuals with the noise that was estimated for this model."""
     search_walk: bool = True
-    """Also compare with the noise of a random walk."""
+    """Whether noise that contains a random walk is tried as well."""
 
     @cached_property
     def likelihood(self) -> float:
@@ -68,7 +68,7 @@ class Null:
 
     @cached_property
     def walk(self) -> Residuals:
-        """Residuals with the noise of a random walk."""
+        """Residuals with the noise that contains a random walk."""
         return with_a_walk(self.residuals)
 
 
@@ -92,11 +92,11 @@ def evidence(null: Null, effect: Effect, nonlinear: Nonlinear) -> Evidence:
 
 
 def evidence_with(base: Residuals, null: Null, effect: Effect, nonlinear: Nonlinear) -> Evidence:
-    """Return the evidence for an effect with the noise of ``base`` on the side of the effect.
+    """Return the evidence for an effect; the model with the effect has the noise of ``base``.
 
-    The noise is free, so that the largest likelihood is not below this one, wherever the noise of
-    ``base`` was estimated. The estimate for one effect may stop where slow noise still absorbs the
-    effect; the noise that another effect leaves may show it.
+    Any noise may be used, because the largest likelihood over all noise is at least the likelihood
+    with this noise. The noise estimated with one effect may still absorb this effect as slow noise;
+    the noise estimated with another effect may show it.
     """
     score = base.score(effect, nonlinear)
     with_effect = restricted_likelihood(base) + 0.5 * score.gain
@@ -108,8 +108,8 @@ def evidence_with(base: Residuals, null: Null, effect: Effect, nonlinear: Nonlin
 def _gain(
     with_effect: float, base: Residuals, null: Null, effect: Effect, nonlinear: Nonlinear
 ) -> float:
-    """Return twice the rise of the log likelihood to ``with_effect``, or to that in the noise of a
-    random walk where it is larger."""
+    """Return twice the rise of the log likelihood, from the best noise without the effect to the
+    best noise with it; ``with_effect`` is one log likelihood with the effect."""
     without = max(restricted_likelihood(base), null.likelihood)
     if null.search_walk and with_effect > without:
         in_walk = restricted_likelihood(null.walk)
@@ -119,11 +119,10 @@ def _gain(
 
 
 def with_a_walk(residuals: Residuals) -> Residuals:
-    """Return the same model with the likeliest noise that a search from a random walk reaches.
+    """Return the same model with the likeliest noise of a search that starts at a random walk.
 
-    The likelihood hardly rises with the logarithm of a small variance, so that the search for the
-    noise of a model may not find the walk. A slow effect then seems to be far more likely than
-    noise.
+    The likelihood hardly rises with the logarithm of a small variance, so that the usual search may
+    miss a random walk. A slow effect then seems to be far more likely than noise.
     """
     base = residuals.solution
     left = base.capture_residual_arcsec(), base.reference_residual_arcsec()
@@ -133,8 +132,8 @@ def with_a_walk(residuals: Residuals) -> Residuals:
 
 
 def under(grown: Solution, base: Solution) -> Noise:
-    """Estimate the noise from the residuals of ``grown``, in the contrasts to which the columns of
-    ``base`` contribute nothing."""
+    """Estimate the noise from the residuals of ``grown``; the restricted likelihood is the one of
+    the columns of ``base``, so that the two models can be compared."""
     left = grown.capture_residual_arcsec(), grown.reference_residual_arcsec()
     design = ModelDesign(base.terms, base.observations, base.context)
     unmoved = base.unknown_noise | _unmoved(left, base)
@@ -143,7 +142,7 @@ def under(grown: Solution, base: Solution) -> Noise:
 
 
 def _unmoved(left: tuple[Float | None, Float | None], base: Solution) -> frozenset[str]:
-    """Return the channels in which an effect leaves the residuals, and so the noise, unchanged."""
+    """Return the channels in which an effect leaves residuals and noise almost unchanged."""
     found = set()
     for channel, values, before, of_rows in (
         ("capture", left[0], base.capture_residual_arcsec(), base.noise.capture),
@@ -158,14 +157,14 @@ def _unmoved(left: tuple[Float | None, Float | None], base: Solution) -> frozens
 
 
 def without_slow_noise(residuals: Residuals) -> Residuals:
-    """Return the residuals of the same model, fitted with the white part of the noise alone."""
+    """Fit the same model with only the white part of its noise; return the residuals."""
     return _with_noise(residuals, residuals.solution.noise.white_part())
 
 
 def with_index_as_known(residuals: Residuals) -> Residuals:
-    """Return the same model, fitted with the index variance that was known before this set.
+    """Fit the same model with the index variance that was known before this set.
 
-    An effect may have caused the offsets of the set's runs.
+    The offsets of the set's own runs are not used, because the effect may have caused them.
     """
     noise = residuals.solution.noise
     known = residuals.observations.index_sigma_arcsec**2

@@ -21,7 +21,7 @@ class ModelRatio:
     Parameters
     ----------
     gain : float
-        Twice the rise of the log likelihood, with the noise free on both sides.
+        Twice the rise of the log likelihood; each model has its own noise estimate.
     parameters : int
         Number of parameters that only the larger model has, search parameters included.
     p_value : float
@@ -60,8 +60,8 @@ def _contains(large: Solution, small: Solution) -> bool:
 
 
 def _ratio(small: Solution, large: Solution, larger: int) -> ModelRatio:
-    """Compute the ratio. Both noises are estimated in the contrasts to which the columns of the
-    smaller model contribute nothing."""
+    """Compute the ratio. Both noises are estimated with the restricted likelihood of the smaller
+    model's columns, so that the likelihoods can be compared."""
     at_small = restricted_likelihood(Residuals(small))
     noise = under(large, small)
     both = [

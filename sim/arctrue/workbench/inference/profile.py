@@ -2,11 +2,11 @@
 contradict.
 
 At each value of the parameter, all other parameters and the noise have their most likely values.
-Such an interval also holds where the standard uncertainty of a linearised fit does not: slow noise
-that is estimated together with a drift has absorbed part of the drift, and a frequency of few
-periods is not a linear parameter. The limit of the likelihood ratio follows from Student's t with
-the degrees of freedom of the noise variance: exact for a linear parameter in white noise (Bates and
-Watts, Nonlinear Regression Analysis and Its Applications, chapter 6).
+Such an interval is also right where the standard uncertainty of a linearised fit is wrong: for a
+drift, if the slow noise has absorbed a part of it, and for a frequency with few periods, which is
+not a linear parameter. The limit of the likelihood ratio follows from Student's t with the degrees
+of freedom of the noise variance: exact for a linear parameter in white noise (Bates and Watts,
+Nonlinear Regression Analysis and Its Applications, chapter 6).
 """
 
 from __future__ import annotations
@@ -60,8 +60,8 @@ WALK_SPANS = 10.0
 """Factor on the longest time constant, which is the length of the record. With it, the noise is a
 random walk within the record."""
 LITTLE = 1e-2
-"""Share of a variance that keeps its time constant; the remainder is moved to the longest time
-constant."""
+"""Share of the variance of each slow part that keeps its time constant; the rest of this variance
+is moved to the longest time constant."""
 
 
 def limit_of(level: float, freedom: float) -> float:
@@ -128,7 +128,8 @@ class Profile:
         begins at ``start``."""
         found = conditioned(replace(self.fit.solution, noise=start), conditions)
         if self._free is None:
-            # All values use the same contrasts, so that the likelihoods can be compared.
+            # All values use the same restricted likelihood (the same free directions), so that they
+            # can be compared.
             self._free = found.free
         for _ in range(NOISE_ROUNDS):
             noise = noise_with(found, self._free)

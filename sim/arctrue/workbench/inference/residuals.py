@@ -1,5 +1,5 @@
-"""Holds the residuals of a fitted model, and finds the part of their variance that additional
-columns explain."""
+"""Calculates the residuals of a fitted model, and the part of their variance that further columns
+explain."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ themselves would appear as a wave of 4,900″. In a wave of the signal period, t
 multiplied by the number of lines of the disc (:meth:`Effect.electrical_orders`).
 """
 TIMES_THE_NOISE = 4.0
-"""Smallest ratio of squares: the part of a signal-period wave that the model leaves must be twice
-its phase noise."""
+"""Smallest ratio of squares: the part of a signal-period wave that the model does not explain must
+be at least twice its phase noise."""
 MOST_OWN_SHARE = 0.5
-"""Largest value of the limit on the share, whatever the noise is: a block is always tested if the
-model leaves a larger share."""
+"""Largest value that noise can give to the limit on the share: if the model leaves a larger share
+of a block, the block is always tested."""
 
 
 @dataclass(frozen=True)
@@ -56,18 +56,19 @@ class Score:
     """Products of the model's columns (terms, run offsets, constant) with the columns of the
     block."""
     own_share: float
-    """Share of the block's weighted squares that the model cannot explain, 0 to 1."""
+    """Share of the weighted sum of squares of the block's columns that the model cannot explain, 0
+    to 1."""
 
 
 def own_directions(
     information: Matrix, projected: Matrix, moment: Matrix, least: float = LEAST_OWN_SHARE
 ) -> tuple[Matrix, Matrix]:
-    """Return ``projected`` and ``moment`` in the directions of a block that the model leaves.
+    """Return ``projected`` and ``moment`` in a block's directions that the model does not explain.
 
     ``information`` is the normal matrix of the block's columns, shape (k, k), and ``projected`` the
-    same matrix with the model projected out. A direction in which ``projected`` is less than
-    ``least`` of ``information`` is left out. The test applies to directions, not to columns: a wave
-    of both heads may cancel in R₂ − R₁ and be determined in ε.
+    same matrix with the model projected out. A direction is left out if the ratio of ``projected``
+    to ``information`` in it is below ``least``. Directions are tested, not columns: a wave of both
+    heads may cancel in R₂ − R₁ and be determined in ε.
     """
     if moment.size < 2:
         return projected, moment
@@ -92,8 +93,8 @@ def own_directions(
 def above_the_phase_noise(
     projected: Matrix, moment: Matrix, noise: Matrix
 ) -> tuple[Matrix, Matrix]:
-    """Return ``projected`` and ``moment`` in the directions in which the squares exceed the squares
-    of phase noise.
+    """Return ``projected`` and ``moment`` in the directions whose squares exceed those of phase
+    noise.
 
     ``noise``: squares that the noise of the readings gives each column, shape (columns,). If the
     rows have few different signal phases, the model explains most of a wave, and the part that it
@@ -297,7 +298,7 @@ class Residuals:
     def score(self, effect: Effect, nonlinear: Nonlinear) -> Score:
         """Test the whole block of an effect's columns by its score, with the model projected out.
 
-        Searches, rankings and sizes need the same score again: it is computed once.
+        The score is stored, because searches, rankings and sizes use it again.
         """
         return self.scores([(effect, nonlinear)])[0]
 
@@ -358,8 +359,8 @@ class Residuals:
             self._scores[key] = (effect, self._test(own, moment[part], cross[:, part], *least))
 
     def _least_own_share(self, effect: Effect) -> float:
-        """Return the share of a block's weighted squares below which the block is only noise of the
-        measured angles."""
+        """Return the share of a block's weighted squares that noise of the measured angles can
+        explain."""
         order = max(effect.electrical_orders(self.observations), default=0.0)
         if order == 0.0:
             return LEAST_OWN_SHARE
@@ -371,10 +372,10 @@ class Residuals:
         signal phase, shape (columns,); an empty array for other effects.
 
         The derivative of the wave with respect to the reading in radians is its electrical order.
-        Whitened noise has a mean square of one per row, so that the noise in such a wave has the
-        square of that derivative per row, whatever its size and colour are. ``square``: sum of the
-        squares of one wave over the rows. The result is at most MOST_OWN_SHARE of a wave over all
-        phases.
+        Whitened noise has the mean square 1 in each row, whatever size and colour the noise has.
+        The noise in such a wave therefore has the square of that derivative in each row.
+        ``square``: sum of the squares of one wave over the rows. The result is at most
+        MOST_OWN_SHARE of a wave over all phases.
         """
         orders = np.asarray(effect.electrical_orders(self.observations), dtype=np.float64)
         noise = TIMES_THE_NOISE * (orders * RAD_PER_ARCSEC) ** 2 * square
@@ -400,8 +401,8 @@ class Residuals:
     def _whitened_side_by_side(
         self, asked: Sequence[tuple[Hashable, Effect, Nonlinear]], *, capture: bool
     ) -> tuple[Matrix | None, list[int], list[float]]:
-        """Return whitened columns of one channel and the numbers of the effects that have columns
-        in it. For each of these effects, also return the sum of the squares of a wave (cosine and
+        """Return whitened columns of one channel, and the numbers of the effects that have columns
+        in it. Also return, for each of these effects, the sum of the squares of a wave (cosine and
         sine) before whitening."""
         noise = self.solution.noise.capture if capture else self.solution.noise.reference
         assert noise is not None
@@ -451,8 +452,8 @@ class Residuals:
     def projected(
         self, effect: Effect, nonlinear: Nonlinear, score: Score
     ) -> tuple[tuple[Matrix | None, Matrix | None], Matrix]:
-        """Return C⁻¹ times the columns of a scored effect, multiplied by its coefficients, with the
-        model projected out, by channel; and the run offsets in this result, arcseconds."""
+        """Return C⁻¹·z by channel, and the run offsets in z, arcseconds; z is the sum of a scored
+        effect's columns times their coefficients, with the model projected out."""
         layout, noise = self._layout, self.solution.noise
         back = self._inverse @ (score.cross @ score.coefficients)
         found: list[Matrix | None] = []

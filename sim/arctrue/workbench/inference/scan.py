@@ -1,8 +1,9 @@
 """Scans for the search parameters of an effect that fit the residuals of a model best.
 
-A scan goes over the rows once: it bins C⁻¹·residual, transforms it by FFT, divides the power by the
-information about a wave in this noise, and finds the maxima. The best places are then scored
-exactly, with the model projected out. ``trials`` is the number of independent places.
+A *place* is a set of values of the search parameters. A scan processes the rows once: it bins
+C⁻¹·residual, transforms it by FFT, divides the power by the information about a wave in this noise,
+and finds the maxima. The best places are then scored exactly, with the model projected out.
+``trials`` is the number of independent places.
 """
 
 from __future__ import annotations
@@ -41,10 +42,10 @@ EDGE_STEPS = 5
 """Number of bisection steps near a place where the gain is set to 0: five steps reach a thirtieth
 of the grid step, which is exact enough."""
 PARABOLAS = 3
-"""Number of parabolas, each through the three best places so far."""
+"""Largest number of parabolas, each through the three best places so far."""
 SAME_PLACE = 2e-3
-"""Share of the distance between the outer two places: a maximum that moves by less counts as
-found."""
+"""Share of the distance between the outer two of three places; if the maximum moves by less, it
+counts as found."""
 DISC_BINS = 1 << 15
 """Number of bins in a turn. With eight bins per period, the highest order that is searched is
 4,096, a quarter of the lines of the paper's disc."""
@@ -52,9 +53,10 @@ SEPARATING_GAIN = 30.0
 """Gain by which an order must exceed the nearest whole or half order: p < 10⁻⁶ for one more
 parameter, with a gap at every half order."""
 IN_A_GAP = np.array([-1.2, -0.9, -0.6, -0.3, 0.3, 0.6, 0.9, 1.2])
-"""Places in a gap and at its edges, in units of the resolution, which is an eighth of a period. The
-peak of a line of one run extends half a period to either side, so that two neighbouring places
-cannot both miss it."""
+"""Offsets at which orders near a whole or half order are scored, in the gap around it and at the
+edges of this gap; in units of the resolution, which is an eighth of a period. The peak of a line of
+one run extends half a period to either side, so that two neighbouring places cannot both miss it.
+"""
 LINES = frozenset({"frequency", "line", "unwrapped_order"})
 """Kinds of search for a wave of any rate."""
 LEAST_OWN = 0.05
@@ -162,11 +164,11 @@ def samples_a_turn(residuals: Residuals) -> float:
 
 
 def disc_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
-    """Score whole orders of the declared range whose alias at even samples is above the start of
-    the range.
+    """Score the whole disc orders of the declared range, without those whose alias is below the
+    range.
 
-    With N samples per turn, orders n and N − n differ only by a phase in each run: runs that start
-    at different angles separate them, one run does not. For one run, the lower order is preferred.
+    With N samples per turn, orders n and N − n differ only by a phase in each run. Runs that start
+    at different angles separate the two; for a single run, the lower order is preferred.
     """
     low, high = effect.search_range("order")
     above = int(low) - 1
@@ -239,8 +241,8 @@ def unwrapped_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     power[(orders > highest) | (orders < max(resolution, lowest))] = 0.0
     trials, step = 2.0 * turns * highest, 0.25 / turns
     away = _away_from_halves(orders)
-    # Next to a gap (whole and half orders) the highest point may be the edge of the gap, which is
-    # no local maximum.
+    # A gap is the interval around a whole or half order that the turns do not resolve. Next to a
+    # gap, the highest point may be the edge of the gap, which is no local maximum.
     coarse = [
         {"order": float(orders[index])}
         for index in peaks(np.where(away < resolution, 0.0, power), BEST_PLACES)
@@ -248,7 +250,8 @@ def unwrapped_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     found = scored(effect, residuals, coarse, trials)
     refined = moved_to_maximum(effect, residuals, found, "order", step)
     if refined and _away_from_halves(refined[0].nonlinear["order"]) < resolution:
-        # A place that moves into the gap around a whole or half order would be that order.
+        # A place that has moved into a gap may be the whole or half order itself, so that it is not
+        # used.
         refined = found
     inside = _inside_a_gap(effect, residuals, power, orders, trials, step)
     return inside if inside and (not refined or inside[0].gain > refined[0].gain) else refined
@@ -263,11 +266,12 @@ def _away_from_halves(orders: Float | float) -> Float:
 def _inside_a_gap(
     effect: Effect, residuals: Residuals, power: Float, orders: Float, trials: float, step: float
 ) -> list[Place]:
-    """Return the best order that differs significantly from a whole or half order but is nearer to
-    it than the turns resolve.
+    """Return the best order within a gap, if it differs significantly from the whole or half order.
 
-    Two lines are resolved at 1/(2·turns). The place of a single line is the more exact, the higher
-    the line is above the noise (Rife and Boorstyn, IEEE Trans. Inf. Theory 20 (1974) 591): a line
+    A gap is the interval around a whole or half order that the turns do not resolve.
+
+    Two lines are resolved at 1/(2·turns). The higher a single line is above the noise, the more
+    exactly its place is known (Rife and Boorstyn, IEEE Trans. Inf. Theory 20 (1974) 591): a line
     has an order of its own if its gain exceeds the gain at the whole or half order by
     SEPARATING_GAIN.
     """

@@ -1,4 +1,4 @@
-"""Refines search parameters: a frequency, an order, a place, an instant.
+"""Refines search parameters, such as a frequency, an order, an angle or an instant.
 
 The method is variable projection, linearised at the solution: the tangents ∂(X(η)·b)/∂η are added
 to the model as further columns. Their coefficients are the Gauss–Newton step in η (Golub and
@@ -31,8 +31,7 @@ uncertainty."""
 
 
 def refined(solution: Solution) -> Solution:
-    """Return the solution with its continuous search parameters at the maximum of the
-    likelihood."""
+    """Move the continuous search parameters of a solution to the maximum of the likelihood."""
     for _ in range(ROUNDS):
         if not any(refined_names(term.effect) for term in solution.terms):
             return solution

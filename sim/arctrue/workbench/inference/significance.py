@@ -15,10 +15,10 @@ MANY = 1e5
 def single_p_value(gain: float, rank: int, freedom: float) -> float:
     """Return the probability of a gain at least as large at one place.
 
-    ``gain`` is twice the rise of the log likelihood with the noise free on both sides, of ``rank``
-    columns; ``freedom`` is the number of degrees of freedom of the noise variance after the columns
-    are fitted. In white noise this is the F test: with m degrees of freedom left, the rise is (m +
-    q)·log(1 + q·F/m). Kenward and Roger, Biometrics 53 (1997) 983, give m for other noise.
+    ``gain`` is twice the rise of the log likelihood by ``rank`` columns, where each model has its
+    own best noise; ``freedom`` is the number of degrees of freedom of the noise variance after the
+    columns are fitted. In white noise this is the F test: with m degrees of freedom left, the rise
+    is (m + q)·log(1 + q·F/m). Kenward and Roger, Biometrics 53 (1997) 983, give m for other noise.
     """
     if rank <= 0:
         return 1.0

@@ -110,7 +110,7 @@ class Solution:
         return joint_uncertainty(self)
 
     def capture_prediction_arcsec(self, with_offsets: bool = True) -> NDArray[np.float64]:
-        """Return R₂ − R₁ − α that the model gives for every capture row."""
+        """Return the model's prediction of R₂ − R₁ − α for every capture row."""
         rows = self.observations.capture
         assert rows is not None
         total = self._of_terms(capture=True)
@@ -131,7 +131,7 @@ class Solution:
         return {}
 
     def reference_prediction_arcsec(self) -> NDArray[np.float64]:
-        """Return ε that the model gives for every reference row."""
+        """Return the model's prediction of ε for every reference row."""
         assert self.observations.reference is not None
         return self._of_terms(capture=False) + self.reference_offset_arcsec
 
@@ -186,7 +186,7 @@ def _fixed_terms(normal: Matrix, moment: Matrix, held: Held) -> tuple[Matrix, Ma
 
 
 def _sorted(held: Held) -> Matrix:
-    """Return the values in the order of their places."""
+    """Return the held values, sorted by their places among the coefficients."""
     return np.asarray(held.values[np.argsort(held.places)])
 
 
@@ -238,9 +238,10 @@ def context_of(solution: Solution) -> FitContext:
     """Return ε(ψ) of the disc-fixed terms of a solution, for columns that depend on it.
 
     Each coefficient is its posterior mean P·c/(P + σ²). The rows bound the prior variance P: by
-    Parseval's theorem, no order has more than the mean square of the measured error, P/2. An order
-    that the rows hardly determine (a blind one of the heads that the polygon meets at its zeros
-    only) otherwise has a slope of many times the real one, in which columns find anything.
+    Parseval's theorem, no order has more than the mean square of the measured error, P/2. Without
+    this, an order that the rows hardly determine (neither the heads' difference nor the polygon's
+    stations show it) would have a slope many times too large, and columns that depend on it would
+    fit any noise.
     """
     bound = _largest_square_arcsec2(solution.observations)
     variance = np.maximum(np.diag(solution.covariance), 0.0)

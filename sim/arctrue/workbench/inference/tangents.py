@@ -15,10 +15,10 @@ from arctrue.workbench.observations import CaptureRows, Observations, ReferenceR
 Float = NDArray[np.float64]
 
 PROBE_ROWS = 4096
-"""Number of rows on which the width of the difference is chosen."""
+"""Number of rows from which the step of the difference quotient is calculated."""
 RELATIVE_CHANGE = 1e-4
-"""Relative change of the prediction that a difference should cause; the cubic term is then below
-1e-8 of the prediction."""
+"""Relative change of the prediction that a step of the difference quotient should cause; the cubic
+term is then below 1e-8 of the prediction."""
 
 
 def refined_names(effect: Effect) -> list[str]:
@@ -71,8 +71,8 @@ class Tangent(Effect):
         return np.stack(found, axis=1) if found else None
 
     def _width(self, name: str, observations: Observations) -> float:
-        """Return half the width of the difference; it is so small that the prediction is linear
-        over it."""
+        """Return the step of the difference quotient, so small that the prediction is linear over
+        it."""
         rows = observations.capture
         probe: Any
         columns_of: Callable[..., Columns | None]

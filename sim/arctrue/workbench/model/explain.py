@@ -1,9 +1,9 @@
-"""Explains a measurement set: adds the effects that the diagnosis names, until it names no further
-effect.
+"""Explains a measurement set: adds effect after effect to the model, until the diagnosis names no
+further effect.
 
-Each step estimates the noise anew. At the end every added effect is omitted once: an effect that
-later effects replace is dropped, and the remaining effects are sorted by the error that they
-explain.
+Each step estimates the noise anew. At the end the model is fitted without each added effect in
+turn. An effect that later effects replace is dropped; the remaining effects are sorted by the error
+that they explain.
 """
 
 from __future__ import annotations
@@ -57,14 +57,14 @@ class NotSeparated:
     description: str | None = None
     """Description of a product of parts that fits equally well and is in no catalogue."""
     next_measurement: str | None = None
-    """The measurement to make, for people; None if none of the measurements that were tried would
-    separate the causes."""
+    """Description of the measurement to make; None if no proposed measurement would separate the
+    causes."""
     next_measurement_kind: str | None = None
     why: str | None = None
-    """Objection to the name of an effect that has no rival."""
+    """Reason for doubt about the named effect, if no other cause fits equally well."""
 
     def sentence(self) -> str:
-        """Return the alternatives as a sentence, for people and for the model file."""
+        """Return the alternatives as a sentence, which is printed and stored in the model file."""
         names = ", ".join(self.effects)
         if self.description is not None:
             names += f", or {self.description}"
@@ -114,8 +114,8 @@ def explain(
     matters_counts: float = MATTERS_COUNTS,
     report_step: ReportStep = lambda text: None,
 ) -> Explanation:
-    """Add the named effects, drop idle effects, which other effects replace, and diagnose the
-    remaining residual.
+    """Add the effects that the diagnosis names, drop effects that others replace, and diagnose
+    again.
 
     Effects that ``model`` had stay. Raises NotTestableError for an effect that the set cannot test.
     """
@@ -168,7 +168,7 @@ def _without_idle(
     effects: Mapping[str, type[Effect]],
     measurement: str,
 ) -> tuple[Model, Solution, list[str]]:
-    """Drop added effects that other effects have made idle, starting with the last one.
+    """Drop added effects that other effects have made idle; test the latest first.
 
     An effect is idle if the Bayesian information criterion without it is not larger. The effect
     that was added last is kept: the diagnosis named it when all other effects were in the model.
@@ -191,7 +191,7 @@ def _less(model: Model, place: int) -> Model:
 
 
 def _own_settings(effect: Effect) -> dict[str, object]:
-    """Return the settings that the diagnosis has changed, such as multiples of a tooth count."""
+    """Return the settings that differ from the defaults, such as multiples of a tooth count."""
     return {
         key: value for key, value in effect.settings.items() if value != effect.defaults.get(key)
     }

@@ -1,4 +1,4 @@
-"""Converts a fitted model to coefficients of the gateware, and lists the errors that lanes cannot
+"""Converts a fitted model to coefficients of the gateware, and lists the errors that they cannot
 correct."""
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ Float = NDArray[np.float64]
 LOW_ORDERS = 200
 """Highest order for which the conversion distinguishes true angle and reading.
 
-Above it, the conversion takes the angle as the reading. Orders of the signal period are functions
-of the reading by definition: the counts cause them.
+Above it, the conversion uses the reading as the angle. Orders of the signal period are functions of
+the reading by definition: the counts cause them.
 """
 
 
@@ -42,16 +42,16 @@ class ConditionSettings:
     """Settings for direction and speed in the gateware (generic MODULATORS)."""
 
     reversal_width_deg: float = USUAL_REVERSAL_WIDTH_DEG
-    """Travel from the middle of the wind-up to its end. The correction changes from one direction
-    to the other within twice this travel."""
+    """Half the travel after a reversal in which the correction changes from one direction to the
+    other."""
     dead_zone_counts: int = 4
     nominal_deg_per_s: float | None = None
     """Speed at which the modulator is 1; None: 1.5 times the largest speed in the set."""
 
 
 LARGEST_REVERSAL_SLOPE = 0.5
-"""Largest slope of ε during a change of direction. Below 1, the corrected angle moves in the
-direction of the table."""
+"""Largest slope dε/dθ of the correction after a reversal. If the slope is below 1, the corrected
+angle moves in the direction of the table."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class Export:
 
 @dataclass(frozen=True)
 class _Lanes:
-    """Effects that lanes correct, as harmonics of the reading."""
+    """Effects that lanes correct, and their sum as harmonics of the reading."""
 
     entries: list[tuple[int, ModelEffect, Effect]]
     """Place in the model, entry, and effect of each effect that lanes correct."""
@@ -113,7 +113,7 @@ class _Lanes:
 
 @dataclass(frozen=True)
 class ReadingHarmonics:
-    """The part of a model that is a function of the reading: significant orders of ε of head 1."""
+    """Significant orders of the part of ε of head 1 that is a function of the reading."""
 
     components: dict[int, Float]
     """Cosine and sine of every significant order, (2,), arcseconds."""
@@ -138,12 +138,11 @@ def harmonics_of_reading(
     temperature_c: float | None,
     taken: frozenset[int] = frozenset(),
 ) -> ReadingHarmonics:
-    """Return the orders of a fitted model that a correction by the reading can remove.
+    """Return the significant orders of a fitted model that a function of the reading can correct.
 
-    An order counts if it is significant: the covariance comes from a fit of the model to
-    ``observations``, and the limit is the limit of the calibration. ``taken``: places in the model
-    of effects that lanes with a condition correct. Raises ValueError for a model without
-    coefficients.
+    The significance of an order is calculated with the covariance of a fit of the model to
+    ``observations`` and with the calibration's limit. ``taken``: places in the model of effects
+    that lanes with a condition correct. Raises ValueError for a model without coefficients.
     """
     left_out: list[str] = []
     entries = []
@@ -194,7 +193,7 @@ def harmonics_of_reading(
 
 @dataclass(frozen=True)
 class _Thermal:
-    """Orders of the reading at T₀, and their temperature coefficients."""
+    """Cosine and sine of each order of the reading at T₀, and their temperature coefficients."""
 
     harmonics: ReadingHarmonics
     slopes_arcsec: dict[int, Float]
@@ -211,10 +210,10 @@ class _Thermal:
 
 
 THERMAL_SPAN_K = 5.0
-"""Distance from T₀ at which the polynomial in T equals the model."""
+"""Difference from T₀ at which the polynomial in T equals the model."""
 LEAST_CHANGE_COUNTS = 0.1
-"""Smallest change of an order over that distance: an order with a smaller change does not follow
-the temperature."""
+"""Change of an order within THERMAL_SPAN_K of T₀, in counts, below which its lane has no
+temperature coefficients."""
 
 
 def follows_temperature(
@@ -241,7 +240,7 @@ def _with_temperature(
     effects: Mapping[str, type[Effect]],
     taken: frozenset[int],
 ) -> _Thermal:
-    """Evaluate the model at T₀ and THERMAL_SPAN_K below and above; an order counts if it is
+    """Evaluate the model at T₀ and at THERMAL_SPAN_K below and above T₀. An order is kept if it is
     significant at one of these temperatures."""
     reference_c = observations.reference_temperature_c
     count = arcsec_per_count(observations.counts_per_rev or 0)
@@ -258,8 +257,8 @@ def _with_temperature(
         components[order] = at
         slope = (above - below) / (2.0 * THERMAL_SPAN_K)
         curve = (above + below - 2.0 * at) / (2.0 * THERMAL_SPAN_K**2)
-        # A shift that only the conversion to the reading causes does not justify a temperature
-        # coefficient of a lane.
+        # The conversion to the reading alone can change an order a little with the temperature;
+        # this does not justify a temperature coefficient.
         if max(np.hypot(*(below - at)), np.hypot(*(above - at))) >= LEAST_CHANGE_COUNTS * count:
             slopes[order] = np.concatenate([slope, curve])
     quiet = set(middle.every) - set(components)
@@ -400,7 +399,7 @@ def export_model(
 def lanes_of_real_orders(
     model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
 ) -> dict[int, list[RealLane]]:
-    """Return, by place in the model, the effects that lanes of real orders can correct.
+    """Return the lines that lanes of real orders can correct, by the effect's place in the model.
 
     The phase of these lanes refers to the angle of the set, whose turn 0 begins at its zero.
     """
@@ -427,17 +426,16 @@ def _phase_rad(lane: RealLane) -> float:
 
 
 WORDS = ("word_a", "word_b")
-"""Modulators that the host writes, in the order in which they are assigned to columns of the
-set."""
+"""Modulators whose value the host writes; the first column of the set gets the first of them."""
 
 
 def _orders_of_waves(orders: Iterable[int]) -> list[int]:
     """Return the orders of lanes that follow a condition, without order 0.
 
-    The file also contains the plain lane of such an order. Without this lane, the device's
-    calibration would fit the order, and the plain lane would then contain the condition's
-    contribution to the calibrated turn. If the lanes of a file are all used, the calibration has no
-    free lane, so that a plain lane of 0 may be omitted.
+    For each of these orders the file also contains a plain lane, which follows no condition.
+    Without this lane, the device's calibration would fit the order and use a free lane for it; that
+    lane would then contain the condition's contribution to the calibrated turn. If no lane of the
+    file is free, the calibration cannot do this, so that a plain lane of 0 may be omitted.
     """
     return sorted({order for order in orders if order > 0})
 
@@ -445,9 +443,10 @@ def _orders_of_waves(orders: Iterable[int]) -> list[int]:
 def lanes_by_condition(
     model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
 ) -> dict[int, list[ConditionedLane]]:
-    """Return, by place in the model, the effects that lanes with a condition can correct.
+    """Return the lanes with a condition that correct effects, by the effect's place in the model.
 
-    The gateware has two words for columns, so that an effect that needs a third column is left out.
+    The gateware has two words for columns of the set; an effect that needs a third column is left
+    out.
     """
     found = {}
     columns: set[tuple[str, float]] = set()
@@ -514,12 +513,12 @@ class _FollowedLanes:
 
     @property
     def columns(self) -> list[tuple[str, float]]:
-        """Return name and zero of each column that a word follows, in the order of WORDS."""
+        """Return name and zero of each column that the lanes follow, in the order of WORDS."""
         named = ((one.column, one.column_zero) for one in self.lanes if one.condition == "column")
         return list(dict.fromkeys(named))
 
     def _column_scale(self, one: ConditionedLane) -> float:
-        """Return the deviation of a column from its zero at which its word is 1: 1.5 times the
+        """Return the deviation of a column from its zero at which the modulator is 1: 1.5 times the
         largest deviation in the set."""
         channels = (self.observations.capture, self.observations.every_reference_row)
         most = [
@@ -561,7 +560,7 @@ class _FollowedLanes:
         ]
 
     def words(self) -> list[str]:
-        """Return one line of words for each lane."""
+        """Describe each lane in one line."""
         return [
             f"order {one.lane.order} × {one.column or one.condition.replace('_', ' ')}: "
             f"{size:.4g}″{self._at_full(one)}"
@@ -569,8 +568,8 @@ class _FollowedLanes:
         ]
 
     def extension(self, first_lane: int) -> Extension:
-        """Make the coefficient file's extension for lanes that come after ``first_lane`` other
-        lanes. Raises ValueError for a steep reversal."""
+        """Make the coefficient file's extension for these lanes, which follow ``first_lane`` other
+        lanes. Raises ValueError if the slope after a reversal exceeds LARGEST_REVERSAL_SLOPE."""
         assert self.settings is not None
         assert self.observations.counts_per_rev is not None
         width_counts = self.settings.reversal_width_deg / 360.0 * self.observations.counts_per_rev
@@ -597,7 +596,7 @@ class _FollowedLanes:
 
 
 USUAL_NOMINAL_DEG_PER_S = 90.0
-"""Nominal speed for a set without a speed; no lane follows the speed then."""
+"""Nominal speed for a set without a speed; such a set has no lane that follows the speed."""
 
 
 def _range_of(observations: Observations) -> tuple[float, float]:

@@ -30,8 +30,7 @@ class AlreadyThereError(ValueError):
 def settle(
     model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
 ) -> list[Term]:
-    """Return the model's terms; where search parameters are not known, search for them, in the
-    order of the effects.
+    """Return the model's terms; search for unknown search parameters, effect by effect.
 
     Raises NotTestableError for an effect that the set cannot test.
     """
@@ -57,14 +56,14 @@ def settle(
 
 
 def _other_than_usual(effect: Effect) -> dict[str, object]:
-    """Return the settings that differ from the effect's defaults; a search may have set them."""
+    """Return the settings that differ from the effect's defaults; some of them a search has set."""
     return {key: value for key, value in effect.settings.items() if value != effect.defaults[key]}
 
 
 def fitted(
     model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
 ) -> tuple[Model, Solution]:
-    """Return the model with all results of a fit to every row.
+    """Fit the model to every row; return it with its fitted values.
 
     Raises NotTestableError for an effect that the set cannot test.
     """
@@ -128,10 +127,10 @@ def add_effect(
     effects: Mapping[str, type[Effect]],
     measurement: str,
 ) -> tuple[Model, Solution]:
-    """Return the model with one more effect, fitted, and a new step in its history.
+    """Return the model, fitted with one more effect, and with a new step in its history.
 
     If the model already has an effect of this name without a search, that effect gets the given
-    settings; a product of parts with other settings is another effect. Raises AlreadyThereError,
+    settings. A product of parts with other settings is a further effect. Raises AlreadyThereError,
     NotTestableError, or ValueError for settings.
     """
     entry = ModelEffect(name, settings)
@@ -153,7 +152,7 @@ def add_effect(
 
 
 def _with_settings(model: Model, name: str, settings: dict[str, object]) -> list[ModelEffect]:
-    """Return the model's effects; the effect ``name`` gets the new settings and moves to the end.
+    """Return the model's effects; the effect ``name`` has the new settings and is the last one.
 
     Raises AlreadyThereError if no setting changes.
     """
@@ -174,9 +173,9 @@ def drop_effect(
     effects: Mapping[str, type[Effect]],
     measurement: str,
 ) -> tuple[Model, Solution]:
-    """Return the model without the last effect of that name, fitted again.
+    """Return the model, fitted again, without the last effect called ``name``.
 
-    Raises ValueError if the model has no such effect, or no further effect.
+    Raises ValueError if the model has no such effect, or no other effect.
     """
     if name not in model.names():
         raise ValueError(f"the model has no {name}; it has: {', '.join(model.names())}")
@@ -195,8 +194,8 @@ def as_stored(
     """Apply the stored coefficients to another set of the same table.
 
     Only the constants that belong to the set are fitted (each run's offset, a₀). Raises ValueError
-    if a stored effect has no coefficients, or if its coefficients belong to other columns than the
-    columns of this set.
+    if a stored effect has no coefficients, or if the set needs other columns than those to which
+    its coefficients belong.
     """
     terms = model.terms(effects)
     values: list[float] = []

@@ -1,5 +1,5 @@
-"""Converts local errors of a fitted model to a table of the gateware, and calculates the correction
-of that table."""
+"""Converts local errors of a fitted model to a table of the gateware, and calculates its
+correction."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ from arctrue.workbench.effects.registry import effect_class
 from arctrue.workbench.inference.design_matrix import Term
 
 Channels = dict[str, Number]
-"""One number for each channel that was measured: ``capture``, ``reference``."""
+"""One number for each measured channel; the keys are ``capture`` and ``reference``."""
 
 
 @dataclass
@@ -114,7 +114,7 @@ class ModelEffect:
 
 
 class HistoryStep(Struct, forbid_unknown_fields=True, omit_defaults=True):
-    """The result of one change of the model, and the set on which it was made."""
+    """One change of the model, its result, and the set to which the changed model was fitted."""
 
     action: str = ""
     """The change that was made: fit, add, set or drop."""

@@ -1,4 +1,4 @@
-"""Selects one figure for the noise of a set, for all steps of a history with this set."""
+"""Selects one noise estimate per set, which all steps of a history with this set then share."""
 
 from __future__ import annotations
 
@@ -10,11 +10,10 @@ from arctrue.workbench.model.model import Channels, HistoryStep
 
 
 def with_one_floor(history: Sequence[HistoryStep]) -> list[HistoryStep]:
-    """Return the steps, each with the noise of its set; all steps with the same set have the same
-    noise.
+    """Return the steps; all steps with the same set get the same noise.
 
-    Every step has an estimate. The smallest estimate is used, because it contains the smallest part
-    of the remaining error.
+    Each step has its own estimate of the set's noise. The smallest of them is used, because it
+    contains the smallest part of the model's error.
     """
     return [
         structs.replace(step, noise_arcsec=_least([o for o in history if _same_set(o, step)]))

@@ -15,13 +15,13 @@ from arctrue.workbench.observations.rows import ReferenceRows
 
 Float = NDArray[np.float64]
 KNOWN = ("temperature_c", "time_s", "direction", "speed_deg_s")
-"""Conditions that every set may have; a set may have further conditions."""
+"""Names of the conditions that are not further columns of a set."""
 
 
 def table_rows(
     observations: Observations, angle_deg: ArrayLike, conditions: Mapping[str, ArrayLike]
 ) -> ReferenceRows:
-    """Return rows (n,) at these angles and conditions, in the form of a reference's rows.
+    """Return n rows at these angles and conditions, as rows of a reference run.
 
     Raises ValueError for a condition that is not known, or whose length differs from the length of
     the angles.
@@ -85,7 +85,7 @@ def _own_conditions(observations: Observations) -> set[str]:
 
 
 def _set_times(observations: Observations) -> tuple[float, float]:
-    """Return the time at which the set begins, and the middle time of its reference, seconds."""
+    """Return the time at which the set begins, and the middle of its reference's times, seconds."""
     reference, capture = observations.reference, observations.capture
     if reference is not None and reference.time_s is not None:
         return reference.set_start_s, reference.middle_time_s
@@ -97,8 +97,8 @@ def _set_times(observations: Observations) -> tuple[float, float]:
 def term_values(
     term: Term, rows: ReferenceRows, context: FitContext, conditions: Mapping[str, ArrayLike]
 ) -> Float | None:
-    """Return the contribution of each coefficient to ε of head 1, (n, coefficients); None if there
-    is none.
+    """Return each coefficient's contribution to ε of head 1, (n, coefficients); None for no
+    columns.
 
     Raises ValueError if the effect needs a condition that was not given.
     """

@@ -1,4 +1,4 @@
-"""Records date, program and data of each step of a model."""
+"""Records date, program version and digest of the set for each step of a model's history."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
 """Fits the time constant of a set's thermometer as a parameter of the temperature effects.
 
-A thermometer of first order shows T_s with T_s′ = (T − T_s)/τ, so that the table's temperature is T
-= T_s + τ·T_s′. The effects of a model that depend on T fit best with the right τ. The fitted time
-constant is the maximum of the profile likelihood over τ, with all coefficients fitted anew for each
-τ; the curvature there gives its standard uncertainty.
+A thermometer with a first-order lag shows T_s with T_s′ = (T − T_s)/τ, so that the table's
+temperature is T = T_s + τ·T_s′. The effects of a model that depend on T fit best with the right τ.
+The fitted time constant is the maximum of the profile likelihood over τ, with all coefficients
+fitted anew for each τ; the curvature there gives its standard uncertainty.
 """
 
 from __future__ import annotations
@@ -53,8 +53,9 @@ def slope_k_s(
     """Return dT_s/dt, (rows,): slope of the parabola through the run's rows within ``window_s``.
 
     The slope is computed at instants a quarter of the window apart and interpolated linearly
-    between these instants. A parabola is used because at the ends of a run all rows are on one
-    side: a straight line would have the slope at another instant.
+    between these instants. At the ends of a run, all rows are on one side of the instant. A
+    parabola still gives the slope at that instant; a straight line would give the slope in the
+    middle of the rows.
     """
     found = np.zeros_like(temperature_c)
     for first, last in run_spans(run):
@@ -71,9 +72,9 @@ def slope_k_s(
 def _slopes_at(knots: Float, time_s: Float, shown: Float) -> Float:
     """Return the slope at each knot, (knots,), of the parabola through the pieces to either side.
 
-    A piece, from a knot to the next, is the mean of its rows, weighted by their number. The mean of
-    a parabola over a piece differs from its value in the middle by a constant, which does not
-    change the slope.
+    A piece reaches from one knot to the next. The parabola is fitted to the means of the pieces,
+    weighted by their numbers of rows. The mean of a parabola over a piece differs from its value in
+    the middle by a constant, which does not change the slope.
     """
     pieces = knots.size - 1
     if time_s[-1] == 0.0:
@@ -83,8 +84,8 @@ def _slopes_at(knots: Float, time_s: Float, shown: Float) -> Float:
     some = np.maximum(rows, 1.0)
     at_s = np.bincount(piece, time_s, minlength=pieces) / some
     mean = np.bincount(piece, shown - shown[0], minlength=pieces) / some
-    # Each knot uses PIECES pieces before it and PIECES after it; pieces outside of the run get no
-    # weight.
+    # Each knot uses PIECES pieces before it and PIECES after it; pieces outside the run get the
+    # weight 0.
     near = np.arange(knots.size)[:, np.newaxis] + np.arange(-PIECES, PIECES)
     weight = np.where((near >= 0) & (near < pieces), rows[np.clip(near, 0, pieces - 1)], 0.0)
     near = np.clip(near, 0, pieces - 1)
@@ -180,7 +181,8 @@ def _sigma_s(likelihood: Callable[[float], float], best_s: float) -> float:
     flat."""
     step = max(0.05 * best_s, 1.0)
     if best_s < step:
-        # At the edge of the range, use the distance at which the log likelihood falls by a half.
+        # If the best τ is at an end of the range, the uncertainty is the distance at which the log
+        # likelihood has fallen by 0.5.
         fall = likelihood(best_s) - likelihood(best_s + step)
         return step / np.sqrt(2.0 * fall) if fall > 0.0 else np.inf
     sides = likelihood(best_s - step) + likelihood(best_s + step)

@@ -1,4 +1,4 @@
-"""Makes the model that a reference run alone determines, with the orders that its stations can
+"""Makes a model for a set with only a reference run, with the orders that its stations can
 separate."""
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ LEAST_ORDER = 2
 
 
 def model_of_stations(rows: ReferenceRows, most_order: int = MOST_ORDER) -> Model:
-    """Make a model of harmonics 1 to N of the turn, with less than half a wave in each gap between
-    stations.
+    """Make a model of harmonics 1 to N of the turn; half a wave of order N is longer than each gap.
 
-    At even stations, two orders are aliases if their sum is the number of stations; above N the
-    stations do not determine the error between them. ``most_order``: upper limit of N. Raises
-    ValueError if a gap makes N less than LEAST_ORDER.
+    A gap is the distance of two neighbouring stations. At evenly spaced stations, two orders are
+    aliases if their sum is the number of stations. Orders above N could take any value between the
+    stations. ``most_order``: upper limit of N. Raises ValueError if a gap makes N less than
+    LEAST_ORDER.
     """
     station = np.unique(np.round(np.degrees(rows.target_rad) % 360.0, 6))
     gap = float(np.diff(np.append(station, station[0] + 360.0)).max())

@@ -1,4 +1,4 @@
-"""Finds, for each effect of an exported model, the corrector and the error that remains."""
+"""Finds what corrects each effect of an exported model, and the error that remains."""
 
 from __future__ import annotations
 
@@ -39,11 +39,11 @@ Taker = Literal[
     "lanes", "lanes by condition", "lanes of real orders", "local table", "firmware's model",
     "the mean", "nothing", "not in the output", "reference",
 ]  # fmt: skip
-"""Corrector of an effect. "lanes by condition" follow direction, speed or a column; "lanes of real
-orders" have a phase that continues from turn to turn; "firmware's model" are lanes that the
-firmware computes at the table's temperature; "the mean" is the weighted mean of three or four
-heads, as ``arctrue calibrate --angle mean`` writes it. "not in the output": only a head other than
-head 1 has the error; "reference": the error is an error of the reference, not of the table."""
+"""What corrects an effect. "lanes by condition" follow direction, speed or a column; "lanes of real
+orders" have orders that are not whole; "firmware's model" are lanes whose values the firmware
+computes for the table's temperature; "the mean" is the weighted mean of three or four heads, as
+``arctrue calibrate --angle mean`` writes it. "not in the output": only other heads than head 1 have
+the error; "reference": the error is an error of the reference, not of the table."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,8 +141,8 @@ def outcome(
 
 
 def _has_mean(observations: Observations) -> bool:
-    """Tell whether there are three or four heads at such angles that their mean excludes motion of
-    the axis."""
+    """Tell whether three or four heads have such angles that their mean excludes motion of the
+    axis."""
     rows = observations.capture
     if rows is None or rows.heads < SEPARATING_HEADS:
         return False
@@ -179,8 +179,7 @@ def without_reference_errors(
     observations: Observations,
     effects: Mapping[str, type[Effect]],
 ) -> MeasurementSet:
-    """Return the set without the errors of its reference, so that these errors do not count against
-    a correction."""
+    """Return the set without the errors of its reference, which a correction cannot remove."""
     reference = measurement.reference
     if reference is None or observations.every_reference_row is None:
         return measurement
@@ -203,14 +202,13 @@ class _LanesOf:
 
     @property
     def orders(self) -> list[int]:
-        """Return the orders of this effect that are in the coefficients."""
+        """Return this effect's orders that have a lane in the coefficients."""
         there = self.coefficients.orders[self.coefficients.amplitudes != 0].tolist()
         return [order for order in self._at(self._export_c) if order in there]
 
     @property
     def following(self) -> list[int]:
-        """Return the orders of this effect that follow the temperature, as the firmware computes
-        them."""
+        """Return this effect's orders whose lanes follow the temperature."""
         thermal = self.coefficients.thermal
         cold = self._at(self._export_c)
         warm = self._at(self._export_c + THERMAL_SPAN_K)
@@ -285,7 +283,7 @@ def _real_arcsec(lanes: Sequence[RealLane], rows: ReferenceRows) -> Float:
 
 
 def _rms(values: Float | None) -> float:
-    """Return the RMS about the mean, because a constant depends on the zero only."""
+    """Return the RMS about the mean; the mean depends only on the zero of the angle."""
     return 0.0 if values is None or not values.size else float(values.std())
 
 

@@ -2,7 +2,7 @@
 scatter, index.
 
 ``fit`` estimates the noise together with a design matrix, channel by channel (``estimate``);
-``row_noise`` whitens rows; ``repeats`` calculates the scatter of repeats without a model, and
-``degrees_of_freedom`` the degrees of freedom of the noise in an effect's size. The package does not
-depend on effects and searches.
+``row_noise`` whitens rows; ``repeats`` calculates the scatter of repeats without a model;
+``degrees_of_freedom`` calculates the degrees of freedom with which the noise in an effect's size is
+known. The package imports neither effects nor searches.
 """

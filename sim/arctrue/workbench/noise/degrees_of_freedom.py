@@ -24,11 +24,11 @@ def degrees_of_freedom(
 ) -> tuple[float, float]:
     """Return the degrees of freedom of the noise, and the index's share of the variance.
 
-    ``weights`` is C⁻¹z of each channel, z the projected columns times their coefficients;
-    ``offsets`` is the part of these columns that the offsets of the runs absorb. The variance of
-    the estimate has the logarithmic derivatives hⱼ = θⱼ·uᵀCⱼu/zᵀC⁻¹z, with u = C⁻¹z. With the
-    covariance of the logarithms of the θⱼ, they give the variance of the logarithm of the variance,
-    2/m (Satterthwaite, Biometrics 2 (1946) 110).
+    ``weights`` is C⁻¹z of each channel, where z is the sum of the projected columns times their
+    coefficients; ``offsets`` is the part of these columns that the offsets of the runs absorb. The
+    variance of the estimate has the logarithmic derivatives hⱼ = θⱼ·uᵀCⱼu/zᵀC⁻¹z, with u = C⁻¹z.
+    With the covariance of the logarithms of the θⱼ, they give the variance of the logarithm of the
+    variance, 2/m (Satterthwaite, Biometrics 2 (1946) 110).
     """
     parts: list[tuple[Float, Float]] = []
     total = 0.0
@@ -77,7 +77,8 @@ def _shares(
         for index, constant in enumerate(spectrum.constants):
             rate = np.array([1.0 / constant])
             below = driver.matmul_lower(clock, rate, ones, ones, column, np.zeros_like(column))
-            # K = 1 + lower + upper, and the products with lower and upper are equal.
+            # K is the unit matrix plus a lower and an upper triangle; uᵀKu gets the same from both
+            # triangles.
             product = float(scaled @ scaled) + 2.0 * float(scaled @ below[:, 0])
             own[1 + index] = spectrum.variances[index] * product
         found = own if found is None else found + own

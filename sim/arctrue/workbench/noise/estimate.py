@@ -1,4 +1,4 @@
-"""Estimates the noise of a channel from its residuals: spectra of runs, then uneven scatter."""
+"""Estimates the noise of a channel: first spectra, then scales of runs and of parts of the turn."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 UNEVEN_P = 1e-4
-"""Noise counts as uneven if even noise would show as large a difference with a probability below
-this limit."""
+"""Noise counts as uneven if even noise shows such differences of the scatter with a probability
+below this limit."""
 LEAST_ROWS_A_BIN = 40
 """Smallest number of rows in a bin; with this number, the scatter of the bin has an uncertainty of
 11 %, 1/√(2·40)."""
@@ -55,13 +55,12 @@ def estimated_law(
     *,
     walk: bool = False,
 ) -> tuple[NoiseLaw, list[FittedGroup]]:
-    """Estimate the law of a channel; ``before`` is the law under another hypothesis, where the
-    search starts.
+    """Estimate the law of a channel; the search starts from ``before``, the law with another model.
 
     If ``before`` has scales of runs or of parts of the turn, they are estimated anew, because an
     effect that the model lacked can cause such scatter. The search starts from spectra with the
-    scatter of ``before``, because few steps lead to the maximum from a near start only. ``walk`` is
-    that of :func:`fit_spectrum`.
+    scatter of ``before``; the maximum is near, so that few steps suffice. ``walk``: see
+    :func:`fit_spectrum`.
     """
     names = np.unique(rows.run)
     law = before or NoiseLaw(tuple(Spectrum(1.0) for _ in names), names, np.ones(names.size))
@@ -146,8 +145,8 @@ def _with_spectra(
 
 
 def _rescaled(fit: SpectrumFit, stretches: Sequence[Stretch], white: WhiteBounds) -> SpectrumFit:
-    """Scale a spectrum, which was fitted to some rows, to the scatter of all rows, by a common
-    factor."""
+    """Multiply a spectrum that was fitted to some rows by a factor that gives it the scatter of all
+    rows."""
     rows = sum(stretch.clock.size for stretch in stretches)
     freedom = rows - stretches[0].columns.shape[1]
     if freedom < 0.9 * rows or not rows:
@@ -197,8 +196,8 @@ def _uneven(rows: ChannelRows, law: NoiseLaw) -> NoiseLaw | None:
 
 
 def _scales(whitened: Float, group: Integer, groups: int) -> Float | None:
-    """Return the deviation of each group divided by the typical deviation; None if no difference is
-    significant."""
+    """Return the standard deviation of each group divided by the typical standard deviation; None
+    if the groups do not differ significantly."""
     counts = np.bincount(group, minlength=groups).astype(np.float64)
     full = counts >= LEAST_ROWS_A_BIN
     if full.sum() < 2:
@@ -207,7 +206,8 @@ def _scales(whitened: Float, group: Integer, groups: int) -> Float | None:
     mean = np.where(full, squares / np.maximum(counts, 1.0), 1.0)
     total = float(squares[full].sum() / counts[full].sum())
     ratio = float(np.sum(counts[full] * (np.log(total) - np.log(np.maximum(mean[full], 1e-30)))))
-    # Groups of exactly equal scatter have a ratio of 0, which rounding may make negative.
+    # The logarithm of the likelihood ratio is 0 for groups of equal scatter; rounding may make it
+    # negative.
     if chdtrc(int(full.sum()) - 1, max(ratio, 0.0)) > UNEVEN_P:
         return None
     typical = float(np.exp(np.average(np.log(mean[full]), weights=counts[full])))

@@ -1,7 +1,7 @@
 """Estimates the noise of a set, channel by channel, together with the coefficients of a model.
 
 The restricted likelihood of a channel contains the information of the other channel about the
-coefficients. Thus 24 reference rows show their scatter if a long capture determines the
+coefficients. Thus even 24 reference rows show their noise, if a long capture determines the
 coefficients.
 """
 
@@ -121,7 +121,7 @@ def noise_of(
     """Estimate the noise from the residuals ``left`` of a model, (capture, reference).
 
     ``before`` is the earlier noise, which weights the channels; with ``warm`` the search starts
-    from it. ``walk`` is that of :func:`fit_spectrum`.
+    from it. ``walk``: see :func:`fit_spectrum`.
     """
     noise = before
     groups: list[FittedGroup] = []
@@ -210,8 +210,8 @@ def _white_start(design: Design) -> tuple[Noise, frozenset[str]]:
             laws.append(None)
             continue
         spectra = tuple(Spectrum(variance[channel]) for _ in law.spectra)
-        # If the set has a single channel, this channel keeps its weight, and the noise of the whole
-        # set is not determined.
+        # A channel without an estimate loses its weight only if the noise of the other channel can
+        # be estimated.
         weightless = channel in unknown and len(variance) > len(unknown)
         laws.append(replace(law, spectra=spectra, weightless=weightless))
     return _with_laws(observations, laws[0], laws[1]), frozenset(unknown)

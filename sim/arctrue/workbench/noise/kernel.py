@@ -307,7 +307,7 @@ def _slopes(factor: KernelFactor, residual: Float) -> Float:
             both = slice(at, at + 2)
             by_variance = float(np.sum(by_left[:, both] * form.left[:, both]))
             by_variance += part.variance * of_diagonal
-            # The share of the sine also grows with the rate.
+            # The factor c/d of the sine also grows with the rate c.
             cosine, sine = form.right[:, at], form.right[:, at + 1]
             ratio = rate / (2.0 * np.pi * part.frequency)
             by_ratio = part.variance * float(by_left[:, at] @ sine - by_left[:, at + 1] @ cosine)

@@ -20,8 +20,8 @@ from arctrue.workbench.noise.kernel import (
 Float = NDArray[np.float64]
 
 SMALLEST, LARGEST = 1e-8, 1e3
-"""Limits of a part's variance, in variances of the rows: the variance of a random walk may be far
-larger in the long term than in the record."""
+"""Limits of a part's variance, in variances of the rows. The upper limit is large, because the
+stationary variance of a random walk is far above the variance of the rows in a record."""
 SHORTEST_STEPS = 0.5
 """Lower limit of a decay time, in median steps of the clock."""
 LONGEST_SPANS = 10.0
@@ -32,7 +32,8 @@ OSCILLATOR_SPANS = 0.25
 longer decay time counts as a line."""
 SMOOTH_MUST_GAIN = 2.0
 """Gain in log likelihood that smooth noise needs over two exponentials. Both kinds of noise have
-the same number of parameters, and the simpler noise is given up only at odds of 7 to 1."""
+the same number of parameters; two exponentials, the simpler noise, are given up only at odds of 7
+to 1."""
 ENOUGH = 0.01
 """Gain in log likelihood below which a step is the last of the search."""
 STEPS = 60

@@ -1,4 +1,4 @@
-"""Describes the noise of one channel by a law that also applies to rows that were not measured."""
+"""Describes the noise of one channel by a law, which applies to any rows of the channel."""
 
 from __future__ import annotations
 
@@ -70,8 +70,8 @@ class NoiseLaw:
         stretch continues.
 
         The noise continues if the clock does not go back, both stretches have one spectrum, and the
-        pause is no longer than the longer stretch: stretches of that length do not show the noise
-        over a longer pause.
+        pause is no longer than the longer stretch. Over a longer pause, stretches of this length do
+        not show how the noise continues.
         """
         if starts.size < 2:
             return starts

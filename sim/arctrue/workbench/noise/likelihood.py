@@ -1,8 +1,7 @@
-"""Calculates the restricted likelihood of the noise, from residuals that are averaged where noise
-is slow.
+"""Calculates the restricted likelihood of the noise from single residuals and from means of blocks.
 
-Fast parts of the noise show in a few thousand consecutive rows, slow parts in means over blocks of
-rows. The covariance of such means is known in closed form. The only approximation is that the
+A few thousand consecutive rows show the fast parts of the noise; means over blocks of rows show the
+slow parts. The covariance of such means is known in closed form. The only approximation is that the
 levels, one for each block length, are independent. On the slowest level the columns of the model
 are added to the residuals, because the model absorbs slow noise (restricted likelihood, Patterson
 and Thompson, Biometrika 58 (1971) 545).
@@ -79,7 +78,7 @@ class FixedTerms:
     information: Float
     """Normal matrix, shape (k, k)."""
     moment: Float
-    """Moment for the change of the coefficients after the residuals were taken, shape (k,)."""
+    """Right-hand side for the change of the coefficients since the residuals, shape (k,)."""
 
 
 class RestrictedLikelihood:
@@ -294,7 +293,8 @@ def _slopes(factor: Factor, left: Float) -> tuple[float, Float]:
         below = driver.matmul_lower(
             factor.clock, np.array([1.0 / constant]), ones, ones, left, np.zeros_like(left)
         )
-        # The exponential is 1 + lower + upper, and the products with lower and upper are equal.
+        # The exponential's matrix is the unit matrix plus a lower and an upper triangle; qᵀKq gets
+        # the same from both.
         forms[index] = squares + 2.0 * float(np.sum(left * below))
     return 0.5 * (squares - white), 0.5 * (forms - between)
 

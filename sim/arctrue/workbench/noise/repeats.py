@@ -1,8 +1,8 @@
 """Calculates the noise of each channel from its own repeats: the scatter of rows at the same place.
 
-No model can remove this scatter, so that the scatter is a figure of the set and not of the model.
-If a model describes a deviation that does not repeat, such as a vibration, the residual can be
-smaller than the scatter; the residual is then the noise.
+No model can remove this scatter; it belongs to the set, not to the model. If a model describes a
+deviation that does not repeat, such as a vibration, the residual can be smaller than the scatter;
+the residual is then the noise.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ def row_noise_arcsec(
     """
     if channel == "reference":
         return min(reference_noise_arcsec(observations, residual), rms_arcsec)
-    # Each estimate contains errors that the other estimate does not contain, and neither estimate
-    # is below the noise.
+    # Each estimate contains errors that the other one excludes, and neither is below the noise. The
+    # smaller one is therefore used.
     at_one_phase = _at_one_phase_arcsec(observations, residual)
     at_one_angle = capture_noise_arcsec(observations, residual)
     return min(at_one_angle, at_one_phase or at_one_angle, rms_arcsec)
@@ -48,9 +48,9 @@ def _at_one_phase_arcsec(observations: Observations, residual: Float) -> float |
     """Return the noise from rows of successive turns at nearly the same angle and the same signal
     phase.
 
-    The result is None for too few rows. This estimate needs no interpolation: if rows are a signal
-    period apart or more, an interpolated value does not contain the error within the period, so
-    that this error would count as noise.
+    The result is None for too few rows. This estimate needs no interpolation. If rows are a signal
+    period apart or more, an interpolated value would not contain the error within the signal
+    period, and this error would count as noise.
     """
     rows = observations.capture
     assert rows is not None
@@ -69,8 +69,7 @@ def _at_one_phase_arcsec(observations: Observations, residual: Float) -> float |
 
 
 def _turn_to_turn(rows: CaptureRows, electrical: Float, residual: Float, inside: slice) -> Float:
-    """Return, for rows of a run and the rows of the same phase one turn later, the later minus the
-    earlier value."""
+    """Return the differences of a run's rows from the rows of the same phase one turn earlier."""
     angle = rows.angle_rad[inside] * (1.0 if rows.direction[inside.start] > 0 else -1.0)
     phase, values = electrical[inside] / (2.0 * np.pi), residual[inside]
     ahead = angle + 2.0 * np.pi

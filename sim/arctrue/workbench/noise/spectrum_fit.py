@@ -26,12 +26,12 @@ SMALLEST, LARGEST = 1e-7, 30.0
 STATED_READINGS = 8.0
 """Weight of a stated uncertainty, as a number of readings."""
 WALKS = (0.01, 0.1, 1.0, 10.0)
-"""Variances of the slowest part from which the search may start, as shares of the variance of the
+"""Variances of the slowest part from which the search also starts, as shares of the variance of the
 rows."""
 ENOUGH = 0.01
 """Gain of log likelihood below which a step of the search is the last."""
 IMPOSSIBLE = 1e12
-"""Cost of a spectrum that is not possible for any rows."""
+"""Cost of a spectrum for which no covariance of the rows exists."""
 
 
 @dataclass(frozen=True)
@@ -74,8 +74,8 @@ def fit_spectrum(
 ) -> SpectrumFit:
     """Return the spectrum at the maximum of the restricted likelihood times the priors.
 
-    ``start`` is the spectrum of the same rows under another hypothesis; the search may start from
-    it. With ``walk`` it also tries starts near a random walk.
+    ``start`` is the spectrum of the same rows with another model; the search may start from it.
+    With ``walk`` it also tries starts near a random walk.
     """
     steps = np.concatenate([np.diff(stretch.clock) for stretch in stretches])
     step = float(np.median(steps)) if steps.size else 1.0

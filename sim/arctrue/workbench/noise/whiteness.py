@@ -1,4 +1,4 @@
-"""Tests whether whitened residuals are white, as σ and p assume."""
+"""Tests whether whitened residuals are white, as the diagnosis assumes for its σ and p values."""
 
 from __future__ import annotations
 
@@ -89,18 +89,18 @@ def whiteness(whitened: Float, model: Float | None = None) -> Whiteness | None:
 
 
 def _without_wild_rows(values: Float, own: Float) -> tuple[Float, Float]:
-    """Return residuals and the model's orthonormal columns with a further column for each wild
-    row.
+    """Return residuals and orthonormal columns of the model; each wild row gets a column of its
+    own.
 
-    A row is wild if its residual, in its own standard deviation, exceeds what normal noise shows in
-    one of a hundred sets; the row with the largest residual is taken out first, because it also
-    moves its neighbours.
+    A row is wild if its residual, divided by its standard deviation, is so large that only one of a
+    hundred sets of normal noise contains such a row. The row with the largest residual is treated
+    first, because it also changes the residuals of its neighbours.
     """
     limit = float(-ndtri(0.5 * WILD / values.size)) if values.size else 0.0
     for _ in range(int(MOST_WILD * values.size)):
         share = 1.0 - np.sum(own**2, axis=1)
         ratio = np.abs(values) / np.sqrt(np.maximum(share, SAME_COLUMNS))
-        ratio[share < SAME_COLUMNS] = 0.0  # the model determines these rows alone
+        ratio[share < SAME_COLUMNS] = 0.0  # no other row determines the fit here
         row = int(np.argmax(ratio))
         others = np.delete(ratio, row)
         if ratio[row] <= limit * float(np.sqrt(np.mean(others**2))):
@@ -114,10 +114,10 @@ def _without_wild_rows(values: Float, own: Float) -> tuple[Float, Float]:
 
 
 WILD = 0.01
-"""Probability that normal noise contains a row that counts as wild."""
+"""Probability that a set of normal noise contains a row that counts as wild."""
 LARGEST_SHARE = 1.0 / 3.0
-"""Largest ratio of columns to rows at which wild rows are sought: where a model has more columns,
-it hides a wild row in the residuals of the other rows."""
+"""Largest ratio of columns to rows at which wild rows are sought. A model with more columns
+distributes the error of a wild row over the residuals of the other rows."""
 MOST_WILD = 0.02
 """Largest share of wild rows; a larger share counts as tails of the noise."""
 

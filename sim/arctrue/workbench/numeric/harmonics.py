@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 Columns = NDArray[np.float64]
 
 BLOCK_ROWS = 1024
-"""Number of rows in a block, whose columns stay in the processor's cache while they are filled one
-by one."""
+"""Number of rows in a block; all columns of a block fit into the processor's cache."""
 SUMMED_ROWS = 1 << 13
-"""Number of rows in a block, whose sum stays in the processor's cache."""
+"""Number of rows in a block; the sum over the orders fits into the processor's cache."""
 
 
 def harmonic_columns(angle_rad: NDArray[np.float64], orders: Sequence[float]) -> Columns:
@@ -44,7 +43,7 @@ def harmonic_columns(angle_rad: NDArray[np.float64], orders: Sequence[float]) ->
 def harmonic_sum(
     angle_rad: NDArray[np.float64], orders: Sequence[int], coefficients: Columns
 ) -> NDArray[np.float64]:
-    """Return :func:`harmonic_columns` times coefficients, shape (rows,), without the columns.
+    """Return :func:`harmonic_columns` times coefficients, (rows,), without storing the columns.
 
     ``orders`` are whole and positive. The sum is Re Σ (a − jb)·zᵏ with z = e^{jx}, by Horner's
     scheme.

@@ -1,8 +1,7 @@
-"""Computes the sums of generalised least squares, on rows whose noise has variance one and no
-correlation.
+"""Computes the sums of generalised least squares over whitened rows (noise of variance 1).
 
-The offset of each run is a column that is never written out: this column equals the whitened ones
-on the rows of the run and is 0 elsewhere, so that its sums are sums over the rows of the run.
+Each run has a constant offset. Its column, the whitened ones on the rows of the run and 0
+elsewhere, is never stored: its sums are calculated as sums over the rows of the run.
 """
 
 from __future__ import annotations
@@ -30,8 +29,7 @@ class WhitenedRows:
     offsets: int
 
     def moment(self, whitened: Matrix) -> Matrix:
-        """Multiply columns and constants by whitened values; the result is (k + offsets,) or (k +
-        offsets, m)."""
+        """Multiply columns and offset columns by whitened values; (k + offsets,) or (…, m)."""
         two = whitened[:, np.newaxis] if whitened.ndim == 1 else whitened
         found = np.concatenate([self.columns.T @ two, self._times_ones(two)])
         return found[:, 0] if whitened.ndim == 1 else found
@@ -62,7 +60,7 @@ class WhitenedRows:
 
     @property
     def every_column(self) -> Matrix:
-        """Return the columns, and the column of each offset, shape (rows, k + offsets)."""
+        """Return the columns, then one column for each offset; shape (rows, k + offsets)."""
         constants = np.zeros((self.ones.size, self.offsets))
         constants[np.arange(self.ones.size), self.offset] = self.ones
         return np.hstack([self.columns, constants])
@@ -77,8 +75,8 @@ class WhitenedRows:
 
 @dataclass(frozen=True)
 class ChannelSums:
-    """Sums of whitened rows: Gram matrix, right-hand side, sum of squares. Columns of terms come
-    before constants."""
+    """Sums over whitened rows: Gram matrix, right-hand side, sum of squares. The columns of the
+    terms come before those of the offsets."""
 
     gram: Matrix
     moment: Matrix
@@ -93,7 +91,7 @@ class ChannelSums:
         return max(float(self.square - explained), 0.0)
 
     def __add__(self, other: ChannelSums) -> ChannelSums:
-        """Return the sums over the rows of both objects."""
+        """Return the sums of this and the other object."""
         return ChannelSums(
             self.gram + other.gram,
             self.moment + other.moment,

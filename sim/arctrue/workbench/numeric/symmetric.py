@@ -9,17 +9,18 @@ Matrix = NDArray[np.float64]
 
 RANK_TOLERANCE = 1e-9
 """Share of the largest eigenvalue of the scaled normal matrix below which an eigenvalue counts as
-zero; in double precision, rounding is about 1e-16 · rows of the largest eigenvalue."""
+zero. In double precision, rounding is about the share 1e-16 · rows."""
 UNSEEN = 1e-18
-"""Share of the largest sum of squares below which a column is rounding, not data."""
+"""Share of the largest column's sum of squares below which a column counts as rounding, not as
+data."""
 
 
 def solve_symmetric(normal: Matrix, moment: Matrix) -> tuple[Matrix, Matrix, int, float]:
-    """Return the solution of least norm, covariance, rank and condition number of a normal system,
-    which is scaled first."""
+    """Solve a normal system, which is scaled first: least-norm solution, covariance, rank,
+    condition number."""
     diagonal = np.diag(normal)
     seen = diagonal > UNSEEN * max(float(diagonal.max(initial=0.0)), 1e-300)
-    # A column that is zero apart from rounding (order 120 at 33°) must not be scaled up to 1.
+    # A column that would be zero without rounding (order 120 at 33°) must not be scaled up to 1.
     scale = np.where(seen, np.sqrt(np.where(seen, diagonal, 1.0)), 1e150)
     values, vectors = np.linalg.eigh(normal / np.outer(scale, scale))
     kept = values > RANK_TOLERANCE * max(float(values[-1]), 1e-300)

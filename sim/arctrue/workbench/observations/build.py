@@ -27,11 +27,11 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 LARGEST_ERROR_RAD = 0.05
-"""Largest distance of a reading from its target. At a larger distance the reading has another zero
-or other counts."""
+"""Largest distance of a reading from its target. A larger distance means that the reading has
+another zero or another number of counts per turn."""
 MOST_TURNS = 1_000_000
-"""Largest number of turns from the index. Farther from the index, double precision resolves an
-angle to less than a thousandth of a count."""
+"""Largest number of turns from the index. At more turns, an angle in double precision is rounded by
+more than a thousandth of a count."""
 MOST_COUNTS = 2**62 - 1
 """Largest count at which the difference of two heads fits into 64 bits."""
 

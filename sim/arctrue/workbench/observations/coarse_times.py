@@ -1,4 +1,4 @@
-"""Spreads the times of a log whose clock shows coarser steps than its rows."""
+"""Gives each row its own time if the clock of a log has coarser steps than its rows."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ Float = NDArray[np.float64]
 def with_spread_times(columns: Reference) -> Reference:
     """Return the columns with a time of its own for each row of a run.
 
-    A logger that writes whole seconds gives the same time to all rows of a second. The rows came
-    one after another, so that even steps from one stamp to the next are wrong by less than the
-    step of the clock.
+    A logger that writes whole seconds gives the same time to all rows of a second. The true times
+    lie between the stamps, so that times in even steps from one stamp to the next are wrong by less
+    than the step of the clock.
     """
     if columns.time_s is None:
         return columns

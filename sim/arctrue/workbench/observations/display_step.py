@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 Float = NDArray[np.float64]
 
 LEAST_AGAIN = 2.0
-"""Mean number of times that each value must occur to count as rounded. Values whose step is coarser
-than their noise occur more often."""
+"""Smallest mean number of rows per different value at which values count as rounded. If the
+rounding step is larger than the noise, this number is larger."""
 SAME_VALUE = 1e-12
 """Relative difference up to which two values of a file count as equal; it allows for the last
 bit."""
@@ -21,9 +21,9 @@ cause."""
 def display_step(values: Float) -> float:
     """Return the step to which an instrument rounds its values (rows,); 0 if they are not rounded.
 
-    The step is the smallest difference of two values, if every difference is a whole number of
-    steps and each value occurs LEAST_AGAIN times on average: values of 64 bits recur only if they
-    are rounded.
+    The step is the smallest difference of two values. Two conditions must hold: every difference is
+    a whole number of steps, and each value occurs LEAST_AGAIN times on average, because values of
+    64 bits recur only if they are rounded.
     """
     different = np.unique(values)
     if different.size < 2 or values.size < LEAST_AGAIN * different.size:

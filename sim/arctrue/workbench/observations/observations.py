@@ -1,4 +1,4 @@
-"""Holds both channels of a measurement set, ready for a fit."""
+"""Defines the observations that models are fitted to: both channels of a measurement set."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ INDEX_SCATTER_COUNTS = 1.0
 
 @dataclass(frozen=True, eq=False)
 class Observations:
-    """Measured rows of a set, and the facts known about its table."""
+    """Measured rows of a set, and what the set states about its table."""
 
     title: str
     """Title of the set."""

@@ -1,5 +1,4 @@
-"""Tells whether all rows were read at one speed, at which an order and a frequency look the
-same."""
+"""Finds whether all rows have one speed, at which an order and a frequency look the same."""
 
 from __future__ import annotations
 
@@ -11,7 +10,8 @@ from numpy.typing import NDArray
 from arctrue.workbench.observations.rows import CaptureRows, Float, ReferenceRows
 
 SAME_PHASE_TURNS = 0.25
-"""Largest difference of angle and time at one speed, as a share of a period."""
+"""Largest deviation of the angle from a steady speed, in periods of the highest order, at which the
+speed counts as one speed."""
 LEAST_PASS_ROWS = 8
 """Smallest number of rows of a pass. A speed and its scatter need several steps; fewer rows are a
 turning point of the drive."""

@@ -1,10 +1,10 @@
 """Selects the part of a long capture or reference that searches and statistics use.
 
 The part consists of stretches of consecutive rows, spread over every run; a stretch has two turns
-if the run is long enough. Sample rate, electrical phase, turn-to-turn scatter and every run's own
-conditions are then the same as in the whole capture. An error that 150,000 rows of 0.2″ noise
-cannot show is smaller than 0.002″, far below the smallest error that matters (half a count RMS,
-0.039″).
+if the run is long enough. The part therefore has the sample rate, the electrical phases, the
+turn-to-turn scatter and the conditions of every run of the whole capture. An error that 150,000
+rows of 0.2″ noise cannot show is smaller than 0.002″, far below the smallest error that matters
+(half a count RMS, 0.039″).
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ part."""
 
 
 def part_of(stored: StoredCapture) -> tuple[CaptureRows, StoredCapture | None]:
-    """Return the rows that are used; if these are a part, also return all rows, otherwise None."""
+    """Return the rows in use and, if they are a part of the capture, all its rows (else None)."""
     if stored.size <= MOST_ROWS:
         return stored.rows(slice(None)), None
     return stored.rows(kept_rows(stored, MOST_ROWS)), stored
 
 
 def part_of_reference(rows: ReferenceRows) -> tuple[ReferenceRows, ReferenceRows | None]:
-    """Return the rows that are used; if these are a part, also return all rows, otherwise None."""
+    """Return the rows in use and, if they are a part of the reference, all its rows (else None)."""
     if rows.run.size <= MOST_ROWS:
         return rows, None
     numbered = replace(rows, row=np.arange(rows.run.size))

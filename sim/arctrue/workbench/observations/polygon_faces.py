@@ -39,7 +39,7 @@ def faces_of(faces: int | None, run: Integer, target_deg: Float) -> Integer | No
 
 
 def keep_to_faces(faces: int, run: Integer, target_deg: Float) -> bool:
-    """Tell whether every row is at a face; shapes (rows,)."""
+    """Tell whether all rows are at faces; ``run`` and ``target_deg``: shapes (rows,)."""
     place = target_deg * (faces / 360.0)
     return all(_shift_to_faces(place[rows], faces)[1] for rows in _mountings(faces, run))
 
@@ -54,8 +54,7 @@ def _mountings(faces: int, run: Integer) -> list[NDArray[np.bool_]]:
 
 
 def _shift_to_faces(place: Float, faces: int) -> tuple[float, bool]:
-    """Return the shift of the stations, in faces, and whether the stations are at the faces after
-    this shift."""
+    """Return the shift, in faces, that brings the stations to the faces, and whether it does so."""
     shift = float(np.median(place - np.round(place)))
     away = np.abs(place - shift - np.round(place - shift))
     return shift, bool(np.max(away) * 360.0 / faces <= FACE_TOLERANCE_DEG)

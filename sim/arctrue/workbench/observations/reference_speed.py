@@ -1,5 +1,4 @@
-"""Tells whether the table stood still at the stations of a reference run, or passed them in
-motion."""
+"""Finds whether the table stood still at the stations of a reference run or passed them."""
 
 from __future__ import annotations
 
@@ -20,8 +19,8 @@ LEAST_ROWS = 8
 """Smallest number of rows for a median of six second differences: with fewer rows, one odd row
 decides the median."""
 EVEN = 0.05
-"""Relative tolerance of a steady speed, at which the times between marks are proportional to their
-distances."""
+"""Relative tolerance of the test for a steady speed: whether the times between stations are
+proportional to their distances."""
 TARGET_NOISE_RAD = np.radians(1e-4)
 """Noise of a target angle that is commanded, or read from a finer encoder, and written with four
 decimals."""
@@ -45,8 +44,8 @@ def reference_speed(columns: Reference) -> Float | None:
     times are even and their distances uneven. Third, passes over stations far apart (a polygon's
     faces), if their times fit steady speeds and at least two of the speeds differ: a table that
     stops takes about as long at each station in every pass. Fourth, passes over stations far apart
-    at a steady speed, if a clock sampled them in the same steps as a pass of the first two kinds:
-    they are parts of one log at a higher speed.
+    at a steady speed, if their time steps equal those of a pass of the first two kinds: a clock
+    then sampled both, and the fast pass belongs to the same log.
     """
     target, time_s = columns.target_deg, columns.time_s
     if time_s is None or target.size < LEAST_ROWS:
@@ -130,8 +129,7 @@ def _mean_speed(target_deg: Float, time_s: Float) -> float:
 
 
 def _steady_speed(target_deg: Float, time_s: Float) -> float | None:
-    """Return the speed of a pass whose times are proportional to its distances; None for another
-    pass."""
+    """Return the speed of a pass if its times are proportional to its distances, otherwise None."""
     if target_deg.size < LEAST_ROWS:
         return None
     way, taken = np.diff(target_deg), np.diff(time_s)

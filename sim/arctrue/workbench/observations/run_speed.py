@@ -84,8 +84,7 @@ def run_speeds(
 
 
 def _local_slope(time: Float, angle: Float, angle_noise_rad: float) -> tuple[Float, float]:
-    """Return the least-squares slope over WINDOW_ROWS rows around each row, and the largest
-    standard deviation of a slope."""
+    """Return the slope over WINDOW_ROWS rows around each row, and its largest uncertainty."""
     half = WINDOW_ROWS // 2
     t = time - time[0]
     # The mean motion is subtracted from the angle, so that the sums keep their digits.

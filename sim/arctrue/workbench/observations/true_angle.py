@@ -18,10 +18,10 @@ Float = NDArray[np.float64]
 
 ORDERS = tuple(range(1, 21))
 LEAST_GAIN = 0.3
-"""Smallest factor |e^{jnα} − 1| of an order that this rough estimate of ε contains."""
+"""Orders with a smaller factor |e^{jnα} − 1| are left out of this rough estimate of ε."""
 ROUNDS = 2
-"""Number of rounds of the iteration. An angle error of 10⁻³ rad changes ε by 10⁻³ of itself per
-order, so that two rounds leave 10⁻⁶."""
+"""Number of rounds of the iteration. An angle error of 10⁻³ rad changes order n of ε by n·10⁻³ of
+its amplitude; after two rounds the relative error is the square of this."""
 BLOCK_ROWS = 1 << 16
 """Number of rows of one block; it limits memory only."""
 MOST_ROWS = 200_000

@@ -120,8 +120,8 @@ def _without(
     reason: Reason,
     away: Float | None = None,
 ) -> tuple[Channel, list[MaskedRow]]:
-    """Return ``rows`` without those where ``out`` is True. ``numbers``: the place of each row in
-    its file."""
+    """Return ``rows`` without the rows at which ``out`` is True. ``numbers``: the place of each row
+    in its file."""
     if not out.any():
         return rows, []
     places = np.flatnonzero(out)

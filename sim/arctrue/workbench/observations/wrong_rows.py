@@ -1,4 +1,4 @@
-"""Finds single wrong rows that are visible only after a model has removed larger deviations."""
+"""Finds single wrong rows in a model's residual; larger errors hide them in the measured values."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Tests that the diagnosis gives no false name to an order with at least two samples in each
-period.
+"""Tests that the diagnosis gives no false name to a disc order that has an alias at the samples.
 
 With N evenly spaced samples per turn, the cos and sin columns of order N − n equal those of order
 n, up to a phase that depends on where a run starts.
@@ -27,7 +26,7 @@ START_RAD = 1.0
 def _reading(at_disc_rad: Float, order: float) -> Float:
     """Solve R = ψ + ε(R) in 3 iterations, where ε is the paper's error plus 0.6″ of one order.
 
-    Each iteration multiplies its error by 90″ · 129 / 1 rad = 0.06.
+    Each iteration multiplies the remaining error of R by 90″ · 129 / 1 rad = 0.06.
     """
     found = at_disc_rad
     for _ in range(3):
@@ -66,8 +65,9 @@ def _diagnosed(order: float, samples_a_turn: float, *, starts_differ: bool) -> D
 
 @pytest.mark.parametrize(("order", "samples"), [(129.0, 233.3), (129.0, 234.0)])
 def test_runs_from_other_angles_show_which_order_it_is(order: float, samples: float) -> None:
-    """Runs that start at different angles show the order: order 129 looks like order 104.3 in each
-    run at 233.3 samples per turn, but its phase differs from run to run by N·start."""
+    """Runs that start at different angles determine the order: at N = 233.3 samples per turn, order
+    129 looks like order 104.3 in each run, but the phase of this alias differs from run to run by
+    N·start."""
     found = _diagnosed(order, samples, starts_differ=True)
     assert found.named is not None
     assert found.named.name == "high_order_graduation"

@@ -1,5 +1,5 @@
-"""Tests of stated probabilities: simulated answers test the fit, and an integral tests the
-shrinkage."""
+"""Tests of stated probabilities: the fit against simulated answers, the mean over uncertain
+coefficients against an integral."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_what_is_stated_is_the_mean_over_the_uncertain_value(mean: float, varian
 @pytest.mark.parametrize("answers", [0, 3, 200])
 def test_nothing_is_stated_surer_than_it_was_counted(answers: int) -> None:
     """Laplace's rule limits the confidence: if n of n answers were right and the prior is flat, the
-    next answer is right with the posterior mean."""
+    probability that the next answer is right is the posterior mean."""
     row = np.zeros(len(FEATURES))
     row[0] = 1.0
     share = (
@@ -129,8 +129,8 @@ def test_the_fit_states_the_share_that_is_right() -> None:
 
 
 def test_few_answers_are_not_trusted() -> None:
-    """The confidence after three right answers of three stays at or below the posterior of a share
-    with a wide prior."""
+    """After three answers that were all right, the confidence is at most the posterior mean of the
+    share of right answers, with a wide prior."""
     rows = _drawn(3, 1.0, "named", np.random.default_rng(1))
     (few,) = confidences(rows[:1], fitted(rows))
     assert 0.5 < few < 0.95

@@ -52,8 +52,7 @@ def _sweeps(further_arcsec: Float, turns: float = 1.0, load: Float | None = None
 
 
 def _rms_arcsec(residuals: Residuals, effect: ProductOfParts) -> tuple[float, float]:
-    """Return the RMS of the product's prediction and the RMS of the measured rows, both about their
-    means."""
+    """Return the RMS of the product's prediction and of the measured rows, each about its mean."""
     rows = residuals.observations.reference
     assert rows is not None
     columns = effect.reference_columns(rows, {}, residuals.solution.context)
@@ -80,15 +79,15 @@ def test_a_half_order_on_one_turn_is_a_step_at_its_seam() -> None:
 
 @pytest.mark.parametrize("order", [0.5, 1.5])
 def test_a_half_order_that_repeats_is_described(order: float) -> None:
-    """The error of 300″ extends over three turns, so that its half order is described: the rows
-    cover the two turns of its period and one more turn."""
+    """The diagnosis describes the half order of an error of 300″ if the rows cover three turns: the
+    two turns of its period and one more."""
     residuals = _sweeps(300.0 * np.cos(order * 6.0 * np.pi * STROKE + 0.8), turns=3.0)
     assert best_parts(residuals)[0].effect.orders == (order,)
 
 
 def test_the_zero_of_a_condition_is_a_convention() -> None:
-    """The zero of a condition does not matter: a load of 30 ± 1 N m times 400″ of order 1 is
-    12,000″ if the load is counted from 0 N m.
+    """The zero of a condition must not change the result: with a load of 30 ± 1 N m and 400″ of
+    order 1 per N m, the product is 12,000″ if the load is counted from 0 N m.
 
     The model's own order 1 absorbs the mean, so that only the variation of ± 400″ counts.
     """
@@ -105,7 +104,8 @@ def test_the_zero_of_a_condition_is_a_convention() -> None:
 
 def test_a_condition_that_ends_after_a_bump_has_no_order() -> None:
     """A condition that ends after a bump resolves only orders of 30 and more: exp(−t/0.5 s) lasts
-    for about 10° of a sweep at 20°/s, which is 0.75 periods only for these orders."""
+    for about 10° of a sweep at 20°/s, and only these orders have 0.75 periods or more within 10°.
+    """
     rows = _sweeps(AT_ONE_END).observations.reference
     assert rows is not None
     start = np.exp(-(TIME_S - RUN * SWEEP_S) / 0.5)
@@ -119,8 +119,8 @@ def test_a_condition_that_ends_after_a_bump_has_no_order() -> None:
 
 
 def test_a_refined_settling_still_passes_its_wave() -> None:
-    """The refined time constant still lasts for 0.75 periods: a bump at each start settles in 2 s,
-    which is 40° at 20°/s, a third of a period of order 3.
+    """With the refined time constant, the settling still lasts for 0.75 periods of its wave: a bump
+    at each start settles in 2 s, which is 40° at 20°/s, a third of a period of order 3.
 
     Of the time constants on the grid, the smallest one that lasts for 0.75 periods describes the
     bump best. The refinement must not go below this time constant, although a smaller one would fit

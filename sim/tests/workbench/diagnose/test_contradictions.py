@@ -1,5 +1,4 @@
-"""Tests of the conditions that the physics of an effect sets for the effect's values, in addition
-to the shape of its columns."""
+"""Tests that effects are refused if their fitted values contradict the physics of the effect."""
 
 from __future__ import annotations
 
@@ -92,8 +91,8 @@ def test_faces_that_repeat_within_a_turn_are_a_shape_of_the_table(times: int) ->
     reported = _of_faces(np.tile(part, times) + random.normal(0.0, 0.03, FACES))
     assert reported is not None
     if times == 2:
-        # Twelve random values do not look like a wave; only the repetition of these values
-        # contradicts the effect.
+        # The twelve values are random and do not look like a wave; only their repetition within the
+        # turn contradicts the effect.
         assert "repeat 2 times a turn" in reported
 
 
@@ -132,7 +131,7 @@ def _of_line(frequency: float, visits: int = 10, mixed: bool = False):  # type: 
 
 
 def test_a_line_that_keeps_to_the_schedule_of_the_visits_is_none_in_time() -> None:
-    """A line that keeps to the schedule of the visits is no line in time; in an earlier version, a
+    """The rule refuses a line in time that has the period of the visits. In an earlier version, a
     bracket that leans with the direction was named a periodic error of 192 s."""
     reported = _of_line(1.0 / 192.0)
     assert reported is not None
@@ -157,8 +156,8 @@ def _of_order(order: float, sigma: float):  # type: ignore[no-untyped-def]
 
 
 def test_an_order_that_cannot_be_reported_from_a_half_one_is_no_ball_pass() -> None:
-    """A half-integer order is no ball pass; in an earlier version, a belt that repeats every two
-    turns was named a ball pass of order 0.499 ± 0.008."""
+    """The rule refuses a ball pass at a half-integer order. In an earlier version, a belt that
+    repeats every two turns was named a ball pass of order 0.499 ± 0.008."""
     reported = _of_order(0.4992, 0.0076)
     assert reported is not None
     assert "every two turns" in reported

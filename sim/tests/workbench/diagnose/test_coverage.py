@@ -1,5 +1,5 @@
-"""Tests of the scope of a verdict: which effects the verdict covers, when the set cannot tell, and
-which effects look alike."""
+"""Tests of the coverage of a verdict: the smallest detectable effects, sets that cannot tell, and
+aliases of orders."""
 
 from __future__ import annotations
 
@@ -91,8 +91,8 @@ def test_adequate_says_what_it_covers() -> None:
 
 @pytest.mark.parametrize(("slow_arcsec", "blind"), [(0.0, False), (0.3, False), (3.0, True)])
 def test_noise_that_is_all_slow_cannot_tell(slow_arcsec: float, blind: bool) -> None:
-    """A reference whose drift is twice its scatter can show an effect; a reference whose drift is
-    twenty times its scatter cannot."""
+    """A reference whose slow noise is twice its scatter can show that no effect is missing; a
+    reference whose slow noise is twenty times its scatter cannot."""
     residuals = _residuals(slow_arcsec)
     found = blindness(residuals, coverage(residuals, [], {}, 20, REFUSED), {"capture": 1.0}, 0.0)
     assert (found is not None) == blind
@@ -126,7 +126,7 @@ def test_a_residual_smaller_than_what_can_be_found_cannot_tell() -> None:
 def test_a_drift_that_slow_noise_may_be_is_not_adequate(
     drift_rms_arcsec: float, verdict: str
 ) -> None:
-    """The verdict is not adequate for a drift that slow noise may be. If the noise is white, 288
+    """The verdict must not be "adequate" if a drift may be slow noise. If the noise is white, 288
     readings of 0.15″ determine a drift to 0.15″/√288 = 0.009″ RMS, and a drift of 6.8 times this
     value is significant.
 
@@ -155,9 +155,9 @@ def test_a_drift_that_slow_noise_may_be_is_not_adequate(
 def test_noise_with_many_columns_is_little_known(
     gain: float, rank: int, freedom: float, is_named: bool
 ) -> None:
-    """A channel with many columns knows its noise badly: with 48 readings, 23 face errors leave 25
-    degrees of freedom, and F(23, 25) = 2.2 has a probability of 3 %; with known noise it would be
-    10⁻⁴."""
+    """The noise of a channel with many columns is hardly known: with 48 readings, 23 face errors
+    leave 25 degrees of freedom, and F(23, 25) = 2.2 has a probability of 3 %; with known noise it
+    would be 10⁻⁴."""
     item: Any = SimpleNamespace(
         name="x",
         evidence=SimpleNamespace(score=SimpleNamespace(gain=gain, rank=rank)),
@@ -205,8 +205,9 @@ def test_an_order_with_two_stations_a_period_has_none(order: float, stations: in
 
 
 def test_a_bound_of_hardly_known_noise_says_so() -> None:
-    """The bound states that the noise is hardly known: at this limit of the degrees of freedom, the
-    F test needs 2.8 times the size that would suffice if the noise were known."""
+    """The report of the smallest detectable size states that the noise is hardly known: at this
+    limit of the degrees of freedom, the F test needs 2.8 times the size that would suffice if the
+    noise were known."""
     ratio = [np.sqrt(needed_gain(1, 19, freedom) / needed_gain(1, 19)) for freedom in (2.0, 6.0)]
     assert ratio == [pytest.approx(37.0, rel=0.01), pytest.approx(2.8, rel=0.02)]
     found = diagnose(observations_of(measurement_set()), [_base()], {})

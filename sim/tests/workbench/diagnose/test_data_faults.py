@@ -74,8 +74,9 @@ def test_a_head_that_stands_while_the_other_goes_on_is_reported() -> None:
 
 
 def test_dense_rows_of_coarse_counts_are_no_jumps() -> None:
-    """Dense rows of coarse counts have no jumps: with ten counts per row and 1.6 counts of noise
-    per step, a tenth of a step does not indicate a fault."""
+    """The diagnosis finds no jumps in dense rows of coarse counts: a row has ten counts more than
+    the row before, with 1.6 counts of noise, so that a deviation of a tenth of a step is no fault.
+    """
     random = np.random.default_rng(5)
     size = 40_000
     turn = np.arange(size) * 10.0
@@ -150,8 +151,8 @@ def test_a_disturbance_of_one_turn_is_no_defect_of_the_disc() -> None:
 
 
 def test_white_noise_has_the_scatter_that_it_was_made_with() -> None:
-    """The estimated scatter is right to 2 %, four standard errors of a median deviation from 80,000
-    values."""
+    """The estimated scatter is right to 2 %, which is four standard errors of a median absolute
+    deviation of 80,000 values."""
     noise = np.random.default_rng(9).normal(0.0, 0.3, 80_000)
     ramp = 5.0 * np.arange(noise.size) + 40.0 * np.sin(np.arange(noise.size) / 500.0)
     steps = np.diff(noise + ramp)
@@ -168,8 +169,8 @@ def test_what_is_off_for_longer_than_three_rows_is_no_excursion() -> None:
 
 @pytest.mark.parametrize(("gap_rows", "faults"), [(60, 0), (0, 1)])
 def test_a_run_that_ends_in_a_gap_is_not_cut(gap_rows: int, faults: int) -> None:
-    """The diagnosis calls a run of three turns that lacks its last 50 rows cut, unless another run
-    has a gap as well."""
+    """The diagnosis reports that a run of three turns without its last 50 rows is cut, unless
+    another run has a gap."""
     made, capture = _copied()
     kept = np.ones(capture.run.size, dtype=bool)
     kept[ROW : ROW + gap_rows] = False

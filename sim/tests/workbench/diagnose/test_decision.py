@@ -60,7 +60,7 @@ def test_a_slip_that_is_no_whole_number_of_counts_is_none() -> None:
 
 def test_a_small_second_matter_does_not_take_the_name_of_the_first() -> None:
     """The diagnosis names the reversal error of 1.6″ although order 2 grows with the temperature.
-    The square root of the gain of order 2 is at most a tenth of that of the reversal error."""
+    The gain of order 2 is at most a hundredth of the gain of the reversal error."""
     share = 0.3 * np.sqrt(OF_THE_SAME_KIND)
 
     def error(disc, temperature, speed):  # type: ignore[no-untyped-def]
@@ -74,9 +74,8 @@ def test_a_small_second_matter_does_not_take_the_name_of_the_first() -> None:
 
 
 def test_what_only_the_reference_shows_is_not_asked_of_the_runs_of_the_capture() -> None:
-    """The lean of the polygon needs no evidence from the runs of the capture: the lean changes
-    order 1 of the capture by the amount that the graduation absorbs, so that only the reference
-    shows the lean."""
+    """The lean of the polygon needs no evidence from the runs of the capture. In the capture, it
+    changes only order 1, which the graduation absorbs; only the reference shows the lean."""
     measurement = measurement_set()
     assert measurement.reference is not None
     target = np.radians(measurement.reference.target_deg)
@@ -88,8 +87,8 @@ def test_what_only_the_reference_shows_is_not_asked_of_the_runs_of_the_capture()
     assert rows is not None
     assert on_every_pass(lean, found.base)
     assert found.named is lean
-    # The noise may change the size of this part in each run; the part must neither confirm nor
-    # contradict the lean.
+    # Noise may change order 1 of the capture by different amounts in each run; this must neither
+    # confirm nor contradict the lean.
     change = lean.solution.capture_prediction_arcsec(False) - found.base.capture_prediction_arcsec(
         False
     )

@@ -53,8 +53,8 @@ def test_a_run_that_warms_evenly_does_not_tell_temperature_from_time(seed: int) 
     assert found.effect_class == ["thermal_head_drift"]
     assert found.described is not None
     assert found.described.effect.parts == ["time", "head2"]  # type: ignore[attr-defined]
-    # Both explanations are equally likely, and the measurement that the diagnosis requests
-    # separates them.
+    # Temperature and time explain the drift equally well, and the requested measurement separates
+    # them.
     share = found.probability["thermal_head_drift"], found.probability["unknown"]
     assert share[0] == pytest.approx(share[1], abs=0.05)
     assert found.measurement is not None

@@ -88,8 +88,8 @@ def test_noise_without_a_resonance_has_none(kind: str) -> None:
 
 
 def test_the_frequency_is_known_within_its_uncertainty() -> None:
-    """The frequency is known within its uncertainty: the deviations of ten records, divided by u,
-    are compared with χ², and u is compared with its theory.
+    """The stated uncertainty u of the frequency is right: the deviations of ten records, divided by
+    u, are compared with χ², and u is compared with the theory.
 
     A record has 1,200 s with quality 8 at 0.1 Hz. Without white noise, maximum likelihood has u =
     √(γ/T)/(2π), γ = πf/Q (Gersch, IEEE Trans. Autom. Control 19 (1974) 558). White noise of half

@@ -1,4 +1,4 @@
-"""Tests that the diagnosis lists a finding only if the finding remains with the named effect in the
+"""Tests that the diagnosis lists a finding only if it remains when the named effect is in the
 model.
 
 The set is computed from the geometry: a rotary reference at 360 stations shows an error with the

@@ -1,5 +1,4 @@
-"""Tests that the grounds of a stated probability equal numbers that were counted and tested by hand
-for a set of this module."""
+"""Tests that the grounds of a stated probability equal numbers that were counted by hand."""
 
 from __future__ import annotations
 
@@ -11,8 +10,7 @@ from arctrue.studies.benchmark.diagnosis import diagnosed
 
 
 def test_grounds_of_stations_state_visits_and_what_was_tested() -> None:
-    """The grounds equal those counted by hand for a set with 24 stations, 5 cycles and a reversal
-    error of 20 σ of the noise."""
+    """The set has 24 stations, 5 cycles up and down, and a reversal error of 20 σ of the noise."""
     random = np.random.default_rng(3)
     up = np.arange(24) * 15.0
     target = np.tile(np.concatenate([up, up[::-1]]), 5)

@@ -79,8 +79,8 @@ def test_every_candidate_is_charged() -> None:
 
 
 def test_every_survey_of_a_diagnosis_is_charged() -> None:
-    """The trials of all surveys count: a diagnosis repeats the survey with one name and with two
-    names in the model."""
+    """The probability is corrected for all surveys: a diagnosis repeats the survey with one and
+    with two named effects in the model."""
     made = measurement_set(runs=3, turns=1, reversal_arcsec=0.1)
     residuals = Residuals(fit([_base()], observations_of(made)))
     effects = {name: built_in()[name] for name in ("hysteresis", "thermal_head_drift")}
@@ -113,15 +113,15 @@ def _improvement(gain: float, information: float) -> list[Improvement]:
 
 
 def test_a_fall_within_two_standard_errors_is_none() -> None:
-    """A gain within two standard errors of zero does not count: an information of 100 means that a
-    real gain has the mean 50 and the standard error 10, so that 15 does not count and 25 does."""
+    """A gain within two standard errors of zero does not count. With an information of 100, a real
+    gain has the mean 50 and the standard error 10: a gain of 15 does not count, 25 does."""
     assert not holds_out(_improvement(15.0, 100.0))
     assert holds_out(_improvement(25.0, 100.0))
 
 
 def test_what_left_out_rows_cannot_show_must_not_get_worse() -> None:
-    """A gain that left-out rows cannot confirm must not be a loss beyond two standard errors: an
-    information of 16 means that a real gain has the mean 8 and the standard error 4, so that −9
+    """If left-out rows cannot confirm a gain, they must not show a loss beyond two standard errors.
+    With an information of 16, a real gain has the mean 8 and the standard error 4, so that −9
     counts as a loss."""
     assert holds_out(_improvement(-7.0, 16.0))
     assert not holds_out(_improvement(-9.0, 16.0))
@@ -133,8 +133,8 @@ def test_rows_side_by_side_are_left_out_apart_and_stations_not_together() -> Non
     assert folds is not None
     rounds = folds.reshape(-1, 4)
     assert np.all(np.sort(rounds, axis=1) == np.arange(4))
-    # 24 stations are a multiple of the four folds: if the rows were dealt to the folds in turn, all
-    # visits of a station would be in one fold.
+    # The number of stations, 24, is a multiple of the number of folds, four. If the rows were given
+    # to the folds in turn, all visits of a station would be in one fold.
     of_stations = folds.reshape(8, 24)
     assert all(np.unique(of_stations[:, station]).size > 1 for station in range(24))
 
@@ -189,8 +189,8 @@ def test_a_channel_without_repeats_does_not_know_its_noise() -> None:
 
 
 def test_four_runs_do_not_know_the_index_better_than_the_prior_allows() -> None:
-    """Four runs do not determine the index better than the prior allows: the four offsets agree by
-    chance, and the prior of ±1 count per head keeps the weight of six runs."""
+    """Four offsets that agree by chance do not make the index variance small: the prior of ±1 count
+    per head keeps the weight of six runs."""
     observations = observations_of(measurement_set(runs=1, turns=1, reference=False))
     prior = observations.index_sigma_arcsec**2
     variance, worth = index_variance(observations, np.zeros(4))
@@ -250,11 +250,11 @@ def test_an_order_of_one_run_alone_is_no_property_of_the_disc() -> None:
 
 
 def test_passes_are_asked_with_the_model_that_the_effect_was_weighed_with() -> None:
-    """Order 25, which is in both runs, is confirmed with the noise with which it was judged. Order
-    1 is 10″ larger in one of two runs; the fit follows this run only with another noise. Order 25
-    is in both runs.
+    """The comparison of the runs uses the noise with which the effect was judged. Order 25 is in
+    both runs. Order 1 is 10″ larger in one of the two runs; only with other noise does the fit
+    follow this run.
 
-    The noise also changes order 1 of the fit; this change must not count against order 25.
+    The noise changes order 1 of the fit as well; this change must not count against order 25.
     """
 
     def uneven(disc, temperature, speed):  # type: ignore[no-untyped-def]
@@ -277,8 +277,8 @@ def test_passes_are_asked_with_the_model_that_the_effect_was_weighed_with() -> N
 
 
 def test_what_the_offset_of_a_run_takes_is_not_asked_of_its_rows() -> None:
-    """The rows of a run need not show an error that the offset of the run has absorbed: head 2
-    stands 9″ off its place in all rows.
+    """The rows of a run need not show an error that the offset of the run has absorbed: head 2 is
+    displaced by 9″ in all rows.
 
     The rows of one run are 0.03″ higher, as if the index had scattered.
     """
@@ -296,11 +296,11 @@ def test_what_the_offset_of_a_run_takes_is_not_asked_of_its_rows() -> None:
 
 
 def test_a_run_that_stands_out_by_chance_is_no_disturbance() -> None:
-    """A run that stands out by chance does not contradict an effect. The test gives waves that the
-    set does not contain a size of 1.2 σ in each run, as noise would.
+    """A run that stands out by chance does not contradict an effect. The set does not contain the
+    tested waves; the test sets their size to 1.2 σ in each run, as noise would cause.
 
-    The run with the largest such wave shows only noise; therefore the other runs do not contradict
-    the wave.
+    Even the run with the largest such wave shows only noise, so that the other runs cannot
+    contradict the wave.
     """
     base = fit([_base()], observations_of(measurement_set(turns=1, reference=False)))
     for order in range(21, 61):
@@ -352,8 +352,8 @@ def test_a_slow_effect_far_above_the_scatter_is_no_slow_noise(
     assert found.named is not None
     assert found.named.name == "latency"
     latency = found.named.parameters()["latency"]
-    # The speed of a row is the slope over 65 rows, which at the ends and at the top lie up to 3.3 s
-    # away.
+    # The speed of a row is the slope over 65 rows. At the ends and at the top of the ramp, some of
+    # these rows are up to 3.3 s away.
     assert latency.value == pytest.approx(40_000.0, rel=0.05)
 
 
@@ -382,8 +382,8 @@ def test_a_single_reversal_is_a_step_in_time_as_well(cycles: int, verdict: str) 
     found = diagnose(observations_of(made), [_base()], EFFECTS)
     assert found.verdict == verdict
     assert found.effect_class[0] == "hysteresis"
-    # By definition the effect itself is a product of the direction alone; therefore the answer adds
-    # no description.
+    # By definition the effect equals the product with the direction alone; therefore the answer
+    # adds no description by parts.
     assert found.described is None
 
 

@@ -1,10 +1,8 @@
 """Tests that the diagnosis names no effect for run offsets that scatter more than the index should.
-The scatter of ±20 counts corresponds to a mark detection of ±1.5″; the prior of an index is ±1
-count.
 
-±20 counts correspond to a mark detection of ±1.5″; the prior of an index is ±1 count. Four runs
-have four offsets. So few values with this scatter show neither an influence of speed or temperature
-nor a mean.
+The offsets scatter by ±20 counts, as if the index mark were detected to ±1.5″; the prior of an
+index is ±1 count. Four runs have four offsets: too few to show a mean, or an influence of speed or
+temperature, in this scatter.
 """
 
 from __future__ import annotations

@@ -1,5 +1,4 @@
-"""Tests that, after one knock at the stand of a reference at stations, the diagnosis states which
-signal jumped, when, and by how much.
+"""Tests that the diagnosis states when a reference or a head jumped, and by how much.
 
 The sets are computed from the definitions (``small_sets``, or plain numpy in this module).
 """
@@ -139,7 +138,7 @@ def test_a_reversal_error_of_one_reversal_is_no_jump() -> None:
 
 @pytest.mark.slow
 def test_an_excursion_of_slow_noise_is_no_jump() -> None:
-    """30 logs with Ornstein-Uhlenbeck noise and white noise: a jump is found in one at most.
+    """In 30 logs with Ornstein-Uhlenbeck noise and white noise, a jump is found at most once.
 
     At the level of 1 % a set, two or more have a probability of 4 %.
     """

@@ -1,5 +1,5 @@
-"""Tests that the measurement which a diagnosis requests separates the effects of the class, if it
-is simulated and added to the set."""
+"""Tests that the measurement that a diagnosis requests separates the effects of the class; each
+test simulates this measurement and adds it to the set."""
 
 from __future__ import annotations
 
@@ -40,7 +40,8 @@ def asked(
 ) -> tuple[Diagnosis, Diagnosis]:
     """Return the diagnosis of a set, and the diagnosis after the requested measurement was added.
 
-    ``share`` is the place of the size within its range, on a logarithmic scale.
+    ``share`` sets the size of the hidden effect: its position within the range of sizes, on a
+    logarithmic scale.
     """
     size = RECIPES[name].low ** (1 - share) * RECIPES[name].high ** share
     planned = EXPERIMENTS[experiment]().smaller(samples, CYCLES)
@@ -60,8 +61,8 @@ def asked(
 @pytest.mark.parametrize(
     ("name", "experiment", "share", "seed", "rival", "kind"),
     [
-        # In a single run a head angle and a skew are both constants, and a line may be one in time
-        # or in angle.
+        # In a single run, a head angle and a skew are both constants, and a line may be fixed to
+        # time or to angle.
         ("head_angle_error", "lean", 0.5, 3, "timing_skew", "speed"),
         ("timing_skew", "lean", 0.8, 3, "head_angle_error", "speed"),
         pytest.param(
@@ -91,9 +92,9 @@ def test_one_line_asks_for_another_speed_though_it_has_no_rival() -> None:
 
 
 def test_a_half_order_of_one_run_is_no_line_of_any_frequency() -> None:
-    """The diagnosis names no half-integer order of one run, but requests another speed: only one
-    vibration in thousands would be within a thousandth of such an order. The diagnosis still
-    requests another speed."""
+    """The diagnosis names no vibration for a half-integer order of one run: only one vibration in
+    thousands would be within a thousandth of such an order. The diagnosis still requests another
+    speed."""
     first, after = asked("half_order", "lean", 0.5, 20_093, 6000, "unknown")
     assert first.effect_class == []
     assert first.probability["vibration"] < 0.05
@@ -117,8 +118,9 @@ def _reference_chi_square(model: Model, measurement: MeasurementSet) -> float:
 def test_a_polygon_put_on_again_tells_its_own_error_from_a_gain(
     hidden: str, size: float, moves: bool
 ) -> None:
-    """A polygon that is put on again separates its own error from a gain: an eccentric polygon
-    looks like a gain if its eccentricity has the direction of the disc's own."""
+    """A polygon that is turned on the table separates its own error from a gain: an eccentric
+    polygon looks like a gain of the reference if its eccentricity has the direction of the disc's
+    eccentricity."""
     wanted, planned = [Wanted(hidden, size)], full().smaller(SAMPLES, CYCLES)
     first = simulate_set(wanted, planned, 418).measurement
     again = simulate_set(wanted, planned, 418, again=1, further=["polygon_reindexed"]).measurement

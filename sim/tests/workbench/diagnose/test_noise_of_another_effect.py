@@ -1,4 +1,4 @@
-"""Tests of an effect whose noise estimate stops where slow noise still absorbs it."""
+"""Tests that an effect is found although noise that is estimated with it absorbs a part of it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SEED = 11
 def _warming_run() -> MeasurementSet:
     """Make one run of three turns, in which order 2 grows by 1.7″ for each of 4 K.
 
-    The noise is correlated over 12 rows, 0.43″.
+    The noise of head 2, 0.43″, is correlated over 12 rows.
     """
     random = np.random.default_rng(SEED)
     rows = 3_000
@@ -48,7 +48,8 @@ def _warming_run() -> MeasurementSet:
 def test_an_order_that_grows_with_warmth_is_no_line_next_to_the_order() -> None:
     """A line 0.05 orders from order 2 fits three turns nearly as well, with one parameter more.
 
-    With the noise that each leaves, warmth times order 2 explains at least as much as the line.
+    With the noise estimated with the line in the model, warmth times order 2 explains at least as
+    much as the line.
     """
     found = diagnosis_of(_warming_run())
     assert found.verdict == "unknown"

@@ -16,8 +16,8 @@ COUNT_ARCSEC = 1_296_000.0 / COUNTS_PER_REV
 
 
 def _four_runs(warm_arcsec: float, seed: int, scatter_counts: float = 0.5) -> MeasurementSet:
-    """Return a set with runs at 20, 20, 20 and 24 °C; head 2 begins each run within some counts of
-    its place."""
+    """Return a set with runs at 20, 20, 20 and 24 °C; head 2 begins each run with an offset of some
+    counts."""
     measured = measurement_set(seed=seed, reference=False)
     capture = measured.capture
     assert capture is not None

@@ -185,9 +185,9 @@ def test_lines_of_one_shape(lines: dict[float, float], is_one: bool) -> None:
 def test_runs_that_differ_little_leave_a_constant_its_name(
     by_direction_arcsec: float, is_named: bool
 ) -> None:
-    """Head 2 stands 20″ further; an index that repeats worse than ±1 count differs by 0.5″.
+    """Head 2 is displaced by 20″, ±0.5″ with the direction, as if the index repeated badly.
 
-    A difference of 15″ with the direction is no constant: it may belong to the error's own shape.
+    With ±15″ the error is no constant: the dependence on the direction may belong to its shape.
     """
     made = measurement_set(
         head2_only=lambda time, speed: np.full(

@@ -119,11 +119,12 @@ def _posterior(verdict, candidates, **changed):  # type: ignore[no-untyped-def]
 
 
 def test_a_refused_effect_is_not_ahead_because_its_noise_was_not_estimated() -> None:
-    """A refused effect is not ahead only because its noise was not estimated. Six runs determine a
-    reversal error well; they exclude a drift, which has a smaller gain.
+    """A refused effect must not get the largest probability only because its noise was not
+    estimated. Six runs determine a reversal error well; they exclude a drift, which has a smaller
+    gain.
 
-    The diagnosis has not estimated the noise with the drift in the model. If the drift therefore
-    counted 1,000 rows, it would have 250 in log odds, against 140.
+    The diagnosis has not estimated the noise with the drift in the model. If the evidence of the
+    drift used 1,000 rows, its log odds would be 250; those of the reversal error are 140.
     """
     first, drift = _candidate("hysteresis", 647.0, 1e-90), _candidate("drift", 513.0, 1e-52)
     first.freedom, first.evidence = 2.0, SimpleNamespace()
@@ -132,7 +133,7 @@ def test_a_refused_effect_is_not_ahead_because_its_noise_was_not_estimated() -> 
         [first, drift],
         effect_class=["hysteresis"],
         excluded=frozenset({"drift"}),
-        # The model without the first effect lacks fit; the first effect removes this lack.
+        # The model without the first effect has a lack of fit, which the first effect removes.
         lack_of_fit_p=1e-71,
     )
     assert found["hysteresis"] > found["unknown"]
@@ -150,8 +151,8 @@ def test_two_hypotheses_give_bayes_theorem() -> None:
 
 @pytest.mark.parametrize("gain", [14.0, 40.0, 1e4])
 def test_what_is_named_has_the_largest(gain: float) -> None:
-    # The other effect has a larger gain with more coefficients, but the residual of this effect was
-    # enough to exclude it.
+    # ``vibration`` has a larger gain with more coefficients, but a rule has excluded it because of
+    # the residual that it leaves.
     others = [_candidate("vibration", gain + 30.0, 1e-3, rank=2), _candidate("count_slip", 1.0, 1)]
     product = _candidate("product_of_parts", gain + 20.0, 1e-3)
     found = _posterior(
@@ -180,7 +181,7 @@ def test_an_answer_is_stated_as_sure_as_such_answers_are(verdict: str) -> None:
         said = stated(found, verdict, members, confidence)
         assert said[first] == pytest.approx(confidence, abs=1e-9)
         assert sum(said.values()) == pytest.approx(1.0, abs=1e-12)
-        # The other probabilities on the same side keep their ratios.
+        # The probabilities of the effects keep their ratios.
         if verdict == "adequate":
             assert said["latency"] / said["count_slip"] == pytest.approx(
                 found["latency"] / found["count_slip"]
@@ -209,8 +210,8 @@ def test_an_answer_that_cannot_tell_gives_none_what_was_counted() -> None:
 
 
 def test_the_first_of_a_class_is_no_less_probable_than_the_others() -> None:
-    """The faces of a polygon stay the first of their class as one family, although their evidence
-    pays for 23 sizes."""
+    """The faces of a polygon, one family of errors, stay the first of their class, although their
+    evidence has a penalty for 23 sizes."""
     faces, motion = (
         _candidate("polygon_face_error", 250.0, 1e-9, rank=23),
         _candidate("x", 230.0, 0),
@@ -232,7 +233,7 @@ def test_a_look_alike_that_cannot_be_tested_is_as_probable() -> None:
 
 @pytest.mark.parametrize("confidence", [0.2, 0.6, 0.9])
 def test_a_class_has_what_its_first_has_and_more(confidence: float) -> None:
-    """A class has at least the probability of its first effect, by which the benchmark counts the
+    """A class has at least the probability of its first effect; the benchmark uses that one for the
     class."""
     members = ["hysteresis", "latency"]
     found = {"hysteresis": 0.5, "latency": 0.3, "vibration": 0.05, "unknown": 0.1, "none": 0.05}
@@ -265,8 +266,9 @@ def test_weights_far_apart_have_a_sum_of_one() -> None:
 
 
 def test_faces_pay_for_the_rows_that_know_them() -> None:
-    """The evidence of the faces pays for the rows that determine them: 480 readings of the polygon
-    determine the 23 sizes, and the 24,000 rows of the capture do not count."""
+    """The penalty in the evidence of the faces uses the number of rows that determine them: 480
+    readings of the polygon determine the 23 sizes, and the 24,000 rows of the capture do not count.
+    """
     faces = _candidate("polygon_face_error", 332.0, 1e-60, rank=23)
     line = _candidate("periodic_error", 120.0, 1e-12, rank=2)
     faces.rows = 480
@@ -323,8 +325,8 @@ def test_no_verdict_contradicts_its_probabilities() -> None:
 
 
 def test_a_class_of_one_effect_with_one_percent_is_no_class() -> None:
-    """A line with one percent of the probability forms no class: at the only speed it competes with
-    a half-integer order that is a hundred times as likely."""
+    """A line with one percent of the probability forms no class: at a single speed, a half-integer
+    order is a hundred times as likely as the line."""
     said = {"vibration": 0.0063, "unknown": 0.9937, "none": 0.0}
     assert _verdict("ambiguous", ["vibration"], said) == "unknown"
     # The more probable of the two becomes the answer; several similar effects share their

@@ -49,8 +49,9 @@ def _noise(seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_the_worm_is_named_before_smaller_lines() -> None:
-    """The diagnosis names the worm before the smaller lines. The log has 8″ of the worm and 1.5″ of
-    its second multiple, 3″ of a gear in front of the worm, and 0.5″ with a period of 6 s."""
+    """The diagnosis names the worm before the smaller lines. The log contains the worm with 8″ and
+    its second multiple with 1.5″, a gear in front of the worm with 3″, and a line of 0.5″ with a
+    period of 6 s."""
     time_s, noise = _noise(1)
     lines = [(8.0, WORM_S), (1.5, WORM_S / 2.0), (3.0, 131.0), (0.5, 6.0)]
     found = _diagnosed(time_s, with_lines(time_s, lines) + noise, teeth=TEETH)
@@ -83,8 +84,8 @@ def test_without_a_tooth_count_the_largest_line_is_named() -> None:
 
 
 def test_a_small_line_with_a_slow_change_is_said_to_be_the_smaller_part() -> None:
-    """The diagnosis says that the named line of 1″ is the smaller part, with a tenth of the RMS of
-    an error of 9″ that rises and falls three times and is no line."""
+    """The diagnosis says that the named line of 1″ is the smaller part of the error. The larger
+    part is 9″, rises and falls three times, and is no line; its RMS is ten times as large."""
     time_s, noise = _noise(3)
     found = _diagnosed(time_s, with_lines(time_s, [(9.0, 600.0), (1.0, 6.0)]) + noise)
     assert found.named is not None

@@ -1,4 +1,4 @@
-"""Tests of encoders whose counts are coarser than their noise, so that rounding repeats."""
+"""Tests of encoders whose counts are coarser than their noise, so that rounding errors repeat."""
 
 from __future__ import annotations
 
@@ -58,10 +58,10 @@ def test_rounding_that_repeats_with_the_angle_is_no_unknown_effect() -> None:
 
 
 def _stations(seed: int) -> MeasurementSet:
-    """Make a 12-bit encoder at 200 steps a turn, three turns up and down, a loss of 4 counts.
+    """Make a 12-bit encoder, read 200 times per turn, three turns up and down, 4 counts apart.
 
-    The readings of a station in one direction are mostly the same count: their scatter is 0 or one
-    count, and the error follows the rounding from station to station.
+    The readings of a station in one direction differ by 0 or one count, and the rounding error
+    changes from station to station.
     """
     random = np.random.default_rng(seed)
     counts = 4096

@@ -113,8 +113,8 @@ def test_what_is_refused_and_not_ahead_leaves_the_name_to_the_other() -> None:
 
 
 def test_one_speed_is_no_reason_where_something_refused_is_far_ahead() -> None:
-    """One speed is no reason for doubt where a refused effect is far ahead: at one of several
-    speeds a line absorbs a part of the error that a loose head causes in one run."""
+    """The rule "one speed" does not apply if a refused effect is far ahead: at one of several
+    speeds, a line absorbs a part of the error that a loose head causes in one run."""
     line = _item("vibration", 130.0)
     for gain, said in ((420.0, None), (135.0, "ambiguous")):
         case = _case(_item("count_slip", gain, real=False), line)
@@ -150,8 +150,9 @@ def test_an_unknown_of_about_its_size_takes_the_name() -> None:
 def test_what_nothing_describes_takes_the_name_by_its_size(
     after_arcsec: float, taken: bool
 ) -> None:
-    """A remaining error that nothing describes takes the name away by its size. The reference had
-    an error of 1″. The remaining 0.2″ are 4 % of the removed variance, and 0.4″ are 19 %."""
+    """A remaining error that nothing describes prevents the name if it is large enough. The
+    reference had an error of 1″. The remaining 0.2″ are 4 % of the removed variance, and 0.4″ are
+    19 %."""
     best = _item("hysteresis", 900.0)
     best.moved_arcsec = {"capture": 0.0, "reference": 1.0}
     # The rows themselves show the effect; the effect is not visible only in the offsets of the
@@ -189,8 +190,8 @@ def test_an_event_that_comes_again_and_again_is_no_accident() -> None:
     assert AGAIN == 3
     assert _again(*slips(100.0, 80.0, 60.0))
     assert not _again(*slips(100.0, 80.0))
-    # Two small events after a large one do not count as a repetition. A periodic line may have as
-    # many further lines.
+    # Two small events after a large one do not count as a repetition. Lines of a periodic error are
+    # no events: as many of them as above do not count as a repetition.
     assert not _again(*slips(100.0, 5.0, 5.0))
     assert not _again(*(_item("periodic_error", gain) for gain in (100.0, 80.0, 60.0)))
     # Left-out rows may fail to confirm an event if slow noise predicts them from their neighbours.

@@ -35,8 +35,9 @@ def _weak(name: str, size: float, seed: int) -> Diagnosis:
 
 
 def test_two_orders_of_a_warm_run_are_no_vibration() -> None:
-    """The diagnosis names no vibration for two orders of a warm run: a line that is free in every
-    run could absorb such an order, but the other runs do not contain the line."""
+    """The diagnosis names no vibration for two orders that exist only in the warm run. A line with
+    a free phase in every run could absorb such an order, but the other runs do not contain the
+    line."""
 
     def error(disc, temperature, speed):  # type: ignore[no-untyped-def]
         warmer = temperature - 20.0
@@ -54,8 +55,8 @@ def test_two_orders_of_a_warm_run_are_no_vibration() -> None:
 
 
 def test_a_step_in_the_last_turn_can_be_held_out() -> None:
-    """A step of 16 counts in the last turn can be held out: it comes after 2.6 of the 3 turns of
-    the last run, and whichever fold is left out, rows remain on both sides of the step."""
+    """Held-out rows confirm a step of 16 counts in the last turn: it comes after 2.6 of the 3 turns
+    of the last run, and whichever fold is left out, rows remain on both sides of the step."""
     counts, noise = 16, CAPTURE_NOISE * np.sqrt(2.0)
     measurement = measurement_set(
         head2_only=lambda time, speed: counts * COUNT_ARCSEC * (time > 1800.0 + 31.2),
@@ -79,8 +80,8 @@ def test_a_step_in_the_last_turn_can_be_held_out() -> None:
 
 @pytest.mark.parametrize("size", [3.0, 3.5])
 def test_a_step_pays_for_all_its_instants(size: float) -> None:
-    """The charge for the search of a step equals the probability of the largest step in simulated
-    white noise: two heads, one run, an offset."""
+    """The corrected probability of a step equals the share of sets of simulated white noise in
+    which the largest step is as large (two heads, one run with an offset)."""
     sets, rows = 4_000, 500
     noise = np.random.default_rng(15).normal(size=(sets, rows))
     before = np.arange(LEAST_STEP_ROWS, rows - LEAST_STEP_ROWS + 1)
@@ -96,8 +97,8 @@ def test_a_step_pays_for_all_its_instants(size: float) -> None:
 
 @pytest.mark.parametrize("rows", [1, 2, 3])
 def test_rows_that_are_off_at_the_end_of_a_run_are_no_slip(rows: int) -> None:
-    """Rows that are off at the end of a run are no slip: they are too few to separate a step from
-    single wrong rows, and 5 σ are too little to be masked."""
+    """Wrong rows at the end of a run are no slip: they are too few to distinguish a step from
+    single wrong rows. They are not masked either, because they are wrong by 5 σ only."""
     made = measurement_set(reference=False)
     assert made.capture is not None
     made.capture.head2_counts[-rows:] += round(5.0 * CAPTURE_NOISE * np.sqrt(2.0) / COUNT_ARCSEC)
@@ -118,9 +119,9 @@ def test_many_faces_win_over_the_one_order_that_they_contain() -> None:
 
 
 def test_weak_distortions_are_not_charged_for_multiples_that_are_not_there() -> None:
-    """Weak distortions are not charged for multiples that the set does not contain: it contains
-    only the first two multiples. With four multiples, the effect would have four more columns,
-    which fit noise."""
+    """Weak distortions get no penalty for multiples that the set does not contain; it contains only
+    the first two multiples. With four multiples, the effect would have four more columns, which fit
+    noise."""
     found = _weak("subdivision_error", 0.015, 50_000)
     assert found.named is not None
     assert found.named.name == "subdivision_error"
@@ -128,7 +129,8 @@ def test_weak_distortions_are_not_charged_for_multiples_that_are_not_there() -> 
 
 
 def test_a_near_tie_between_a_step_and_a_settling_is_said() -> None:
-    """An error of 0.25″ settles within the first run; a slip of two counts fits almost as well."""
+    """A slip of two counts fits almost as well as the true error, 0.25″ that settle in the first
+    run."""
     found = _weak("settling_bracket", 0.25, 50_001)
     assert found.verdict in ("ambiguous", "unknown")
     assert found.candidates[0].name == "count_slip"
@@ -212,8 +214,9 @@ def test_a_line_with_an_order_of_the_model_is_found_at_its_place() -> None:
 def test_a_constant_that_the_interpolation_may_have_is_no_head_angle(
     constant_arcsec: float, confirmed: bool
 ) -> None:
-    """A constant that interpolation errors may cause is no misplaced head: signals that differ by ψ
-    from quadrature give ψ/2·(1 ± cos 2φ), a wave of 1″ and a constant of 1″.
+    """The diagnosis names no misplaced head for a constant that interpolation errors may cause:
+    signals that differ by ψ from quadrature give ψ/2·(1 ± cos 2φ), a wave of 1″ and a constant of
+    1″.
 
     Here both heads have this constant of 1″, so that up to 2″ of R₂ − R₁ do not prove a misplaced
     head.

@@ -25,8 +25,8 @@ def _reference(error_arcsec: np.ndarray, step_s: float, turns: float) -> Measure
 @pytest.mark.parametrize(("rows", "turns"), [(144, 4.0), (1500, 0.01)])
 @pytest.mark.parametrize("periods", [1.6, 2.3])
 def test_of_stations_and_of_a_log(rows: int, turns: float, periods: float) -> None:
-    """The diagnosis reports an error that rises and falls by 3″ in 0.3″ of noise, of stations and
-    of a log; the search first removes a straight drift."""
+    """The diagnosis reports an error that rises and falls by 3″ in 0.3″ of noise, in a set of
+    stations and in a log; the search first removes a straight drift."""
     random = np.random.default_rng(3)
     share = np.arange(rows) / rows
     error = 1.5 * np.cos(2.0 * np.pi * periods * share) + 0.3 * random.normal(size=rows)

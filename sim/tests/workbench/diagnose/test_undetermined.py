@@ -1,5 +1,4 @@
-"""Tests that the diagnosis makes no statement from a model whose residuals have a larger variance
-than the rows."""
+"""Tests that the diagnosis makes no statement from a model that the rows do not determine."""
 
 from __future__ import annotations
 
@@ -24,8 +23,8 @@ ROWS = 512
 
 
 def _half_a_turn() -> Solution:
-    """Return a fit of the model to 300″ of order 1, 480″ of order 100 and 20″ of noise over
-    180°."""
+    """Return a fit of the paper's model to half a turn: 300″ of order 1, 480″ of order 100, 20″ of
+    noise."""
     target = np.arange(ROWS) * 180.0 / ROWS
     angle = np.radians(target)
     error = 300.0 * np.cos(angle + 1.0) + 480.0 * np.cos(100.0 * angle)

@@ -40,9 +40,9 @@ EFFECTS = built_in()
 def test_a_reversal_error_that_differs_from_place_to_place_keeps_its_name(
     stations: int, noise: float
 ) -> None:
-    """A reversal error that differs from place to place keeps its name; its variation by a fifth
-    becomes a second finding, which is as significant as the whole error because the repeats have
-    little noise."""
+    """A reversal error that differs from place to place keeps its name, and its variation by a
+    fifth becomes a second finding. The repeats have so little noise that the variation is as
+    significant as the whole error."""
     _, found = diagnosed(reversal_set(stations=stations, noise=noise))
     assert found.named is not None
     assert found.named.name == "hysteresis"
@@ -67,8 +67,8 @@ def test_a_reversal_error_that_is_the_same_everywhere_has_no_second_finding() ->
 
 
 def test_the_variation_is_that_which_was_drawn() -> None:
-    """The stated variation is that of the sizes that the test drew: the set is ±1 times (1 + δ of
-    the place), at 40 places with 6 visits each."""
+    """The stated variation equals the standard deviation of the sizes that the test drew: the error
+    is ±(1 + δ), with its own δ at each of 40 places, which are visited 6 times each."""
     random = np.random.default_rng(5)
     place = np.repeat(np.arange(40), 6)
     side = np.tile([1.0, -1.0], 120)
@@ -80,7 +80,7 @@ def test_the_variation_is_that_which_was_drawn() -> None:
     # draws themselves.
     assert found == pytest.approx(float(np.sqrt(np.mean(factor**2))), rel=0.05)
     assert varies(side, noise, place, 0.1) is None
-    # An error that is independent of the direction is no variation of this effect.
+    # An error that is the same in both directions is no variation of the reversal error.
     assert varies(factor[place], factor[place] + noise, place, 0.1) is None
 
 
@@ -140,8 +140,8 @@ def test_blocks_do_not_judge_what_happens_once_or_is_weak() -> None:
 
 
 def test_a_line_that_loses_its_phase_is_not_predicted_by_other_blocks() -> None:
-    """The other blocks do not predict a resonance driven by noise, which is coherent over only a
-    few periods; they predict the steady line at the resonance's frequency."""
+    """The other blocks do not predict a resonance driven by noise, which keeps its phase for a few
+    periods only; they do predict a steady line of the same frequency."""
     frequency, size = 1.3, 0.6
 
     def line(time, speed):  # type: ignore[no-untyped-def]
@@ -237,8 +237,8 @@ def test_a_line_that_other_blocks_predict_keeps_its_name_where_slow_noise_is_lar
 
 
 def test_a_fall_in_one_channel_makes_up_for_a_rise_in_another() -> None:
-    """The rule compares both channels: if two causes are missing, adding the first may raise the
-    residual that the other one leaves."""
+    """The rule compares the sum over both channels: if two causes are missing, a model with one of
+    them may leave a larger residual in the channel of the other."""
     before, after = _left(1.254, reference=3.63), _left(0.144, reference=4.41)
     assert makes_it_worse(_case(before, after)) is None
 
@@ -269,8 +269,8 @@ def test_a_head_angle_keeps_its_name_with_an_order_that_does_not_matter() -> Non
     """A head angle of 40″ keeps its name: the offsets of the runs contain it, and the RMS of the
     rows does not show it.
 
-    The rows also have a certain excess that the effect does not reduce: 0.5″ of one order. Only an
-    excess of 2″ and more matters.
+    The rows also contain 0.5″ of one order, which the effect does not reduce; only an error of 2″
+    and more matters.
     """
 
     def error(disc: np.ndarray, temperature: np.ndarray, speed: float) -> np.ndarray:

@@ -122,5 +122,6 @@ def test_columns_are_the_contrasts_of_what_each_head_shows(name: str, heads: int
         inside = slice(None) if rows.channel is None else rows.channel == head - 2
         wanted = shown[head - 1] - shown[: head - 1].mean(axis=0)
         wanted *= np.sqrt(2.0 * (head - 1) / head)
-        # The values are sums of forty waves near one, with powers of e^{jx} up to the 20th.
+        # The tolerance covers sums of forty waves of about one, computed by powers of e^{jx} up to
+        # the 20th.
         assert np.abs(found - wanted)[inside].max() < 1e-11

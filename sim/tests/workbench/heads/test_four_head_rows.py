@@ -116,8 +116,8 @@ def test_a_planned_run_has_every_head() -> None:
         assert after.recorded_runs == observations.recorded_runs + 1
         columns = capture_block(motion, rows, {}, FitContext())
         assert columns is not None
-        # For a motion in y, each head sees the share cos pᵢ of the motion; the contrast is head 4
-        # minus the mean of the other heads.
+        # Head i reads cos pᵢ times a motion in y; the contrast is the reading of head 4 minus the
+        # mean of the other heads.
         shares = np.cos(np.radians(PLACES_DEG))
         share = np.sqrt(1.5) * (shares[3] - shares[:3].mean())
         new = rows.run == before.runs + 2

@@ -156,8 +156,8 @@ def test_a_line_of_the_axis_is_no_order_of_the_disc(order: float) -> None:
 
 
 def test_a_line_with_a_whole_order_is_not_the_whole_order() -> None:
-    """A line that differs by 0.02 from an integer order is not called an integer order: over the
-    two turns of each run, its phase advances by 14°."""
+    """The diagnosis does not name an integer order for a line that differs by 0.02 from it: over
+    the two turns of each run, the phase of the line advances by 14°."""
     _, values = _named(FourHeads(disc=(*DISC, (97.02, 0.6, 0.5))), "periodic_error")
     assert values["order"].value == pytest.approx(97.02, abs=SIGMAS * values["order"].sigma)
 

@@ -19,8 +19,7 @@ SLOW = Spectrum(0.3, np.array([20.0, 400.0]), np.array([0.5, 2.0]))
 
 
 def _passes(pause_s: float, count: int = 3) -> tuple[np.ndarray, np.ndarray]:
-    """Return clock and run number of the rows in passes over the faces, with a pause after each
-    pass."""
+    """Return time and run number of each row, for passes over the faces with a pause after each."""
     run = np.repeat(np.arange(count), FACES)
     within = np.tile(np.arange(FACES) * STEP_S, count)
     return within + run * ((FACES - 1) * STEP_S + pause_s), run
@@ -43,7 +42,7 @@ def _written_out(clock: np.ndarray, run: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("pause_s", [STEP_S, 150.0])
 def test_a_pass_continues_the_noise_of_the_one_before(pause_s: float) -> None:
-    """A pass continues the noise of the preceding pass: the covariance depends only on the time
+    """The noise of a pass continues in the next pass: the covariance depends only on the time
     between two rows and on the scale of each row's run."""
     clock, run = _passes(pause_s)
     found = _covariance(clock, run, goes_on=True)

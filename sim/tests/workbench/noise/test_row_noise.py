@@ -1,4 +1,4 @@
-"""Tests that whitening and prediction of rows agree with a complete covariance matrix."""
+"""Tests whitening and prediction of rows against calculations with the complete covariance."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Tests the noise scales of the runs: scales that represent a missing effect become 1 with the
-effect in the model, and the spectra stay right."""
+"""Tests that noise scales of runs that a missing effect caused become 1 with the effect in the
+model."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ SCALES = np.array([1.3, 1.5, 0.5])
 """Noise scales of the runs if the model of a reference at these speeds lacks a delay of 280″ per
 rad/s.
 
-With these spectra, but without the scales, each run has its true variance.
+The test divides the true spectra by the squares of these scales, so that spectra and scales
+together give each run its true variance.
 """
 TOLERANCE = 0.02
 """Relative tolerance of a variance: a quarter of √(2/360), the uncertainty of a variance from 360

@@ -16,7 +16,8 @@ def test_spread_times_differ_from_the_true_ones_by_less_than_the_step_of_the_clo
         stamps = np.floor(true / step) * step
         found = spread(stamps)
         assert np.all(np.diff(found) > 0.0)
-        # A stamp is early by up to one step, and so is the row of it that is spread farthest.
+        # A stamp is early by up to one step; the last row of a stamp, which is moved farthest, may
+        # be late by as much.
         assert np.abs(found - true).max() < 1.5 * step
 
 
@@ -26,7 +27,7 @@ def test_times_without_order_are_kept() -> None:
 
 
 def _log(*, whole_seconds: bool) -> MeasurementSet:
-    """Make a pass of 0.7 turns at 10 Hz with a line of order 60, 20″, in correlated noise."""
+    """Make a log of 0.7 turns, 10 rows per second: a line of order 60, 20″, in correlated noise."""
     random = np.random.default_rng(5)
     rows = 1440
     target = np.linspace(20.0, 272.0, rows)

@@ -1,4 +1,4 @@
-"""Tests of the repeatability of an index mark: the value that the set states, or ±1 count of each
+"""Tests of the index repeatability in use: the value that the set states, otherwise ±1 count per
 head."""
 
 from __future__ import annotations
@@ -16,9 +16,8 @@ STATED_COUNTS = 3.0
 
 
 def test_the_stated_repeatability_is_that_of_both_heads() -> None:
-    """The difference of two heads has the stated repeatability of both: heads with a standard
-    deviation of σ each differ by σ√2. Without a stated value, the counts −1, 0 and 1 have a
-    variance of 2/3 per head."""
+    """The stated repeatability σ applies to each head, so that the difference of two heads has σ√2.
+    Without a stated value, the counts −1, 0 and 1 have a variance of 2/3 per head."""
     made = measurement_set(runs=1, turns=1, reference=False)
     stated = replace(made, table=replace(made.table, index_repeatability_counts=STATED_COUNTS))
     assert made.table.counts_per_rev is not None

@@ -99,8 +99,8 @@ def test_a_wrong_row_between_two_gaps_is_masked_and_the_rows_around_it_are_not()
 
 @pytest.mark.parametrize("scatter_counts", [0.75, 1.5, 2.1, 6.0])
 def test_the_scatter_of_whole_counts_is_that_of_the_noise(scatter_counts: float) -> None:
-    """The scatter of whole counts is that of the noise: white noise is rounded to whole counts,
-    which adds a variance of 1/12 count² (Sheppard)."""
+    """The estimated scatter equals that of the noise, although the values are whole counts;
+    rounding adds a variance of 1/12 count² (Sheppard)."""
     noise = np.random.default_rng(11).normal(0.0, scatter_counts, 20_000)
     away = np.round(noise) + 0.5 * np.round(
         2.0 * np.random.default_rng(12).normal(0.0, 0.3, 20_000)
@@ -113,8 +113,9 @@ def test_the_scatter_of_whole_counts_is_that_of_the_noise(scatter_counts: float)
 
 @pytest.mark.parametrize("place", [5, 6, 7, 192, 193, 194])
 def test_a_wrong_row_near_an_end_is_far_where_the_values_curve(place: int) -> None:
-    """A wrong row near an end is found where the values curve. A period has 25 rows, as order 20
-    has at 500 rows per turn, so that a straight line through 14 rows predicts a row badly.
+    """A wrong row near an end is found although the values follow a curve. A period has 25 rows,
+    like order 20 with 500 rows per turn, so that a straight line through 14 rows predicts a row
+    badly.
 
     A prediction from the rows 1 to 7 away on both sides errs by at most 2·(1 − cos(2π·4/25)) = 0.93
     of the amplitude.
@@ -201,8 +202,8 @@ def test_what_comes_again_after_each_reversal_is_kept() -> None:
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_a_head_that_knocks_between_two_stops_is_no_faulty_recording(seed: int) -> None:
-    """The check reports no fault if the head knocks between two stops: after a third of the rows
-    the head moves to its other stop, 5″ away."""
+    """The check reports no fault if a loose head moves between two stops: after a third of the
+    rows, the head is at its other stop, 5″ away."""
     made = measurement_set(cycles=10, turns=1)
     assert made.reference is not None
     random = np.random.default_rng(seed)
@@ -256,8 +257,8 @@ def test_white_noise_of_few_rows_has_no_outliers(rows: int, stations: int | None
 
 @pytest.mark.parametrize("rows", [7, 10, 30])
 def test_a_scatter_that_few_rows_tell_asks_for_more(rows: int) -> None:
-    """A scatter from few rows needs a larger factor: the test compares with simulated rows, of
-    which each first row is judged by the scatter of the other rows."""
+    """If the scatter is estimated from few rows, the threshold is a larger multiple of it: the test
+    compares with simulated sets, in which the scatter of the other rows judges the first row."""
     sets = 40_000
     noise = np.random.default_rng(14).normal(size=(sets, rows + 1))
     scatter = 1.4826 * np.median(np.abs(noise[:, 1:]), axis=1)

@@ -8,7 +8,7 @@ from arctrue.workbench.observations import Observations, ReferenceRows
 
 
 class AutocollimatorGain(ScalarEffect):
-    """Adds gain·ε, proportional to the reading itself, to the reference run."""
+    """Adds gain·ε, proportional to the autocollimator's own reading, to the reference run."""
 
     name = "autocollimator_gain"
     physics = (

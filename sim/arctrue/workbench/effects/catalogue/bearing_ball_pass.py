@@ -30,7 +30,8 @@ SEPARATED_SIGMA = 5.5
 """Smallest distance of the order from whole and half orders, in σ: a χ² of 30, as the search
 requires."""
 LEAST_TURNS = 1.98
-"""Smallest number of turns: a run of two turns lacks the step after its last sample."""
+"""Smallest number of turns between first and last sample; a run of two turns has slightly less than
+2."""
 
 
 class BearingBallPass(Effect):
@@ -103,9 +104,9 @@ class BearingBallPass(Effect):
         """Refuse an order that cannot be distinguished from a whole or half order.
 
         A motion that repeats after one or two turns (a belt, a gear of two to one) has a simple
-        order and is the simpler explanation; balls and cage do not turn at simple rates. The narrow
-        interval around a simple order contains a small share of all orders: an order in it counts
-        as simple unless the odds against this are 10⁶ (Occam's factor).
+        order and is the simpler explanation; balls and cage do not turn at simple rates. Few of all
+        possible orders lie in the narrow interval around a simple order. An order in this interval
+        therefore counts as simple unless the odds against this are 10⁶ (Occam's factor).
         """
         order = found["order"]
         half = round(2.0 * order.value) / 2.0
@@ -138,8 +139,8 @@ class BearingBallPass(Effect):
         observations: Observations,
     ) -> dict[str, Parameter]:
         alpha = observations.head_separation_rad
-        # Two heads cannot separate x and y, but head 1 and the difference each determine a
-        # combination.
+        # Two heads cannot separate x and y, but head 1 and the difference each determine one
+        # combination of x and y.
         mixing = np.array(
             [
                 [np.sin(alpha), 0.0, np.cos(alpha) - 1.0, 0.0],

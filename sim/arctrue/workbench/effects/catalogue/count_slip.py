@@ -53,8 +53,8 @@ class CountSlip(Effect):
         self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns:
         run = round(nonlinear["run"])
-        # A step of head 1 appears in the differences of all other heads; its run is numbered −1,
-        # −2, …
+        # A step of head 1 appears in the differences of all other heads; the search marks such a
+        # step by a run number −1, −2, …
         of_run = rows.run == run if run >= 0 else rows.run // (rows.heads - 1) == -run - 1
         after = of_run & (rows.time_s >= nonlinear["instant"])
         return np.asarray(after, dtype=np.float64)[:, np.newaxis]

@@ -27,17 +27,17 @@ HIGHEST_MULTIPLE = 3
 WHOLE_TURN = 0.9
 """Smallest share of a turn that the stations must cover to separate lines one order apart."""
 LEAST_VARIANCE = 0.1
-"""Smallest variance over the stations of a line's cosine and sine columns, summed; it is 1 if the
-stations resolve the line fully."""
+"""Smallest sum of the variances of a line's cosine and sine columns over the stations; the sum is 1
+if the stations resolve the line fully."""
 AS_GOOD = 6.0
-"""Gain by which a line must exceed the gain of a lower line to replace this line: odds of 20 to
-1."""
+"""Difference of the gains of two lines that are aliases above which the better line is taken, not
+the lower one: odds of 20 to 1."""
 LISTS = {"multiples": 0, "below": -1, "above": 1}
-"""Settings that list multiples of the tooth count, each with the offset of its orders from the
-multiples."""
+"""Settings that list multiples of the tooth count, with the distance of a line from its multiple,
+in orders."""
 
 Line = tuple[int, int]
-"""A multiple of the tooth count, and the offset of the order from it."""
+"""Factor of the tooth count, and the distance of the line from this multiple, in orders."""
 
 USUAL: list[list[Line]] = [
     [(multiple, away) for away in distances for multiple in range(1, highest + 1)]
@@ -125,8 +125,8 @@ class DriveGearError(Effect):
     def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
         """Keep the lines whose gain exceeds the BIC penalty of their two columns.
 
-        If no line does, the effect stays as it is. Candidates are the multiples of the tooth count
-        and, if the stations cover the turn, the sidebands of an eccentric gear.
+        If there is no such line, the effect stays unchanged. Candidates are the multiples of the
+        tooth count and, if the stations cover the turn, the sidebands of an eccentric gear.
         """
         reference = residuals.observations.reference
         assert reference is not None
@@ -168,7 +168,7 @@ class DriveGearError(Effect):
         return set(shown)
 
     def _varies(self, line: Line, reference: ReferenceRows) -> bool:
-        """Tell whether the line varies over the stations; an alias of a constant does not."""
+        """Tell whether the line varies over the stations, so that it is no alias of a constant."""
         columns = self._of([line]).reference_columns(reference, {}, FitContext())
         return columns is not None and float(np.var(columns, axis=0).sum()) > LEAST_VARIANCE
 

@@ -32,15 +32,16 @@ WHOLE = 0.01
 """Largest distance of an order from a whole order at which it counts as whole: the phase is then
 wrong by at most 4° over half a turn."""
 OF_THE_DRIVE = 0.02
-"""Largest distance of an order from a multiple of the tooth count, as a share of the tooth count,
-at which the line is assigned to the drive; one order in 25 is this close by chance."""
+"""Largest distance of an order from a multiple of the tooth count at which the line is assigned to
+the drive, as a share of the tooth count. One order in 25 is this close by chance."""
 
 OF_THE_SCHEDULE = 0.25
-"""Largest distance, in units of the frequency resolution of the run (1/length), between a line in
-time and a multiple of the frequency of visits at which the line is assigned to the schedule. With
-ten visits of a station, one of 20 lines in time is this close by chance."""
+"""Largest distance of a line in time from a multiple of the frequency of visits, at which the line
+is assigned to the schedule of the visits; in units of the run's frequency resolution (1/length).
+With ten visits of a station, one of 20 lines in time is this close by chance."""
 REGULAR = 0.05
-"""Largest relative spread of the times between visits of a station that counts as a schedule."""
+"""Largest relative spread of the times between visits of a station at which the visits count as a
+schedule."""
 SAME_STATION_RAD = 1e-6
 TELLS_DIRECTIONS = 6.0
 """BIC advantage that a whole order with a size and a phase for each direction needs over one line

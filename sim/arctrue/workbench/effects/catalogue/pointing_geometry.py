@@ -10,8 +10,8 @@ from arctrue.workbench.effects.base import Columns, Effect, FitContext, Nonlinea
 from arctrue.workbench.observations import Observations, ReferenceRows
 
 HEIGHTS = ("elevation_deg", "declination_deg")
-"""Columns of the angle of the target above the plane in which this axis turns, for an alt-azimuth
-and for an equatorial mount."""
+"""Names of the columns that contain the target's angle above the plane in which this axis turns:
+for an alt-azimuth mount, for an equatorial mount."""
 AZIMUTH = "azimuth_deg"
 """Column of the other axis' angle, if the axis under test is the elevation axis."""
 LEAST_SPAN_DEG = 20.0

@@ -17,13 +17,14 @@ from arctrue.workbench.effects.base import (
 from arctrue.workbench.observations import Observations, ReferenceRows
 
 LEAST_FACES = 8
-"""Smallest number of faces: with fewer faces, a wave and independent face errors look alike."""
+"""Smallest number of faces for the tests; with fewer faces, independent errors look like a wave."""
 WIDEST_PLACE = 3
-"""Largest number of neighbouring faces in one place of the table: three of 24 faces are an eighth
-of a turn."""
+"""Largest number of neighbouring faces that are tested together as one place of the table: three of
+24 faces are an eighth of a turn."""
 MAGNIFIED = 0.25
-"""Limit of |e^{jnα} − 1|. For an order below it, the fit gives the graduation an amplitude at least
-four times the amplitude in the heads' difference, and this amplitude appears in the reference."""
+"""Value of |e^{jnα} − 1| below which order n is removed from the face errors. The fit divides the
+heads' difference by this factor to find the graduation's order n, so that an error of the
+difference appears in the reference magnified four times or more."""
 
 
 class PolygonFaceError(Effect):
@@ -140,9 +141,9 @@ class PolygonFaceError(Effect):
 def _place(values: NDArray[np.float64], separation_rad: float) -> tuple[int, int, float]:
     """Return first face, number and p value of the neighbouring faces with the largest deviation.
 
-    Their share of the sum of squares has a beta distribution; Bonferroni over all places and
-    widths. The orders that the two heads magnify are removed first, because they spread a motion of
-    the axis at one place over the whole turn.
+    The share of these faces in the sum of squares has a beta distribution; the p value has a
+    Bonferroni correction for all places and widths. Orders with a factor below MAGNIFIED are
+    removed first, because they spread a motion of the axis at one place over the whole turn.
     """
     size = values.size
     orders = np.arange(1, (size + 1) // 2)
@@ -171,7 +172,8 @@ def _comes_again(values: NDArray[np.float64]) -> tuple[int, float]:
     """Return the number of repetitions of the face errors per turn, and its p value.
 
     For each number of equal parts of a turn, the F distribution compares the variance of the mean
-    part with the variance within the parts; Bonferroni over all numbers.
+    part with the variance within the parts. The p value has a Bonferroni correction for all
+    numbers.
     """
     size = values.size
     found = [(1, 1.0)]

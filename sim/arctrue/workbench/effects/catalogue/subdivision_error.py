@@ -24,8 +24,7 @@ from arctrue.workbench.numeric.harmonics import harmonic_columns, harmonic_names
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 WORTH_P = 0.01
-"""Largest probability that chance gives the gain of a multiple of the phase, with two columns per
-head, at which the multiple is kept."""
+"""Largest p with which a multiple of the phase (two columns per head) is kept."""
 
 
 class SubdivisionError(Effect):

@@ -20,8 +20,7 @@ from arctrue.workbench.noise.kernel_fit import KernelFit, Rows, best_fit, usual_
 Float = NDArray[np.float64]
 
 MOST_STEPS = 3
-"""Largest number of steps, the same as in a diagnosis (:data:`.case.DEEPEST`): it limits cost and
-decides no verdict."""
+"""Largest number of steps; like :data:`.case.DEEPEST` of a diagnosis, it only limits cost."""
 LEAST_SIDE_ROWS = 5
 """Least number of rows of the stretch before a step, and after it."""
 STEPS_TOGETHER = 200

@@ -18,28 +18,28 @@ from arctrue.workbench.observations.rows import ReferenceRows
 Float = NDArray[np.float64]
 
 LEAST_ROWS = 200
-"""Fewest rows of a record. A record with fewer rows has at most 40 independent rates, some of which
-the model contains; the other searches find its lines."""
+"""Smallest number of rows of a record. A record with fewer rows has at most 40 independent rates,
+some of which the model contains; the other searches of the diagnosis find its lines."""
 LEAST_STRETCH_ROWS = 50
 """Fewest rows of a stretch: ten periods of the shortest line of the search."""
 LEAST_EVENT_ROWS, LEAST_STRETCH_STATIONS = 30, 12
 """Fewest rows of a record, and of each of its stretches, for the search of events: with fewer rows,
 a step does not differ from a straight line through all rows."""
 LEAST_FREE = 0.5
-"""Smallest share of the rows that the base must leave as degrees of freedom. With less, 1 of 10
-sets of white noise shows a step (``python -m scripts.calibrate_line_search --short``, 72 stations
-once and 40 coefficients)."""
+"""Smallest ratio of degrees of freedom (rows minus base columns) to rows. With a smaller ratio, 1
+of 10 sets of white noise shows a step (``python -m scripts.calibrate_line_search --short``, 72
+stations once and 40 coefficients)."""
 SAME_STATION_RAD = 1e-6
 """Largest angle within one station: 0.2″, more than the rounding of a file and less than the
 repeatability of a servo."""
 FROM_ONE_SIDE = 0.5
-"""Share of the rows that must have a place of their own: a station that is visited again and again
-shows scatter, but no line."""
+"""Smallest number of different places divided by the number of rows: repeated visits of a few
+stations show scatter, but no line."""
 
 
 def records_of(solution: Solution, declared: float | None) -> list[Record]:
-    """Return a record over the angle, and a record over time unless a constant speed makes the two
-    records equal.
+    """Return records over the angle and over time; only one of them if a constant speed makes them
+    equal.
 
     The list is empty for stations. ``declared``: order whose multiples are expected.
     """
@@ -88,10 +88,10 @@ def records_of(solution: Solution, declared: float | None) -> list[Record]:
 def records_of_events(solution: Solution) -> list[Record]:
     """Return records of every row over time, or by row number, for events; none for too few rows.
 
-    The first record is one stretch, if time continues from run to run: a part that was knocked
-    keeps its new place. In the second record each run is a stretch of its own: the index corrects a
-    counter's loss at the start of a run. Both records fit an effect of the direction of approach
-    too, so that a reversal is not taken for a step.
+    The first record is one stretch, if time continues from run to run: a part that was displaced
+    stays displaced in the next run. In the second record each run is a stretch of its own: a
+    counter that lost counts is corrected by the index at the start of the next run. Both records
+    fit an effect of the direction of approach too, so that a reversal is not taken for a step.
     """
     rows = solution.observations.every_reference_row
     if rows is None or "reference" in solution.unknown_noise:
@@ -135,7 +135,7 @@ def reversal_with_steps(solution: Solution, steps_s: Sequence[float]) -> Reversa
     columns, left = _left(solution, rows)
     one = np.zeros(clock.size, dtype=np.int64)
     record = record_of(clock, clock, one, left, columns, in_time=True)
-    # An averaged row that contains a reversal gets the direction at its middle.
+    # An averaged row with a reversal within it gets the direction of its middle row.
     nearest_row = np.searchsorted(0.5 * (clock[1:] + clock[:-1]), record.measured)
     direction = np.sign(rows.direction)
     steps = (record.measured[:, np.newaxis] >= np.asarray(steps_s)).astype(np.float64)

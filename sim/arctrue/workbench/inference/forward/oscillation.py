@@ -1,7 +1,7 @@
 """Finds a damped oscillation, driven by noise, as a part of the noise of a record.
 
 Such an oscillation keeps its phase for a few periods only and is therefore not a line. No regular
-effect explains it, but any effect that follows it for a while may look like its cause.
+effect explains the oscillation, but an effect that fits a part of it may look like its cause.
 """
 
 from __future__ import annotations
@@ -28,9 +28,10 @@ LEAST_GAIN_LOGS = 2.0
 """Smallest gain in log likelihood of an oscillation, in units of log(rows): ½ for each of variance,
 decay and frequency, and ½ for the search over frequencies."""
 LEAST_SHARE = 0.1
-"""Smallest share of the residuals' mean square that an oscillation must have: a smaller oscillation
-may be a shape of the noise that no kernel has (0.05 for a moving mean, whose density has zeros; 4
-logs of each of 16 kinds of noise, ``sim/tests/workbench/noisy_logs.py``)."""
+"""Smallest share of the residuals' mean square that an oscillation must have. A smaller oscillation
+may only represent a shape of the spectrum that no kernel has: it reaches 0.05 for a moving mean,
+whose density has zeros (4 logs of each of 16 kinds of noise,
+``sim/tests/workbench/noisy_logs.py``)."""
 SHARPENED = 3
 """Largest number of rounds that fit frequency and other parameters; a round that gains nothing ends
 them."""

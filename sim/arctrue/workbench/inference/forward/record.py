@@ -1,4 +1,4 @@
-"""Averages the residual of one channel to so few rows that a search can use them many times."""
+"""Averages the residual of one channel to few rows, which a search can process many times."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ APART = 500.0
 decay time of ten stretches, the longest that is fitted, keeps e⁻⁵⁰ of its correlation over this
 distance."""
 SAME_COLUMNS = 1e-4
-"""Share of the largest singular value below which a direction adds nothing to the base (orders of
-the disc on a short arc are a few slow curves)."""
+"""Share of the largest singular value below which a direction of the base is left out (on a short
+arc, all orders of the disc together are a few slow curves)."""
 WHOLE_TURN = 0.1
 """Largest difference from one turn at which a record counts as one turn. Such a record shows whole
 orders only: another line near an order differs from this order by less than a period."""
@@ -84,13 +84,13 @@ class Record:
 
     @cached_property
     def turns_on_the_clock(self) -> float:
-        """Mean distance in the place per unit of the clock."""
+        """Mean change of the place per unit of the clock, such as turns per second."""
         same = np.diff(self.stretch) == 0
         ways, times = np.abs(np.diff(self.place))[same], np.diff(self.clock)[same]
         return float(np.sum(ways) / np.sum(times))
 
     def on_the_clock(self, rate: float) -> float:
-        """Return the periods per unit of the clock of a line with this rate in the place."""
+        """Convert a line's rate from periods per unit of place to periods per unit of the clock."""
         return rate * self.turns_on_the_clock
 
     def line_columns(self, rate: float) -> Float:
@@ -202,8 +202,8 @@ def _base(columns: Float, stretch: Integer, clock: Float) -> Float:
 
 
 def orthonormal(blocks: Sequence[Float]) -> Float:
-    """Return orthonormal columns that span all blocks. The columns come in the order of the blocks,
-    each block without the span of the blocks before it."""
+    """Return orthonormal columns that span all blocks. Each block in turn adds the directions that
+    the blocks before it do not span."""
     found = np.zeros((blocks[0].shape[0], 0))
     for block in blocks:
         own = block - found @ (found.T @ block)

@@ -1,8 +1,9 @@
 """Adds one regular line after another to the model of a record, and orders them by size.
 
-Each step scans all rates with the noise that is estimated without a further line, and with white
-noise alone: otherwise a line far above the scatter of neighbouring rows would count completely as
-slow noise. The highest places are then tried with the noise estimated anew on both sides.
+Each step scans all rates twice: with the noise that is estimated without a further line, and with
+white noise alone. White noise is needed because the estimated noise completely absorbs a line far
+above the scatter of neighbouring rows. The highest places are then tried, with the noise estimated
+anew without and with the line.
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ fullest log."""
 MOST_MULTIPLE = 8
 """Highest multiple of a declared rate that is searched."""
 OSCILLATOR_GAIN = 7.0
-"""Log likelihood that a line must gain over an oscillator at its frequency. In 24 logs of a
+"""Smallest gain in log likelihood of a line over an oscillator at its frequency. In 24 logs of a
 resonance that keeps its phase for a sixth of the log, 65 places pass all other tests, and no place
 gains more (``python -m scripts.calibrate_line_search --logs 24 --kinds Q --oscillator``). In other
 noise, no place passes the other tests, or a place that passes them gains at most 5.1."""
@@ -61,11 +62,11 @@ PREDICTED_SHARE = 0.5
 NOT_WHITE = 1e-4
 """p of Ljung and Box below which an oscillator is added to the noise before a line is named."""
 BELOW, NEXT_TO_THE_MODEL = 3, 3.0
-"""Limits for a line directly above the orders of a model. If the model leaves fewer than BELOW
-ordinates of the spectrum below the line, the line must gain NEXT_TO_THE_MODEL times the needed
-gain. The remainder of slow noise looks like such a line, with at most 2 times the needed gain. None
-of 576 logs of noise shows a line (``python -m scripts.calibrate_line_search --orders --logs 4``).
-"""
+"""Limits for a line just above the orders of a model. If fewer than BELOW ordinates of the spectrum
+below the line are free of the model's orders, the gain of the line must be NEXT_TO_THE_MODEL times
+the usual limit. Slow noise, of which the model has absorbed a part, looks like such a line, with a
+gain of at most 2 times the limit. None of 576 logs of noise shows a line (``python -m
+scripts.calibrate_line_search --orders --logs 4``)."""
 COLUMNS_TOGETHER = 400
 """Largest number of columns of one matrix product; it limits memory only."""
 
@@ -204,7 +205,8 @@ def _with_resonance(rows: Rows, fits: Iterable[KernelFit]) -> Iterator[KernelNoi
     for fit in fits:
         noise = fit.noise
         if noise.smooth:
-            # Omit the exponential parts: the slopes are then exact.
+            # The exponential parts are omitted, because exact derivatives exist for few columns
+            # only.
             parts = tuple(part for part in noise.parts if part.kind == "smooth")
             noise = KernelNoise(noise.white, parts)
         level = level_of(rows, fit.noise)
@@ -229,13 +231,12 @@ def _whitened_left(rows: Rows, noise: KernelNoise) -> Float:
 
 @dataclass(frozen=True, eq=False)
 class Level:
-    """Excess of the whitened residuals' power over the power of white noise, around each
-    frequency."""
+    """Local level of the noise: power of whitened residuals, divided by that of white noise."""
 
     frequency: Float
-    """Frequencies on the clock."""
+    """Frequencies, periods per unit of the clock."""
     excess: Float
-    """Ratio of the local power to the power of the assumed noise; at least 1."""
+    """Power ratio around each frequency; at least 1."""
 
     def at(self, record: Record, rate: float) -> float:
         """Return the factor by which the gain of a line at this rate is divided."""
@@ -288,7 +289,7 @@ NEIGHBOURS = 41
 def _places(
     record: Record, rates: Sequence[float], without: KernelFit, level: Level
 ) -> Iterator[float]:
-    """Return rates that stand out with the estimated noise or with white noise alone."""
+    """Yield the rates with the highest gains in the estimated noise or in white noise."""
     others = record.columns(np.array(rates))
     rows = record.rows(others)
     white = KernelNoise(max(float(np.mean(rows.left() ** 2 * rows.readings)), 1e-30))
@@ -317,8 +318,8 @@ def _places(
 
 
 LITTLE = 0.5
-"""Share of the needed gain that a small line must reach. Below it, a new estimate of the noise does
-not help."""
+"""Share of the needed gain that a rate must reach in the scan to be tested; a new estimate of the
+noise does not raise a smaller gain to the limit."""
 SAME_PLACE = 0.1
 """Distance, in 1/span, below which two scans found the same line."""
 
@@ -442,12 +443,13 @@ def _takes_much(record: Record, others: Float, line: Float) -> bool:
 
 
 MUCH = 0.05
-"""Share of the residuals' sum of squares: a line that removes less hardly changes the noise."""
+"""Share of the residuals' sum of squares that a line must remove so that the search for the noise
+also starts anew."""
 
 
 def _multiple_of(record: Record, rate: float) -> int | None:
-    """Return which multiple of the declared rate this rate is, within the resolution of the record;
-    None if it is no multiple."""
+    """Return the factor by which this rate is a multiple of the declared rate, within the
+    resolution of the record; None if it is no multiple."""
     if record.declared is None:
         return None
     times = round(rate / record.declared)
@@ -464,13 +466,13 @@ def _needed(record: Record, rate: float, gain: float) -> float:
 def _tried(
     record: Record, rate: float, rates: Sequence[float], without: KernelFit, level: Level
 ) -> _Tried:
-    """Return the gain of a line with the noise estimated anew with the line."""
+    """Return the gain of a line; the noise is estimated anew with the line in the model."""
     others = record.columns(np.array(rates))
     line = record.line_columns(rate)
     rows = record.rows(np.hstack([others, line]))
     starts = [without.noise]
     if _takes_much(record, others, line):
-        # The noise without the line may be far from the noise with it.
+        # A large line changes the noise so much that the noise without the line is a poor start.
         starts += usual_starts(rows)
     grown = best_fit(rows, starts)
     if not record.whole_orders_only:
@@ -495,9 +497,9 @@ def own_shares(record: Record, columns: Float) -> Float:
     """Return the share of the squares of each line's columns that the base leaves; shape (lines,).
 
     A gain is multiplied by this share. If the base explains a part of a line, it has also absorbed
-    that part of the noise, so that the noise is known less well. Without this factor, the remainder
-    of any slow change over a part of a turn would look like lines next to the table's orders, and
-    these lines would cancel the orders.
+    that part of the noise, so that the noise is known less well. Without this factor, the part of a
+    slow change that the base leaves would look like lines next to the table's orders, if the record
+    is shorter than a turn; these lines would cancel the orders.
     """
     pairs = (-1, 2)
     made = np.sum((record.base.T @ columns) ** 2, axis=0).reshape(pairs).sum(axis=1)

@@ -49,7 +49,7 @@ def coherence(
     """Return the share of a line that the other blocks predict; ``others`` are also fitted.
 
     Base and other lines are fitted to all rows, and are projected out of the columns (Frisch and
-    Waugh): the part that the base alone would explain does not count as error of the line. c_b are
+    Waugh): the part of the line that the base explains does not count as the line's error. c_b are
     the line's coefficients from block b alone, c₋ the line's coefficients from all other blocks.
     Both sets of coefficients are fitted together with the covariance of the noise, so that
     correlation across the edges counts. The share is

@@ -52,7 +52,8 @@ WAVE_ORDERS = 20
 """Number of orders, as in the paper's model, that are subtracted before rows on both sides of a gap
 are compared."""
 WAVE_CONDITION = 1e-6
-"""Share of the largest singular value below which an arc does not separate orders."""
+"""Share of the largest singular value below which a singular value is set to zero in the fit of the
+wave, because the rows of an arc cannot separate all orders."""
 MOST_FITTED = 20_000
 """Number of evenly spread rows to which the wave is fitted."""
 MOST_SHARE = 0.05
@@ -235,7 +236,7 @@ def gaps(angle: Float) -> Integer:
 def pieces_between_gaps(angle: Float) -> list[slice]:
     """Return the pieces of a run between gaps, LEAST_ROWS or more each; ``angle``: (rows,).
 
-    A piece of fewer rows than LEAST_ROWS stays with its neighbours.
+    A piece of fewer rows than LEAST_ROWS is joined to its neighbour.
     """
     cuts = [0]
     for place in gaps(angle).tolist():
@@ -272,8 +273,8 @@ def repeats(
     angle.
 
     ``away``, ``scatter``, ``angle_rad``, ``revolution``: shapes (all rows,). The result is True if
-    the median over the other revolutions of the deviation there, with the same sign, exceeds
-    NEAR_SIGMA.
+    the median, over the other revolutions, of the largest deviation of the same sign at this angle
+    exceeds NEAR_SIGMA.
     """
     found = np.zeros(rows.size, dtype=bool)
     if rows.size == 0 or rows.size > MOST_COMPARED:
@@ -316,9 +317,9 @@ def seen_by_other_head(
     other head.
 
     In every revolution a place on the disc passes head 2 first and then, by α later, head 1, and
-    its error has the opposite sign in R₂ − R₁ at head 1. An opposite deviation in a single
-    revolution is another outlier: if one row in 300 is wrong, a tenth of the outliers have such a
-    row by chance in one of a dozen turns.
+    its error has the opposite sign in R₂ − R₁ at head 1. If only one revolution has the opposite
+    deviation, it is another outlier: if one row in 300 is wrong, a tenth of the outliers have such
+    a partner by chance in one of a dozen turns.
     """
     found = np.zeros(rows.size, dtype=bool)
     if rows.size == 0 or rows.size > MOST_COMPARED:
@@ -405,8 +406,8 @@ def at_every_visit(
     station.
 
     ``away``, ``station``, ``sense`` (1 up, −1 down): shapes (all rows,). An effect of a reversal
-    recurs after each reversal. The result is True if the median over the other passes in the same
-    sense exceeds NEAR_SIGMA.
+    recurs after each reversal. The result is True if the median of the deviations in these passes,
+    with the sign of the row, exceeds NEAR_SIGMA.
     """
     found = np.zeros(rows.size, dtype=bool)
     if rows.size > MOST_COMPARED:
