@@ -24,8 +24,10 @@ LEAST_HEADS = 3
 
 @dataclass(frozen=True)
 class AxisOrbit:
-    """Displacement of the axis over the disc's radius in arcseconds, x and y (n,), without their
-    means.
+    """Displacement of the axis at each sample, x and y (n,), divided by the disc's radius,
+    arcseconds.
+
+    The means of x and y are subtracted.
 
     ``angle_rad``: angle of the table, not wrapped. The forward circle of the axis at order 1 is not
     included: no capture distinguishes it from an eccentric disc. ``u_arcsec``: standard uncertainty

@@ -184,8 +184,8 @@ def objections(measurement: MeasurementSet, coefficients: Coefficients) -> list[
     """Return the reasons why coefficients from another source should not be written for this set's
     table.
 
-    The reference run decides if the set has one, otherwise the two heads do. A capture that cannot
-    be used gives no objection.
+    If the set has a reference run, the error in this run decides; otherwise the estimate from the
+    two heads decides. A capture that cannot be used gives no objection.
     """
     measurement = _without_masked_stations(measurement)
     table, capture, reference = measurement.table, measurement.capture, measurement.reference
@@ -248,8 +248,8 @@ def _estimated(
         if not np.isfinite(estimate.values).all():
             raise CaptureRefusedError("nan", "the fit has no finite solution")
         if estimate.function_of == "angle":
-            # The conversion changes values by less than a thousandth, so that the covariance is
-            # kept.
+            # The conversion changes each value by less than a thousandth, so the covariance is not
+            # converted.
             values = as_function_of_reading(estimate.orders, estimate.values)
             estimate = replace(estimate, function_of="reading", values=values)
         return estimate, warnings

@@ -202,14 +202,14 @@ def _check_steps(
 ) -> None:
     """Refuse a run with a step that is not plausible.
 
-    ``kept``: place of every sample in the run; between two places, each masked sample counts as a
-    step.
+    ``kept``: indices within the run of the samples that are not masked. Across k − 1 masked
+    samples, k steps are expected.
     """
     gaps = np.diff(kept)
     faults = []
     for number, (head, median) in enumerate(zip(heads, medians, strict=True), start=1):
         steps = np.diff(head)
-        # Rounding alone changes a step of few counts by one.
+        # Rounding alone can change a step by one count, a large share of a step of few counts.
         allowed = max(STEP_TOLERANCE * abs(median), 1.0)
         bad = np.flatnonzero(np.abs(steps - median * gaps) > allowed * gaps)
         if median == 0.0:
@@ -265,8 +265,8 @@ def _check_speed(
     times = np.diff(capture.time_s[rows])
     clock_hz = capture.clock_hz or CLOCK_HZ_DEFAULT
     steps = np.abs(np.diff(capture.head1_counts[rows]))
-    # The decoder counts one edge per clock at most. Times are written to a microsecond, so that a
-    # single interval can be wrong by one.
+    # The decoder counts one edge per clock at most. The file states times to a microsecond, so that
+    # a single interval can be wrong by a microsecond.
     fast = np.flatnonzero(steps > clock_hz * (times + 1e-6))
     if fast.size:
         index = int(fast[0])

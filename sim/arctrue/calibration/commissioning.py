@@ -33,7 +33,8 @@ DELAY_MOST_CLOCKS = 255
 
 @dataclass(frozen=True)
 class Connection:
-    """Reports how the heads are connected; lists are by cable, head 1 first.
+    """Reports how the heads are connected; lists have one entry per cable, the cable of head 1
+    first.
 
     ``travels``: counts that each head moved; ``places_deg``: after head 1, NaN without an index;
     ``at_head``: number of the planned head to which each cable is connected, 0 if no plan fits.
@@ -161,8 +162,8 @@ def _cables(places_deg: Float, plan_deg: Float) -> tuple[tuple[int, ...], float,
             apart = places_deg - (-expected if mirrored else expected)
             off = float(np.abs((apart + 180.0) % 360.0 - 180.0).max())
             if off <= PLACE_TOLERANCE_DEG:
-                # Evenly spaced heads fit several assignments: the first assignment leaves the
-                # cables as they are.
+                # Evenly spaced heads fit several assignments. The first assignment, which exchanges
+                # no cables, is returned if it fits.
                 return tuple(place + 1 for place in order), off, mirrored
             found.append((off, mirrored, order))
     return (0,) * heads, min(found)[0], False
@@ -194,8 +195,9 @@ def skew_of(
     clock_hz: float,
     delays_clocks: tuple[int, ...],
 ) -> Skew:
-    """Calculate the skew from two turns in opposite directions, made with ``delays_clocks`` in the
-    device.
+    """Calculate the skew from two turns in opposite directions.
+
+    ``delays_clocks``: delays that the device applied during these turns.
 
     Raises ValueError for turns in one direction and for a skew beyond 255 clocks.
     """
@@ -210,7 +212,7 @@ def skew_of(
     ]
     u_s = np.full(late_s.size, float(np.hypot(*u_offset)) / abs(apart))
     u_s[0] = 0.0
-    # The measured delay contains the present delays of the device.
+    # The measured delay includes the delays that the device applied.
     own = late_s - np.array(delays_clocks, dtype=np.float64) / clock_hz
     own -= own[0]
     needed = np.rint((own.max() - own) * clock_hz).astype(np.int64)

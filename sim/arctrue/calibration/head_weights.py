@@ -35,7 +35,7 @@ heads within 3′ of 180°."""
 
 
 class WeightsRefusedError(ValueError):
-    """No weights exist for these places, or no weights that the gateware can use."""
+    """No weights exist for these places, or the gateware cannot use them."""
 
 
 def translation_columns(places_rad: ArrayLike, radius_ratios: ArrayLike | None = None) -> Float:
@@ -179,8 +179,8 @@ def order_factor(
 ) -> NDArray[np.complex128]:
     """Return W(n) = Σwᵢ·e^{jnpᵢ}, the factor of the disc's order n in the mean, (orders,).
 
-    At order 1 each term has the factor ρᵢ: nearly all of that order is an eccentric disc, which
-    acts by the radius.
+    At order 1 each term has the factor ρᵢ, because the disc's eccentricity causes nearly all of
+    this order, and its effect is inversely proportional to the radius of the head.
     """
     places = np.asarray(places_rad, dtype=np.float64)
     w = np.asarray(weights, dtype=np.float64)

@@ -3,9 +3,10 @@ head.
 
 With g the disc's error as a function of its own reading, head i at the place p_i and the radius
 R/ρᵢ reads Rᵢ = θ + aᵢ + g_i(Rᵢ + dᵢ) + m_i(θ). aᵢ is the offset of its counter, and dᵢ = p_i − aᵢ
-is the angle by which it detects the index mark late. Order 1 of g is multiplied by ρᵢ. An axis at
-c(θ) = Σ F_k e^{jkθ} + B_k e^{−jkθ} adds m_i = ρᵢ·Im(c·e^{jp_i}), F and B in arcseconds at the
-disc's radius. The forward circle of order 1 equals an eccentric disc and is no separate unknown.
+is the angle by which head i detects the index mark late. Order 1 of g is multiplied by ρᵢ. An axis
+at c(θ) = Σ F_k e^{jkθ} + B_k e^{−jkθ} adds m_i = ρᵢ·Im(c·e^{jp_i}), F and B in arcseconds at the
+disc's radius. The forward circle of order 1 has the same effect as an eccentric disc and is not a
+separate unknown.
 """
 
 from __future__ import annotations

@@ -3,10 +3,10 @@
 Every sample has an unknown true angle, so that only combinations of the readings whose weights have
 the sum 0 contain information. The fit weights these combinations by their estimated covariance
 (generalised least squares): if the axis also has motion that does not repeat, the parity of four
-heads has the largest weight. With motion unknown at every order only the parity is used, which
-contains no translation. Prior knowledge enters as observations: the mounted places, equal index
-marks for all heads, and the manufactured radii. The fit is refused if an unknown remains
-undetermined.
+heads has the largest weight. If motion is unknown at every order, only the parity is used, because
+it contains no translation of the axis. Prior knowledge enters as observations: the mounted places,
+one place of the index mark for all heads, and the manufactured radii. The fit is refused if an
+unknown remains undetermined.
 """
 
 from __future__ import annotations
@@ -36,9 +36,10 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 U_PLACE_DEFAULT_ARCSEC = NOMINAL_TOLERANCE_ARCSEC / float(np.sqrt(3.0))
-"""Standard uncertainty of a rectangular distribution over the tolerance of the mounting."""
+"""Standard uncertainty of a head's place: rectangular distribution over the mounting tolerance."""
 U_RADIUS_DEFAULT = 0.1 / float(np.sqrt(3.0)) / 53.975
-"""Standard uncertainty of a rectangular distribution of ± 0.1 mm at the paper's disc."""
+"""Standard uncertainty of a radius ratio: rectangular distribution of ± 0.1 mm at the paper's disc.
+"""
 LOW_MOTION_ORDERS = tuple(range(1, 9))
 LOW_ORDERS = 24
 """Largest order of disc and axis in the first fit, where motion is unknown at every order."""
@@ -210,7 +211,7 @@ class _Data:
 
     def thinned(self, most: int, most_order: int) -> _Data:
         """Return every k-th sample of each run, about ``most`` in all, or ``self`` if it has no
-        more than that.
+        more samples.
 
         A turn keeps four samples for each period of its highest order.
         """
@@ -284,7 +285,8 @@ def _late_beforehand(
     weight_mounting = _precision(settings.u_place_arcsec)
     weight_index = _precision(settings.u_index_arcsec)
     if not np.isfinite(settings.u_place_arcsec):
-        # If the data alone determine the places, the search starts at the mounted places.
+        # If the prior is infinitely uncertain, the search starts at the mounted places with
+        # precision 0.
         return by_mounting, 0.0
     total = weight_mounting + weight_index
     return by_mounting * (weight_mounting / total), total
@@ -442,7 +444,7 @@ def _residual_covariance(data: _Data, state: State, combinations: Float) -> Floa
 def _whitened(data: _Data, state: State, combinations: Float) -> Float:
     """Return the combinations rotated and scaled so that each has noise of variance 1."""
     covariance = _residual_covariance(data, state, combinations)
-    # Readings without any noise must not divide by zero.
+    # The small variance prevents a division by zero if the readings have no noise.
     covariance += 1e-18 * np.eye(covariance.shape[0])
     return np.asarray(np.linalg.solve(np.linalg.cholesky(covariance), combinations))
 

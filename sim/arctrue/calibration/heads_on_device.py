@@ -11,8 +11,8 @@ for the disc's orders:
 - with three and four heads order 1 of the disc, the backward circle of the axis, and the lateness
   dᵢ and radius ratio ρᵢ of each head, from the readings' lines at order 1 and from the priors.
 
-The firmware solves the same equations with a normal matrix of some of the samples, and forms the
-sums differently: firmware/calibration/heads_fit.c.
+The firmware solves the same equations, but computes the normal matrix from a part of the samples
+and forms the sums differently: firmware/calibration/heads_fit.c.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ Complex = NDArray[np.complex128]
 
 CIRCLE_ORDERS = 4
 LEAST_VARIANCE = 1e-6
-"""Smallest variance of a reading, arcsec²: readings without noise must not divide by zero."""
+"""Smallest variance of a reading, arcsec²; it prevents a division by zero if there is no noise."""
 ROUNDS_MOST = 60
 UNCHANGED_SHARE = 3e-12
 READINGS = 1024

@@ -15,8 +15,9 @@ from arctrue.metrology.correction import Correction
 Float = NDArray[np.float64]
 
 GRID = 36_000
-"""Number of angles at which a table is tested: they are 36″ apart and thus lie between the rows of
-every table too."""
+"""Number of angles at which a table is tested: they are 36″ apart, so that some of them lie between
+the rows of every table.
+"""
 
 
 @dataclass(frozen=True)

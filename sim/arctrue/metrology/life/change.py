@@ -61,7 +61,7 @@ class Place:
 
     kind: Kind
     index: int
-    """First set after a step, or last set before a drift."""
+    """Index of the first set after a step, or of the last set before a drift."""
     probability: float
     exponent: float = 1.0
     """Exponent of the time since a drift began."""
