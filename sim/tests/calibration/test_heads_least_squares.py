@@ -105,7 +105,7 @@ def test_disc_places_and_offsets_come_out_within_their_uncertainty(heads: int) -
     assert np.max(np.abs(disc_pulls(found))) < PULL
     np.testing.assert_allclose(
         (found.offsets_rad - places) / ARCSEC, -late, atol=PULL * 0.1 * np.sqrt(2.0 / 6000) + 0.08
-    )  # 0.08″ are counts of 0.077″
+    )  # 0.08″: rounding to counts of 0.077″
     pulls = (found.places_rad - places)[1:] / ARCSEC / found.u_places_arcsec[1:]
     assert np.max(np.abs(pulls)) < PULL
 
@@ -168,7 +168,7 @@ def test_motion_at_every_order_and_balls_leave_the_parity_alone() -> None:
     part = captured(shown, 0.1, 6)
     found = fit(part, 4, "every")
     pulls = np.abs(disc_pulls(found)).reshape(2, -1)
-    assert np.max(pulls[:, 1:]) < PULL  # order 1 contains the forward circle
+    assert np.max(pulls[:, 1:]) < PULL  # without order 1, which contains the forward circle
     # Noise of 0.1″ and the rounding to counts of 0.077″ give √(0.1² + 0.077²/12)″.
     assert found.noise_arcsec == pytest.approx(0.1025, rel=0.05)
     wrong = [

@@ -14,8 +14,9 @@ BINS = 10
 RESAMPLES = 1000
 """Number of bootstrap resamples; 25 resamples lie below and 25 above the 95 % interval."""
 SUREST = 1e-3
-"""Smallest distance that a probability in a log score keeps from 0 and 1: the benchmark has enough
-sets to resolve one false answer in a thousand."""
+"""Smallest distance from 0 and 1 to which a log score limits a probability: the benchmark has
+enough sets to resolve one false answer in a thousand.
+"""
 
 Float = NDArray[np.float64]
 

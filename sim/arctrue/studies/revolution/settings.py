@@ -208,7 +208,8 @@ class RevolutionSettings:
         )
 
     def motion(self) -> Motion:
-        """Return the motion: from rest past all indices, the one of head 1 last, then the turns.
+        """Return the motion: the table starts, passes all indices (that of head 1 last), then makes
+        the turns.
 
         Returns
         -------

@@ -187,8 +187,8 @@ def _of_reference(reference: Reference | None) -> dict[str, Any]:
 class Fit:
     """Orthonormal basis of the present model, and the residuals of the data from this model.
 
-    The rows are the capture's, then the reference's, then one row per run for the offset of its
-    index, which has the measured value 0 and the index's repeatability as standard deviation.
+    The rows are the capture's, then the reference's, then one row per run. This last row states
+    that the offset of the run's index is 0, with the index's repeatability as standard deviation.
     """
 
     def __init__(self, given: Problem) -> None:

@@ -129,7 +129,7 @@ class Shaking(Cause):
 
 
 class LateHead(Cause):
-    """Head 2 is latched later than head 1."""
+    """The reading of head 2 is older than that of head 1; with a negative size it is newer."""
 
     name = "timing_skew"
     unit = "us"
@@ -145,7 +145,7 @@ class LateHead(Cause):
 
 
 class OldReading(Cause):
-    """Both heads are read later than the row's time by the same delay."""
+    """The readings of both heads are older than their row by the same delay."""
 
     name = "latency"
     unit = "us"
