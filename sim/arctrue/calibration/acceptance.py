@@ -1,4 +1,4 @@
-"""Checks whether coefficients may be written, by the criteria of the reference and of the firmware.
+"""Checks by the set's reference and by the firmware's rules whether coefficients may be written.
 
 Each function returns objections, one sentence each; without objections the coefficients may be
 written.
@@ -39,8 +39,7 @@ def of_comparison(comparison: ReferenceComparison | None) -> list[str]:
 
 def of_steepness(coefficients: Coefficients) -> list[str]:
     """Return an objection if the firmware would answer ``too_steep`` or ``out_of_range`` at any
-    temperature of the file's range.
-    """
+    temperature of the file's range."""
     steepest, largest = coefficients.extent()
     thermal = coefficients.thermal
     where = "" if thermal is None else f" between {thermal.least_c:g} and {thermal.most_c:g} °C"
@@ -60,8 +59,7 @@ def of_steepness(coefficients: Coefficients) -> list[str]:
 
 def of_separation(nominal_rad: float, measured_rad: float) -> list[str]:
     """Return an objection if the firmware would answer ``heads_exchanged``, because each head
-    stands at the other head's place.
-    """
+    stands at the other head's place."""
 
     def far(off_rad: float) -> bool:
         return abs(math.remainder(off_rad, math.tau)) * ARCSEC_PER_RAD > BELIEVABLE_ARCSEC

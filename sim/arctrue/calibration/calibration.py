@@ -110,7 +110,7 @@ class Calibration:
 def calibrate(
     measurement: MeasurementSet, settings: CalibrationSettings | None = None
 ) -> Calibration:
-    """Calibrate from the capture of a set, and compare with its reference run if it has one.
+    """Calibrate from the capture of a set; compare the result with the set's reference run, if any.
 
     Parameters
     ----------

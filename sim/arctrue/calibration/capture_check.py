@@ -38,8 +38,8 @@ CLOCK_HZ_DEFAULT = 100e6
 class CaptureRefusedError(Exception):
     """Reports a capture that cannot be used; the last good coefficients stay in use.
 
-    ``run``: as in the file; ``sample``: 0, 1, … within the run; each is None where it does not
-    apply.
+    ``run``: number of the run in the file; ``sample``: index of the sample within the run, from 0.
+    Each is None if the fault does not concern a single run or sample.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class WholeTurns:
     run : int
         Number of the run.
     turns : int
-        Whole turns that are covered.
+        Number of whole turns that the samples cover.
     head1_counts : ndarray of int, shape (samples,)
         Reading of head 1, counts.
     head2_counts : ndarray of int, shape (samples,)

@@ -113,8 +113,7 @@ def combined_estimate(
 
 def noise_by_run(own_residuals: Sequence[Float], parameters: int) -> Float:
     """Return the standard deviation of each run's noise, from the residual after a fit of
-    ``parameters`` values to this run alone.
-    """
+    ``parameters`` values to this run alone."""
     return np.array(
         # The lower limit prevents a division by zero if the residual is exactly zero.
         [np.sqrt(max(float(r @ r) / max(r.size - parameters, 1), 1e-18)) for r in own_residuals]

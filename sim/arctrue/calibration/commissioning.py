@@ -36,8 +36,9 @@ class Connection:
     """Reports how the heads are connected; lists have one entry per cable, the cable of head 1
     first.
 
-    ``travels``: counts that each head moved; ``places_deg``: after head 1, NaN without an index;
-    ``at_head``: number of the planned head to which each cable is connected, 0 if no plan fits.
+    ``travels``: counts that each head moved; ``places_deg``: angle of each head after head 1, NaN
+    if the head has not seen its index; ``at_head``: number of the planned head to which each cable
+    is connected, 0 if no plan fits.
     """
 
     travels: tuple[int, ...]
@@ -57,7 +58,8 @@ def judge_connection(
     counts_per_rev: int,
     places_deg: tuple[float, ...],
 ) -> Connection:
-    """Judge readings (n, H): positions modulo 2³², angles after the index in counts.
+    """Judge the connection from readings (n, H): positions modulo 2³², and angles after the index
+    in counts.
 
     ``indexed`` (H,): heads that have seen their index. The table must have turned in the positive
     direction. Raises ValueError for too few readings, or if the arrays differ in the number of
@@ -173,7 +175,8 @@ def _cables(places_deg: Float, plan_deg: Float) -> tuple[tuple[int, ...], float,
 class Skew:
     """Delay of each head, and the corrections that make all heads equally late.
 
-    ``late_ns`` and ``u_ns`` (H,): relative to head 1; ``delays_clocks`` (H,): for ``head_delays``.
+    ``late_ns`` (H,): delay of each head relative to head 1; ``u_ns`` (H,): its standard
+    uncertainty; ``delays_clocks`` (H,): delays that ``head_delays`` packs into one parameter.
     """
 
     late_ns: Float

@@ -32,8 +32,7 @@ accurately as its head, not better."""
 INDEX_REPEATABILITY_COUNTS = 1.0
 BELIEVABLE_ARCSEC = 900.0
 """Largest plausible difference of α from nominal: 0.25°, 0.24 mm at the disc. No head is mounted
-that inaccurately, so a larger difference is a fault of the index.
-"""
+that inaccurately, so a larger difference is a fault of the index."""
 RUNS_AGREE_COUNTS = 4.0
 """Largest difference between two runs that agree: ± 1 count for each of two heads."""
 
@@ -78,8 +77,7 @@ def chosen(
     by_harmonics: Separation | None,
 ) -> Separation:
     """Return the separation from the source ``choice``. Raises ValueError for harmonics without a
-    value.
-    """
+    value."""
     if choice == "measured":
         return measured
     if choice == "nominal":

@@ -1,8 +1,8 @@
 """Calculates the weights of the mean of the heads, and of the parity that detects a wrong head.
 
-Head i stands p_i after head 1 (docs/architecture.md, "Head geometry"): an axis that moves by c = x
-+ jy adds Im(c·e^{jp_i})·ρ_i/R to its reading, where ρ_i is the disc's nominal radius R divided by
-the radius of head i.
+Head i stands at the angle p_i after head 1 (docs/architecture.md, "Head geometry"): an axis that
+moves by c = x + jy adds Im(c·e^{jp_i})·ρ_i/R to its reading, where ρ_i is the disc's nominal radius
+R divided by the radius of head i.
 
 With Σwᵢ = 1 and Σwᵢ·ρᵢ·e^{jpᵢ} = 0 the mean Σwᵢrᵢ turns with the table and contains no translation
 of the axis, at any order, repeating or not. Three heads have one solution. Four heads have a family

@@ -46,8 +46,7 @@ class MeanSettings:
 @dataclass(frozen=True)
 class MeanCalibration:
     """The estimate, and the gateware's words for the mean of all heads and the means without one
-    head.
-    """
+    head."""
 
     estimate: HeadsEstimate
     coefficients: Coefficients

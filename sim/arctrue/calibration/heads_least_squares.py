@@ -305,7 +305,8 @@ def _combinations_of_rotation(heads: int) -> Float:
 def _rows(
     data: _Data, state: State, combinations: Float
 ) -> Iterator[tuple[int, Float, list[Float]]]:
-    """Yield run, residual (n, m) and the derivatives of every combination, each (n, columns)."""
+    """Yield for each block the run's index, the residuals (n, m), and the derivatives of every
+    combination, each (n, columns)."""
     for run, seen, apart in _seen(data, state):
         expected = np.stack([one.expected for one in seen])
         derivatives = []
@@ -318,8 +319,8 @@ def _rows(
 
 
 def _seen(data: _Data, state: State) -> Iterator[tuple[int, list[HeadSees], Float]]:
-    """Yield run, the disc's error under every head, and the readings minus head 1's reading and the
-    offsets, (heads, n)."""
+    """Yield for each block the run's index, the disc's error under every head, and the readings
+    minus head 1's reading and minus the offsets, (heads, n)."""
     unit = arcsec_per_count(data.counts_per_rev)
     for run, counts in data.blocks():
         offsets = state.offsets_rad[run] * ARCSEC_PER_RAD
@@ -417,8 +418,10 @@ def _converged(
     settings: HeadsSettings,
     known: _Known | None = None,
 ) -> tuple[State, Float]:
-    """Iterate until no step changes a prediction; return the information matrix of the last
-    step."""
+    """Iterate until a step changes every prediction by less than CONVERGED_ARCSEC.
+
+    Return the state, and the information matrix of the last step.
+    """
     for _ in range(ROUNDS_MOST):
         before = state
         state, information = _solved(data, state, combinations, settings, known=known)

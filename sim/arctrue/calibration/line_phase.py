@@ -57,7 +57,7 @@ class LineFinder:
         separation_rad: float,
         noise_arcsec: float,
     ) -> None:
-        """Add a turn.
+        """Update the filter with the samples of one turn.
 
         Parameters
         ----------

@@ -346,8 +346,7 @@ def _separation_lines(
 
 def reversal_lines(reference: Reference, error: Float) -> list[Contribution]:
     """Return half the reversal error of the errors (rows,) as a contribution; an empty list for a
-    run in one direction.
-    """
+    run in one direction."""
     if reference.direction is None:
         return []
     up, down = (error[reference.direction == way] for way in (1, -1))

@@ -16,7 +16,7 @@ from arctrue.report.svg import AFTER, INK, LIMIT, house_style
 
 PICTURE = "benchmark.svg"
 CLASSES_LAST = ("one of them", "adequate", "cannot_tell", "unknown", "bad_data", "error")
-"""Classes of the last columns: the answers without a name, after the unresolved classes."""
+"""Last columns of the matrix, which follow the classes of several names: answers without a name."""
 
 
 def plot_benchmark(found: Mapping[str, Any], folder: Path) -> Path:

@@ -56,8 +56,7 @@ class Noise:
 
     def rows(self, kept: NDArray[np.bool_]) -> Noise:
         """Return the noise of the rows in ``kept``: the correlations of omitted rows multiply that
-        of the next kept row.
-        """
+        of the next kept row."""
         at = np.flatnonzero(kept)
         running = np.cumsum(np.log(np.maximum(np.abs(self.decay), 1e-300)), axis=1)
         signs = np.cumprod(np.where(self.decay < 0, -1.0, 1.0), axis=1)

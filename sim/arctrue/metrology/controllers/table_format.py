@@ -16,8 +16,7 @@ Float = NDArray[np.float64]
 
 GRID = 36_000
 """Number of angles at which a table is tested: they are 36″ apart, so that some of them lie between
-the rows of every table.
-"""
+the rows of every table."""
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,7 @@ RESAMPLES = 1000
 """Number of bootstrap resamples; 25 resamples lie below and 25 above the 95 % interval."""
 SUREST = 1e-3
 """Smallest distance from 0 and 1 to which a log score limits a probability: the benchmark has
-enough sets to resolve one false answer in a thousand.
-"""
+enough sets to resolve one false answer in a thousand."""
 
 Float = NDArray[np.float64]
 

@@ -24,8 +24,7 @@ COUNT_ARCSEC = 1_296_000 / (1 << 18)
 SPEED_RAD_S = np.radians(30.0)
 LATENCY_ARCSEC = 28.0 * COUNT_ARCSEC
 """Error that the latency of 20 µs causes at 30°/s: 28 counts with 2²⁴ counts per turn. The case
-enlarges the latency, so that the error has 28 counts at the small scale too.
-"""
+enlarges the latency, so that the error has 28 counts at the small scale too."""
 LAG_CLOCKS = 1.5 * (1 << 14) + 9 + 600
 """Largest lag of the modulator in clocks.
 
@@ -80,8 +79,7 @@ def test_a_wave_in_proportion_to_a_condition(
     name: str, modulator: str, size_arcsec: float, tmp_path: Path
 ) -> None:
     """The lanes leave at most one count of the effect; without these lanes the error has the size
-    that the geometry gives.
-    """
+    that the geometry gives."""
     result = run_small(name, tmp_path)
     assert modulators(result) == [modulator]
     left = result.judged_arcsec()

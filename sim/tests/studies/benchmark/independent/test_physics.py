@@ -61,8 +61,7 @@ THETA = 0.4 + OMEGA * SWEEP.time_s
 TIME_S = 100.0 + SWEEP.time_s
 SECOND_ORDER = 1e-6
 """Tolerance in arcseconds for terms of second order, which the equations neglect: 1″ is 5·10⁻⁶ rad,
-so that the product of two such errors is about 10⁻⁵ of one of them.
-"""
+so that the product of two such errors is about 10⁻⁵ of one of them."""
 Float = NDArray[np.float64]
 
 
