@@ -79,9 +79,9 @@ def of_estimate(
     """Return an objection if the firmware would answer ``not_better``: the expected error with the
     coefficients is not smaller than the error without them.
 
-    For an estimate x with standard uncertainty u and coefficients a, |x − a|² is on average 2u² too
-    large if a does not come from x. If a comes from x, the remaining error is the error of x and
-    the rounding of a. An amplitude A has the mean square A²/2.
+    Let x be an estimate with standard uncertainty u, and a the coefficients. If a does not come
+    from x, |x − a|² is on average 2u² too large. If a comes from x, the remaining error is the
+    error of x and the rounding of a. An amplitude A has the mean square A²/2.
     """
     seen = np.isfinite(estimate.noise_gain)
     if not (coefficients.amplitudes != 0).any():

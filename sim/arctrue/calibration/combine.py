@@ -50,9 +50,9 @@ def combined_estimate(
     with the common values.
 
     The covariance is first computed for white noise with each run's own variance. At each order it
-    is multiplied by the residual's power near this order divided by the mean power, because the
-    noise need not be white, and by the disagreement between the runs if chance does not explain it.
-    Then the contribution of α is added.
+    is then multiplied by two factors. The first is the residual's power near this order divided by
+    the mean power, because the noise need not be white. The second is the disagreement between the
+    runs, if chance does not explain the disagreement. Finally the contribution of α is added.
     """
     sigmas = noise_by_run(own_residuals, 2 * seen.size + 1)
     covariance = np.linalg.inv(_sum(information, sigmas))

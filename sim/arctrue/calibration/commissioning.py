@@ -1,10 +1,10 @@
 """Judges how the heads of a table are connected, before any calibration.
 
-While the table turns once or more in its positive direction, the readings of all heads at the same
-clocks show the sense of each head, its place after head 1, and the cable to which it is connected.
-Two turns at one speed, forward and backward, show the delay between the electronics of two heads: a
-head with the delay τ reads θ(t − τ), so that its offset changes by τ times the difference of the
-two speeds.
+The table turns once or more in its positive direction, and the readings of all heads are taken at
+the same clocks. They show the sense of each head, its place after head 1, and the cable to which it
+is connected. Two turns at one speed, forward and backward, show the delay between the electronics
+of two heads: a head with the delay τ reads θ(t − τ), so that its offset changes by τ times the
+difference of the two speeds.
 """
 
 from __future__ import annotations

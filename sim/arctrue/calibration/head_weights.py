@@ -1,14 +1,14 @@
 """Calculates the weights of the mean of the heads, and of the parity that detects a wrong head.
 
 Head i stands at the angle p_i after head 1 (docs/architecture.md, "Head geometry"): an axis that
-moves by c = x + jy adds Im(c·e^{jp_i})·ρ_i/R to its reading, where ρ_i is the disc's nominal radius
-R divided by the radius of head i.
+moves by c = x + jy adds Im(c·e^{jp_i})·ρ_i/R to its reading. ρ_i is the disc's nominal radius R
+divided by the radius of head i.
 
 With Σwᵢ = 1 and Σwᵢ·ρᵢ·e^{jpᵢ} = 0 the mean Σwᵢrᵢ turns with the table and contains no translation
-of the axis, at any order, repeating or not. Three heads have one solution. Four heads have a family
-of solutions; the solution with the least noise √Σwᵢ² is taken. Two heads have a solution at 180°
-only. The parity Σcᵢrᵢ with Σcᵢ = 0 and Σcᵢ·ρᵢ·e^{jpᵢ} = 0 contains neither the motion of the table
-nor the motion of the axis; it needs four heads.
+of the axis. This holds at any order, and for motion that does not repeat. Three heads have one
+solution. Four heads have a family of solutions; the solution with the least noise √Σwᵢ² is taken.
+Two heads have a solution at 180° only. The parity Σcᵢrᵢ with Σcᵢ = 0 and Σcᵢ·ρᵢ·e^{jpᵢ} = 0
+contains neither the motion of the table nor the motion of the axis; it needs four heads.
 """
 
 from __future__ import annotations
@@ -179,8 +179,8 @@ def order_factor(
 ) -> NDArray[np.complex128]:
     """Return W(n) = Σwᵢ·e^{jnpᵢ}, the factor of the disc's order n in the mean, (orders,).
 
-    At order 1 each term has the factor ρᵢ, because the disc's eccentricity causes nearly all of
-    this order, and its effect is inversely proportional to the radius of the head.
+    At order 1 each term has the factor ρᵢ: the disc's eccentricity causes nearly all of this order,
+    and its effect is inversely proportional to the head's radius.
     """
     places = np.asarray(places_rad, dtype=np.float64)
     w = np.asarray(weights, dtype=np.float64)

@@ -1,7 +1,7 @@
 """Computes the design-matrix columns of every unknown in a calibration of several heads, for each
 head.
 
-With g the disc's error as a function of its own reading, head i at the place p_i and the radius
+Let g be the disc's error as a function of its own reading. Head i at the place p_i and the radius
 R/ρᵢ reads Rᵢ = θ + aᵢ + g_i(Rᵢ + dᵢ) + m_i(θ). aᵢ is the offset of its counter, and dᵢ = p_i − aᵢ
 is the angle by which head i detects the index mark late. Order 1 of g is multiplied by ρᵢ. An axis
 at c(θ) = Σ F_k e^{jkθ} + B_k e^{−jkθ} adds m_i = ρᵢ·Im(c·e^{jp_i}), F and B in arcseconds at the
@@ -139,8 +139,8 @@ class State:
 
 @dataclass(frozen=True)
 class HeadSees:
-    """Derivatives of one head's reading error by every unknown, (n, layout.size), and the expected
-    error, the sum of disc and motion, in arcseconds, (n,)."""
+    """Expected reading error of one head (disc plus motion), arcseconds, (n,), and its derivatives
+    by every unknown, (n, layout.size)."""
 
     columns: Float
     expected: Float

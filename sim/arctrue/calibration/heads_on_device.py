@@ -196,8 +196,11 @@ class _Fit:
         return np.asarray(columns - columns.mean(axis=0))
 
     def places_equations(self, variance: float) -> tuple[Float, Float]:
-        """Return the design matrix (rows, unknowns), whose last rows are the priors and whose rows
-        all have variance 1, and the right-hand side of the prior rows."""
+        """Return the design matrix (rows, unknowns) and the right-hand side of its last rows, the
+        priors.
+
+        Every row is scaled to variance 1.
+        """
         columns = np.concatenate((self.by_circles(), self.by_places()), axis=1)
         scale = np.sqrt(self.samples / (2.0 * variance))
         further = self.heads - 1
@@ -332,8 +335,8 @@ def mean_orders(
     """Return the orders of the mean's error as a function of the carrier's reading, arcseconds,
     (N,).
 
-    Also return the error's constant, the variance of a component of each order from the noise, and
-    the variance of each order from the uncertainties of places and radii.
+    The further results are the error's constant, the variance of a component of each order due to
+    the noise, and the variance of each order due to the uncertainties of places and radii.
     """
     disc = found.heads_on_disc
     places = offsets_rad + found.late_rad

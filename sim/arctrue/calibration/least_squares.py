@@ -1,7 +1,7 @@
 """Fits the error function by least squares at the measured readings.
 
-With g(R) = ε(θ) as a function of the *reading*, each head gives the disc angle under it without
-approximation: θ = R₁ − g(R₁) and θ + α = R₂ − g(R₂). The difference is
+Let g(R) = ε(θ) be the error as a function of the *reading*. Then each head gives the disc angle
+under it without approximation: θ = R₁ − g(R₁) and θ + α = R₂ − g(R₂). The difference is
 
     R₂ − R₁ = α + g(R₂) − g(R₁),
 

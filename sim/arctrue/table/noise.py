@@ -17,10 +17,10 @@ Float = NDArray[np.float64]
 class Noise:
     """Gaussian noise of mean zero in ``n`` rows in order of time.
 
-    The noise is the sum of a part that is independent from row to row, with the standard deviation
-    ``white_rad`` ``(n,)``, and of ``k`` first-order Gauss–Markov processes. Process j has the
-    standard deviation ``sigma_rad[j]`` and the correlation ``decay[j, i]`` between row i − 1 and
-    row i, so that cov(i, l) = white_i²·δ_il + Σ_j sigma_j²·Π_{i < m ≤ l} decay_jm.
+    The noise is the sum of white noise with the standard deviation ``white_rad`` ``(n,)`` and of
+    ``k`` first-order Gauss–Markov processes. Process j has the standard deviation ``sigma_rad[j]``
+    and the correlation ``decay[j, i]`` between row i − 1 and row i, so that cov(i, l) =
+    white_i²·δ_il + Σ_j sigma_j²·Π_{i < m ≤ l} decay_jm.
 
     Each process is computed from row to row, not by a Fourier series, so that the end of a run is
     not correlated with its beginning.

@@ -225,8 +225,9 @@ def test_closing_the_circle_adds_no_scatter_to_the_closure() -> None:
     assert np.abs(through.sum(axis=0)).max() < 1e-12
     expected = found.scatter_arcsec * np.linalg.norm(through, axis=1)
     np.testing.assert_allclose(found.u_table_arcsec, expected, rtol=1e-9)
-    # The degrees of freedom are the number of readings minus the number of fitted values, which are
-    # faces and table, each without its mean, and one offset for each cycle.
+    # The degrees of freedom are the number of readings minus the number of fitted values. The fit
+    # has the errors of the faces and of the table, each without their mean, and one offset for each
+    # cycle.
     assert found.degrees_of_freedom == cycles * faces - 2 * (faces - 1) - cycles
 
 

@@ -171,8 +171,8 @@ def test_the_oracle_sees_of_an_oscillator_what_no_falling_spectrum_explains(qual
     The ratio compares the oscillator with the nearest sum of white noise and a relaxation. Of all
     falling spectra the isotonic one, which the oracle uses, is nearest to the oscillator, so the
     noncentrality cannot exceed the ratio; the upper bound allows 10 % for the ends of the record,
-    which the spectrum ignores. The lower bound is a third, because a falling spectrum with a step
-    is nearer than a relaxation, by a factor of 2.5 for a quality of 3.
+    which the spectrum ignores. The lower bound is a third of the ratio, because a falling spectrum
+    with a step is nearer than a relaxation; for a quality of 3 the factor is 2.5.
     """
     time_s = 0.7 * np.arange(300)
     shaken = DrivenOscillator(0.4, 0.25, quality)

@@ -25,7 +25,7 @@ def log_time_s(random: np.random.Generator, rows: int) -> np.ndarray:
     """Return the times of a log: one hour at one of the rates, or less if an hour would give too
     many rows.
 
-    A log may have four times ``rows`` rows, as many as four runs.
+    A log may have up to 4·``rows`` rows, as many as four runs have.
     """
     rows *= 4
     rate = float(random.choice(RATES_HZ))
