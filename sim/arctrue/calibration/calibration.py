@@ -56,9 +56,9 @@ class CalibrationSettings:
     gain_limit : float, optional
         Largest noise gain of an order; orders with a larger gain are left out.
     separation : str, optional
-        Source of the separation α of the heads. Default: the index if its value is plausible,
-        otherwise the nominal value; the harmonics if their standard uncertainty is smaller than
-        those of index and nominal value.
+        Source of the separation α of the heads. Default: the harmonics if their standard
+        uncertainty is smaller than those of the index and of the nominal value; otherwise the index
+        if its value is plausible; otherwise the nominal value.
     """
 
     method: Method = "least_squares"
@@ -122,7 +122,7 @@ def calibrate(
     Returns
     -------
     Calibration
-        Orders with their uncertainty, coefficients, comparison.
+        Orders with their uncertainty, coefficients, and comparison with the reference run.
 
     Raises
     ------

@@ -1,8 +1,8 @@
 """Calculates the weights of the mean of the heads, and of the parity that detects a wrong head.
 
 Head i stands at the angle p_i after head 1 (docs/architecture.md, "Head geometry"): an axis that
-moves by c = x + jy adds Im(c·e^{jp_i})·ρ_i/R to its reading. ρ_i is the disc's nominal radius R
-divided by the radius of head i.
+moves by c = x + jy adds Im(c·e^{jp_i})·ρ_i/R to the head's reading. ρ_i is the disc's nominal
+radius R divided by the radius of head i.
 
 With Σwᵢ = 1 and Σwᵢ·ρᵢ·e^{jpᵢ} = 0 the mean Σwᵢrᵢ turns with the table and contains no translation
 of the axis. This holds at any order, and for motion that does not repeat. Three heads have one

@@ -58,7 +58,7 @@ class Layout:
 
     @property
     def radius(self) -> slice:
-        """Columns of ρᵢ − 1 of heads 2, 3 and 4; it is 0 for head 1."""
+        """Columns of ρᵢ − 1 of heads 2, 3 and 4; for head 1 this value is 0."""
         return slice(self.late.stop, self.late.stop + self.heads - 1)
 
     @property
@@ -116,7 +116,8 @@ class State:
             columns[:, np.concatenate((first, first + number))] *= ratio
         start = layout.motion.start
         around = {k: np.exp(1j * k * angle) for k in layout.motion_orders}
-        # Im(F·e^{j(kθ+p)}) and Im(B·e^{−j(kθ−p)}).
+        # The columns are Im(F·e^{j(kθ+p)}) and Im(B·e^{−j(kθ−p)}), for the values 1 and j of F and
+        # B.
         for index, (order, sense) in enumerate(layout.motion_parts):
             wave = around[order] if sense == 1 else around[order].conj()
             seen = ratio * wave * np.exp(1j * place)

@@ -50,9 +50,9 @@ READINGS = 1024
 class OnDevice:
     """The result of one turn in the firmware's quantities; lists over heads are (heads,).
 
-    ``disc``: complex amplitudes cosine − j·sine of orders 1 to N, arcseconds, 0 where not seen;
-    ``variances`` (2, N) of cosine and sine, ``covariances`` (N,); ``circles`` (orders, 2): radii of
-    the forward and the backward circle, arcseconds.
+    ``disc``: complex amplitudes cosine − j·sine of orders 1 to N, arcseconds, 0 for an order that
+    is not seen; ``variances`` (2, N) of cosine and sine, ``covariances`` (N,); ``circles`` (orders,
+    2): radii of the forward and the backward circle, arcseconds.
     """
 
     disc: Complex
@@ -287,7 +287,8 @@ def heads_on_device(
         design, _ = fit.places_equations(power)
         norms = np.linalg.norm(design, axis=0)
         of_places = np.linalg.inv((design / norms).T @ (design / norms)) / np.outer(norms, norms)
-        # Like the firmware, give order 1 the mean noise of all orders, without their colour.
+        # Like the firmware, assume for order 1 the mean noise of all orders, not the noise near
+        # order 1.
         variances[:, 0] = np.diag(of_places)[:2]
         covariances[0] = of_places[0, 1]
         further = fit.heads - 1

@@ -3,12 +3,12 @@
 Let g(R) = ε(θ) be the error as a function of the *reading*. Then each head gives the disc angle
 under it without approximation: θ = R₁ − g(R₁) and θ + α = R₂ − g(R₂). The difference is
 
-    R₂ − R₁ = α + g(R₂) − g(R₁),
+    R₂ − R₁ = α + g(R₂) − g(R₁).
 
-linear in the harmonics of g and in α, exact for any steps, speed and number of samples. The
-gateware subtracts g(R₁), equation (8). Only the zero of head 2 needs iteration: the index repeats
-within a count from run to run, so that each run has its own constant. R₂ is shifted by the
-difference between this constant and α until the result no longer changes.
+This equation is linear in the harmonics of g and in α, and it is exact for any steps, speed and
+number of samples. The gateware subtracts g(R₁), equation (8). Only the zero of head 2 needs
+iteration: the index repeats within a count from run to run, so that each run has its own constant.
+R₂ is shifted by the difference between this constant and α until the result no longer changes.
 """
 
 from __future__ import annotations

@@ -363,8 +363,8 @@ def _sizes(found: Mapping[str, Any]) -> list[str]:
 
 
 def _by_effect(found: Mapping[str, Any]) -> list[str]:
-    """Return for each effect the number of sets whose answer puts it first, and the largest size of
-    an effect that an answer did not put first."""
+    """Return a table with one row per effect: the number of sets whose answer names it first, and
+    the largest size at which an answer did not name it first."""
     text = []
     for name, item in found["found_by_effect"].items():
         largest = item["largest_not_put_first"]

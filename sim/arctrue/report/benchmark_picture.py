@@ -41,7 +41,7 @@ def confusion_matrix(
 ) -> tuple[list[str], list[str], NDArray[np.int64]]:
     """Return the number of answers by hidden cause and answer, as an array (hidden, answered).
 
-    A correct name has its row and its column at the same number.
+    Row and column of the same name have the same number, so the right names lie on the diagonal.
     """
     hidden = list(confusion)
     said = {answer for answers in confusion.values() for answer in answers}

@@ -72,7 +72,8 @@ def test_four_heads_take_the_weights_of_least_noise() -> None:
     places = np.radians(STATED_PLACES_DEG)
     weights, parity = mean_weights(places), parity_weights(places)
     assert np.linalg.norm(weights) == pytest.approx(0.5494, abs=5e-5)
-    # All other weights differ by a multiple of the parity: the least norm is orthogonal to it.
+    # All other weights of a mean differ by a multiple of the parity, so the weights with the least
+    # norm are orthogonal to the parity.
     assert weights @ parity == pytest.approx(0.0, abs=1e-12)
 
 

@@ -36,7 +36,8 @@ class Left:
 
 
 class TableFormat(ABC):
-    """A format of table: it writes the file and models the controller that reads the file."""
+    """Base class of the formats; a format writes the file and models the controller that reads the
+    file."""
 
     name: ClassVar[str]
     file_name: ClassVar[str]
@@ -61,7 +62,7 @@ class TableFormat(ABC):
         Returns
         -------
         TableFormat
-            The format with these values as far as it needs them.
+            The format, with those values that it needs.
 
         Raises
         ------

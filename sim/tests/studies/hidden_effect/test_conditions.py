@@ -92,8 +92,8 @@ def test_three_of_them_and_heat_at_once(tmp_path: Path) -> None:
     """Each of the three effects leaves as much error as it does alone, in a turn that is backward
     and warm and has a changing speed.
 
-    The lobes follow the speed squared with the same lag as the latency; they are a sixth of the
-    latency and change twice as fast with the speed.
+    The lobes follow the speed squared with the same lag as the latency; their error is a sixth of
+    the latency's error and changes twice as fast with the speed.
     """
     result = run_small("all_at_once", tmp_path)
     added = [step.effect for step in result.diagnosed.ladder if step.action == "add"]

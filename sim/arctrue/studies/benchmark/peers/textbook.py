@@ -22,8 +22,8 @@ BASE_ORDERS = 20
 CHUNK = 32
 """Number of places of a search that are evaluated at once."""
 BELL_WIDTHS = 5.0
-"""Distance from its centre, in standard deviations, at which a bell falls below 4e-6 of its
-height."""
+"""Distance from the centre of a bell, in standard deviations, beyond which the bell is below 4e-6
+of its height."""
 STANDS_S = 0.5
 """Largest time between two stations that counts as motion; after a longer time the table had
 stopped."""
