@@ -363,8 +363,8 @@ def _sizes(found: Mapping[str, Any]) -> list[str]:
 
 
 def _by_effect(found: Mapping[str, Any]) -> list[str]:
-    """Return a table with one row per effect: the number of sets whose answer names it first, and
-    the largest size at which an answer did not name it first."""
+    """Return a sentence with, for each effect, the number of sets whose answer names the effect
+    first, and the largest size at which an answer did not."""
     text = []
     for name, item in found["found_by_effect"].items():
         largest = item["largest_not_put_first"]

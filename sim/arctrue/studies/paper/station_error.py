@@ -21,8 +21,7 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class StationErrors:
-    """Positioning error at every face minus the mean of all faces, arcseconds, shapes ``(faces,)``.
-    """
+    """Positioning error at every face minus the mean of all faces, arcseconds, shapes ``(faces,)``."""
 
     mean_arcsec: Float
     """Mean error over the cycles."""
