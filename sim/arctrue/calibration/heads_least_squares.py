@@ -253,8 +253,7 @@ class _Data:
         return State(layout, values, apart)
 
     def state_of(self, orders: Integer, motion_orders: tuple[int, ...], before: State) -> State:
-        """Return the values of ``before`` in another layout; columns that ``before`` lacks are 0.
-        """
+        """Return the values of ``before`` in another layout; columns that are new are 0."""
         layout = Layout(self.heads, orders, motion_orders)
         values = np.zeros(layout.size)
         both, new, old = np.intersect1d(orders, before.layout.orders, return_indices=True)
