@@ -62,7 +62,7 @@ class Estimate:
     values: Float
     covariance: Float
     noise_gain: Float
-    """|TF| of every order, (N,)."""
+    """Noise gain |TF| of every order, (N,)."""
     disagreement: Float
     """χ² per degree of freedom between the runs at every order, (N,); 1 if it cannot be judged."""
     residual_rms_arcsec: float

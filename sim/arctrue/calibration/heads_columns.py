@@ -80,12 +80,12 @@ class State:
 
     @property
     def late_rad(self) -> Float:
-        """dᵢ of all heads, (heads,); 0 for head 1."""
+        """Lateness dᵢ of all heads, radians, (heads,); 0 for head 1."""
         return np.concatenate(([0.0], self.values[self.layout.late] * RAD_PER_ARCSEC))
 
     @property
     def radius_ratios(self) -> Float:
-        """ρᵢ of all heads, (heads,)."""
+        """Radius ratios ρᵢ of all heads, (heads,)."""
         return np.concatenate(([1.0], 1.0 + self.values[self.layout.radius]))
 
     def places_rad(self, run: int) -> Float:

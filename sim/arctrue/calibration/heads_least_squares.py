@@ -101,8 +101,8 @@ def _searched(data: _Data, settings: HeadsSettings) -> tuple[State, Float, _Know
     if settings.motion != "every":
         state, combinations = _first_fit(data, settings, tuple(settings.motion))
         return *_settled(data, state, combinations, settings), None
-    # The parity contains neither order 1 nor the offsets, so that a first fit of low orders gives
-    # both.
+    # The parity contains neither order 1 nor the offsets; a first fit of low orders, with other
+    # combinations, determines both.
     orders = np.asarray(settings.orders)
     low = replace(settings, orders=orders[orders <= LOW_ORDERS])
     state, combinations = _first_fit(data, low, LOW_MOTION_ORDERS)

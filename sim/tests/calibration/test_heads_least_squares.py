@@ -282,8 +282,8 @@ def test_a_search_in_a_part_of_the_samples_changes_nothing(
     monkeypatch.setattr(module, "SEARCH_SAMPLES", 1500)
     searched = fit(part, 4, motion)
     u = np.sqrt(np.diag(whole.disc_covariance))
-    # The quarter of the samples determines the weights and order 1, so that the test does not
-    # compare these.
+    # A quarter of the samples determines the weights and order 1, so the test does not compare
+    # order 1.
     away = np.abs(searched.values - whole.values) / u
     assert np.max(np.delete(away, [0, ORDERS.size])) < 0.5
     assert np.max(np.abs(disc_pulls(searched)).reshape(2, -1)[:, 1:]) < PULL

@@ -122,8 +122,9 @@ def test_subdivision_is_that_of_its_harmonics() -> None:
 
 
 def test_noise_is_that_of_the_transfer_function() -> None:
-    """The noise equals that of the transfer function. The mean comes from 8 draws; the bound is 4
-    standard deviations of the mean square, of which two thirds come from order 11."""
+    """The simulated noise equals the noise that the transfer function predicts. The mean comes from
+    8 draws; the bound is 4 standard deviations of the mean square, of which two thirds come from
+    order 11."""
     gain = noise_gain(ORDERS, HEAD_SEPARATION_RAD)
     expected = NOISE_ARCSEC**2 * 4.0 / SAMPLES * np.sum(gain**2)
     found = [rms("noise", draw=draw) ** 2 for draw in range(8)]

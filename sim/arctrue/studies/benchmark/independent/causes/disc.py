@@ -39,12 +39,12 @@ class HighOrder(Cause):
         )
 
     def mark_rad(self, label_rad: Float, at: Conditions) -> Float:
-        """Return a·cos(nψ + φ)."""
+        """Return a·cos(nψ + φ), with the amplitude a, the order n, the label ψ and the phase φ."""
         wave: Float = self.size * ARCSEC * np.cos(self.order * label_rad + self.phase_rad)
         return wave
 
     def values(self) -> dict[str, tuple[float, ...]]:
-        """Return the order."""
+        """Return the order under the key ``order``."""
         return {"order": (float(self.order),)}
 
 
@@ -138,7 +138,7 @@ class BallPass(Cause):
         return found
 
     def values(self) -> dict[str, tuple[float, ...]]:
-        """Return the order."""
+        """Return the order under the key ``order``."""
         return {"order": (self.order,)}
 
 

@@ -82,7 +82,8 @@ class SubdivisionError(Cause):
     def signals(
         self, sine: Float, cosine: Float, head: int, label_rad: Float
     ) -> tuple[Float, Float]:
-        """Return sin(φ + p)·(1 + g) + Im o and cos φ + Re o."""
+        """Return sin(φ + p)·(1 + g) + Im o and cos φ + Re o, with the errors p (phase), g (gain), o
+        (offset)."""
         if head != self.head:
             return sine, cosine
         around = 1 + self.uneven * np.cos(label_rad + self.at_rad)
@@ -124,7 +125,7 @@ class Shaking(Cause):
         return found
 
     def values(self) -> dict[str, tuple[float, ...]]:
-        """Return the frequency."""
+        """Return the frequency under the key ``hz``."""
         return {"hz": (self.hz,)}
 
 
