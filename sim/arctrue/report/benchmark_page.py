@@ -384,7 +384,8 @@ def said_words(item: Mapping[str, Any]) -> str:
 
 
 def reason_words(item: Mapping[str, Any], reasons: Mapping[str, Reason]) -> str:
-    """Return the reason of a failure if it is known."""
+    """Return a sentence with the known reason of a failure, or one that says that the failure is
+    not examined."""
     reason = reasons.get(item["set"])
     if reason is None:
         return "Not examined yet."
