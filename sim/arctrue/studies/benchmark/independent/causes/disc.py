@@ -121,8 +121,9 @@ class BallPass(Cause):
 
     @classmethod
     def drawn(cls, random: Random) -> BallPass:
-        """Draw the number of balls n and d/D·cos (d: ball, D: pitch diameter, cosine of the contact
-        angle); the order is n/2·(1 − d/D·cos) of the outer race, or the order of the cage."""
+        """Draw the number n of balls and the ratio q = d/D·cos β, with the ball's diameter d, the
+        pitch diameter D and the contact angle β. The order is n/2·(1 − q), of the outer race, or
+        the order of the cage."""
         share = random.uniform(0.06, 0.25)
         cage = 0.5 * (1 - share)
         order = cage * int(random.integers(8, 22)) if random.random() < 0.6 else cage

@@ -109,8 +109,8 @@ class Shaking(Cause):
 
     @classmethod
     def drawn(cls, random: Random, runs: int, step_s: float, run_s: float) -> Shaking:
-        """Draw 0.1 to 2″ and a frequency between ten periods per run and a third of the sampling
-        rate."""
+        """Draw an amplitude of 0.1 to 2″ and a frequency between ten periods per run and a third of
+        the sampling rate."""
         hz = log_uniform(random, 10 / run_s, 1 / (3 * step_s))
         phases = random.uniform(0, 2 * np.pi, runs)
         return cls(log_uniform(random, 0.1, 2.0), int(random.integers(1, 3)), hz, phases)
