@@ -33,8 +33,7 @@ DELAY_MOST_CLOCKS = 255
 
 @dataclass(frozen=True)
 class Connection:
-    """Reports how the heads are connected; lists have one entry per cable, the cable of head 1
-    first.
+    """Reports how the heads are connected; lists have one entry per cable, that of head 1 first.
 
     ``travels``: counts that each head moved; ``places_deg``: angle of each head after head 1, NaN
     if the head has not seen its index; ``at_head``: number of the planned head to which each cable
@@ -58,8 +57,9 @@ def judge_connection(
     counts_per_rev: int,
     places_deg: tuple[float, ...],
 ) -> Connection:
-    """Judge the connection from readings (n, H): positions modulo 2³², and angles after the index
-    in counts.
+    """Judge the connection of the heads from readings (n, H).
+
+    ``positions``: counts modulo 2³²; ``angles``: counts after the index.
 
     ``indexed`` (H,): heads that have seen their index. The table must have turned in the positive
     direction. Raises ValueError for too few readings, or if the arrays differ in the number of

@@ -76,8 +76,10 @@ def chosen(
     measured: Separation,
     by_harmonics: Separation | None,
 ) -> Separation:
-    """Return the separation from the source ``choice``. Raises ValueError for harmonics without a
-    value."""
+    """Return the separation from the source ``choice``.
+
+    Raises ValueError for harmonics without a value.
+    """
     if choice == "measured":
         return measured
     if choice == "nominal":

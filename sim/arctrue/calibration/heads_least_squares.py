@@ -305,8 +305,10 @@ def _combinations_of_rotation(heads: int) -> Float:
 def _rows(
     data: _Data, state: State, combinations: Float
 ) -> Iterator[tuple[int, Float, list[Float]]]:
-    """Yield for each block the run's index, the residuals (n, m), and the derivatives of every
-    combination, each (n, columns)."""
+    """Yield for each block the run's index, residuals and derivatives.
+
+    Residuals are (n, m); the derivatives of every combination are (n, columns).
+    """
     for run, seen, apart in _seen(data, state):
         expected = np.stack([one.expected for one in seen])
         derivatives = []

@@ -85,8 +85,7 @@ class Positioning:
 
     @property
     def repeatability_arcsec(self) -> Float:
-        """Bidirectional repeatability Rᵢ: the largest of 2sᵢ↑ + 2sᵢ↓ + |Bᵢ|, Rᵢ↑ and Rᵢ↓,
-        (targets,)."""
+        """Bidirectional Rᵢ: the largest of 2sᵢ↑ + 2sᵢ↓ + |Bᵢ|, Rᵢ↑ and Rᵢ↓, (targets,)."""
         up, down = self.up, self.down
         both = 2.0 * (up.s_arcsec + down.s_arcsec) + np.abs(self.reversal_arcsec)
         return np.maximum(both, np.maximum(up.repeatability_arcsec, down.repeatability_arcsec))

@@ -384,8 +384,7 @@ def said_words(item: Mapping[str, Any]) -> str:
 
 
 def reason_words(item: Mapping[str, Any], reasons: Mapping[str, Reason]) -> str:
-    """Return a sentence with the known reason of a failure, or one that says that the failure is
-    not examined."""
+    """Return a sentence with the reason of a failure, or that the failure is not examined."""
     reason = reasons.get(item["set"])
     if reason is None:
         return "Not examined yet."

@@ -36,8 +36,7 @@ class Left:
 
 
 class TableFormat(ABC):
-    """Base class of the formats; a format writes the file and models the controller that reads the
-    file."""
+    """Base class of the formats, which write a file and model the controller that reads it."""
 
     name: ClassVar[str]
     file_name: ClassVar[str]

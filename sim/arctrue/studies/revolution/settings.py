@@ -208,8 +208,7 @@ class RevolutionSettings:
         )
 
     def motion(self) -> Motion:
-        """Return the motion: the table starts, passes all indices (that of head 1 last), then makes
-        the turns.
+        """Return the motion: from rest over all indices, that of head 1 last, and then the turns.
 
         Returns
         -------

@@ -590,8 +590,7 @@ def test_sets_that_are_not_the_frozen_ones_are_reported(tmp_path: Path, monkeypa
 def test_all_public_sets_can_be_frozen_anew(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The function ``freeze`` writes the list of digests that the source tree has, if no digest has
-    changed."""
+    """If no digest has changed, ``freeze`` writes the list that the source tree has."""
     file = tmp_path / "public_sets.json"
     monkeypatch.setattr("arctrue.studies.benchmark.frozen.FILE", file)
     freeze(json.loads(FROZEN.read_text(encoding="utf-8"))["sets"])

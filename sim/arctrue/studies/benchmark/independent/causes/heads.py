@@ -82,8 +82,10 @@ class SubdivisionError(Cause):
     def signals(
         self, sine: Float, cosine: Float, head: int, label_rad: Float
     ) -> tuple[Float, Float]:
-        """Return sin(φ + p)·(1 + g) + Im o and cos φ + Re o, with the errors p (phase), g (gain), o
-        (offset)."""
+        """Return sin(φ + p)·(1 + g) + Im o and cos φ + Re o.
+
+        p is the phase error, g the gain error and o the offset.
+        """
         if head != self.head:
             return sine, cosine
         around = 1 + self.uneven * np.cos(label_rad + self.at_rad)

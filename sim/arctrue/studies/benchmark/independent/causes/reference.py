@@ -29,8 +29,7 @@ class GearError(Cause):
         self.teeth, self.phases_rad = teeth, phases_rad
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
-        """Return a·(cos(zθ + φ₁) + cos(2zθ + φ₂)/5), with the tooth count z and the table's angle
-        θ."""
+        """Return a·(cos(zθ + φ₁) + cos(2zθ + φ₂)/5), with z teeth and the table's angle θ."""
         tooth = self.teeth * at.turned_rad
         first, second = self.phases_rad
         found: Float = (
