@@ -24,14 +24,12 @@ LEAST_HEADS = 3
 
 @dataclass(frozen=True)
 class AxisOrbit:
-    """Displacement of the axis at each sample, x and y (n,), divided by the disc's radius,
-    arcseconds.
+    """Displacement of the axis at each sample, divided by the disc's radius.
 
-    The means of x and y are subtracted.
-
-    ``angle_rad``: angle of the table, not wrapped. The forward circle of the axis at order 1 is not
-    included: no capture distinguishes it from an eccentric disc. ``u_arcsec``: standard uncertainty
-    of x and y from the noise of a reading.
+    ``angle_rad``: angle of the table, not wrapped. ``x_arcsec`` and ``y_arcsec`` (n,):
+    displacement minus its mean. The forward circle of the axis at order 1 is not included: no
+    capture distinguishes it from an eccentric disc. ``u_arcsec``: standard uncertainty of x and y
+    from the noise of a reading.
     """
 
     angle_rad: Float

@@ -59,9 +59,9 @@ def judge_connection(
 ) -> Connection:
     """Judge the connection of the heads from readings (n, H).
 
-    ``positions``: counts modulo 2³². ``angles``: counts after the index. ``indexed`` (H,): heads that
-    have seen their index. The table must have turned in the positive direction. Raises ValueError
-    for too few readings, or if the arrays differ in the number of heads.
+    ``positions``: counts modulo 2³². ``angles``: counts after the index. ``indexed`` (H,): heads
+    that have seen their index. The table must have turned in the positive direction. Raises
+    ValueError for too few readings, or if the arrays differ in the number of heads.
     """
     if positions.shape[1] != len(places_deg):
         raise ValueError(
