@@ -1,4 +1,4 @@
-"""Checks whether coefficients may be written, by the criteria of the reference and of the firmware.
+"""Checks by the set's reference and by the firmware's rules whether coefficients may be written.
 
 Each function returns objections, one sentence each; without objections the coefficients may be
 written.
@@ -20,8 +20,8 @@ from arctrue.gateware.coefficients import AMPLITUDE_LIMIT_COUNTS, STEEPEST, Coef
 def of_comparison(comparison: ReferenceComparison | None) -> list[str]:
     """Return an objection if the correction makes the error larger in the set's own reference run.
 
-    A rise within the scatter of the rows is accepted: the mean square may rise by two standard
-    errors of the change of the squares.
+    A rise that the scatter of the rows explains is accepted: the mean of the squared errors may
+    rise by two standard errors of its change.
     """
     if comparison is None:
         return []
@@ -38,7 +38,7 @@ def of_comparison(comparison: ReferenceComparison | None) -> list[str]:
 
 
 def of_steepness(coefficients: Coefficients) -> list[str]:
-    """Return objections where the firmware would answer ``too_steep`` or ``out_of_range``, at any
+    """Return an objection if the firmware would answer ``too_steep`` or ``out_of_range`` at any
     temperature of the file's range."""
     steepest, largest = coefficients.extent()
     thermal = coefficients.thermal
@@ -58,8 +58,8 @@ def of_steepness(coefficients: Coefficients) -> list[str]:
 
 
 def of_separation(nominal_rad: float, measured_rad: float) -> list[str]:
-    """Return an objection where the firmware would answer ``heads_exchanged``: each head is at the
-    other head's place."""
+    """Return an objection if the firmware would answer ``heads_exchanged``, because each head
+    stands at the other head's place."""
 
     def far(off_rad: float) -> bool:
         return abs(math.remainder(off_rad, math.tau)) * ARCSEC_PER_RAD > BELIEVABLE_ARCSEC
@@ -76,12 +76,12 @@ def of_separation(nominal_rad: float, measured_rad: float) -> list[str]:
 def of_estimate(
     estimate: Estimate, coefficients: Coefficients, *, made_of_estimate: bool = True
 ) -> list[str]:
-    """Return an objection where the firmware would answer ``not_better``: the expected error with
-    the coefficients is not smaller than the error without them.
+    """Return an objection if the firmware would answer ``not_better``: the expected error with the
+    coefficients is not smaller than the error without them.
 
-    For an estimate x with standard uncertainty u and coefficients a, |x − a|² is on average 2u² too
-    large if a does not come from x. If a comes from x, the remaining error is the error of x and
-    the rounding of a. An amplitude A has the mean square A²/2.
+    Let x be an estimate with standard uncertainty u, and a the coefficients. If a does not come
+    from x, |x − a|² is on average 2u² too large. If a comes from x, the remaining error is the
+    error of x and the rounding of a. An amplitude A has the mean square A²/2.
     """
     seen = np.isfinite(estimate.noise_gain)
     if not (coefficients.amplitudes != 0).any():

@@ -1,6 +1,6 @@
 """Calculates the position of the axis at every sample of a capture of three or four heads.
 
-A head p after head 1 reads θ + (x sin p + y cos p)/r + the disc's error under it
+A head at the angle p after head 1 reads θ + (x sin p + y cos p)/r + the disc's error under it
 (docs/architecture.md, "Head geometry"). Once the disc's error is subtracted, the simultaneous
 readings give θ, x and y by least squares.
 """
@@ -24,12 +24,12 @@ LEAST_HEADS = 3
 
 @dataclass(frozen=True)
 class AxisOrbit:
-    """Displacement of the axis over the disc's radius in arcseconds, x and y (n,), without their
-    means.
+    """Displacement of the axis at each sample, divided by the disc's radius.
 
-    ``angle_rad``: angle of the table, not wrapped. The forward circle of the axis at order 1 is not
-    included: no capture distinguishes it from an eccentric disc. ``u_arcsec``: standard uncertainty
-    of x and y from the noise of a reading.
+    ``angle_rad``: angle of the table, not wrapped. ``x_arcsec`` and ``y_arcsec`` (n,):
+    displacement minus its mean. The forward circle of the axis at order 1 is not included: no
+    capture distinguishes it from an eccentric disc. ``u_arcsec``: standard uncertainty of x and y
+    from the noise of a reading.
     """
 
     angle_rad: Float

@@ -56,9 +56,9 @@ class CalibrationSettings:
     gain_limit : float, optional
         Largest noise gain of an order; orders with a larger gain are left out.
     separation : str, optional
-        Source of the separation α of the heads. Default: the index if its value is plausible,
-        otherwise the nominal value; the harmonics if their standard uncertainty is smaller than
-        those of index and nominal value.
+        Source of the separation α of the heads. Default: the harmonics if their standard
+        uncertainty is smaller than those of the index and of the nominal value; otherwise the index
+        if its value is plausible; otherwise the nominal value.
     """
 
     method: Method = "least_squares"
@@ -110,7 +110,7 @@ class Calibration:
 def calibrate(
     measurement: MeasurementSet, settings: CalibrationSettings | None = None
 ) -> Calibration:
-    """Calibrate from the capture of a set, and compare with its reference run if it has one.
+    """Calibrate from the capture of a set; compare the result with the set's reference run, if any.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def calibrate(
     Returns
     -------
     Calibration
-        Orders with their uncertainty, coefficients, comparison.
+        Orders with their uncertainty, coefficients, and comparison with the reference run.
 
     Raises
     ------
@@ -184,8 +184,8 @@ def objections(measurement: MeasurementSet, coefficients: Coefficients) -> list[
     """Return the reasons why coefficients from another source should not be written for this set's
     table.
 
-    The reference run decides if the set has one, otherwise the two heads do. A capture that cannot
-    be used gives no objection.
+    If the set has a reference run, the error in this run decides; otherwise the estimate from the
+    two heads decides. A capture that cannot be used gives no objection.
     """
     measurement = _without_masked_stations(measurement)
     table, capture, reference = measurement.table, measurement.capture, measurement.reference
@@ -248,8 +248,8 @@ def _estimated(
         if not np.isfinite(estimate.values).all():
             raise CaptureRefusedError("nan", "the fit has no finite solution")
         if estimate.function_of == "angle":
-            # The conversion changes values by less than a thousandth, so that the covariance is
-            # kept.
+            # The conversion changes each value by less than a thousandth, so the covariance is not
+            # converted.
             values = as_function_of_reading(estimate.orders, estimate.values)
             estimate = replace(estimate, function_of="reading", values=values)
         return estimate, warnings

@@ -38,8 +38,8 @@ CLOCK_HZ_DEFAULT = 100e6
 class CaptureRefusedError(Exception):
     """Reports a capture that cannot be used; the last good coefficients stay in use.
 
-    ``run``: as in the file; ``sample``: 0, 1, … within the run; each is None where it does not
-    apply.
+    ``run``: number of the run in the file; ``sample``: index of the sample within the run, from 0.
+    Each is None if the fault does not concern a single run or sample.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class WholeTurns:
     run : int
         Number of the run.
     turns : int
-        Whole turns that are covered.
+        Number of whole turns that the samples cover.
     head1_counts : ndarray of int, shape (samples,)
         Reading of head 1, counts.
     head2_counts : ndarray of int, shape (samples,)
@@ -202,14 +202,14 @@ def _check_steps(
 ) -> None:
     """Refuse a run with a step that is not plausible.
 
-    ``kept``: place of every sample in the run; between two places, each masked sample counts as a
-    step.
+    ``kept``: indices within the run of the samples that are not masked. Across k − 1 masked
+    samples, k steps are expected.
     """
     gaps = np.diff(kept)
     faults = []
     for number, (head, median) in enumerate(zip(heads, medians, strict=True), start=1):
         steps = np.diff(head)
-        # Rounding alone changes a step of few counts by one.
+        # Rounding alone can change a step by one count, a large share of a step of few counts.
         allowed = max(STEP_TOLERANCE * abs(median), 1.0)
         bad = np.flatnonzero(np.abs(steps - median * gaps) > allowed * gaps)
         if median == 0.0:
@@ -265,8 +265,8 @@ def _check_speed(
     times = np.diff(capture.time_s[rows])
     clock_hz = capture.clock_hz or CLOCK_HZ_DEFAULT
     steps = np.abs(np.diff(capture.head1_counts[rows]))
-    # The decoder counts one edge per clock at most. Times are written to a microsecond, so that a
-    # single interval can be wrong by one.
+    # The decoder counts one edge per clock at most. The file states times to a microsecond, so that
+    # a single interval can be wrong by a microsecond.
     fast = np.flatnonzero(steps > clock_hz * (times + 1e-6))
     if fast.size:
         index = int(fast[0])

@@ -49,10 +49,10 @@ def combined_estimate(
     run with different values does not count as noisy; ``residual_rms_by_run``: RMS of the residuals
     with the common values.
 
-    The covariance of white noise, with each run's own variance, is multiplied by the residual's
-    power near each order over its mean power (noise that is not white then counts at its own
-    orders) and by the disagreement between runs if it exceeds chance; the contribution of α is
-    added.
+    The covariance is first computed for white noise with each run's own variance. At each order it
+    is then multiplied by two factors. The first is the residual's power near this order divided by
+    the mean power, because the noise need not be white. The second is the disagreement between the
+    runs, if chance does not explain the disagreement. Finally the contribution of α is added.
     """
     sigmas = noise_by_run(own_residuals, 2 * seen.size + 1)
     covariance = np.linalg.inv(_sum(information, sigmas))
@@ -112,10 +112,10 @@ def combined_estimate(
 
 
 def noise_by_run(own_residuals: Sequence[Float], parameters: int) -> Float:
-    """Return the standard deviation of each run's noise from its residual after a fit of its own
-    ``parameters`` values."""
+    """Return the standard deviation of each run's noise, from the residual after a fit of
+    ``parameters`` values to this run alone."""
     return np.array(
-        # A residual of exactly zero must not divide by zero.
+        # The lower limit prevents a division by zero if the residual is exactly zero.
         [np.sqrt(max(float(r @ r) / max(r.size - parameters, 1), 1e-18)) for r in own_residuals]
     )
 

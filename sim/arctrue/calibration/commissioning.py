@@ -1,10 +1,10 @@
 """Judges how the heads of a table are connected, before any calibration.
 
-While the table turns once or more in its positive direction, the readings of all heads at the same
-clocks show the sense of each head, its place after head 1, and the cable to which it is connected.
-Two turns at one speed, forward and backward, show the delay between the electronics of two heads: a
-head with the delay τ reads θ(t − τ), so that its offset changes by τ times the difference of the
-two speeds.
+The table turns once or more in its positive direction, and the readings of all heads are taken at
+the same clocks. They show the sense of each head, its place after head 1, and the cable to which it
+is connected. Two turns at one speed, forward and backward, show the delay between the electronics
+of two heads: a head with the delay τ reads θ(t − τ), so that its offset changes by τ times the
+difference of the two speeds.
 """
 
 from __future__ import annotations
@@ -33,10 +33,11 @@ DELAY_MOST_CLOCKS = 255
 
 @dataclass(frozen=True)
 class Connection:
-    """Reports how the heads are connected; lists are by cable, head 1 first.
+    """Reports how the heads are connected; lists have one entry per cable, that of head 1 first.
 
-    ``travels``: counts that each head moved; ``places_deg``: after head 1, NaN without an index;
-    ``at_head``: number of the planned head to which each cable is connected, 0 if no plan fits.
+    ``travels``: counts that each head moved; ``places_deg``: angle of each head after head 1, NaN
+    if the head has not seen its index; ``at_head``: number of the planned head to which each cable
+    is connected, 0 if no plan fits.
     """
 
     travels: tuple[int, ...]
@@ -56,11 +57,11 @@ def judge_connection(
     counts_per_rev: int,
     places_deg: tuple[float, ...],
 ) -> Connection:
-    """Judge readings (n, H): positions modulo 2³², angles after the index in counts.
+    """Judge the connection of the heads from readings (n, H).
 
-    ``indexed`` (H,): heads that have seen their index. The table must have turned in the positive
-    direction. Raises ValueError for too few readings, or if the arrays differ in the number of
-    heads.
+    ``positions``: counts modulo 2³². ``angles``: counts after the index. ``indexed`` (H,): heads
+    that have seen their index. The table must have turned in the positive direction. Raises
+    ValueError for too few readings, or if the arrays differ in the number of heads.
     """
     if positions.shape[1] != len(places_deg):
         raise ValueError(
@@ -161,8 +162,8 @@ def _cables(places_deg: Float, plan_deg: Float) -> tuple[tuple[int, ...], float,
             apart = places_deg - (-expected if mirrored else expected)
             off = float(np.abs((apart + 180.0) % 360.0 - 180.0).max())
             if off <= PLACE_TOLERANCE_DEG:
-                # Evenly spaced heads fit several assignments: the first assignment leaves the
-                # cables as they are.
+                # Evenly spaced heads fit several assignments. The first assignment, which exchanges
+                # no cables, is returned if it fits.
                 return tuple(place + 1 for place in order), off, mirrored
             found.append((off, mirrored, order))
     return (0,) * heads, min(found)[0], False
@@ -172,7 +173,8 @@ def _cables(places_deg: Float, plan_deg: Float) -> tuple[tuple[int, ...], float,
 class Skew:
     """Delay of each head, and the corrections that make all heads equally late.
 
-    ``late_ns`` and ``u_ns`` (H,): relative to head 1; ``delays_clocks`` (H,): for ``head_delays``.
+    ``late_ns`` (H,): delay of each head relative to head 1; ``u_ns`` (H,): its standard
+    uncertainty; ``delays_clocks`` (H,): delays that ``head_delays`` packs into one parameter.
     """
 
     late_ns: Float
@@ -194,8 +196,9 @@ def skew_of(
     clock_hz: float,
     delays_clocks: tuple[int, ...],
 ) -> Skew:
-    """Calculate the skew from two turns in opposite directions, made with ``delays_clocks`` in the
-    device.
+    """Calculate the skew from two turns in opposite directions.
+
+    ``delays_clocks``: delays that the device applied during these turns.
 
     Raises ValueError for turns in one direction and for a skew beyond 255 clocks.
     """
@@ -210,7 +213,7 @@ def skew_of(
     ]
     u_s = np.full(late_s.size, float(np.hypot(*u_offset)) / abs(apart))
     u_s[0] = 0.0
-    # The measured delay contains the present delays of the device.
+    # The measured delay includes the delays that the device applied.
     own = late_s - np.array(delays_clocks, dtype=np.float64) / clock_hz
     own -= own[0]
     needed = np.rint((own.max() - own) * clock_hz).astype(np.int64)

@@ -77,7 +77,7 @@ def compare(reference: Reference, coefficients: Coefficients) -> ReferenceCompar
 
 
 def reading_counts(reference: Reference, counts_per_rev: int) -> NDArray[np.int64]:
-    """Return the reading of head 1 in counts: as recorded, otherwise reference angle + error."""
+    """Return head 1's reading in counts, as recorded or else as reference angle + error."""
     if reference.head1_counts is not None:
         return reference.head1_counts
     degrees = reference.target_deg + reference.error_arcsec / 3600.0

@@ -62,7 +62,7 @@ class Estimate:
     values: Float
     covariance: Float
     noise_gain: Float
-    """|TF| of every order, (N,)."""
+    """Noise gain |TF| of every order, (N,)."""
     disagreement: Float
     """χ² per degree of freedom between the runs at every order, (N,); 1 if it cannot be judged."""
     residual_rms_arcsec: float
@@ -71,8 +71,8 @@ class Estimate:
     head_separation_rad: float
     """The α that was used."""
     u_head_separation_rad: float
-    """Standard uncertainty of the α that was used; the covariance includes its coupling to every
-    order."""
+    """Standard uncertainty of the α that was used; the covariance includes the effect of this
+    uncertainty on every order."""
     separation_choice: Choice
     """Source of the α that was used."""
     measured_separation_rad: float

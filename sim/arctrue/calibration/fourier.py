@@ -96,8 +96,8 @@ def fourier(
     choice, warnings = head_separation.judge(
         nominal_separation_rad,
         [mean / ARCSEC_PER_RAD for mean in means],
-        # u of each run is 0: the mean of a harmonic over equal steps is 0, and the noise of the
-        # mean is far below a count.
+        # The uncertainty of each run's mean is neglected: the mean of a harmonic over equal steps
+        # is 0, and the noise of the mean is far below a count.
         [0.0] * len(turns),
         measured,
         counts_per_rev,

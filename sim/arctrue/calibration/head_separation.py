@@ -1,12 +1,12 @@
 """Determines the separation α from the capture, its uncertainty, and whether it is plausible.
 
 mean(R₂ − R₁) over uniform true angle is the separation according to the index marks: both heads
-count from the same mark, and ε(θ + α) − ε(θ) has no mean. This mean repeats to ± 1 count per head.
-Repeated runs do not show a constant difference between the places where the heads detect the mark,
-but α contains all of this difference (10 µm at the disc are 38″). A set states the standard
+count from the same mark, and ε(θ + α) − ε(θ) has no mean. This mean repeats within ± 1 count per
+head. The heads may detect the mark at different places. Repeated runs do not show this constant
+difference, but α contains all of it (10 µm at the disc are 38″). A set states the standard
 uncertainty of the difference as ``table.index_detection_arcsec``; the default is the standard
-uncertainty of the heads' mounting, 50″/√3. If a head did not find its index, the runs disagree or
-the value is far from nominal.
+uncertainty of the heads' mounting, 50″/√3. If a head did not find its index, the values of α from
+several runs disagree, or the value is far from nominal.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ reference run, see separation_by_harmonics.
 
 NOMINAL_TOLERANCE_ARCSEC = 50.0
 U_NOMINAL_RAD = NOMINAL_TOLERANCE_ARCSEC / math.sqrt(3.0) * RAD_PER_ARCSEC
-"""Standard uncertainty of a rectangular distribution over the tolerance."""
+"""Standard uncertainty of the nominal α: rectangular distribution over the mounting tolerance."""
 U_DETECTION_DEFAULT_ARCSEC = NOMINAL_TOLERANCE_ARCSEC / math.sqrt(3.0)
 """Default of ``table.index_detection_arcsec``: the mark's sensor is assumed to be mounted as
 accurately as its head, not better."""
 INDEX_REPEATABILITY_COUNTS = 1.0
 BELIEVABLE_ARCSEC = 900.0
-"""Largest plausible difference from nominal: 0.25°, 0.24 mm at the disc. No head is mounted so
-badly, so that a larger difference is a fault of the index."""
+"""Largest plausible difference of α from nominal: 0.25°, 0.24 mm at the disc. No head is mounted
+that inaccurately, so a larger difference is a fault of the index."""
 RUNS_AGREE_COUNTS = 4.0
 """Largest difference between two runs that agree: ± 1 count for each of two heads."""
 
@@ -76,7 +76,10 @@ def chosen(
     measured: Separation,
     by_harmonics: Separation | None,
 ) -> Separation:
-    """Return the separation of the ``choice``. Raises ValueError for harmonics without a value."""
+    """Return the separation from the source ``choice``.
+
+    Raises ValueError for harmonics without a value.
+    """
     if choice == "measured":
         return measured
     if choice == "nominal":
@@ -125,7 +128,8 @@ def judge(
     trusted = True
     off_arcsec = (measured_rad - nominal_rad) * ARCSEC_PER_RAD
     spread = max(by_run_rad) - min(by_run_rad)
-    # The limit holds for ± 1 count; a larger stated repeatability widens it in proportion.
+    # RUNS_AGREE_COUNTS holds for ± 1 count; a larger stated repeatability widens the limit in
+    # proportion.
     wider = max(_repeatability(index_repeatability_counts) / _repeatability(None), 1.0)
     allowed = wider * RUNS_AGREE_COUNTS * rad_per_count(counts_per_rev) + 6.0 * max(u_by_run_rad)
     if spread > allowed:

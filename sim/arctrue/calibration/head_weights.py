@@ -1,14 +1,14 @@
 """Calculates the weights of the mean of the heads, and of the parity that detects a wrong head.
 
-Head i stands p_i after head 1 (docs/architecture.md, "Head geometry"): an axis that moves by c = x
-+ jy adds Im(c·e^{jp_i})·ρ_i/R to its reading, where ρ_i is the disc's nominal radius R divided by
-the radius of head i.
+Head i stands at the angle p_i after head 1 (docs/architecture.md, "Head geometry"): an axis that
+moves by c = x + jy adds Im(c·e^{jp_i})·ρ_i/R to the head's reading. ρ_i is the disc's nominal
+radius R divided by the radius of head i.
 
 With Σwᵢ = 1 and Σwᵢ·ρᵢ·e^{jpᵢ} = 0 the mean Σwᵢrᵢ turns with the table and contains no translation
-of the axis, at any order, repeating or not. Three heads have one solution. Four heads have a family
-of solutions; the solution with the least noise √Σwᵢ² is taken. Two heads have a solution at 180°
-only. The parity Σcᵢrᵢ with Σcᵢ = 0 and Σcᵢ·ρᵢ·e^{jpᵢ} = 0 contains neither the motion of the table
-nor the motion of the axis; it needs four heads.
+of the axis. This holds at any order, and for motion that does not repeat. Three heads have one
+solution. Four heads have a family of solutions; the solution with the least noise √Σwᵢ² is taken.
+Two heads have a solution at 180° only. The parity Σcᵢrᵢ with Σcᵢ = 0 and Σcᵢ·ρᵢ·e^{jpᵢ} = 0
+contains neither the motion of the table nor the motion of the axis; it needs four heads.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ heads within 3′ of 180°."""
 
 
 class WeightsRefusedError(ValueError):
-    """No weights exist for these places, or no weights that the gateware can use."""
+    """No weights exist for these places, or the gateware cannot use them."""
 
 
 def translation_columns(places_rad: ArrayLike, radius_ratios: ArrayLike | None = None) -> Float:
@@ -179,8 +179,8 @@ def order_factor(
 ) -> NDArray[np.complex128]:
     """Return W(n) = Σwᵢ·e^{jnpᵢ}, the factor of the disc's order n in the mean, (orders,).
 
-    At order 1 each term has the factor ρᵢ: nearly all of that order is an eccentric disc, which
-    acts by the radius.
+    At order 1 each term has the factor ρᵢ: the disc's eccentricity causes nearly all of this order,
+    and its effect is inversely proportional to the head's radius.
     """
     places = np.asarray(places_rad, dtype=np.float64)
     w = np.asarray(weights, dtype=np.float64)

@@ -32,7 +32,7 @@ class MeanSettings:
 
     ``motion``: None means that motion is unknown at every order with four heads, and absent
     otherwise; ``runs``: None means the runs at the lowest speed; ``u_radius``: standard uncertainty
-    of a head's radius over the disc's.
+    of the ratio of a head's radius to the disc's.
     """
 
     runs: Sequence[int] | None = None
@@ -45,7 +45,7 @@ class MeanSettings:
 
 @dataclass(frozen=True)
 class MeanCalibration:
-    """The estimate, the gateware's words of the mean of all heads, and its words for each missing
+    """The estimate, and the gateware's words for the mean of all heads and the means without one
     head."""
 
     estimate: HeadsEstimate

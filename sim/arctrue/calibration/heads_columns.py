@@ -1,11 +1,12 @@
 """Computes the design-matrix columns of every unknown in a calibration of several heads, for each
 head.
 
-With g the disc's error as a function of its own reading, head i at the place p_i and the radius
+Let g be the disc's error as a function of its own reading. Head i at the place p_i and the radius
 R/ρᵢ reads Rᵢ = θ + aᵢ + g_i(Rᵢ + dᵢ) + m_i(θ). aᵢ is the offset of its counter, and dᵢ = p_i − aᵢ
-is the angle by which it detects the index mark late. Order 1 of g is multiplied by ρᵢ. An axis at
-c(θ) = Σ F_k e^{jkθ} + B_k e^{−jkθ} adds m_i = ρᵢ·Im(c·e^{jp_i}), F and B in arcseconds at the
-disc's radius. The forward circle of order 1 equals an eccentric disc and is no separate unknown.
+is the angle by which head i detects the index mark late. Order 1 of g is multiplied by ρᵢ. An axis
+at c(θ) = Σ F_k e^{jkθ} + B_k e^{−jkθ} adds m_i = ρᵢ·Im(c·e^{jp_i}), F and B in arcseconds at the
+disc's radius. The forward circle of order 1 has the same effect as an eccentric disc and is not a
+separate unknown.
 """
 
 from __future__ import annotations
@@ -57,7 +58,7 @@ class Layout:
 
     @property
     def radius(self) -> slice:
-        """Columns of ρᵢ − 1 of heads 2, 3 and 4; it is 0 for head 1."""
+        """Columns of ρᵢ − 1 of heads 2, 3 and 4; for head 1 this value is 0."""
         return slice(self.late.stop, self.late.stop + self.heads - 1)
 
     @property
@@ -79,12 +80,12 @@ class State:
 
     @property
     def late_rad(self) -> Float:
-        """dᵢ of all heads, (heads,); 0 for head 1."""
+        """Lateness dᵢ of all heads, radians, (heads,); 0 for head 1."""
         return np.concatenate(([0.0], self.values[self.layout.late] * RAD_PER_ARCSEC))
 
     @property
     def radius_ratios(self) -> Float:
-        """ρᵢ of all heads, (heads,)."""
+        """Radius ratios ρᵢ of all heads, (heads,)."""
         return np.concatenate(([1.0], 1.0 + self.values[self.layout.radius]))
 
     def places_rad(self, run: int) -> Float:
@@ -115,7 +116,8 @@ class State:
             columns[:, np.concatenate((first, first + number))] *= ratio
         start = layout.motion.start
         around = {k: np.exp(1j * k * angle) for k in layout.motion_orders}
-        # Im(F·e^{j(kθ+p)}) and Im(B·e^{−j(kθ−p)}).
+        # The columns are Im(F·e^{j(kθ+p)}) and Im(B·e^{−j(kθ−p)}), for the values 1 and j of F and
+        # B.
         for index, (order, sense) in enumerate(layout.motion_parts):
             wave = around[order] if sense == 1 else around[order].conj()
             seen = ratio * wave * np.exp(1j * place)
@@ -138,8 +140,8 @@ class State:
 
 @dataclass(frozen=True)
 class HeadSees:
-    """Derivatives of one head's reading error by every unknown, (n, layout.size), and the expected
-    error, the sum of disc and motion, in arcseconds, (n,)."""
+    """Expected reading error of one head (disc plus motion), arcseconds, (n,), and its derivatives
+    by every unknown, (n, layout.size)."""
 
     columns: Float
     expected: Float

@@ -33,8 +33,8 @@ class AxisCircle:
 class HeadsEstimate:
     """Values of ``state`` with their ``covariance``, (size, size), in the units of its layout.
 
-    The columns after the layout's columns are the offsets of heads 2, 3 and 4 for each run in turn,
-    in arcseconds. A value that was held fixed has variance 0.
+    The columns of the covariance after the layout's columns belong to the offsets of heads 2, 3 and
+    4 in arcseconds, run after run. A value that was held fixed has variance 0.
     """
 
     asked_orders: Integer

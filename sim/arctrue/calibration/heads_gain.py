@@ -1,10 +1,10 @@
 """Calculates which orders heads at given places see, and the noise of each order.
 
-At order n heads p_i after head 1 show T + E·e^{jnp} + P·e^{jp} + Q·e^{−jp}: T is the table's own
-motion, which is unknown; E is the disc's order; P and Q are the two circles of a motion of the
-axis. With the other unknowns projected out, the column e^{jnp} has the length L, and the noise of E
-is the noise of one head's line divided by L. At order 1 the forward circle P equals the
-eccentricity of the disc; the backward circle does not.
+At order n a head at the place p after head 1 reads T + E·e^{jnp} + P·e^{jp} + Q·e^{−jp}: T is the
+table's own motion, which is unknown; E is the disc's order; P and Q are the two circles of a motion
+of the axis. L is the length of the part of the column e^{jnp} that is orthogonal to the columns of
+T, P and Q. The noise of E is the noise of one head's line divided by L. At order 1 the forward
+circle P equals the eccentricity of the disc; the backward circle does not.
 """
 
 from __future__ import annotations

@@ -3,10 +3,10 @@
 Every sample has an unknown true angle, so that only combinations of the readings whose weights have
 the sum 0 contain information. The fit weights these combinations by their estimated covariance
 (generalised least squares): if the axis also has motion that does not repeat, the parity of four
-heads has the largest weight. With motion unknown at every order only the parity is used, which
-contains no translation. Prior knowledge enters as observations: the mounted places, equal index
-marks for all heads, and the manufactured radii. The fit is refused if an unknown remains
-undetermined.
+heads has the largest weight. If motion is unknown at every order, only the parity is used, because
+it contains no translation of the axis. Prior knowledge enters as observations: the mounted places,
+one place of the index mark for all heads, and the manufactured radii. The fit is refused if an
+unknown remains undetermined.
 """
 
 from __future__ import annotations
@@ -36,9 +36,10 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 U_PLACE_DEFAULT_ARCSEC = NOMINAL_TOLERANCE_ARCSEC / float(np.sqrt(3.0))
-"""Standard uncertainty of a rectangular distribution over the tolerance of the mounting."""
+"""Standard uncertainty of a head's place: rectangular distribution over the mounting tolerance."""
 U_RADIUS_DEFAULT = 0.1 / float(np.sqrt(3.0)) / 53.975
-"""Standard uncertainty of a rectangular distribution of ± 0.1 mm at the paper's disc."""
+"""Standard uncertainty of a radius ratio: rectangular distribution of ± 0.1 mm at the paper's disc.
+"""
 LOW_MOTION_ORDERS = tuple(range(1, 9))
 LOW_ORDERS = 24
 """Largest order of disc and axis in the first fit, where motion is unknown at every order."""
@@ -100,8 +101,8 @@ def _searched(data: _Data, settings: HeadsSettings) -> tuple[State, Float, _Know
     if settings.motion != "every":
         state, combinations = _first_fit(data, settings, tuple(settings.motion))
         return *_settled(data, state, combinations, settings), None
-    # The parity contains neither order 1 nor the offsets, so that a first fit of low orders gives
-    # both.
+    # The parity contains neither order 1 nor the offsets; a first fit of low orders, with other
+    # combinations, determines both.
     orders = np.asarray(settings.orders)
     low = replace(settings, orders=orders[orders <= LOW_ORDERS])
     state, combinations = _first_fit(data, low, LOW_MOTION_ORDERS)
@@ -210,7 +211,7 @@ class _Data:
 
     def thinned(self, most: int, most_order: int) -> _Data:
         """Return every k-th sample of each run, about ``most`` in all, or ``self`` if it has no
-        more than that.
+        more samples.
 
         A turn keeps four samples for each period of its highest order.
         """
@@ -252,7 +253,7 @@ class _Data:
         return State(layout, values, apart)
 
     def state_of(self, orders: Integer, motion_orders: tuple[int, ...], before: State) -> State:
-        """Return the values of ``before`` in another layout, 0 for columns that it lacks."""
+        """Return the values of ``before`` in another layout; columns that are new are 0."""
         layout = Layout(self.heads, orders, motion_orders)
         values = np.zeros(layout.size)
         both, new, old = np.intersect1d(orders, before.layout.orders, return_indices=True)
@@ -284,7 +285,8 @@ def _late_beforehand(
     weight_mounting = _precision(settings.u_place_arcsec)
     weight_index = _precision(settings.u_index_arcsec)
     if not np.isfinite(settings.u_place_arcsec):
-        # If the data alone determine the places, the search starts at the mounted places.
+        # If the prior is infinitely uncertain, the search starts at the mounted places with
+        # precision 0.
         return by_mounting, 0.0
     total = weight_mounting + weight_index
     return by_mounting * (weight_mounting / total), total
@@ -303,7 +305,10 @@ def _combinations_of_rotation(heads: int) -> Float:
 def _rows(
     data: _Data, state: State, combinations: Float
 ) -> Iterator[tuple[int, Float, list[Float]]]:
-    """Yield run, residual (n, m) and the derivatives of every combination, each (n, columns)."""
+    """Yield for each block the run's index, residuals and derivatives.
+
+    Residuals are (n, m); the derivatives of every combination are (n, columns).
+    """
     for run, seen, apart in _seen(data, state):
         expected = np.stack([one.expected for one in seen])
         derivatives = []
@@ -316,8 +321,8 @@ def _rows(
 
 
 def _seen(data: _Data, state: State) -> Iterator[tuple[int, list[HeadSees], Float]]:
-    """Yield run, the disc's error under every head, and the readings minus head 1's reading and the
-    offsets, (heads, n)."""
+    """Yield for each block the run's index, the disc's error under every head, and the readings
+    minus head 1's reading and minus the offsets, (heads, n)."""
     unit = arcsec_per_count(data.counts_per_rev)
     for run, counts in data.blocks():
         offsets = state.offsets_rad[run] * ARCSEC_PER_RAD
@@ -415,8 +420,10 @@ def _converged(
     settings: HeadsSettings,
     known: _Known | None = None,
 ) -> tuple[State, Float]:
-    """Iterate until no step changes a prediction; return the information matrix of the last
-    step."""
+    """Iterate until a step changes every prediction by less than CONVERGED_ARCSEC.
+
+    Return the state, and the information matrix of the last step.
+    """
     for _ in range(ROUNDS_MOST):
         before = state
         state, information = _solved(data, state, combinations, settings, known=known)
@@ -442,7 +449,7 @@ def _residual_covariance(data: _Data, state: State, combinations: Float) -> Floa
 def _whitened(data: _Data, state: State, combinations: Float) -> Float:
     """Return the combinations rotated and scaled so that each has noise of variance 1."""
     covariance = _residual_covariance(data, state, combinations)
-    # Readings without any noise must not divide by zero.
+    # The small variance prevents a division by zero if the readings have no noise.
     covariance += 1e-18 * np.eye(covariance.shape[0])
     return np.asarray(np.linalg.solve(np.linalg.cholesky(covariance), combinations))
 

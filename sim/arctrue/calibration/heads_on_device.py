@@ -11,8 +11,8 @@ for the disc's orders:
 - with three and four heads order 1 of the disc, the backward circle of the axis, and the lateness
   dᵢ and radius ratio ρᵢ of each head, from the readings' lines at order 1 and from the priors.
 
-The firmware solves the same equations with a normal matrix of some of the samples, and forms the
-sums differently: firmware/calibration/heads_fit.c.
+The firmware solves the same equations, but computes the normal matrix from a part of the samples
+and forms the sums differently: firmware/calibration/heads_fit.c.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ Complex = NDArray[np.complex128]
 
 CIRCLE_ORDERS = 4
 LEAST_VARIANCE = 1e-6
-"""Smallest variance of a reading, arcsec²: readings without noise must not divide by zero."""
+"""Smallest variance of a reading, arcsec²; it prevents a division by zero if there is no noise."""
 ROUNDS_MOST = 60
 UNCHANGED_SHARE = 3e-12
 READINGS = 1024
@@ -50,9 +50,9 @@ READINGS = 1024
 class OnDevice:
     """The result of one turn in the firmware's quantities; lists over heads are (heads,).
 
-    ``disc``: complex amplitudes cosine − j·sine of orders 1 to N, arcseconds, 0 where not seen;
-    ``variances`` (2, N) of cosine and sine, ``covariances`` (N,); ``circles`` (orders, 2): radii of
-    the forward and the backward circle, arcseconds.
+    ``disc``: complex amplitudes cosine − j·sine of orders 1 to N, arcseconds, 0 for an order that
+    is not seen; ``variances`` (2, N) of cosine and sine, ``covariances`` (N,); ``circles`` (orders,
+    2): radii of the forward and the backward circle, arcseconds.
     """
 
     disc: Complex
@@ -196,8 +196,11 @@ class _Fit:
         return np.asarray(columns - columns.mean(axis=0))
 
     def places_equations(self, variance: float) -> tuple[Float, Float]:
-        """Return the design matrix (rows, unknowns), whose last rows are the priors and whose rows
-        all have variance 1, and the right-hand side of the prior rows."""
+        """Return the design matrix (rows, unknowns) and the right-hand side of its last rows, the
+        priors.
+
+        Every row is scaled to variance 1.
+        """
         columns = np.concatenate((self.by_circles(), self.by_places()), axis=1)
         scale = np.sqrt(self.samples / (2.0 * variance))
         further = self.heads - 1
@@ -284,7 +287,8 @@ def heads_on_device(
         design, _ = fit.places_equations(power)
         norms = np.linalg.norm(design, axis=0)
         of_places = np.linalg.inv((design / norms).T @ (design / norms)) / np.outer(norms, norms)
-        # Like the firmware, give order 1 the mean noise of all orders, without their colour.
+        # Like the firmware, assume for order 1 the mean noise of all orders, not the noise near
+        # order 1.
         variances[:, 0] = np.diag(of_places)[:2]
         covariances[0] = of_places[0, 1]
         further = fit.heads - 1
@@ -332,8 +336,8 @@ def mean_orders(
     """Return the orders of the mean's error as a function of the carrier's reading, arcseconds,
     (N,).
 
-    Also return the error's constant, the variance of a component of each order from the noise, and
-    the variance of each order from the uncertainties of places and radii.
+    The further results are the error's constant, the variance of a component of each order due to
+    the noise, and the variance of each order due to the uncertainties of places and radii.
     """
     disc = found.heads_on_disc
     places = offsets_rad + found.late_rad

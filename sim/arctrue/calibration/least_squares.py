@@ -1,14 +1,14 @@
 """Fits the error function by least squares at the measured readings.
 
-With g(R) = ε(θ) as a function of the *reading*, each head gives the disc angle under it without
-approximation: θ = R₁ − g(R₁) and θ + α = R₂ − g(R₂). The difference is
+Let g(R) = ε(θ) be the error as a function of the *reading*. Then each head gives the disc angle
+under it without approximation: θ = R₁ − g(R₁) and θ + α = R₂ − g(R₂). The difference is
 
-    R₂ − R₁ = α + g(R₂) − g(R₁),
+    R₂ − R₁ = α + g(R₂) − g(R₁).
 
-linear in the harmonics of g and in α, exact for any steps, speed and number of samples. The
-gateware subtracts g(R₁), equation (8). Only the zero of head 2 needs iteration: the index of a run
-repeats to a count, so that each run has its own constant. R₂ is moved by the difference of that
-constant from α until the result no longer changes.
+This equation is linear in the harmonics of g and in α, and it is exact for any steps, speed and
+number of samples. The gateware subtracts g(R₁), equation (8). Only the zero of head 2 needs
+iteration: the index repeats within a count from run to run, so that each run has its own constant.
+R₂ is shifted by the difference between this constant and α until the result no longer changes.
 """
 
 from __future__ import annotations
@@ -92,12 +92,12 @@ def least_squares(
     unit = arcsec_per_count(counts_per_rev)
     turn_arcsec = unit * counts_per_rev
     nominal = nominal_separation_rad * ARCSEC_PER_RAD
-    # Whole turns between the heads' counters are arbitrary and are removed.
+    # The heads' counters may differ by any number of whole turns, which is subtracted.
     whole = [
         round((float(np.mean(p.head2_counts - p.head1_counts)) * unit - nominal) / turn_arcsec)
         for p in turns
     ]
-    # An order that one of the two values of α hides would make the matrix singular.
+    # An order that is not seen at one of the two values of α would make the matrix singular.
     raw_rad = float(np.mean(turns[0].head2_counts - turns[0].head1_counts)) * unit / ARCSEC_PER_RAD
     hidden = ~np.isfinite(noise_gain(orders, nominal_separation_rad))
     seen = orders[~hidden & np.isfinite(noise_gain(orders, raw_rad))]
@@ -238,7 +238,7 @@ def _noise(normal: _Normal, own: Float) -> float:
     """Return the standard deviation of a run's noise, from the residual after a fit of this run
     alone."""
     free = max(normal.samples - own.size, 1)
-    # A residual of exactly zero must not divide by zero.
+    # The lower limit prevents a division by zero if the residual is exactly zero.
     return float(np.sqrt(max(_square_left(normal, own) / free, 1e-18)))
 
 

@@ -3,11 +3,11 @@ heads.
 
 The error ε of head 1 has a line Re(c e^{jνΘ}), where ν is not an integer and Θ is the angle counted
 over the turns. A line that is fixed to the disc appears in head 2 minus head 1 as Re(c g e^{jνΘ})
-with g = e^{jνα} − 1. Let θ = Θ modulo a turn, and w each sample's share of the turn. In the sum
-over a turn S = Σ w (R₂ − R₁ − α₀) e^{−jνθ}, all whole orders and all constants contribute the same
-value K in every turn. Only the line changes from turn to turn: S = K + (c g A + c* g* B)/2, where A
-= Σ w e^{jν(Θ − θ)} and B = Σ w e^{−jν(Θ + θ)}. Two Kalman filter updates per turn, with the real
-and the imaginary part of S, estimate K and c; c is modelled as a random walk, because the line
+with g = e^{jνα} − 1. Let θ = Θ modulo a turn, and w each sample's share of the turn. S = Σ w (R₂ −
+R₁ − α₀) e^{−jνθ} is a sum over a turn; all integer orders and all constants contribute the same
+value K to it in every turn. Only the line changes from turn to turn: S = K + (c g A + c* g* B)/2,
+where A = Σ w e^{jν(Θ − θ)} and B = Σ w e^{−jν(Θ + θ)}. Two Kalman filter updates per turn, with the
+real and the imaginary part of S, estimate K and c; c is modelled as a random walk, because the line
 slips.
 """
 
@@ -57,7 +57,7 @@ class LineFinder:
         separation_rad: float,
         noise_arcsec: float,
     ) -> None:
-        """Add a turn.
+        """Update the filter with the samples of one turn.
 
         Parameters
         ----------

@@ -2,8 +2,8 @@
 
 The mean Σwᵢrᵢ has the error E = Σwᵢ·ε under head i. The calibration fits g(R) = ε(θ) as a function
 of the reading. Let y_i be the disc reading under head i, y_i = θ + p_i + g_i(y_i). The readings rᵢ
-= y_i − p_i then give E = Σwᵢ·g_i(y_i). E is calculated here at even steps of the carrier's r_s: θ =
-r_s − g_s(r_s + p_s) without approximation.
+= y_i − p_i then give E = Σwᵢ·g_i(y_i). This module calculates E at even steps of the reading r_s of
+head s, the carrier: θ = r_s − g_s(r_s + p_s) without approximation.
 """
 
 from __future__ import annotations

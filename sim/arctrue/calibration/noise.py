@@ -51,7 +51,7 @@ class ResidualSpectrum:
         if number == 0:
             return np.ones(orders.size)
         first = np.searchsorted(self.orders, orders) - number // 2
-        # The nearest lines may be unevenly distributed: near order 0 there are no lower lines.
+        # Near order 0 there are no lower lines; the mean then uses more lines above the order.
         first = np.clip(first, 0, self.power.size - number)
         return np.asarray((total[first + number] - total[first]) / number)
 

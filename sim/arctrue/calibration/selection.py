@@ -14,7 +14,7 @@ FALSE_ALARM = 0.05
 """Probability that noise alone makes at least one order of a set significant."""
 GAIN_LIMIT_DEFAULT = 50.0
 """Largest noise gain of an order. With heads 33° apart this limit keeps n = 11 and 109 (gain 19)
-and excludes n = 120k and its neighbours."""
+and excludes the multiples of 120 and their neighbours."""
 UNCERTAINTY_LIMIT_ARCSEC = 0.1
 """Standard uncertainty above which an order is flagged."""
 
@@ -35,7 +35,8 @@ def significance_factor(orders: int) -> float:
     with a probability of 5 %.
 
     A²/2u² of noise has an F distribution with (2, 2m) degrees of freedom, since u is estimated from
-    m lines of the spectrum: P(A > k·u) = (1 + k²/2m)⁻ᵐ, for many lines the Rayleigh distribution.
+    m lines of the spectrum: P(A > k·u) = (1 + k²/2m)⁻ᵐ, which for many lines is the Rayleigh
+    distribution.
     """
     chance = FALSE_ALARM / max(orders, 1)
     return math.sqrt(2.0 * NEIGHBOURS * math.expm1(-math.log(chance) / NEIGHBOURS))

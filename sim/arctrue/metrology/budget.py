@@ -345,8 +345,8 @@ def _separation_lines(
 
 
 def reversal_lines(reference: Reference, error: Float) -> list[Contribution]:
-    """Return half the reversal error of errors (rows,) as a contribution; return nothing for a run
-    in one direction."""
+    """Return half the reversal error of the errors (rows,) as a contribution; an empty list for a
+    run in one direction."""
     if reference.direction is None:
         return []
     up, down = (error[reference.direction == way] for way in (1, -1))

@@ -3,8 +3,9 @@ certificate.
 
 U = k·u with k = 2. u² is the sum of xᵀ·C·x and of the squares of the contributions that the fit
 does not contain; C is the covariance of the fitted coefficients, and x contains the values of their
-columns at the angle (JCGM 100:2008, equations 10 and 13). The sensitivity to the head separation is
-computed for the whole fit: a second fit uses another separation (JCGM 100:2008, clause 5.1.4).
+design-matrix columns at the angle (JCGM 100:2008, equations 10 and 13). The sensitivity to the head
+separation is computed for the whole fit: a second fit uses another separation (JCGM 100:2008,
+clause 5.1.4).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Reads what a certificate states about item, laboratory and persons from the user's TOML file."""
+"""Reads the user's TOML file with the item, laboratory and persons that the certificate states."""
 
 from __future__ import annotations
 

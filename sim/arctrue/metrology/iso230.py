@@ -38,22 +38,22 @@ class Direction:
 
     @property
     def repeatability_arcsec(self) -> Float:
-        """Rᵢ = 4 sᵢ, (targets,)."""
+        """Unidirectional repeatability Rᵢ = 4 sᵢ of each target, (targets,)."""
         return 4.0 * self.s_arcsec
 
     @property
     def accuracy(self) -> float:
-        """A: largest x̄ᵢ + 2 sᵢ minus smallest x̄ᵢ − 2 sᵢ."""
+        """Unidirectional accuracy A: the largest x̄ᵢ + 2 sᵢ minus the smallest x̄ᵢ − 2 sᵢ."""
         return _span(self.mean_arcsec + 2.0 * self.s_arcsec, self.mean_arcsec - 2.0 * self.s_arcsec)
 
     @property
     def repeatability(self) -> float:
-        """R: largest Rᵢ."""
+        """Unidirectional repeatability R: the largest Rᵢ."""
         return _largest(self.repeatability_arcsec)
 
     @property
     def systematic(self) -> float:
-        """E: range of x̄ᵢ."""
+        """Unidirectional systematic deviation E: the range of x̄ᵢ."""
         return _span(self.mean_arcsec, self.mean_arcsec)
 
 
@@ -80,12 +80,12 @@ class Positioning:
 
     @property
     def reversal_arcsec(self) -> Float:
-        """Bᵢ = x̄ᵢ↑ − x̄ᵢ↓, (targets,)."""
+        """Reversal value Bᵢ = x̄ᵢ↑ − x̄ᵢ↓ of each target, (targets,)."""
         return self.up.mean_arcsec - self.down.mean_arcsec
 
     @property
     def repeatability_arcsec(self) -> Float:
-        """Rᵢ, bidirectional: the largest of 2sᵢ↑ + 2sᵢ↓ + |Bᵢ|, Rᵢ↑ and Rᵢ↓, (targets,)."""
+        """Bidirectional Rᵢ: the largest of 2sᵢ↑ + 2sᵢ↓ + |Bᵢ|, Rᵢ↑ and Rᵢ↓, (targets,)."""
         up, down = self.up, self.down
         both = 2.0 * (up.s_arcsec + down.s_arcsec) + np.abs(self.reversal_arcsec)
         return np.maximum(both, np.maximum(up.repeatability_arcsec, down.repeatability_arcsec))
@@ -175,7 +175,7 @@ class Contributions:
 
     @classmethod
     def from_drift(cls, device_arcsec: float | None, drift_arcsec: float | None) -> Contributions:
-        """Return these contributions with ``environment_arcsec`` computed from the drift.
+        """Return contributions with ``environment_arcsec`` computed from the drift.
 
         ``drift_arcsec``: range of readings at rest, taken as a rectangular distribution.
         """

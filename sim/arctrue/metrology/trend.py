@@ -52,10 +52,10 @@ class Trend:
 class TrendWatch:
     """Tests the latest ``BLOCKS`` means of ``BLOCK_TURNS`` turns whenever a mean is complete.
 
-    An F test compares the slope of a line through the means of cosine and sine coefficients with
-    the scatter about this line, with 2 and 2·(BLOCKS − 2) degrees of freedom. The noise of a turn
-    need not be known. The test reports no change below ``matters_arcsec`` from the first mean to
-    the last.
+    The test fits a line through the means of the cosine coefficients, and another through those of
+    the sine coefficients. An F test with 2 and 2·(BLOCKS − 2) degrees of freedom compares the
+    slopes with the scatter about the lines. The noise of a turn need not be known. The test reports
+    no change below ``matters_arcsec`` from the first mean to the last.
     """
 
     def __init__(

@@ -64,7 +64,12 @@ class Jobs:
             job.end()
 
     def state(self, session: Session, number: int) -> dict[str, Any]:
-        """Return ``state`` (done, running, cancelled, failed, none), ``doing`` and ``seconds``."""
+        """Return how far the ranking of a step is.
+
+        ``state``: done, running, cancelled, failed or none; ``doing``: present activity, or the
+        reason of a failure; ``seconds``: running time; ``partly``: whether a partial ranking
+        exists.
+        """
         folder = session.step_folder(number)
         with self._lock:
             job = self._running.get((session.name, number))

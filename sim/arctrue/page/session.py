@@ -32,8 +32,7 @@ class NoSuchSessionError(LookupError):
 
 @dataclass(frozen=True)
 class Opened:
-    """The measurement set that a session analyses, with its name and its command on a command
-    line."""
+    """The measurement set that a session analyses."""
 
     title: str
     folder: str

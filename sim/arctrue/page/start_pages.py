@@ -45,8 +45,8 @@ def start_pages(
     pages = Blueprint("start", __name__)
 
     def start(status: int = 200, **messages: Any) -> tuple[str, int]:
-        """Render the page; ``messages`` has a sentence for each part, and an import adds its open
-        questions."""
+        """Render the page; ``messages``: one sentence for each part, and the open questions of an
+        import."""
         sessions = [(session, session.opened) for session in analyses.sessions.all()[:20]]
         shown: dict[str, Any] = {
             "open": "",

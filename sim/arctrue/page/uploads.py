@@ -94,9 +94,10 @@ def safe_name(name: str) -> str:
 def receive(paths: Sequence[Path], out: Path, answers: Mapping[str, str]) -> Received:
     """Make the set ``out`` from stored files.
 
-    Files with a measurement.toml among them are a set; any other files are imported as by ``arctrue
-    import``. ``answers`` contains the answers by the names of the questions (``--unit head1``).
-    Raises OpenQuestionsError with all questions that are open, MeasurementError, ValueError.
+    If a measurement.toml is among the files, they are copied as a set; otherwise they are imported
+    as by ``arctrue import``. ``answers`` contains the answers by the names of the questions
+    (``--unit head1``). Raises OpenQuestionsError with all questions that are open,
+    MeasurementError, ValueError.
     """
     if any(path.name == FILE_NAME for path in paths):
         out.mkdir(parents=True, exist_ok=True)

@@ -363,8 +363,8 @@ def _sizes(found: Mapping[str, Any]) -> list[str]:
 
 
 def _by_effect(found: Mapping[str, Any]) -> list[str]:
-    """Return for each effect the number of sets whose answer puts it first, and the largest size of
-    an effect that an answer did not put first."""
+    """Return a sentence with, for each effect, the number of sets whose answer names the effect
+    first, and the largest size at which an answer did not."""
     text = []
     for name, item in found["found_by_effect"].items():
         largest = item["largest_not_put_first"]
@@ -384,7 +384,7 @@ def said_words(item: Mapping[str, Any]) -> str:
 
 
 def reason_words(item: Mapping[str, Any], reasons: Mapping[str, Reason]) -> str:
-    """Return the reason of a failure if it is known."""
+    """Return a sentence with the reason of a failure, or that the failure is not examined."""
     reason = reasons.get(item["set"])
     if reason is None:
         return "Not examined yet."

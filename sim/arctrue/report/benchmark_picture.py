@@ -16,7 +16,7 @@ from arctrue.report.svg import AFTER, INK, LIMIT, house_style
 
 PICTURE = "benchmark.svg"
 CLASSES_LAST = ("one of them", "adequate", "cannot_tell", "unknown", "bad_data", "error")
-"""Classes of the last columns: the answers without a name, after the unresolved classes."""
+"""Last columns of the matrix, which follow the classes of several names: answers without a name."""
 
 
 def plot_benchmark(found: Mapping[str, Any], folder: Path) -> Path:
@@ -41,7 +41,7 @@ def confusion_matrix(
 ) -> tuple[list[str], list[str], NDArray[np.int64]]:
     """Return the number of answers by hidden cause and answer, as an array (hidden, answered).
 
-    A correct name has its row and its column at the same number.
+    Row and column of the same name have the same number, so the right names lie on the diagonal.
     """
     hidden = list(confusion)
     said = {answer for answers in confusion.values() for answer in answers}

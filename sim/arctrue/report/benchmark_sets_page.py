@@ -129,8 +129,8 @@ INDEPENDENCE = {
         "axis and computes the exact ray."
     ),
 }
-"""Texts that state, for every cause of the catalogue and every product of parts, what an agreement
-of the two generators proves."""
+"""Texts that state, for every cause of the catalogue and every product of parts, whether the
+generator's cause and the workbench's effect have the same formula."""
 NOISE_TEXT = """The workbench has no formula for the strangers.
 
 The diagnosis fits noise as the sum of white noise and up to seven relaxations (Ornstein–Uhlenbeck

@@ -142,9 +142,9 @@ def _own_phases(analysis: Analysis, nonlinear: Mapping[str, float]) -> list[Cond
 def _best(shown: list[AmplitudeCurve]) -> str:
     """Return the key of the condition that shows the effect best.
 
-    A phase that explains most of the effect comes first; otherwise it is the condition over which
-    the amplitude varies most. Conditions that change together show similar variation; then the
-    first of :data:`PHYSICAL` is chosen.
+    This condition is a phase if a phase explains most of the effect; otherwise it is the condition
+    over which the amplitude varies most. Conditions that change together show similar variation;
+    then the first of :data:`PHYSICAL` is chosen.
     """
     phases = [item for item in shown if not item.amplitude and item.share >= _OF_A_PHASE]
     if phases:

@@ -35,7 +35,7 @@ class Conditions(TableState):
 
 
 def conditions_of(state: TableState) -> Conditions:
-    """Return the state as an object of this class.
+    """Return the state as :class:`Conditions`.
 
     A state without conditions gets the usual temperature, a time long after the start, and its
     direction of motion as the direction of approach (0 at rest).

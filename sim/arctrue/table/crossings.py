@@ -25,8 +25,8 @@ def solve_brackets(
 
     Each bracket contains one root, at which ``function − target`` changes its sign. The method is
     false position in the Illinois variant (which halves the value at the end that it keeps), with a
-    bisection every fourth step, until |function − target| <= ``tolerance``. Raises ArithmeticError
-    if the sign does not change in a bracket, or if ``iterations`` do not suffice.
+    bisection in every fourth step. It stops when |function − target| <= ``tolerance``. Raises
+    ArithmeticError if the sign does not change in a bracket, or if ``iterations`` do not suffice.
     """
     low, high = lower.astype(np.float64), upper.astype(np.float64)
     value_low, value_high = function(low) - target, function(high) - target

@@ -86,8 +86,7 @@ class Recipe:
     rank: int
     """Position in the pools from which the benchmark draws; a new recipe gets the next number."""
     coefficients: int = 0
-    """Number of coefficients of the cause's true form, for the test that knows this form; 0 for
-    noise."""
+    """Number of coefficients of the cause's true form, which the ideal test fits; 0 for noise."""
     places: float = 1
     """Number of orders, frequencies, instants, places on the disc or time constants that a search
     tries."""

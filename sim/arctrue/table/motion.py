@@ -18,11 +18,11 @@ from arctrue.table.temperature import TemperatureCourse
 class Motion:
     """A motion whose speed is linear between knots, with a ripple of the angle.
 
-    With the smooth angle s(t), the integral of the profile from ``start_rad``, the true angle is
-    θ(t) = s(t) + a·(sin(n·s(t) + p) − sin(n·start + p)), so that the ripple does not change while
-    the drive stands still. ``knot_times_s`` begins at 0 and rises; ``knot_speeds_rad_s`` has the
-    same number of values (signed, counter-clockwise positive). A motion begins as if the table had
-    just reversed. Raises ValueError for a profile that cannot be driven.
+    The smooth angle s(t) is ``start_rad`` plus the integral of the profile. The true angle is θ(t)
+    = s(t) + a·(sin(n·s(t) + p) − sin(n·start + p)), so the ripple does not change while the drive
+    stands still. ``knot_times_s`` begins at 0 and rises; ``knot_speeds_rad_s`` has the same number
+    of values (signed, counter-clockwise positive). A motion begins as if the table had just
+    reversed. Raises ValueError for a profile that cannot be driven.
     """
 
     knot_times_s: tuple[float, ...]

@@ -17,10 +17,10 @@ Float = NDArray[np.float64]
 class Noise:
     """Gaussian noise of mean zero in ``n`` rows in order of time.
 
-    The noise is the sum of a part that is independent from row to row, with the standard deviation
-    ``white_rad`` ``(n,)``, and of ``k`` first-order Gauss–Markov processes. Process j has the
-    standard deviation ``sigma_rad[j]`` and the correlation ``decay[j, i]`` between row i − 1 and
-    row i, so that cov(i, l) = white_i²·δ_il + Σ_j sigma_j²·Π_{i < m ≤ l} decay_jm.
+    The noise is the sum of white noise with the standard deviation ``white_rad`` ``(n,)`` and of
+    ``k`` first-order Gauss–Markov processes. Process j has the standard deviation ``sigma_rad[j]``
+    and the correlation ``decay[j, i]`` between row i − 1 and row i, so that cov(i, l) =
+    white_i²·δ_il + Σ_j sigma_j²·Π_{i < m ≤ l} decay_jm.
 
     Each process is computed from row to row, not by a Fourier series, so that the end of a run is
     not correlated with its beginning.
@@ -55,8 +55,8 @@ class Noise:
         return found
 
     def rows(self, kept: NDArray[np.bool_]) -> Noise:
-        """Return the noise of the rows in ``kept``: the correlations of the omitted rows are
-        multiplied into the next one."""
+        """Return the noise of the rows in ``kept``: the correlations of omitted rows multiply that
+        of the next kept row."""
         at = np.flatnonzero(kept)
         running = np.cumsum(np.log(np.maximum(np.abs(self.decay), 1e-300)), axis=1)
         signs = np.cumprod(np.where(self.decay < 0, -1.0, 1.0), axis=1)

@@ -105,7 +105,7 @@ def test_disc_places_and_offsets_come_out_within_their_uncertainty(heads: int) -
     assert np.max(np.abs(disc_pulls(found))) < PULL
     np.testing.assert_allclose(
         (found.offsets_rad - places) / ARCSEC, -late, atol=PULL * 0.1 * np.sqrt(2.0 / 6000) + 0.08
-    )  # 0.08″ are counts of 0.077″
+    )  # 0.08″: rounding to counts of 0.077″
     pulls = (found.places_rad - places)[1:] / ARCSEC / found.u_places_arcsec[1:]
     assert np.max(np.abs(pulls)) < PULL
 
@@ -168,7 +168,7 @@ def test_motion_at_every_order_and_balls_leave_the_parity_alone() -> None:
     part = captured(shown, 0.1, 6)
     found = fit(part, 4, "every")
     pulls = np.abs(disc_pulls(found)).reshape(2, -1)
-    assert np.max(pulls[:, 1:]) < PULL  # order 1 contains the forward circle
+    assert np.max(pulls[:, 1:]) < PULL  # without order 1, which contains the forward circle
     # Noise of 0.1″ and the rounding to counts of 0.077″ give √(0.1² + 0.077²/12)″.
     assert found.noise_arcsec == pytest.approx(0.1025, rel=0.05)
     wrong = [
@@ -282,8 +282,8 @@ def test_a_search_in_a_part_of_the_samples_changes_nothing(
     monkeypatch.setattr(module, "SEARCH_SAMPLES", 1500)
     searched = fit(part, 4, motion)
     u = np.sqrt(np.diag(whole.disc_covariance))
-    # The quarter of the samples determines the weights and order 1, so that the test does not
-    # compare these.
+    # A quarter of the samples determines the weights and order 1, so the test does not compare
+    # order 1.
     away = np.abs(searched.values - whole.values) / u
     assert np.max(np.delete(away, [0, ORDERS.size])) < 0.5
     assert np.max(np.abs(disc_pulls(searched)).reshape(2, -1)[:, 1:]) < PULL

@@ -46,8 +46,9 @@ QUANTISED_ARCSEC = 0.005
 """Largest error of quantised banks in arcseconds.
 
 The error has four sources. Weights are rounded to 2⁻¹⁷ of readings that differ by 285″ (0.002″),
-and offsets to 1/32 count per head (0.0024″). The carrier is rounded to a count, where lanes have 5″
-at order 2 (10⁻⁶″), and 8 lanes are rounded to 2⁻¹² count.
+and offsets to 1/32 count per head (0.0024″). The lanes, with 5″ at order 2, are evaluated at the
+reading of the carrier, which is rounded to a count (10⁻⁶″). The 8 lanes are rounded to 2⁻¹² count
+each.
 """
 
 
@@ -71,7 +72,8 @@ def test_four_heads_take_the_weights_of_least_noise() -> None:
     places = np.radians(STATED_PLACES_DEG)
     weights, parity = mean_weights(places), parity_weights(places)
     assert np.linalg.norm(weights) == pytest.approx(0.5494, abs=5e-5)
-    # All other weights differ by a multiple of the parity: the least norm is orthogonal to it.
+    # All other weights of a mean differ by a multiple of the parity, so the weights with the least
+    # norm are orthogonal to the parity.
     assert weights @ parity == pytest.approx(0.0, abs=1e-12)
 
 
@@ -133,14 +135,14 @@ def mean_of(bank: Coefficients) -> MeanSet:
 
 
 def sets_of(disc: HeadsOnDisc, lanes: int = 32) -> list[Coefficients]:
-    """Return the set of all heads and the sets that leave one head out."""
+    """Return the words of the mean of all heads, then the words of each mean without one head."""
     every, _ = mean_banks(disc, COUNTS, lanes=lanes)
     assert every.extension is not None
     return [every, *every.extension.without]
 
 
 def moved(angle: np.ndarray) -> np.ndarray:
-    """Return the counts wrapped to within half a turn of zero."""
+    """Return the counts minus whole turns, between −½ turn and ½ turn."""
     return np.asarray((angle + COUNTS / 2) % COUNTS - COUNTS / 2)
 
 

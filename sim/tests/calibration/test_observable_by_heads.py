@@ -5,8 +5,9 @@ At order n the reading of head i has the complex line
 
     θ + g·e^{jnp_i} + x·cos p_i + y·sin p_i,
 
-with the table's motion θ, the disc g, and the axis' motion (x, y), which is real in time, so that
-both circles of an order are two complex numbers. Three heads give three lines for four unknowns.
+with the table's motion θ, the disc g, and the axis' motion (x, y). Because x and y are real
+functions of time, their two complex lines describe the forward and the backward circle of the
+order. Three heads give three lines for four unknowns.
 """
 
 from __future__ import annotations

@@ -295,8 +295,10 @@ SI_SCHEMA = """<xs:schema xmlns:xs="http://www.w3.org/2001/XMLSchema"
 
 
 def test_a_schema_of_the_user_decides(place: Path, tmp_path: Path) -> None:
-    """The user's schema decides: it imports a schema from another server, of which the same folder
-    has a copy."""
+    """The command accepts or refuses the certificate by the user's schema.
+
+    The schema imports another schema from a server; the folder has a copy of the imported schema.
+    """
     pytest.importorskip("xmlschema")
     (tmp_path / "SI_Format.xsd").write_text(SI_SCHEMA, encoding="utf-8")
     words = ["set", "--details", "details.toml", "--out", "certificate.xml", "--model", "m.toml"]

@@ -135,8 +135,7 @@ def test_parameters_without_uncertainty_have_no_series() -> None:
 
 def test_the_interval_of_a_forecast_holds_the_day() -> None:
     """The interval of a forecast contains the day at which a drift with constant rate passes the
-    limit: the size is 0.2″ until day 140, and 1″ at day 420. The forecast's interval contains the
-    day of the limit."""
+    limit; the size is 0.2″ until day 140, and 1″ at day 420."""
     random, number, held = np.random.default_rng(6), 60, 0
     days = np.arange(40) * WEEK
     for _ in range(number):

@@ -19,9 +19,11 @@ def telemetry_of(values: np.ndarray) -> list[list[float]]:
 
 
 def test_noise_alone_alarms_as_often_as_stated() -> None:
-    """The watch alarms as often as stated in noise alone: 5 % of the fitted lines may raise an
-    alarm, and the number of alarms in 250 lines must lie in the 99.9 % range of the binomial
-    distribution."""
+    """With noise alone, the watch raises alarms as often as stated.
+
+    5 % of the fitted lines may raise an alarm; the number of alarms in 250 lines must lie in the
+    99.9 % range of the binomial distribution.
+    """
     rng = np.random.default_rng(RNG_SEED)
     lines, alarms = 250, 0
     for _ in range(lines):

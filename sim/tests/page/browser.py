@@ -29,7 +29,7 @@ def _is_snap(program: Path) -> bool:
 
 
 def arguments() -> list[str]:
-    """Return Chromium's options: its sandbox does not work for root, and the shared memory of a
-    container is small."""
+    """Return Chromium's options: no sandbox for root, and no shared memory, which is small in a
+    container."""
     root = hasattr(os, "geteuid") and os.geteuid() == 0
     return ["--disable-dev-shm-usage", *(["--no-sandbox"] if root else [])]

@@ -95,7 +95,7 @@ def test_the_whole_story(server: str, page: Page) -> None:
     # The error falls after the effect is added.
     named.get_by_role("button").click()
     page.wait_for_url(re.compile(r"/2/"))
-    # The ranking of the new model takes at least seconds; the test cancels it at once.
+    # The ranking of the new model takes several seconds; the test cancels it at once.
     page.locator("#cancel").click()
     expect(page.locator("#ranking")).to_contain_text("was cancelled")
     expect(page.locator("#rank")).to_be_visible()

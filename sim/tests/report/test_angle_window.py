@@ -1,5 +1,8 @@
-"""Tests that a figure of an arc ends where the arc ends, also across 0, and that a figure of the
-whole turn goes from 0 to 360."""
+"""Tests that a figure of an arc ends where the arc ends, and that a figure of the whole turn goes
+from 0 to 360.
+
+The arc may contain the angle 0.
+"""
 
 from __future__ import annotations
 

@@ -47,8 +47,8 @@ def test_the_reference_run_stands_on_the_curve_of_the_two_heads(calibration: Cal
 
 
 def test_places_of_delta_bic_are_those_of_a_symmetric_logarithm() -> None:
-    """The chart places ΔBIC where matplotlib's own transform places it, whose linear part takes one
-    decade per side."""
+    """The chart places ΔBIC where matplotlib's symmetric logarithmic scale places it, if the linear
+    part of the scale is one decade wide per side."""
     value = np.array([-3e4, -100.0, -10.0, -9.0, 0.0, 0.5, 10.0, 11.0, 1e5])
     theirs = SymmetricalLogTransform(10.0, LINEAR_TO, 0.9).transform_non_affine(value)
     np.testing.assert_allclose(along(value), theirs / LINEAR_TO, rtol=1e-12)

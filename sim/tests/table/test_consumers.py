@@ -116,8 +116,8 @@ def test_every_cause_acts_on_something_and_is_in_the_registry() -> None:
     for recipe in REGISTRY.values():
         assert {type(effect) for effect in drawn(recipe.name)} == {CAUSES[recipe.cause].kind}
     drawn_causes = {recipe.cause for recipe in REGISTRY.values()}
-    # The first cause may be in any table; the second one is for long runs, and the third one is for
-    # a study.
+    # No recipe draws these causes: the first may be in any table, the second is for long runs, and
+    # the third is for a study.
     not_drawn = {"disc_eccentricity", "creeping_centre", "loose_centre"}
     assert set(CAUSES) - drawn_causes == not_drawn
     files = {file.stem for file in Path(causes.__path__[0]).glob("*.py")}

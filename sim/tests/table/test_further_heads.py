@@ -70,7 +70,8 @@ def test_two_heads_are_drawn_as_they_were() -> None:
     assert len(two.measurement.capture.heads) == 2
     assert two.measurement.table.head_places_deg is None
     assert "heads" not in two.truth
-    # The counts come from the revision before further heads were added, with this seed.
+    # The program computed the expected counts, with this seed, before it had tables with further
+    # heads.
     assert two.measurement.capture.head2_counts[[0, 9_000, -1]].tolist() == [
         2472221, 27635524, 52801067
     ]  # fmt: skip

@@ -13,8 +13,10 @@ Float = NDArray[np.float64]
 
 
 class _Moteus(TableOfReading):
-    """Compensation table of a moteus position source; the controller adds its entries, fractions of
-    a turn, to the position."""
+    """Compensation table of a moteus position source.
+
+    The entries are fractions of a turn that the controller adds to the position.
+    """
 
     knows_direction = False
     key = "motor_position.sources.0.compensation_"

@@ -41,7 +41,7 @@ class OnStep(TableFormat):
     teeth: float | None = None
     """Number of teeth of the worm wheel; the worm turns once in 86,400 / teeth sidereal seconds."""
     steps_per_second: float | None = None
-    """Motor steps per sidereal second, which the mount answers to ``:VS#``."""
+    """Motor steps per sidereal second; the mount reports this number in answer to ``:VS#``."""
 
     name = "onstep"
     file_name = "pec.onstep"

@@ -15,8 +15,8 @@ from arctrue.metrology.correction import Correction
 Float = NDArray[np.float64]
 
 GRID = 36_000
-"""Number of angles at which a table is tested: they are 36″ apart and thus lie between the rows of
-every table too."""
+"""Number of angles at which a table is tested: they are 36″ apart, so that some of them lie between
+the rows of every table."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Left:
 
 
 class TableFormat(ABC):
-    """A format of table: it writes the file and models the controller that reads the file."""
+    """Base class of the formats, which write a file and model the controller that reads it."""
 
     name: ClassVar[str]
     file_name: ClassVar[str]
@@ -61,7 +61,7 @@ class TableFormat(ABC):
         Returns
         -------
         TableFormat
-            The format with these values as far as it needs them.
+            The format, with those values that it needs.
 
         Raises
         ------

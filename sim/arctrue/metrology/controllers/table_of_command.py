@@ -1,4 +1,4 @@
-"""Handles a table by which a controller changes the command of an axis, not its reading."""
+"""Models a table with which a controller changes the command of an axis, not its reading."""
 
 from __future__ import annotations
 

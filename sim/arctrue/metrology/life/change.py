@@ -1,9 +1,9 @@
 """Finds changes of a series: steps and the beginnings of drifts, with a stated false-alarm rate.
 
 The statistic is the generalised likelihood ratio: the largest value of N·log(RSS₀/RSS₁) over all
-places between two sets. RSS₀ is the weighted sum of squares about a constant, RSS₁ the sum about a
-constant with a step or a drift that begins at the place. The weight of a set is 1/(u² + s²); u
-comes from its fit, and s is the scatter between sets by Paule and Mandel (1982).
+places between two sets. RSS₀ is the weighted sum of squares about a constant. RSS₁ is the weighted
+sum of squares about a constant plus a step or a drift that begins at the place. The weight of a set
+is 1/(u² + s²); u comes from its fit, and s is the scatter between sets by Paule and Mandel (1982).
 
 The null distribution is computed from the statistic of normal random numbers with these weights. A
 common factor of the variance cancels, so the true scatter need not be known. The p-value of a
@@ -61,7 +61,7 @@ class Place:
 
     kind: Kind
     index: int
-    """First set after a step, or last set before a drift."""
+    """Index of the first set after a step, or of the last set before a drift."""
     probability: float
     exponent: float = 1.0
     """Exponent of the time since a drift began."""

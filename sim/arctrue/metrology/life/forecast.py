@@ -1,9 +1,9 @@
 """Forecasts the day on which the size of an effect passes its limit, with an interval.
 
 The values follow a constant and the changes that were found. The last change continues: a step
-stays, a drift slows down, keeps its rate or speeds up. Each draw of the posterior (kind, place and
-course of the last change, all coefficients, the variance) gives a day, which is infinite if the
-limit is never passed.
+stays, a drift slows down, keeps its rate or speeds up. A draw of the posterior consists of kind,
+place and course of the last change, of all coefficients, and of the variance. Each draw gives a
+day, which is infinite if the limit is never passed.
 """
 
 from __future__ import annotations

@@ -32,7 +32,7 @@ class Calibration:
 
     @property
     def broken_since_day(self) -> float:
-        """Day on which the first of these changes begins, at the earliest the day of the set;
+        """Day on which the first change of ``broken_by`` begins, but not before the day of the set;
         infinite if the calibration is still valid."""
         return max(min((one.day for one in self.broken_by), default=np.inf), self.of.day)
 

@@ -1,5 +1,5 @@
 "use strict";
-// Waits for the end of the step that runs, and then shows what it has found.
+// Waits until the running step has ended, then loads the page again, which shows the step's result.
 const STEP_POLL_MS = 500, STEP_ANSWER_MS = 10000;
 
 document.addEventListener("DOMContentLoaded", async () => {

@@ -1,5 +1,6 @@
 "use strict";
-// Asks the server for the device's state each second and draws it; page.js has OPTIONS and dressed.
+// Reads the device's state from the server each second and shows it; page.js defines OPTIONS and
+// dressed.
 
 const POLL_MS = 1000, POLL_ANSWER_MS = 10000;
 const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
@@ -118,7 +119,7 @@ document.addEventListener("DOMContentLoaded", async () => {
     try {
       const answer = await fetch(main.dataset.device, { signal: AbortSignal.timeout(POLL_ANSWER_MS) });
       const state = await answer.json();
-      // The capture has ended: the server answers this address with its diagnosis, or with the reason.
+      // The capture has ended: at this address the server now shows its diagnosis, or why it failed.
       if (main.dataset.capture && state.capture !== main.dataset.capture) return location.reload();
       await show(state);
       main.dataset.turn = state.turn ? state.turn.turn : "";

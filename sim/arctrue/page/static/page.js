@@ -1,8 +1,8 @@
 "use strict";
-// Draws the plots, follows the diagnosis and hands files over. Without it the page shows pictures
-// and all buttons work.
+// This script draws the plots, shows the progress of the diagnosis and accepts dropped files.
+// Without the script the page shows pictures, and all buttons work.
 
-// The page is served to this machine alone: no button sends a chart to another server.
+// Plotly can offer a button that sends a chart to another server; these options remove the button.
 const OPTIONS = { responsive: true, displaylogo: false, showSendToCloud: false, plotlyServerURL: "" };
 
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -26,7 +26,7 @@ async function draw(place) {
     if (!answer.ok) throw new Error(`${answer.status}`);
     const figure = await answer.json();
     for (const trace of figure.data) {
-      // A line in the ink of light paper is drawn in that of the present one.
+      // The server states the ink of light paper; draw such a line in the ink of the present paper.
       if (trace.line && trace.line.color === "#1c2530") trace.line.color = colour("--ink");
     }
     const layout = dressed(figure.layout);
@@ -71,7 +71,7 @@ function beforeSending(event, form) {
     return;
   }
   if (form.method !== "post") return;
-  // After this event: a disabled button would not send its value.
+  // Disable the buttons after this event, because a disabled button would not send its value.
   setTimeout(() => {
     for (const button of form.querySelectorAll("button")) {
       button.disabled = true;
@@ -81,7 +81,7 @@ function beforeSending(event, form) {
 }
 
 async function renewed() {
-  // What the diagnosis has found since, without touching the rest of the page.
+  // Show new results of the diagnosis; all other parts of the page stay unchanged.
   const answer = await fetch(location.href);
   const fresh = new DOMParser().parseFromString(await answer.text(), "text/html");
   for (const part of document.querySelectorAll("[data-live]")) {
@@ -95,8 +95,8 @@ async function renewed() {
 
 const ASK_MS = 400, ANSWER_MS = 10000, MOST_SILENT = 5, ASK_GONE_MS = 3000;
 
-// Without an answer several times the server is gone: nothing counts any more, and the page says
-// how to start it. When it answers again, whatever it has is shown.
+// If several requests in sequence get no answer, the server is gone: the page removes the counter of
+// seconds and says how to start the server. When the server answers again, the page is loaded again.
 function gone(main) {
   const said = document.getElementById("gone");
   const line = said.querySelector("[data-serve]");
@@ -119,7 +119,7 @@ async function follow(main) {
       const answer = await fetch(main.dataset.ranking, { signal: AbortSignal.timeout(ANSWER_MS) });
       state = await answer.json();
     } catch {
-      silent += 1; // a busy server: ask again
+      silent += 1; // the server may be busy: ask again
       if (silent === MOST_SILENT) gone(main);
       continue;
     }
@@ -153,7 +153,7 @@ document.addEventListener("DOMContentLoaded", async () => {
       ? root.dataset.theme === "dark"
       : matchMedia("(prefers-color-scheme: dark)").matches;
     root.dataset.theme = dark ? "light" : "dark";
-    try { localStorage.setItem("theme", root.dataset.theme); } catch { /* not kept */ }
+    try { localStorage.setItem("theme", root.dataset.theme); } catch { /* the browser does not store it */ }
     drawAll(document);
   });
   const main = document.querySelector("main[data-ranking]");
@@ -162,5 +162,5 @@ document.addEventListener("DOMContentLoaded", async () => {
   if (main.dataset.state === "running") await follow(main);
 });
 
-// Back: the browser may show the page as it was left, with its buttons disabled.
+// After Back the browser may show the page in its last state, with disabled buttons; load it again.
 addEventListener("pageshow", (event) => { if (event.persisted) location.reload(); });

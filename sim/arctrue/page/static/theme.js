@@ -1,6 +1,6 @@
 "use strict";
-// The reader's choice of dark or light, before anything is drawn.
+// Applies the reader's choice of dark or light before the browser draws the page.
 try {
   const kept = localStorage.getItem("theme");
   if (kept) document.documentElement.dataset.theme = kept;
-} catch { /* no storage: the system's choice */ }
+} catch { /* without storage, the system's choice applies */ }

@@ -13,7 +13,7 @@ _BINS = 72
 
 
 def heat_map(analysis: Analysis) -> Chart:
-    """Draw the mean in each five degrees of the turn, or in each of 72 parts of an arc.
+    """Draw the mean residual in each five degrees of the turn, or in each of 72 parts of an arc.
 
     A line is a run of the capture or a cycle of the reference; without cycles, a line is a run of
     the reference.

@@ -1,4 +1,4 @@
-"""Draws how much each added effect reduced the error above the noise of the repeats."""
+"""Draws the RMS error after each step of the model, next to the noise floor of the repeats."""
 
 from __future__ import annotations
 

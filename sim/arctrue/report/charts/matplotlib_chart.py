@@ -43,10 +43,9 @@ _PAPER = {
     "#b5bdc7": "axis",
     "#000000": "ink",
 }
-"""Name that the page's style sheet uses for each colour of the house style."""
+"""Names of the house style's colours in the page's style sheet, by colour."""
 _DECADE = 12.0
-"""Ratio of an axis' ends; if the ratio is smaller, a logarithmic axis also labels its minor
-ticks."""
+"""Ratio of the ends of a logarithmic axis, below which the axis also labels its minor ticks."""
 _TITLE_POINTS, _SMALL_POINTS = {1: 11.0, 2: 10.0}, 8.5
 """Font sizes of titles by the number of panels per row, and the font size of small text."""
 _BESIDE_INCHES, _LETTER_INCHES = 0.8, 0.068

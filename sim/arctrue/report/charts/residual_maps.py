@@ -75,7 +75,8 @@ def residual_findings_chart(findings: Sequence[Finding]) -> Chart:
 def _reach(items: Sequence[ResidualMap]) -> float:
     """Return half the height of a channel's panels.
 
-    All panels use their largest mean, so that small means look flat.
+    The largest mean of the channel determines the height of all its panels, so that small means
+    look flat.
     """
     return _ROOM * max(
         float(np.max(np.abs(item.means_arcsec) + item.standard_errors_arcsec, initial=0.0))

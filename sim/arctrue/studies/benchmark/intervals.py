@@ -14,8 +14,8 @@ BINS = 10
 RESAMPLES = 1000
 """Number of bootstrap resamples; 25 resamples lie below and 25 above the 95 % interval."""
 SUREST = 1e-3
-"""Smallest distance that a probability in a log score keeps from 0 and 1: the benchmark has enough
-sets to resolve one false answer in a thousand."""
+"""Smallest distance from 0 and 1 to which a log score limits a probability: the benchmark has
+enough sets to resolve one false answer in a thousand."""
 
 Float = NDArray[np.float64]
 
@@ -118,8 +118,8 @@ def log_score_gain(probability: Sequence[float], right: Sequence[bool]) -> Estim
     constant, in nats.
 
     A value above 0 means that the stated probabilities are better than the constant. An answer with
-    the result r ∈ {0, 1} and the stated probability p scores r·log p + (1 − r)·log(1 − p), where p
-    keeps the distance ``SUREST`` from 0 and 1. The constant is the rate of right answers; no other
+    the result r ∈ {0, 1} and the stated probability p scores r·log p + (1 − r)·log(1 − p), with p
+    limited to ``SUREST`` … 1 − ``SUREST``. The constant is the rate of right answers; no other
     constant has a higher mean log score.
     """
 

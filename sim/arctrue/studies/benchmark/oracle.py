@@ -1,9 +1,9 @@
 """Computes the ideal test of one cause, with the cause's exact form, the true covariance and the
 base model.
 
-The test is the generalised likelihood ratio of the cause's exact form against the base model
-(orders 1 to 20 on the disc, an offset for each run, a zero of the reference), under the covariance
-with which the noise was drawn. This module imports nothing from the workbench.
+The base model has orders 1 to 20 on the disc, an offset for each run, and a zero of the reference.
+The test is the generalised likelihood ratio of the cause's exact form against the base model, under
+the covariance with which the noise was drawn. This module imports nothing from the workbench.
 """
 
 from __future__ import annotations

@@ -151,8 +151,8 @@ def make_plan(
     """Write the plan of a tier into ``folder``: digests first, then the seed.
 
     ``limit`` keeps only the first sets; ``seed`` and ``samples`` replace the values of the tier.
-    Raises PlanError if the folder has another plan, if an argument changes the generator, number,
-    size or seed of the kept or frozen sets, or if a seed is given for a tier whose seed is drawn.
+    Raises PlanError in three cases: the folder has another plan; an argument changes the generator,
+    number, size or seed of the kept or frozen sets; a seed is given for a tier whose seed is drawn.
     """
     chosen = TIERS[tier]
     changed = source != SIMULATED or (limit, seed, samples) != (None, None, None)

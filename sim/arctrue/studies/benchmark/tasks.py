@@ -14,10 +14,10 @@ total 2,640 have one cause of the catalogue, 1,188 a cause that the catalogue do
 924 two or three causes."""
 
 EVERY_NULL = 3
-"""Interval, in cycles through the worlds of the second generator, at which all sets of a cycle have
-no hidden cause."""
+"""Number n: in every n-th cycle through the second generator's worlds, no set has a hidden cause.
+"""
 EVERY_INDEPENDENT = 5
-"""Interval, in sets, at which the second generator makes a set, if both generators make sets."""
+"""Number n: if both generators make sets, the second generator makes every n-th set."""
 INDEPENDENT_STREAM = 2
 """Number that makes the seeds of the second generator's sets differ from the seeds of the first
 generator's sets."""

@@ -25,7 +25,7 @@ class Sources:
     """Numerical libraries that count, in addition to LIBRARIES."""
 
     def state(self, package: Path = PACKAGE) -> dict[str, str]:
-        """Return the SHA-256 digest of the Python files, and the versions of the libraries.
+        """Return 16 hex digits of the Python files' SHA-256, and the versions of the libraries.
 
         Parameters
         ----------

@@ -80,7 +80,7 @@ class Store:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Close both files."""
+        """Close the file of results and the file of timings."""
         self._results.close()
         self._timings.close()
 

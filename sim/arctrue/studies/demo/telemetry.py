@@ -45,7 +45,7 @@ class ReportedTurn(Struct, frozen=True, rename={"number": "turn"}):
 
 
 def telemetry_turns(console: Iterable[ConsoleLine]) -> list[ReportedTurn]:
-    """Return the turns that the firmware calibrated, leave out refused turns and alarms."""
+    """Return the turns that the firmware calibrated; refused turns and alarms are left out."""
     sent = [
         {**json.loads(line.text), "clock": line.clock}
         for line in console

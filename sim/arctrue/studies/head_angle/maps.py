@@ -2,8 +2,8 @@
 
 For orders 1 to N, the largest gain of any α is at least 1/(2 sin(π/(N + 1))). Proof: the N + 1
 points e^{jnα}, n = 0 … N, lie on a circle. Therefore two of the points, n₁ and n₂, are at most as
-far apart as neighbours among N + 1 evenly spaced points, and the closer these two are, the larger
-is the gain of order |n₁ − n₂|. α = 360°·k/(N + 1) reaches this bound for every k without a common
+far apart as neighbours among N + 1 evenly spaced points. The closer these two are, the larger is
+the gain of order |n₁ − n₂|. α = 360°·k/(N + 1) reaches this bound for every k without a common
 divisor with N + 1.
 """
 

@@ -130,9 +130,9 @@ def over_stations(
     back.
 
     The table stops at each face. A cycle goes one face beyond the last face and returns, then one
-    face below the first and returns, so that every station is always reached from the same side in
-    each direction. Before the cycles the table moves up by one face and back; during this time the
-    caller can load a correction.
+    face below the first and returns. In each direction every station is therefore always reached
+    from the same side. Before the cycles the table moves up by one face and back; during this time
+    the caller can load a correction.
     """
     step_rad = TURN_RAD / faces
     up = np.arange(faces)

@@ -1,4 +1,4 @@
-"""Fits the orders that follow the temperature to the first part of a long run."""
+"""Fits a model of the orders that follow the temperature to the first part of a long run."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
 """Calibrates by closure: the polygon is re-indexed between cycles, which separates its faces'
 errors from the table's error.
 
-In cycle i, at station j, the error measured with the polygon is ε_j + p_(j − s_i) + c_i, with the
-shift s_i, the error p of the face and the zero c_i of the cycle. ε and p have mean 0, because the
-circle closes. Least squares solves for ε and p if the shifts connect all faces.
+In cycle i, at station j, the error measured with the polygon is ε_j + p_(j − s_i) + c_i. s_i is the
+shift of the polygon, p the error of a face, and c_i the zero of the cycle. ε and p have mean 0,
+because the circle closes. Least squares solves for ε and p if the shifts connect all faces.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ def station_errors(world: World) -> tuple[Float, Float]:
 
 
 def straight_lines(reading_rad: Float, error_arcsec: Float) -> Correction:
-    """Interpolate the error linearly between two stations, as motion controllers do."""
+    """Return a correction that interpolates linearly between stations, as motion controllers do."""
     return lambda at: np.interp(at, reading_rad, error_arcsec, period=TURN_RAD)
 
 

@@ -195,7 +195,7 @@ class World:
     def table(
         self, places_rad: Sequence[float] = (0.0,), further: tuple[Cause, ...] = ()
     ) -> RotaryTable:
-        """Return the table with heads up to 50″ from their nominal places; head 1 defines 0.
+        """Return the table with heads up to 50″ from their nominal places; head 1 is at angle 0.
 
         The index marks repeat to ± 1 count. All methods with a head at one place get the same head
         at this place. ``further``: causes in addition to the causes of the calibrated table.

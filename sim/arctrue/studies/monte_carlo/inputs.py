@@ -167,8 +167,7 @@ case ``quantisation`` no other input is active."""
 
 
 def drawn(seed: int, case: str) -> dict[str, float]:
-    """Draw the quantities of a trial: the inputs of the case at random, the other quantities have
-    no effect.
+    """Draw the quantities of a trial: the inputs of the case are random, all others have no effect.
 
     Each input has its own stream of random numbers, so that its values in a trial are the same in
     every case. Raises KeyError for an unknown case.

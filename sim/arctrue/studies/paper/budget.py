@@ -38,7 +38,7 @@ def bessel_deviation(values: NDArray[np.float64]) -> NDArray[np.float64]:
 def mounting_eccentricity_rad(offset_m: float, flatness_m: float, width_m: float) -> float:
     """Calculate u₄ of a hollow face that is not observed in its middle.
 
-    Equation (14) without its factor ρ, which converts to arcseconds.
+    This is equation (14) without its factor ρ, which converts to arcseconds.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def mounting_eccentricity_rad(offset_m: float, flatness_m: float, width_m: float
 def tower_difference_rad(working_angle_rad: float, tilt_rad: float) -> float:
     """Calculate u₅ of faces that are tilted against the axis.
 
-    Equation (15) without its factor ρ, which converts to arcseconds.
+    This is equation (15) without its factor ρ, which converts to arcseconds.
 
     Parameters
     ----------

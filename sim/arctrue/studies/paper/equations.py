@@ -280,8 +280,10 @@ def first_bound() -> Item:
 
 
 def accumulated() -> Item:
-    """Return the line for equation (A.2), the accumulated rounding error; follows a unit error
-    through the later rotations."""
+    """Return the line for equation (A.2), the accumulated rounding error.
+
+    The function follows a unit error through the later rotations.
+    """
     worst = 0.0
     for j in range(1, CORDIC_ITERATIONS):
         error = complex(1.0, 0.0)

@@ -42,8 +42,8 @@ class ExperimentSettings:
     cycles: int = PUBLISHED.cycles
     scatter_arcsec: float = 0.08
     """Standard deviation of a reading of the autocollimator. With 0.1″ noise of the heads, a single
-    value then has a standard deviation of 0.13″, and the largest of the 24 estimates of this
-    standard deviation from ten cycles is about the paper's 0.2″."""
+    value then has a standard deviation of 0.13″. Ten cycles give 24 estimates of this standard
+    deviation; the largest is about the paper's 0.2″."""
     seed: int = 1
 
     def motion(self) -> Motion:

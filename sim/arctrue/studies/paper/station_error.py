@@ -21,7 +21,7 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class StationErrors:
-    """Positioning error at every face less its mean, in arcseconds, shapes ``(faces,)``."""
+    """Positioning error at every face minus its mean over all faces, arcseconds, ``(faces,)``."""
 
     mean_arcsec: Float
     """Mean error over the cycles."""

@@ -43,12 +43,12 @@ GRADUATION_PHASES_RAD = (4.2, 3.1, 4.1, 4.8, 3.9, 4.6)
 PAPER_COUNT_ARCSEC = ARCSEC_PER_TURN / (1 << 24)
 _RUN_UP_RAD = float(np.deg2rad(1.0))
 # A capture begins at the first sample after both indices; the calculation and the ramp take place
-# in this additional angle.
+# while the table turns by this additional angle.
 _SPARE_RAD = float(np.deg2rad(15.0))
 # Assumed number of clocks to read one word of the bank over the bus; 6 were measured.
 _CLOCKS_A_READ = 8
 DEPTH_STEP = 512
-"""Step of the capture depth, in samples."""
+"""Number of samples of which the capture depth is a multiple."""
 
 
 FOUR_PLACES_DEG = (0.0, 64.3, 177.0, 257.9)
@@ -208,7 +208,7 @@ class RevolutionSettings:
         )
 
     def motion(self) -> Motion:
-        """Return the motion: from rest past all indices, the one of head 1 last, then the turns.
+        """Return the motion: from rest over all indices, that of head 1 last, and then the turns.
 
         Returns
         -------

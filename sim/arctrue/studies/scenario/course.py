@@ -15,7 +15,7 @@ TURN_RAD = 2 * np.pi
 RUN_UP_RAD = float(np.deg2rad(1.0))
 """Travel, in radians, in which the table accelerates from rest to its speed."""
 APPROACH_RAD = HEAD_SEPARATION_RAD + 3 * RUN_UP_RAD
-"""Travel, in radians, before the first turn; in it the table passes the index of both heads."""
+"""Travel, in radians, before the first turn; within this travel the table passes both indices."""
 _LAST_STAND_S = 0.1
 _SAME_TRAVEL_RAD = 1e-9
 

@@ -65,7 +65,7 @@ class ScenarioResult:
     scenario: Scenario
     """Scenario that was run."""
     turns: tuple[ScenarioTurn, ...]
-    """Turns in their order."""
+    """Turns in the order of the motion."""
     illegal: int
     """Number of clocks in which both A and B of the output changed."""
     clocks: int

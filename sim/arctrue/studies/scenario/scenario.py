@@ -117,7 +117,7 @@ class TemperaturePoint(Struct, frozen=True, forbid_unknown_fields=True):
 
     celsius: Annotated[float, Meta(ge=-50, le=150)]
     at_turn: NotNegative = 0.0
-    """Turn at the first instant of which the time ``after_s`` starts."""
+    """Number of the turn from whose first instant the time ``after_s`` counts."""
     after_s: Number = 0.0
 
 

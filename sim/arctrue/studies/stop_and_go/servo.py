@@ -85,7 +85,7 @@ class Moves:
     acceleration_rad_s2: float = float(np.radians(120.0))
 
     def path(self, time_s: float) -> tuple[Float, Float]:
-        """Return position and speed of a trapezoidal profile at a time; the feedback follows it."""
+        """Return position and speed at a time on the trapezoidal profile of the moves."""
         length = np.abs(self.target_rad - self.start_rad)
         side = np.sign(self.target_rad - self.start_rad)
         top = np.minimum(self.speed_rad_s, np.sqrt(length * self.acceleration_rad_s2))

@@ -206,7 +206,7 @@ def test_probabilities_are_scored_where_they_are_stated_and_left_out_where_not()
 
 
 def test_sure_answers_are_counted_by_what_they_say() -> None:
-    """Only answers above 0.8 count as sure; the third set does not count, because its answer has
+    """Only answers with a probability above 0.8 count as sure; the answer to the third set states
     0.7."""
     latency = effect("latency")
     sure, unsure = {"latency": 0.9, "unknown": 0.1}, {"latency": 0.7, "unknown": 0.3}
@@ -590,7 +590,7 @@ def test_sets_that_are_not_the_frozen_ones_are_reported(tmp_path: Path, monkeypa
 def test_all_public_sets_can_be_frozen_anew(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The written list equals the list in the tree, because nothing has changed."""
+    """If no digest has changed, ``freeze`` writes the list that the source tree has."""
     file = tmp_path / "public_sets.json"
     monkeypatch.setattr("arctrue.studies.benchmark.frozen.FILE", file)
     freeze(json.loads(FROZEN.read_text(encoding="utf-8"))["sets"])

@@ -1,5 +1,5 @@
-"""Tests that a campaign gives the same lines for any number of shards, and that no result is lost
-by a stop or by a killed worker."""
+"""Tests that a campaign gives equal lines for any number of shards and loses no result by a stop or
+a killed worker."""
 
 from __future__ import annotations
 

@@ -122,8 +122,9 @@ def test_subdivision_is_that_of_its_harmonics() -> None:
 
 
 def test_noise_is_that_of_the_transfer_function() -> None:
-    """The noise equals that of the transfer function. The mean comes from 8 draws; the bound is 4
-    standard deviations of the mean square, of which two thirds come from order 11."""
+    """The simulated noise equals the noise that the transfer function predicts. The mean comes from
+    8 draws; the bound is 4 standard deviations of the mean square, of which two thirds come from
+    order 11."""
     gain = noise_gain(ORDERS, HEAD_SEPARATION_RAD)
     expected = NOISE_ARCSEC**2 * 4.0 / SAMPLES * np.sum(gain**2)
     found = [rms("noise", draw=draw) ** 2 for draw in range(8)]
@@ -225,8 +226,9 @@ def test_closing_the_circle_adds_no_scatter_to_the_closure() -> None:
     assert np.abs(through.sum(axis=0)).max() < 1e-12
     expected = found.scatter_arcsec * np.linalg.norm(through, axis=1)
     np.testing.assert_allclose(found.u_table_arcsec, expected, rtol=1e-9)
-    # The degrees of freedom are the number of readings minus the number of fitted values, which are
-    # faces and table, each without its mean, and one offset for each cycle.
+    # The degrees of freedom are the number of readings minus the number of fitted values. The fit
+    # has the errors of the faces and of the table, each without their mean, and one offset for each
+    # cycle.
     assert found.degrees_of_freedom == cycles * faces - 2 * (faces - 1) - cycles
 
 

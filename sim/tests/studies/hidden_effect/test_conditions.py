@@ -23,8 +23,8 @@ COARSER = 64
 COUNT_ARCSEC = 1_296_000 / (1 << 18)
 SPEED_RAD_S = np.radians(30.0)
 LATENCY_ARCSEC = 28.0 * COUNT_ARCSEC
-"""Error that the latency of 20 µs causes at 30°/s: 28 counts with 2²⁴ counts per turn. The small
-scale hides as many counts."""
+"""Error that the latency of 20 µs causes at 30°/s: 28 counts with 2²⁴ counts per turn. The case
+enlarges the latency, so that the error has 28 counts at the small scale too."""
 LAG_CLOCKS = 1.5 * (1 << 14) + 9 + 600
 """Largest lag of the modulator in clocks.
 
@@ -58,8 +58,8 @@ def test_latency_while_the_speed_changes_by_a_half(tmp_path: Path) -> None:
     assert modulators(result) == ["speed"]
     left = result.judged_arcsec()
     assert left["corrected"] <= latency_bound_arcsec()
-    # Half of the delay's counts changes with the speed; the test subtracts the mean of the turn,
-    # which removes half of this change.
+    # The speed changes by a half, so half of the latency's error changes within the turn; the test
+    # subtracts the mean of the turn, which removes half of this change.
     assert left["unit_left_out"] >= 0.25 * LATENCY_ARCSEC > latency_bound_arcsec()
 
 
@@ -78,8 +78,8 @@ def test_latency_while_the_speed_changes_by_a_half(tmp_path: Path) -> None:
 def test_a_wave_in_proportion_to_a_condition(
     name: str, modulator: str, size_arcsec: float, tmp_path: Path
 ) -> None:
-    """The lanes remove the effect to at most a count; without these lanes the error is that of the
-    geometry."""
+    """The lanes leave at most one count of the effect; without these lanes the error has the size
+    that the geometry gives."""
     result = run_small(name, tmp_path)
     assert modulators(result) == [modulator]
     left = result.judged_arcsec()
@@ -92,8 +92,8 @@ def test_three_of_them_and_heat_at_once(tmp_path: Path) -> None:
     """Each of the three effects leaves as much error as it does alone, in a turn that is backward
     and warm and has a changing speed.
 
-    The lobes follow the speed squared with the same lag as the latency; they are a sixth of the
-    latency and change twice as fast with the speed.
+    The lobes follow the speed squared with the same lag as the latency; their error is a sixth of
+    the latency's error and changes twice as fast with the speed.
     """
     result = run_small("all_at_once", tmp_path)
     added = [step.effect for step in result.diagnosed.ladder if step.action == "add"]

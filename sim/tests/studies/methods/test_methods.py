@@ -185,8 +185,8 @@ def test_three_places_see_nothing_of_the_disc_where_the_axis_moves() -> None:
 
 
 def test_virtual_heads_are_the_transfer_function_of_the_two_real_ones() -> None:
-    """The virtual heads of VEDA, which the paper describes as sums of δ over k steps of α, equal
-    the transfer function of the two real heads.
+    """The virtual heads of VEDA give the same result as the transfer function of the two real
+    heads. The paper describes a virtual head as a sum of δ over k steps of α.
 
     The mean over all 120 heads of 33° = 11/120 turn is −ε without the multiples of 120. As the page
     states, this equals the transfer function of the nominal α.

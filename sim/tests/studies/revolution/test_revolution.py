@@ -52,8 +52,8 @@ def test_every_edge_came_through(result: RevolutionResult) -> None:
 def test_the_corrected_turn(result: RevolutionResult) -> None:
     assert result.telemetry["result"] == "applied"
     assert result.telemetry["separation"] == "measured"
-    # The heads are 50″ off the stated separation of 33°; the firmware measures this to its own
-    # uncertainty.
+    # The heads are 50″ off the stated separation of 33°; the firmware measures this difference
+    # within its stated uncertainty.
     measured = (result.telemetry["separation_deg"] - 33.0) * 3600
     assert abs(measured - 50.0) < 5 * result.telemetry["u_separation_arcsec"]
     assert result.after.error_arcsec.shape == (BINS,)

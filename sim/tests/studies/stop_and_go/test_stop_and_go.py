@@ -87,8 +87,8 @@ def test_raw_the_table_stops_where_the_geometry_says() -> None:
 
 
 def test_corrected_the_table_stops_within_the_calibration() -> None:
-    """The table stops within the calibration's U at an angle with the corrected signal, 0.12″ (k =
-    2), plus the scatter of a mean of ten."""
+    """With the corrected signal, the table stops near the target: the bound is the calibration's U
+    at one angle, 0.12″ (k = 2), plus the scatter of a mean of ten."""
     assert np.abs(FOUND["corrected"]["true_mean_arcsec"]).max() < 0.3
     raw, corrected = (FOUND[name]["true_deviation_arcsec"] for name in ("raw", "corrected"))
     assert np.mean(corrected) < 1.5 * np.mean(raw) + 0.05

@@ -1,9 +1,9 @@
 """Defines the noise processes of the second generator: each process draws noise and whitens columns
 exactly.
 
-A process is either a sum of white noise and linear Gaussian states (:class:`StateNoise`), which a
-Kalman filter whitens, or a fractional difference (:class:`FlickerNoise`), which its inverse filter
-whitens.
+There are two kinds of processes. :class:`StateNoise` is a sum of white noise and linear Gaussian
+states; a Kalman filter whitens it. :class:`FlickerNoise` is a fractional integral of white noise;
+the inverse filter whitens it.
 """
 
 from __future__ import annotations

@@ -40,7 +40,7 @@ def gaussian_process(folder: Path) -> dict[str, Any]:
         _reference(fit.given, left[fit.part(1)]),
     )
     # The verdict is ``unknown`` if the residual of one channel is not noise; an effect need not
-    # appear in both.
+    # appear in both channels.
     sees = any(_beats_noise(*channel) for channel in channels if channel[1].size > 4)
     verdict = "unknown" if sees else "adequate"
     return {"verdict": verdict, "named": None, "class": [], "further": []}

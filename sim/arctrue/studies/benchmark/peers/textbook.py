@@ -22,8 +22,8 @@ BASE_ORDERS = 20
 CHUNK = 32
 """Number of places of a search that are evaluated at once."""
 BELL_WIDTHS = 5.0
-"""Distance from its centre, in standard deviations, at which a bell falls below 4e-6 of its
-height."""
+"""Distance from the centre of a bell, in standard deviations, beyond which the bell is below 4e-6
+of its height."""
 STANDS_S = 0.5
 """Largest time between two stations that counts as motion; after a longer time the table had
 stopped."""
@@ -187,8 +187,8 @@ def _of_reference(reference: Reference | None) -> dict[str, Any]:
 class Fit:
     """Orthonormal basis of the present model, and the residuals of the data from this model.
 
-    The rows are the capture's, then the reference's, then one row per run for the offset of its
-    index, which has the measured value 0 and the index's repeatability as standard deviation.
+    The rows are the capture's, then the reference's, then one row per run. This last row states
+    that the offset of the run's index is 0, with the index's repeatability as standard deviation.
     """
 
     def __init__(self, given: Problem) -> None:

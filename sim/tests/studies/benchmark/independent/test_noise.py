@@ -79,7 +79,7 @@ def test_draws_have_the_stated_covariance(place: int) -> None:
     expected = WHITE**2 * np.eye(time_s.size) + COVARIANCES[place](time_s)
     scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
     found = drawn.T @ drawn / DRAWS
-    assert np.max(np.abs(found - expected) / scale) < 1.5 * FOUR_SIGMA  # the largest of 78 values
+    assert np.max(np.abs(found - expected) / scale) < 1.5 * FOUR_SIGMA  # largest of 78 values
 
 
 def test_flicker_noise_is_whitened_by_the_inverse_of_its_impulse_response() -> None:
@@ -104,7 +104,7 @@ def test_flicker_noise_falls_as_one_over_f() -> None:
         power += np.abs(np.fft.rfft(noise.draw(random, time_s) * np.hanning(4096))) ** 2
     at = np.arange(8, 400)
     slope = np.polyfit(np.log(at), np.log(power[at]), 1)[0]
-    assert slope == pytest.approx(-1.0, abs=0.08)  # 0.02 by chance, plus the leakage of the window
+    assert slope == pytest.approx(-1.0, abs=0.08)  # chance: 0.02, plus the window's leakage
 
 
 def test_heavy_tails_keep_their_standard_deviation_and_tell_more_than_it_says() -> None:
@@ -165,12 +165,14 @@ def kullback_leibler(true: NDArray[np.float64], other: NDArray[np.float64]) -> f
 
 @pytest.mark.parametrize("quality", [3.0, 12.0])
 def test_the_oracle_sees_of_an_oscillator_what_no_falling_spectrum_explains(quality: float) -> None:
-    """Compare the oracle's value with the exact ratio to the nearest sum of white noise and a
-    relaxation, from dense matrices.
+    """The oracle's noncentrality lies between bounds from an exact likelihood ratio, computed with
+    dense matrices.
 
-    No falling spectrum is closer than the isotonic one. The bound allows 10 % for the ends of the
-    record, which the spectrum ignores. A falling spectrum with a step is nearer than a relaxation:
-    for a quality of 3 by a factor of 2.5.
+    The ratio compares the oscillator with the nearest sum of white noise and a relaxation. Of all
+    falling spectra the isotonic one, which the oracle uses, is nearest to the oscillator, so the
+    noncentrality cannot exceed the ratio; the upper bound allows 10 % for the ends of the record,
+    which the spectrum ignores. The lower bound is a third of the ratio, because a falling spectrum
+    with a step is nearer than a relaxation; for a quality of 3 the factor is 2.5.
     """
     time_s = 0.7 * np.arange(300)
     shaken = DrivenOscillator(0.4, 0.25, quality)

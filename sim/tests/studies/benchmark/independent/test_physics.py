@@ -60,8 +60,8 @@ SWEEP = Sweep(0, 100.0, 0.4, OMEGA, np.linspace(0.0, 24.0, 1500, endpoint=False)
 THETA = 0.4 + OMEGA * SWEEP.time_s
 TIME_S = 100.0 + SWEEP.time_s
 SECOND_ORDER = 1e-6
-"""Share of an error that the equations neglect: 1″ is 5·10⁻⁶ rad, so that the square or the slope
-of 1″ is about 10⁻⁵ of it."""
+"""Tolerance in arcseconds for terms of second order, which the equations neglect: 1″ is 5·10⁻⁶ rad,
+so that the product of two such errors is about 10⁻⁵ of one of them."""
 Float = NDArray[np.float64]
 
 

@@ -39,12 +39,12 @@ class HighOrder(Cause):
         )
 
     def mark_rad(self, label_rad: Float, at: Conditions) -> Float:
-        """Return a·cos(nψ + φ)."""
+        """Return a·cos(nψ + φ), with the amplitude a, the order n, the label ψ and the phase φ."""
         wave: Float = self.size * ARCSEC * np.cos(self.order * label_rad + self.phase_rad)
         return wave
 
     def values(self) -> dict[str, tuple[float, ...]]:
-        """Return the order."""
+        """Return the order under the key ``order``."""
         return {"order": (float(self.order),)}
 
 
@@ -121,8 +121,9 @@ class BallPass(Cause):
 
     @classmethod
     def drawn(cls, random: Random) -> BallPass:
-        """Draw the number of balls n and d/D·cos (d: ball, D: pitch diameter, cosine of the contact
-        angle); the order is n/2·(1 − d/D·cos) of the outer race, or the order of the cage."""
+        """Draw the number n of balls and the ratio q = d/D·cos β, with the ball's diameter d, the
+        pitch diameter D and the contact angle β. The order is n/2·(1 − q), of the outer race, or
+        the order of the cage."""
         share = random.uniform(0.06, 0.25)
         cage = 0.5 * (1 - share)
         order = cage * int(random.integers(8, 22)) if random.random() < 0.6 else cage
@@ -138,7 +139,7 @@ class BallPass(Cause):
         return found
 
     def values(self) -> dict[str, tuple[float, ...]]:
-        """Return the order."""
+        """Return the order under the key ``order``."""
         return {"order": (self.order,)}
 
 

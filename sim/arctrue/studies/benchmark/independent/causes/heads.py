@@ -82,7 +82,10 @@ class SubdivisionError(Cause):
     def signals(
         self, sine: Float, cosine: Float, head: int, label_rad: Float
     ) -> tuple[Float, Float]:
-        """Return sin(φ + p)·(1 + g) + Im o and cos φ + Re o."""
+        """Return sin(φ + p)·(1 + g) + Im o and cos φ + Re o.
+
+        p is the phase error, g the gain error and o the offset.
+        """
         if head != self.head:
             return sine, cosine
         around = 1 + self.uneven * np.cos(label_rad + self.at_rad)
@@ -108,8 +111,8 @@ class Shaking(Cause):
 
     @classmethod
     def drawn(cls, random: Random, runs: int, step_s: float, run_s: float) -> Shaking:
-        """Draw 0.1 to 2″ and a frequency between ten periods per run and a third of the sampling
-        rate."""
+        """Draw an amplitude of 0.1 to 2″ and a frequency between ten periods per run and a third of
+        the sampling rate."""
         hz = log_uniform(random, 10 / run_s, 1 / (3 * step_s))
         phases = random.uniform(0, 2 * np.pi, runs)
         return cls(log_uniform(random, 0.1, 2.0), int(random.integers(1, 3)), hz, phases)
@@ -124,12 +127,12 @@ class Shaking(Cause):
         return found
 
     def values(self) -> dict[str, tuple[float, ...]]:
-        """Return the frequency."""
+        """Return the frequency under the key ``hz``."""
         return {"hz": (self.hz,)}
 
 
 class LateHead(Cause):
-    """Head 2 is latched later than head 1."""
+    """The reading of head 2 is older than that of head 1; with a negative size it is newer."""
 
     name = "timing_skew"
     unit = "us"
@@ -145,7 +148,7 @@ class LateHead(Cause):
 
 
 class OldReading(Cause):
-    """Both heads are read later than the row's time by the same delay."""
+    """The readings of both heads are older than their row by the same delay."""
 
     name = "latency"
     unit = "us"

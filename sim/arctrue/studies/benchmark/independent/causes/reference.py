@@ -29,7 +29,7 @@ class GearError(Cause):
         self.teeth, self.phases_rad = teeth, phases_rad
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
-        """Return a·(cos(zθ + φ₁) + cos(2zθ + φ₂)/5)."""
+        """Return a·(cos(zθ + φ₁) + cos(2zθ + φ₂)/5), with z teeth and the table's angle θ."""
         tooth = self.teeth * at.turned_rad
         first, second = self.phases_rad
         found: Float = (
@@ -55,12 +55,12 @@ class Line(Cause):
         self.hz, self.phase_rad = hz, phase_rad
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
-        """Return a·cos(2πft + φ)."""
+        """Return a·cos(2πft + φ), with the amplitude a, the frequency f and the phase φ."""
         found: Float = self.size * ARCSEC * np.cos(2 * np.pi * self.hz * at.time_s + self.phase_rad)
         return found
 
     def values(self) -> dict[str, tuple[float, ...]]:
-        """Return the frequency."""
+        """Return the frequency under the key ``hz``."""
         return {"hz": (self.hz,)}
 
 
@@ -80,13 +80,13 @@ class AngleLine(Cause):
         self.back_rad = phase_rad if back_rad is None else back_rad
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
-        """Return a·cos(νθ + φ)."""
+        """Return a·cos(νθ + φ), with the order ν, the table's angle θ and the phase φ."""
         phase = np.where(at.direction > 0, self.phase_rad, self.back_rad)
         found: Float = self.size * ARCSEC * np.cos(self.order * at.turned_rad + phase)
         return found
 
     def values(self) -> dict[str, tuple[float, ...]]:
-        """Return the order."""
+        """Return the order under the key ``order``."""
         return {"order": (self.order,)}
 
 
@@ -138,7 +138,7 @@ class FirstOrderOfReference(Cause):
         return cls(log_uniform(random, 0.1, 2.0), random.uniform(0, 2 * np.pi))
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
-        """Return a·cos(θ + φ)."""
+        """Return a·cos(θ + φ), with the amplitude a and the table's angle θ."""
         found: Float = self.size * ARCSEC * np.cos(at.turned_rad + self.phase_rad)
         return found
 

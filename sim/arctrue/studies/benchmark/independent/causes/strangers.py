@@ -35,7 +35,7 @@ class WarmOval(Stranger):
         return cls(log_uniform(random, 0.1, 1.0))
 
     def mark_rad(self, label_rad: Float, at: Conditions) -> Float:
-        """Return a·ΔT·cos 2ψ."""
+        """Return a·ΔT·cos 2ψ, with the warming ΔT and the label ψ."""
         found: Float = self.size * ARCSEC * at.warming_k * np.cos(2 * label_rad)
         return found
 
@@ -52,7 +52,7 @@ class FastLobes(Stranger):
         return cls(log_uniform(random, 0.05, 1.0))
 
     def mark_rad(self, label_rad: Float, at: Conditions) -> Float:
-        """Return a·(ω/30°/s)²·cos 3ψ."""
+        """Return a·(ω/30°/s)²·cos 3ψ, with the speed ω and the label ψ."""
         share = (at.speed_rad_s / np.radians(30.0)) ** 2
         found: Float = self.size * ARCSEC * share * np.cos(3 * label_rad)
         return found
@@ -75,7 +75,7 @@ class SettlingBracket(Stranger):
         return cls(log_uniform(random, 0.5, 5.0), run_s * random.uniform(0.1, 0.4))
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:
-        """Return a·exp(−t/τ)."""
+        """Return a·exp(−t/τ), with the time t since the start of the session."""
         if head != 2:
             return 0.0
         found: Float = self.size * ARCSEC * np.exp(-at.time_s / self.time_constant_s)
@@ -93,7 +93,7 @@ class AirDrag(Stranger):
         return cls(log_uniform(random, 0.5, 5.0))
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:
-        """Return a·√(|ω|/30°/s)."""
+        """Return a·√(|ω|/30°/s), with the speed ω."""
         if head != 2:
             return 0.0
         share = np.sqrt(np.abs(at.speed_rad_s) / np.radians(30.0))
@@ -194,7 +194,7 @@ class BentScale(Stranger):
         return cls(log_uniform(random, 0.5, 3.0) * float(random.choice([-1, 1])))
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
-        """Return a·(ε/ε_max)³ minus its linear part."""
+        """Return a·(ε/ε_max)³ minus its linear part, with the measured error ε."""
         share = error_rad / np.max(np.abs(error_rad))
         found: Float = self.size * ARCSEC * (share**3 - 0.6 * share)
         return found
@@ -221,7 +221,7 @@ class Chirp(Stranger):
         return cls(size, hz, 2 * hz / length_s, random.uniform(0, 2 * np.pi))
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
-        """Return a·cos(2π(f + kt/2)t + φ)."""
+        """Return a·cos(2π(f + kt/2)t + φ); the initial frequency f changes by k per second."""
         time_s = at.time_s - at.time_s[0]
         phase = 2 * np.pi * (self.hz + self.hz_s * time_s / 2) * time_s + self.phase_rad
         found: Float = self.size * ARCSEC * np.cos(phase)

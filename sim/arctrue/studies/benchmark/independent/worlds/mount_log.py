@@ -25,7 +25,7 @@ def log_time_s(random: np.random.Generator, rows: int) -> np.ndarray:
     """Return the times of a log: one hour at one of the rates, or less if an hour would give too
     many rows.
 
-    A log may have four times ``rows`` rows, as many as four runs.
+    A log may have up to 4·``rows`` rows, as many as four runs have.
     """
     rows *= 4
     rate = float(random.choice(RATES_HZ))
@@ -35,7 +35,7 @@ def log_time_s(random: np.random.Generator, rows: int) -> np.ndarray:
 
 
 def log_noise(random: np.random.Generator, sigma: float, time_s: np.ndarray) -> NoiseProcess:
-    """Draw the kind of noise: white, a relaxation, a random walk, heavy tails, or 1/f."""
+    """Draw noise of one kind: white, a relaxation, a random walk, heavy tails, or 1/f."""
     if random.random() < 0.2:
         return FlickerNoise(sigma, float(random.uniform(0.5, 1.0)))
     return any_noise(random, sigma, float(np.ptp(time_s)), float(time_s[1]))
