@@ -30,9 +30,9 @@ struct judge {
 enum judgement {
     JUDGED_RIGHT,
     JUDGED_WRONG,
-    /* More turns are needed. */
+    /* The judgement needs more turns. */
     JUDGED_NOT_YET,
-    /* No turn can judge it. */
+    /* No turn can judge the lanes. */
     JUDGED_NEVER,
 };
 

@@ -102,18 +102,18 @@ struct load {
     /* The set in reception, and the set that is loaded. */
     struct coefficients received;
     struct coefficients loaded;
-    /* Dependence of their lanes on the temperature. */
+    /* Temperature dependence of the lanes of these two sets. */
     struct thermal received_thermal;
     struct thermal thermal;
-    /* Their lanes that follow a condition. */
+    /* Lanes of these two sets that follow a condition. */
     struct followed received_followed;
     struct followed followed;
-    /* Their local tables; choice 0: no table. `table_evidence`: log odds of the received table, summed over the turns
-       so far. */
+    /* Local tables of these two sets; choice 0: no table. `table_evidence`: log odds of the received table, summed over
+       the turns so far. */
     struct load_table received_table;
     struct load_table table;
     double table_evidence;
-    /* Sets for a missing head: the gateware holds their words. */
+    /* Sets for a missing head that are being received; the gateware holds their words. */
     struct load_without without;
     /* True if the received set is complete and not yet judged. */
     bool whole;

@@ -35,7 +35,7 @@ uint32_t prepared_saved(const struct application *application);
 void prepared_forget(struct application *application);
 /* Switches the failover on if the gateware still holds the sets of the active mean, otherwise off. */
 void prepared_arm(struct application *application);
-/* Raises the alarm when a head was left out since the previous call. */
+/* Raises an alarm if the gateware has left out a head since the previous call. */
 void prepared_watch(struct application *application);
 /* Allows a head, counted from 1, to be used again after its next index. Returns false if the head is not left out. */
 bool application_come_back(const struct application *application, uint32_t head);
