@@ -242,8 +242,8 @@ def test_heads_whose_loss_leaves_too_much_noise_have_no_set(
 def test_a_turn_while_a_head_is_left_out_takes_its_new_set(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """The firmware activates the new set without head 2, which counts again but is left out until
-    it passes its index. The firmware therefore activates the new set without head 2."""
+    """The firmware activates the new set without head 2: head 2 counts again, but is left out until
+    it passes its index."""
     running = started(WORLD)
     running.turn(WORLD.counts())
     running.step(3)
