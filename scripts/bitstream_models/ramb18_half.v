@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Models half of a block RAM, 18 Kbit with two ports, after the 7 Series Memory Resources User Guide (UG473); a
-// RAMB36E1 consists of two such halves. A width of 36 selects the simple dual port: port A reads and port B writes; the lower
-// half of the data is at the data pins of port A, the upper half at those of port B. The model's pins are the signals
-// after the pins' inverters. If both ports use a word in the same clock, a read returns the content before that clock.
+// RAMB36E1 consists of two such halves. A width of 36 selects the simple dual port: port A reads and port B writes; the
+// lower half of the data is at the data pins of port A, the upper half at those of port B. The model's pins are the
+// signals after the pins' inverters. If both ports use a word in the same clock, a read returns the content before that
+// clock.
 
 module ramb18_half #(
     parameter integer READ_WIDTH_A = 18,
