@@ -10,8 +10,8 @@
 /* Returns the present settings. */
 struct settings settings_present(const struct application *application);
 
-/* Keeps the present settings. Call it before an order is carried out: if a fault occurs in between, the firmware then
-   restarts with the order. */
+/* Keeps the present settings. Call it before the firmware carries out an order of the operator: after a fault in
+   between, the firmware then restarts with the ordered settings. */
 void settings_keep(struct application *application);
 
 /* Applies kept or saved settings. */
