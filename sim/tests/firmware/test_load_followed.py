@@ -207,7 +207,9 @@ def with_order_0(file: Coefficients) -> Coefficients:
 
 
 def test_the_unseen_scope_takes_order_0_and_turns_still_judge_the_rest(running: Firmware) -> None:
-    """Order 1 × direction waits for the backward turn; with force the first turn accepts it."""
+    """With the scope "unseen" the file may contain order 0 × direction, which no turn shows, but
+    order 1 × direction still waits for the backward turn. With full force the first turn accepts
+    both."""
     modulators(running)
     frames = load_frames(with_order_0(loose_file()))
     assert send(running, frames)[-1].startswith("error: load unseen_order")

@@ -316,8 +316,8 @@ def test_saved_sets_outlive_the_power() -> None:
 
 
 def test_a_record_without_sets_and_a_core_without_failover() -> None:
-    """The firmware reads a record without sets, from an older firmware; to a core without windows
-    it loads only the mean."""
+    """The firmware accepts a record without sets, as an older firmware writes it. From a record
+    with sets it restores only the mean if the core has no failover."""
     board = BoardWithFourHeads()
     board.failover = False
     board.power_on()
