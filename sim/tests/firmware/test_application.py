@@ -479,8 +479,8 @@ def capture_mode(core: ModelCore) -> int:
 
 
 def test_a_swinging_speed_is_sampled_at_equal_angles(running: Firmware) -> None:
-    """The firmware samples at equal angles if the speed varies, here by ±19 % once per turn. The
-    firmware refuses samples at equal times and uses samples at equal angles."""
+    """If the speed varies, here by ±19 % once per turn, the firmware refuses samples at equal times
+    and from then on samples at equal angles."""
     random = np.random.default_rng(5)
     part = np.linspace(0.0, 1.01, SAMPLES)
     theta = 2.0 * np.pi * (part + 0.03 * np.sin(2.0 * np.pi * part))
