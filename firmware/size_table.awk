@@ -1,4 +1,4 @@
-# From `size -A` of the ELF: the table with its limits; fails beyond one of them.
+# Prints the sizes in the output of `size -A`, each with its limit; fails if a size exceeds its limit.
 $1 ~ /^\.(text|ARM\.exidx|pages|data)$/ { used_code += $2 }
 $1 == ".texts" { used_texts += $2 }
 $1 ~ /^\.(data|bss|stack)$/ { used_data += $2 }

@@ -129,8 +129,8 @@ def rows_of(method: str, samples: int, orders: int, counted: dict[str, float]) -
 
 
 def judge_rows(samples: int, counted: dict[str, float]) -> list[Row]:
-    """Return rows that compare the test of JUDGED_ORDERS loaded orders with a calibration from the
-    same turn."""
+    """Return rows with the number of instructions that judging JUDGED_ORDERS loaded orders takes,
+    and with its share of a calibration from the same turn."""
     number, plain = counted["judge"], counted["plain_judge"]
     low, high = (number * cycles / PROCESSOR_HZ * 1e3 for cycles in CYCLES_AN_INSTRUCTION)
     share = number / counted["least_squares"]

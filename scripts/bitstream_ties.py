@@ -24,7 +24,7 @@ SUPPLIES: Final = ("GND", "VCC")
 PLACE: Final = re.compile(r"X(?P<column>\d+)Y(?P<row>\d+)/DSP48_X\d+Y(?P<half>\d+)\.DSP48E1")
 """Form of a placement by nextpnr-himbaechel: a tile of the grid and a site of the tile."""
 SITE: Final = re.compile(r"(?P<site>DSP48_X\d+Y(?P<half>\d+))/DSP48E1")
-"""Form of a placement by nextpnr-xilinx: a site of the chip; each tile has two."""
+"""Form of a placement by nextpnr-xilinx: a site of the chip; each tile has two sites."""
 TIED: Final = re.compile(r"DSP_(?P<half>\d)_(?P<pin>\w+)\.DSP_(?P<supply>GND|VCC)_[LR]")
 BIT: Final = re.compile(r"(?P<port>[A-Z]+)(?P<bit>\d*)")
 

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 #
-# Non-project run of Vivado: synthesis, placement, routing, timing, bitstream. Called by
-# scripts/bitstream_vivado.py:
+# Runs Vivado without a project: synthesis, placement, routing, timing, bitstream.
+# scripts/bitstream_vivado.py calls it:
 #
 #   vivado -mode batch -source bitstream_vivado.tcl -tclargs -top ENTITY -part PART -output FOLDER
 #       [-generic NAME=VALUE]... [-scoped ENTITY.xdc]... -xdc FILE... -vhdl FILE...
 #
-# A scoped file is read for every instance of the entity of its name, before the others.
-# Writes FOLDER/arctrue.bit only when every setup, hold and pulse width is met; reports go to
-# FOLDER/reports in either case.
+# Vivado reads a scoped file, ENTITY.xdc, for every instance of this entity, before all other files.
+# The script writes FOLDER/arctrue.bit only if all requirements for setup, hold and pulse width are met. It writes
+# reports to FOLDER/reports in either case.
 
 set top ""
 set part ""
@@ -42,7 +42,7 @@ foreach constraint $constraints {
 }
 
 synth_design -top $top -part $part {*}$generics -flatten_hierarchy rebuilt
-# Vivado only warns of a scoped file whose entity it does not find, and goes on without its constraints.
+# If Vivado does not find the entity of a scoped file, it only prints a warning and continues without the constraints.
 foreach constraint $scoped {
     set entity [file rootname [file tail $constraint]]
     set named "REF_NAME =~ $entity* || ORIG_REF_NAME =~ $entity*"
@@ -70,7 +70,7 @@ proc not_met {why} {
     exit 1
 }
 
-# A path without a clock has no slack: the clock must be there, and paths that it times.
+# A path without a clock has no slack. Therefore check that a clock exists and that it times paths.
 if {[llength [get_clocks]] == 0} {
     not_met "no clock reached the design, so nothing was timed."
 }
@@ -86,7 +86,7 @@ foreach {kind option} {setup -setup hold -hold} {
         not_met "the worst $kind slack is $worst($kind) ns, from $from to $to."
     }
 }
-# Pulse widths too; the summary's own verdict takes all kinds together.
+# The verdict of the summary covers all kinds of requirements, also pulse widths.
 set summary [open [file join $reports timing.rpt]]
 if {![string match "*All user specified timing constraints are met*" [read $summary]]} {
     not_met "the summary does not say that all user specified timing constraints are met."

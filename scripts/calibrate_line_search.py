@@ -54,8 +54,8 @@ SHORT = {
     "60 rows": (60, 1, False),
     "120 rows": (120, 1, False),
 }
-"""Number of stations, number of cycles, and whether every other cycle goes back, by design. The
-stations of one cycle cover 17°."""
+"""Number of stations, number of cycles, and whether every other cycle goes back; the keys are the
+names of the designs. The stations of one cycle cover 17°."""
 
 
 def short_of(kind: str, design: str, number: int) -> Record:

@@ -3,10 +3,11 @@
 # this tree. They install nothing and do not use the system's packages; apt checks the signatures.
 #
 # A script that sources this file sets TAG (prefix of the messages), SUITE (the release), TARGET
-# (the folder) and LOG. It may set BY_HAND: lines that tell the user what to do if a step fails.
+# (the folder) and LOG (the file of the log). It may set BY_HAND: lines that tell the user what to do
+# if a step fails.
 #
-# DEBIAN_MIRROR=http://…/debian selects another mirror than that of the machine's apt sources.
-# APT_SOURCES is the folder of apt's sources; tests set it.
+# DEBIAN_MIRROR=http://…/debian selects a mirror in place of that of the machine's apt sources.
+# APT_SOURCES is the folder of apt's sources; tests set this variable.
 
 KEYRING=/usr/share/keyrings/debian-archive-keyring.gpg
 APT_SOURCES=${APT_SOURCES:-/etc/apt}
@@ -25,8 +26,9 @@ give_up() {
     exit 1
 }
 
-# Prints the first Debian archive in the machine's own apt sources, in files of both formats; the
-# archive of security updates does not count. $1: ubuntu for the first archive of Ubuntu.
+# Prints the address of the first Debian archive in the machine's own apt sources, which may have
+# either of apt's two formats; it leaves out the archive of security updates. With `ubuntu` as $1 it
+# prints the address of the first Ubuntu archive.
 machine_mirror() {
     {
         sed -n 's/^[[:space:]]*URIs:[[:space:]]*//p' "$APT_SOURCES"/sources.list.d/*.sources 2>/dev/null || true
@@ -42,8 +44,8 @@ fetch_failed() {
         "The whole log: $LOG" "${BY_HAND[@]}"
 }
 
-# Sets architecture, loader and triplet. Ends the script if the machine is not amd64; $1: name of
-# what exists for amd64 only.
+# Sets architecture, loader and triplet. Ends the script if the machine is not amd64; $1 is the name
+# of the program that exists for amd64 only.
 need_debian_amd64() {
     for tool in apt-get dpkg-deb dpkg; do
         command -v "$tool" >/dev/null || give_up \
@@ -59,7 +61,7 @@ need_debian_amd64() {
         "apt-get install debian-archive-keyring, then start again."
 }
 
-# Fetches the lists of packages of $SUITE into the folder $work; take_into_use moves it to $TARGET.
+# Fetches the package lists of $SUITE into the folder $work, which take_into_use moves to $TARGET.
 open_archive() {
     mirror=${DEBIAN_MIRROR:-$(machine_mirror)}
     mirror=${mirror:-$DEFAULT_MIRROR}
@@ -82,7 +84,7 @@ open_archive() {
         fetch_failed "The list of packages could not be fetched."
 }
 
-# Fetches the named packages only.
+# Fetches the named packages without the packages on which they depend.
 fetch_packages() {
     (cd "$work/packages" && apt-get "${apt_options[@]}" download "$@") >>"$LOG" 2>&1 ||
         fetch_failed "The packages could not be fetched."
@@ -95,7 +97,8 @@ fetch_with_dependencies() {
     mv "$work"/apt/cache/archives/*.deb "$work/packages"
 }
 
-# Unpacks the package file $1; $2 …: tar patterns of the files to unpack; without them all files.
+# Unpacks the package file $1. $2 … are tar patterns of the files to unpack; without patterns it
+# unpacks all files.
 unpack_package() {
     local package=$1
     shift
@@ -103,8 +106,8 @@ unpack_package() {
         give_up "$(basename "$package") could not be unpacked: is the disk full?" "The log: $LOG"
 }
 
-# Writes bin/$1, which starts the program $2 with the libraries of the unpacked packages; $3 …:
-# lines that bin/$1 executes before.
+# Writes bin/$1, which starts the program $2 with the libraries of the unpacked packages. $3 … are
+# lines that bin/$1 executes before it starts the program.
 write_starter() {
     local name=$1 program=$2 ld
     shift 2

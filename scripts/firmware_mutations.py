@@ -1,4 +1,5 @@
-"""Ways to break the firmware's C, and the host test that must notice each: scripts/mutate.py."""
+"""Lists mutations of the firmware's C, and the host test that must fail for each. See
+scripts/mutate.py."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ class Break:
     name: str
     old: str
     new: str
-    entity: str = ""  # empty: the entity of the proof
+    entity: str = ""  # empty: the fault is in the entity of the proof
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Proof:
     cut: tuple[str, ...] = ()
     # Signals (module/w:name) whose drivers are cut, so that they may have any value in any clock.
     cut_signals: tuple[str, ...] = ()
-    quick: bool = True  # part of `make test`
+    quick: bool = True  # whether `make test` runs this proof
     # Name of the proof whose rules this proof uses; empty: this proof has its own rules.
     rules_of: str = ""
 

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Unpacks GHDL 5 in addition to the system's GHDL, for netlists only: scripts/install_ghdl_netlist.sh
+# Unpacks GHDL 5, which makes netlists, in addition to the system's GHDL.
 #
 # GHDL 2.0 of Debian 12 writes wrong Verilog (a `case` loses its `when others`, GHDL issue 2041).
 # GHDL 4.1 of Ubuntu 24.04 does so too (signed numbers shift to the right without their sign, issue
-# 2750). But GHDL 2.0 simulates faster than GHDL 5. Therefore simulations use the system's GHDL, and
-# netlists the one that this script takes from Debian 13's packages. Nothing is installed: the
+# 2750). But GHDL 2.0 simulates faster than GHDL 5. Therefore the system's GHDL simulates, and the
+# GHDL that this script takes from Debian 13's packages makes netlists. Nothing is installed: the
 # packages are unpacked into build/ghdl5, and build/ghdl5/bin/ghdl starts GHDL with the libraries of
 # the same packages. If this GHDL is already there, the script does nothing.
 set -euo pipefail
@@ -23,7 +23,7 @@ BY_HAND=(
     "or the Debian 13 packages ${PACKAGES[*]}"
     "unpacked with dpkg-deb -x into one folder, and its usr/bin/ghdl-mcode through its own loader.")
 
-# Prints the version line; fails if GHDL does not run, does not find its libraries or cannot
+# Prints GHDL's version line; fails if GHDL does not run, does not find its libraries or cannot
 # synthesise.
 version() {
     [ -x "$GHDL" ] || return 1

@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
-# Unpacks the open place-and-route tools for the XC7Z020: scripts/install_place_and_route.sh
+# Unpacks the open place-and-route tools for the XC7Z020.
 #
-# Debian 14 (testing when this was written) has packages of nextpnr with the chip's database, and of
-# Project X-Ray's database and bitstream writer. Nothing is installed: the packages are unpacked into
-# build/place_and_route, the databases only as far as they concern this chip. The programs in its
-# bin/ use the libraries of the same packages. If the tools are already there, the script does nothing.
+# Debian 14 (Debian's testing release when this was written) has packages of nextpnr with the chip's
+# database, and of Project X-Ray's database and bitstream writer. Nothing is installed: the packages
+# are unpacked into build/place_and_route, the databases only for this chip. The programs in
+# build/place_and_route/bin use the libraries of the same packages. If the tools are already there,
+# the script does nothing.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 

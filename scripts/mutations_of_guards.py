@@ -1,8 +1,9 @@
 """Lists mutations that remove a guard of the diagnosis or the page, and the fast test that must
 fail.
 
-Each guard is a rule or a charge without which a verdict claims more than its set supports. If an
-anchor text is no longer in its file, this list is wrong: move the anchor with the guard.
+Each guard is a rule, or a penalty for many comparisons, without which a verdict claims more than
+its set supports. If an anchor text is no longer in its file, this list is wrong: move the anchor
+with the guard.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # Installs everything that the Makefile's targets need, and changes nothing else on the machine:
-#   1. system packages (GHDL, Verilator, Yosys, Python's venv and shared library, gcc for the host
-#      and the Cortex-A9, QEMU, the keys of Debian's archive for 3.), as far as they are missing;
-#   2. the Python environment .venv, exactly as requirements.lock says (with hashes);
-#   3. a GHDL for netlists in build/ghdl5, if that of the system is too old;
-#   4. the name under which Ubuntu's GHDL looks for LLVM, in build/llvm_names.
-# It may run any number of times: if nothing is missing, it prints nothing and ends at once.
+#   1. missing system packages: GHDL, Verilator, Yosys, Python's venv and shared library, gcc for the
+#      host and the Cortex-A9, QEMU, and the keys of Debian's archive, which step 3 needs;
+#   2. the Python environment .venv, with exactly the packages of requirements.lock (with hashes);
+#   3. a GHDL for netlists in build/ghdl5, if the system's GHDL is too old;
+#   4. a link to LLVM's library in build/llvm_names, with the name that Ubuntu's GHDL loads.
+# The script may run any number of times: if nothing is missing, it prints nothing and ends at once.
 #
 # PYTHON=/usr/bin/python3.12 scripts/setup.sh uses another Python. It must be 3.11 or newer and have
 # a shared libpython, because GHDL loads this library; Pythons from pyenv or conda have none.
@@ -19,7 +19,7 @@ PACKAGES=(debian-archive-keyring g++ gcc gcc-arm-none-eabi gdb-multiarch ghdl-ll
     zlib1g-dev)
 LOG=build/logs/setup.log
 GHDL_LLVM=${GHDL_LLVM:-/usr/lib/ghdl/llvm/ghdl1-llvm}
-LLVM_NAMES=build/llvm_names # tb/support/simulation.py looks there
+LLVM_NAMES=build/llvm_names # tb/support/simulation.py uses this folder too
 
 say() { printf '[setup] %s\n' "$*" >&2; }
 
@@ -125,7 +125,8 @@ install_python_packages() {
     if [ -x .venv/bin/python ] && [ "$(cat "$stamp" 2>/dev/null)" = "$wanted" ]; then
         return
     fi
-    # A .venv without a stamp may come from an interrupted run of this script: it is completed.
+    # A .venv without a stamp may come from an interrupted run of this script, which this run then
+    # completes.
     if [ -e .venv ] && { [ -e "$stamp" ] || ! venv_fits; }; then
         say "making .venv anew: the lock file, the Python or the folder has changed"
         rm -rf .venv
@@ -177,7 +178,7 @@ install_netlist_ghdl() {
 }
 
 # Ubuntu 24.04's ghdl-llvm loads libLLVM-18.so.18.1, but Ubuntu's own package of LLVM installs this
-# library as libLLVM.so.18.1. Without a link of the other name ghdl-llvm cannot compile anything.
+# library as libLLVM.so.18.1. Without a link with the first name, ghdl-llvm cannot compile anything.
 name_llvm_for_ghdl() {
     local wanted library
     wanted=$(ldd "$GHDL_LLVM" 2>/dev/null | grep -oE 'libLLVM-[0-9]+\.so\.[0-9.]+ => not found') || return 0
@@ -192,8 +193,8 @@ name_llvm_for_ghdl() {
 
 case $(system_name) in
 "debian 12" | "debian 13")
-    # Chromium is for tests of the page in a browser. Ubuntu's package is only a stub for a snap, so
-    # that these tests are skipped on Ubuntu.
+    # Tests of the page need Chromium. On Ubuntu these tests are skipped, because Ubuntu's package
+    # only installs a snap.
     PACKAGES+=(chromium)
     install_packages
     ;;

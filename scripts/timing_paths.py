@@ -187,8 +187,8 @@ class Netlist:
         return found
 
     def _loop(self, waiting: set[int]) -> list[str]:
-        """Return the names along a loop among bits that wait for each other; none without a
-        loop."""
+        """Return the names along a loop among ``waiting``, bits that wait for each other; return an
+        empty list if there is no loop."""
         before = {
             arc.end: bit
             for bit in waiting
@@ -197,7 +197,8 @@ class Netlist:
         }
         if not before:
             return []
-        # Against the arcs, each bit that waits has one before it that waits, so the walk returns.
+        # Each bit in ``before`` follows a bit that also waits, so that a walk against the arcs must
+        # reach a bit a second time.
         bit, walked = next(iter(before)), dict[int, None]()
         while bit not in walked:
             walked[bit] = None

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Installs a copy of the last commit with pip into a new environment and deletes the copy; the
-# installed program then diagnoses a simulated set. Needs Python's venv, git and the package index.
+# installed program then diagnoses a simulated set. The script needs Python's venv, git and the package
+# index.
 # PYTHON=python3.12 scripts/try_install.sh uses another Python.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."

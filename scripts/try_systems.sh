@@ -1,31 +1,32 @@
 #!/usr/bin/env bash
-# Runs this project's commands to their end on whole systems, each in a folder of its own.
+# Runs this project's commands on complete Linux systems, each of which is installed into its own folder.
 #
 #   scripts/try_systems.sh [OPTION]... [SYSTEM]... [TARGET]... [VARIABLE=VALUE]...
 #
 #   SYSTEM    debian12, debian13, ubuntu2404 (without one: all three)
-#   TARGET    test, demo: as `make` runs them; install: `pip install .` in a new environment, then a
-#             diagnosis without the tree, by scripts/try_install.sh (without one: all three)
-#   VARIABLE  handed to make, as in PYTEST_OPTIONS="-k register"
+#   TARGET    test or demo: run `make test` or `make demo`; install: run scripts/try_install.sh, that
+#             is, `pip install .` in a new environment and a diagnosis without the tree (without one:
+#             all three)
+#   VARIABLE  passed to make, for example PYTEST_OPTIONS="-k register"
 #
-#   --folder DIR   where the systems lie (build/systems); 5 GB each
-#   --commit REV   what is tried (HEAD); changes that are not committed are not
-#   --fresh        make the systems anew, from the archive on
-#   --page FILE    write the table of all results there, as a page
+#   --folder DIR   folder of the systems, 5 GB each (default: build/systems)
+#   --commit REV   commit to test (default: HEAD); uncommitted changes are not tested
+#   --fresh        make the systems again, from the packages of the archive
+#   --page FILE    write the table of all results to FILE, as a page in Markdown
 #
-# A system is made by debootstrap once and kept; the tree in it is a new clone every time. For each
-# system DIR/results/SYSTEM.toml says what was run, with which versions, and how it ended; the logs
-# lie beside it. Exit code 0 when every target passed, 1 otherwise.
+# debootstrap makes each system once, and the script keeps it; the tree in it is a new clone every
+# time. DIR/results/SYSTEM.toml states for each system which targets ran, with which versions, and
+# how they ended; the logs are in the same folder. Exit code 0: every target passed. 1: otherwise.
 #
-# Needs root, debootstrap and the archives. All runs in namespaces of its own: mounts and processes
-# are gone when this script ends, however it ends.
+# The script needs root, debootstrap and the archives. It runs in its own namespaces, so that its
+# mounts and processes end with the script, however it ends.
 #
-# DEBIAN_MIRROR, UBUNTU_MIRROR: other mirrors than those of the machine's apt sources.
+# DEBIAN_MIRROR and UBUNTU_MIRROR select other mirrors than those of the machine's apt sources.
 set -euo pipefail
 
 SYSTEMS=(debian12 debian13 ubuntu2404)
 TARGETS=(test demo install)
-TREE=/srv/arctrue # in the system
+TREE=/srv/arctrue # folder of the clone in each system
 NEEDED_TOOLS=(debootstrap unshare mount chroot git apt-config)
 
 usage() { sed -n '2,/^set -/{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; }

@@ -51,8 +51,8 @@ void application_use_flash(struct application *application, struct save *save) {
     save->point_context = application;
 }
 
-/* Starts the core again if it was reset, which a disabled output shows: a core in use always has its output enabled.
-   After a reset the line drivers stay on for a few milliseconds only. */
+/* Sets the core up again if it was reset. A disabled output shows a reset, because the output of a core in use is
+   always enabled. After a reset the line drivers stay on for a few milliseconds only. */
 static void watch_reset(struct application *application) {
     if (!core_output_enabled(&application->core)) {
         application_start(application);

@@ -35,8 +35,9 @@ void bank_watch(struct application *application) {
     }
 }
 
-/* Returns the value to add to head 1's first word to get its angle at the first sample. The angle is known at the
-   present position; `travel`, the number of counts from the first sample to there, is right even if words wrap. */
+/* Returns the value to add to head 1's first word to get the angle of head 1 at the first sample. The angle at the
+   present position is known; `travel`, the number of counts from the first sample to this position, is right even if
+   words wrap. */
 static uint32_t bank_angle_offset(const struct core_position *position, int32_t first_word,
                                   uint32_t counts_per_rev) {
     int64_t travel = counts_apart(position->head1_turn_position, first_word);
@@ -45,8 +46,8 @@ static uint32_t bank_angle_offset(const struct core_position *position, int32_t 
     return (uint32_t)(offset < 0 ? offset + counts_per_rev : offset);
 }
 
-/* Computes the angle of each head at the first sample. `travel`, the counts since that sample, is right even if words
-   wrap. */
+/* Computes the angle of each head at the first sample. `travel`, the number of counts since that sample, is right even
+   if words wrap. */
 static void bank_start_angles(const struct core_turns *turns, struct capture *capture) {
     for (uint32_t head = 0; head < capture->heads && capture->words != NULL; head++) {
         const volatile int32_t *words = head < 2 ? capture->words : capture->further;

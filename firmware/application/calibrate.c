@@ -407,7 +407,8 @@ static void calibrate_judge_load(struct application *application, const struct t
     }
 }
 
-/* Judges a set that was loaded before the start: the turn must confirm it by the set's own orders. */
+/* Judges a set that was loaded before the start. The turn must confirm the set with the set's lanes alone, without
+   lanes of the calibration. */
 static void calibrate_judge_pending(struct application *application, const struct turn *turn) {
     struct load *load = &application->load;
     struct judge judge = calibrate_judge(application, turn);
@@ -454,8 +455,8 @@ static void calibrate_judge_sets(struct application *application, const struct t
     }
 }
 
-/* Estimates the error of the mean of all heads if the device calibrates the mean. Estimates the error of head 1 if the
-   device does not, or if heads 3 and 4 cannot be used and no mean is active. */
+/* Estimates the error of the mean of all heads if the device calibrates the mean. Otherwise, or if heads 3 and 4 cannot
+   be used and no mean is active, estimates the error of head 1. */
 static enum refusal calibrate_estimate_heads(struct application *application, struct turn *turn,
                                              struct mean_set *mean) {
     if (calibrate_mean_wanted(application)) {

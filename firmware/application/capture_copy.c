@@ -69,8 +69,8 @@ bool capture_copy_take(struct capture_copy *copy, const struct capture *capture)
     return true;
 }
 
-/* Sums the stored steps, which are differences, up to `sample`. The sum continues from the sample of the previous call,
-   unless `sample` lies before that sample. */
+/* Sums head 1's stored steps up to `sample`; the counts of the other heads are stored as differences from head 1's
+   counts. The sum continues from the sample of the previous call, unless `sample` lies before that sample. */
 void capture_copy_counts(struct capture_copy *copy, uint32_t sample, int64_t counts[HEADS_MOST]) {
     uint32_t heads = copy->heads;
     ASSERT(sample < copy->samples && heads <= HEADS_MOST);

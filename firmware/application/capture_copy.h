@@ -10,8 +10,8 @@
 
 #include "capture.h"
 
-/* Capacity: with two heads 12,288 samples of two 16-bit words, or half as many of 32-bit words. With more heads,
-   half as many samples. If a capture is longer, every second sample is kept. */
+/* Capacity of the copy. With two heads it holds 12,288 samples of two 16-bit words, or 6,144 samples of two 32-bit
+   words; with more heads it holds half as many samples. If a capture is longer, the copy keeps every second sample. */
 enum { CAPTURE_COPY_SAMPLES = 12288, CAPTURE_COPY_WORDS = 2 * CAPTURE_COPY_SAMPLES };
 
 struct capture_copy {
@@ -28,16 +28,17 @@ struct capture_copy {
     int32_t temperature_cdeg;
     /* Counts of the first sample, one per head. */
     int64_t first[HEADS_MOST];
-    /* True if the copy has words of 32 bits, because the capture has few samples. */
+    /* True if the words have 32 bits; the copy uses them if the capture has few samples. */
     bool whole;
-    /* Reading position: a sample, and head 1's counts there. */
+    /* Last sample that capture_copy_counts() has read, and head 1's counts at this sample. */
     uint32_t place;
     int64_t at;
     /* One word per head, sample after sample. */
     union {
         /* Counts since the first sample. */
         int32_t since[CAPTURE_COPY_WORDS / 2];
-        /* Head 1: step since the previous sample. Other heads: difference to head 1, minus its first value. */
+        /* Head 1: step since the previous sample. Other heads: head's counts minus head 1's counts, minus the value of
+           this difference at the first sample. */
         int16_t step[CAPTURE_COPY_WORDS];
     } kept;
 };

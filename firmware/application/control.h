@@ -13,11 +13,12 @@ void control_write(const struct application *application);
 /* Releases a bank that is ready, because a capture from before a re-arm cannot be used. */
 void control_give_back_bank(const struct application *application);
 
-/* Stops the capture and restarts it; call it when the captured part of the turn has another zero or other steps. */
+/* Stops the capture and restarts it. Call it if the zero or the sample steps changed during the capture of a turn,
+   because the two parts of this turn do not fit together. */
 void control_capture_anew(const struct application *application);
 
-/* Arms the compare if it is on, otherwise disarms it. Before the index nothing is armed, because the angle of the
-   compare counts from the index. */
+/* Arms the compare if the parameter `compare_on` is 1, otherwise disarms it. Arms nothing before the index has been
+   seen, because the compare counts its angle from the index. */
 void control_arm_compare(const struct application *application);
 
 #endif

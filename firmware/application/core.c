@@ -20,11 +20,11 @@
 #define CAPTURE_MODE(mode) ((uint32_t)(mode) << ARCTRUE_REGISTERS__CONTROL__CAPTURE_MODE_bp)
 
 enum { WORDS_A_LANE = 4, WORD_BYTES = 4, HEADS = 2, MODULATOR_PLACE = 16 };
-/* Places of the words in the window of the mean: the offsets begin at word 0, then follow the weights and the choice of
-   heads. */
+/* Places of the words in the window of the mean. The offsets begin at word 0; the weights and the choice of heads
+   follow. */
 enum { MEAN_WEIGHTS = 4, MEAN_CHOICE = 8, MEAN_WORDS = 9, USED_SHIFT = 4 };
 #define WEIGHT_ONE (1 << ARCTRUE_COSINE_FRACTION)
-/* Value 1 as an s1.16 word that lanes follow. */
+/* Value 1 in the format s1.16 of the words that lanes follow. */
 #define WORD_ONE 65536.0
 /* Divisor of the turn that gives the margin of an armed compare: the table may move by 1/1024 turn between the reading
    of its position and the write that depends on this position. */
@@ -327,7 +327,7 @@ uint32_t core_left_out(const struct core_access *core) {
                : 0;
 }
 
-/* Tells whether heads 3 and 4 have seen their indices. Returns true too once head 1 has made a whole turn, because a
+/* Tells whether heads 3 and 4 have seen their indices. Also returns true once head 1 has made a whole turn, because a
    further head without an index must not block the calibration. */
 static bool core_further_indices_seen(const struct core_access *core) {
     uint32_t heads = core_heads(core);

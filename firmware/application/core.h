@@ -19,7 +19,8 @@ typedef void core_write_word(void *context, uint32_t offset, uint32_t word);
 /* Returns `number` words of the ready bank; they do not change until the bank is released. */
 typedef const volatile int32_t *core_capture_words(void *context, uint32_t number);
 
-/* Function that core_identify() calls before it accesses a core, because another device may answer now. */
+/* Function that core_identify() calls before it accesses a core. On the device it checks whether the fabric has been
+   configured meanwhile, and searches for the thermometer. */
 typedef void core_look(void *context);
 
 struct core_access {
@@ -27,7 +28,7 @@ struct core_access {
     core_write_word *write;
     core_capture_words *capture;
     void *context;
-    /* NULL if the same device answers every time. */
+    /* NULL if the core is always there. */
     core_look *look;
     /* Like `capture`, for heads 3 and 4; NULL if the device has two heads only. */
     core_capture_words *further_capture;
@@ -58,14 +59,14 @@ struct core_origin {
     bool has_real_orders;
     /* True if the gateware has a local table, which corrects windows of the turn. */
     bool has_local_table;
-    /* Identifier of the chip, if the top level reads it. */
+    /* True if the top level reads the identifier of the chip; `dna` is this identifier. */
     bool has_dna;
     uint64_t dna;
 };
 
 struct core_setup {
     uint32_t counts_per_rev;
-    /* Distance of two samples: `sample_period` in clocks, `angle_step` in counts of head 1. */
+    /* Distance between two samples: `sample_period` in clocks, `angle_step` in counts of head 1. */
     uint32_t sample_period;
     uint32_t angle_step;
     uint32_t ramp_rate;
@@ -79,7 +80,7 @@ struct core_setup {
     /* The following members are words of the registers. */
     uint32_t head1_input;
     uint32_t head2_input;
-    /* Only for cores with heads 3 and 4 or delays. */
+    /* The next three members are used only for cores with heads 3 and 4 or with delays. */
     uint32_t head3_input;
     uint32_t head4_input;
     uint32_t head_delays;
@@ -87,7 +88,7 @@ struct core_setup {
     uint32_t alarm;
     uint32_t pulse_widths;
     uint32_t pulse_inputs;
-    /* Kinds of events that wait for the processor; only for cores with EVENTS. */
+    /* Kinds of events that the core records in its queue; used only for cores with EVENTS. */
     uint32_t recorded_events;
 };
 
@@ -232,7 +233,7 @@ struct core_turns core_turns(const struct core_access *core, uint32_t heads);
 /* Tells whether the head, 0 to 3, has seen its index since the reset or the last re-arm. */
 bool core_head_indexed(const struct core_access *core, uint32_t head);
 void core_release_capture(const struct core_access *core);
-/* Clears the interrupt line and its causes; call before reading the status. */
+/* Clears the interrupt line and the causes of the interrupt. Call it before you read the status. */
 void core_acknowledge_interrupt(const struct core_access *core);
 /* Clears the faults of all heads, but not the fault of the output. */
 void core_clear_faults(const struct core_access *core);

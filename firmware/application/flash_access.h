@@ -19,8 +19,8 @@ enum flash_activity {
     FLASH_STUCK,
 };
 
-/* Returns the number of bytes that one command erases; 0: no known flash answers. Call it before all other
-   functions, and again after others have used the flash. */
+/* Returns the number of bytes that one command erases; 0: no known flash answers. Call it before all other functions,
+   and again after other code has used the flash. */
 typedef uint32_t flash_access_open(void *context);
 /* Reads words. Returns false if the controller does not answer. */
 typedef bool flash_access_read(void *context, uint32_t address, uint32_t *words, uint32_t number);

@@ -11,7 +11,7 @@
    has set. It runs between two turns; a turn that is ready is processed first. */
 void follow_between_turns(struct application *application);
 
-/* Reads the table's thermometer, with the time constant of the model in use. */
+/* Reads the table's thermometer, and removes its lag with the time constant of the thermal model in use. */
 void follow_thermometer(struct application *application);
 
 /* Computes the temperature in the middle of the taken turn, because the turn's estimate belongs to its middle and

@@ -14,7 +14,7 @@
 
 enum { FOLLOWED_LANES_MAX = 8 };
 
-/* Bits 18 to 16 of word 1 of a lane. */
+/* Conditions whose value multiplies the amplitude of a lane; the number is in bits 18 to 16 of word 1 of the lane. */
 enum modulator {
     MODULATOR_ONE,
     MODULATOR_DIRECTION,

@@ -30,9 +30,9 @@ struct judge {
 enum judgement {
     JUDGED_RIGHT,
     JUDGED_WRONG,
-    /* More turns are needed. */
+    /* The judgement needs more turns. */
     JUDGED_NOT_YET,
-    /* No turn can judge it. */
+    /* No turn can judge the lanes. */
     JUDGED_NEVER,
 };
 
@@ -58,10 +58,10 @@ struct vector judge_value(const struct judge *judge, const struct coefficients *
 uint32_t judge_measure_followed(const struct judge *judge, const struct coefficients *set,
                                 struct followed_measured *measured);
 
-/* Judges, after a start, the lanes in `candidate` that were judged before: no lane may be wrong, and all together
-   must be confirmed. `unjudged`: lanes of `set`, by place, that nobody could judge. If a lane of the calibration (an
-   order that `set` does not have) is wrong but small, it is removed from `candidate`, and the next turn determines
-   it anew. */
+/* Judges, after a start, the lanes in `candidate` that were judged before: no lane may be wrong, and all together must
+   be confirmed. `unjudged`: lanes of `set`, by place, that no turn has judged before. If a lane of the calibration (an
+   order that `set` does not have) is wrong but small, it is removed from `candidate`, and the next turn determines it
+   anew. */
 enum judgement judge_again(const struct judge *judge, const struct coefficients *set,
                            uint64_t unjudged, double small_arcsec, struct coefficients *candidate);
 

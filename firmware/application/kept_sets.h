@@ -20,7 +20,7 @@
 enum {
     KEPT_HEAD_WORDS = 3 + 2 * HEADS_MOST,
     KEPT_LANE_WORDS = 2,
-    /* The block RAM of the gateware holds all sets of 32 lanes. */
+    /* Largest number of lanes of a kept set: the gateware's block RAM holds all sets if they have at most 32 lanes. */
     KEPT_LANES_MOST = 32,
     KEPT_SETS_WORDS = HEADS_MOST * (KEPT_HEAD_WORDS + KEPT_LANES_MOST * KEPT_LANE_WORDS),
 };

@@ -102,18 +102,18 @@ struct load {
     /* The set in reception, and the set that is loaded. */
     struct coefficients received;
     struct coefficients loaded;
-    /* Dependence of their lanes on the temperature. */
+    /* Temperature dependence of the lanes of these two sets. */
     struct thermal received_thermal;
     struct thermal thermal;
-    /* Their lanes that follow a condition. */
+    /* Lanes of these two sets that follow a condition. */
     struct followed received_followed;
     struct followed followed;
-    /* Their local tables; choice 0: no table. `table_evidence`: log odds of the received table, summed over the turns
-       so far. */
+    /* Local tables of these two sets; choice 0: no table. `table_evidence`: log odds of the received table, summed over
+       the turns so far. */
     struct load_table received_table;
     struct load_table table;
     double table_evidence;
-    /* Sets for a missing head: the gateware holds their words. */
+    /* Sets for a missing head that are being received; the gateware holds their words. */
     struct load_without without;
     /* True if the received set is complete and not yet judged. */
     bool whole;
@@ -125,7 +125,7 @@ struct load {
     bool unseen_taken;
     /* Logarithm of the odds of each received lane, summed over the turns so far. */
     float evidence[LANES_LIMIT];
-    /* Places of received lanes that need more turns; places of received lanes that nobody could judge. */
+    /* Places of received lanes that need more turns; places of received lanes that no turn has judged. */
     uint64_t undecided;
     uint64_t received_unjudged;
     /* Lanes that follow a condition, one bit per lane. `shown`: a turn has shown the lane, with modulator `shown_at`.
@@ -139,7 +139,7 @@ struct load {
     struct vector shown_left[FOLLOWED_LANES_MAX];
     /* Order that caused the refusal; 0: none. */
     uint32_t refused_order;
-    /* The loaded set: its state, the lanes that nobody could judge, the CRC of all its frames (0: it came from the
+    /* The loaded set: its state, the lanes that no turn has judged, the CRC of all its frames (0: it came from the
        flash), and the turns' results for its lanes. */
     enum loaded_state loaded_state;
     uint64_t unjudged;
@@ -240,7 +240,7 @@ void load_assert(const struct load *load);
 /* Drops the set that is being received or waits; the loaded set stays loaded. */
 void load_abort(struct load *load);
 
-/* Makes the received set, or a set from elsewhere, the loaded set (`unjudged`: its lanes that nobody could judge). */
+/* Makes the received set, or a set from elsewhere, the loaded set (`unjudged`: its lanes that no turn has judged). */
 void load_take_over_received(struct load *load);
 void load_take_over(struct load *load, const struct coefficients *set,
                     const struct thermal *thermal, const struct followed *followed,

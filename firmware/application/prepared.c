@@ -74,7 +74,8 @@ enum load_answer application_load_without_lane(struct application *application, 
     return prepared_open(application, answer);
 }
 
-/* Returns the window bits of the sets of these heads. */
+/* Returns the bits of the windows that hold these sets. Bit 0 of `sets` stands for the set without head 1, which is in
+   window 1. */
 static uint32_t prepared_windows(uint32_t sets) {
     return sets << 1;
 }

@@ -21,7 +21,7 @@ enum load_answer application_load_without_lane(struct application *application, 
 
 /* Assigns the received sets, if there are any, to the mean that is now loaded. */
 void prepared_take_over(struct application *application);
-/* Notes the heads for whose absence the gateware now holds a set, and the check sum of their words. */
+/* Notes the heads for whose absence the gateware now holds a set, and the check sum of the words of these sets. */
 void prepared_hold(struct application *application, uint32_t sets);
 /* Reads the sets of the mean from the gateware into `kept`; `kept` stays empty if the gateware's words differ from the
    written words. */
@@ -35,7 +35,7 @@ uint32_t prepared_saved(const struct application *application);
 void prepared_forget(struct application *application);
 /* Switches the failover on if the gateware still holds the sets of the active mean, otherwise off. */
 void prepared_arm(struct application *application);
-/* Raises the alarm when a head was left out since the previous call. */
+/* Raises an alarm if the gateware has left out a head since the previous call. */
 void prepared_watch(struct application *application);
 /* Allows a head, counted from 1, to be used again after its next index. Returns false if the head is not left out. */
 bool application_come_back(const struct application *application, uint32_t head);

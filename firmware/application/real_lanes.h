@@ -43,7 +43,7 @@ void real_lane_set_phase(struct real_lane *lane, uint32_t phase, int32_t turn);
    lane unchanged and returns false if the lane's value would change by `least_counts` or less. */
 bool real_lane_move_phase(struct real_lane *lane, double phase_turns, double angle_turns,
                           int32_t turn, double least_counts);
-/* Tells whether a core with this many lanes prepares the phases in time. */
+/* Tells whether a turn has enough counts for a core with this many lanes to prepare the phases of the next turn. */
 bool real_lanes_counts_suffice(uint32_t lanes, uint32_t counts_per_rev);
 
 #endif

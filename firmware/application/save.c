@@ -71,8 +71,8 @@ static bool save_read_sector(struct save *save, uint32_t sector) {
                             SAVED_WORDS_MOST);
 }
 
-/* Keeps a whole record if no later one was found. If no record is whole, keeps the reason why the first record is not
-   whole. */
+/* Notes a whole record as the latest record unless a later one was found. If no record is whole so far, notes the
+   reason why the first record is not whole. */
 static void save_note_record(struct save *save, uint32_t sector, enum saved_answer answer,
                              uint32_t sequence) {
     if (answer == SAVED_READ &&
@@ -170,7 +170,8 @@ static bool save_choose_sector(struct save *save) {
     return false;
 }
 
-/* Gives the record a number of its own, because the record of a failed try may nevertheless be whole. */
+/* Fills the record and begins to erase the chosen sector. Each try gets a new record number, because the record of a
+   failed try may nevertheless be whole. */
 static enum save_answer save_erase_sector(struct save *save) {
     save->number = saved_write(&save->content, ++save->highest, save->words);
     save->points = save->content.table.place.choice != 0 ? TABLE_POINTS : 0;

@@ -59,12 +59,12 @@ struct save {
     uint32_t sequence;
     /* The highest number of any record, or of a write that was not confirmed. */
     uint32_t highest;
-    /* Sector that is written, or was last; number of sectors that this save has tried; one bit for each sector that
-       failed since the start. */
+    /* Sector that is being written or was written last; number of sectors that this save has tried; one bit for each
+       sector that failed since the start. */
     uint32_t sector;
     uint32_t tries;
     uint32_t worn;
-    /* Number of lanes of that record, and its counts per turn; 0: there is no record. */
+    /* Number of lanes of the latest whole record, and its counts per turn; 0: there is no record. */
     uint32_t kept_lanes;
     uint32_t kept_counts_per_rev;
     struct saved content;

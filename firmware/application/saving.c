@@ -23,8 +23,8 @@ void saving_recover(struct application *application) {
     }
 }
 
-/* Takes the calibration's lanes that are active, or were before the core restarted, and the loaded set, even if no turn
-   has judged it again yet. */
+/* Takes the loaded set, even if no turn has judged it again yet, and the calibration's lanes that are active or were
+   active before the core restarted. */
 static void saving_take_known(const struct application *application, struct saved *saved) {
     const struct load *load = &application->load;
     bool waits = application->saved_state == SAVED_WAITING;
@@ -58,9 +58,9 @@ static void saving_take_known(const struct application *application, struct save
     }
 }
 
-/* Coefficients that wait for their first turn are saved again, unless they belong to another table. Coefficients
-   that a turn contradicts are replaced as soon as there are others. Coefficients that are inactive only while the
-   index is searched again are kept. */
+/* Selects the coefficients and begins to save them. Coefficients of the latest record that wait for their first turn
+   are saved again, unless they belong to another table. Coefficients that a turn contradicts are replaced as soon as
+   there are others. Coefficients that are inactive only while the index is searched again are kept. */
 enum save_answer application_save(struct application *application) {
     struct save *save = application->save;
     if (save == NULL) {

@@ -10,15 +10,15 @@
 /* Returns the present settings. */
 struct settings settings_present(const struct application *application);
 
-/* Keeps the present settings. Call it before an order is carried out: if a fault occurs in between, the firmware then
-   restarts with the order. */
+/* Keeps the present settings. Call it before the firmware carries out an order of the operator: after a fault in
+   between, the firmware then restarts with the ordered settings. */
 void settings_keep(struct application *application);
 
 /* Applies kept or saved settings. */
 void settings_take(struct application *application, const struct settings *settings);
 
-/* Applies the kept settings after a fault. If these are lost, the firmware does not know whether it may switch the
-   correction on. */
+/* Applies the kept settings after a fault. If these are lost, switches the bypass on, because the firmware then does
+   not know whether it may switch the correction on. */
 void settings_recover(struct application *application);
 
 #endif

@@ -55,7 +55,8 @@ enum saved_state {
 /* A capture for the console: requested, copied, or impossible to copy. */
 enum dump_state { DUMP_NONE, DUMP_WANTED, DUMP_COPIED, DUMP_NOT_COPIED };
 
-/* Origin of the candidate. */
+/* Origin of the candidate: this turn's calibration, the received set, the set that was loaded before the start, or the
+   saved coefficients. */
 enum candidate_origin { OF_TURN, OF_LOAD, OF_PENDING, OF_SAVED };
 
 enum turn_result { TURN_APPLIED, TURN_KEPT, TURN_REFUSED };

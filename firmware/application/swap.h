@@ -16,7 +16,8 @@ enum swap_answer {
 };
 
 /* Writes the candidate and the lanes that follow a condition into the idle bank, reads them back and asks for the swap.
-   If the gateware has left out a head of the candidate's mean, the prepared set without that head becomes active instead. */
+   If the gateware has left out a head of the candidate's mean, the prepared set without that head becomes active
+   instead. */
 enum swap_answer swap_candidate(struct application *application, const struct followed *followed);
 
 /* Checks whether the core has swapped; raises an alarm if the swap does not come. */

@@ -43,20 +43,20 @@ struct thermal_extent {
    hour. */
 bool thermal_is_valid(const struct thermal *thermal);
 
-/* Sets the range for a file that states none. */
+/* Sets the preset range, which holds for a coefficient file that states no range. */
 void thermal_preset_range(struct thermal *thermal);
 bool thermal_has_preset_range(const struct thermal *thermal);
 
-/* Returns upper bounds: the maximum over 33 evenly spaced temperatures (spacing h). Each lane that follows the
-   temperature has |c2| h^2/4 added, its largest excess between two of them. The slope is the sum of n |c_n|; phases are
-   ignored. */
+/* Returns upper bounds of slope and amplitudes: their maxima over 33 evenly spaced temperatures with spacing h. For
+   each lane that follows the temperature, |c2| h^2/4 is added to the amplitude, because the amplitude between two of
+   these temperatures is larger by at most this. The slope is the sum of n |c_n|; it ignores the phases. */
 struct thermal_extent thermal_extent(const struct thermal *thermal,
                                      const struct coefficients *coefficients);
 
 /* Tells whether the order depends on the temperature. */
 bool thermal_follows(const struct thermal *thermal, uint32_t order);
 
-/* Returns `lane` at a temperature, unchanged if its order does not depend on it. */
+/* Returns `lane` at a temperature. If the order does not depend on the temperature, returns the lane unchanged. */
 struct lane thermal_lane_at(const struct thermal *thermal, const struct lane *lane, double celsius);
 
 /* Returns the sum of the amplitudes by which lanes change from one temperature to another, counts. */

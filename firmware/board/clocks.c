@@ -17,7 +17,8 @@ _Static_assert(CLOCKS_ARM_PLL_HZ >= PLL_LEAST_HZ && CLOCKS_ARM_PLL_HZ <= PLL_MOS
 _Static_assert(CLOCKS_IO_PLL_HZ >= PLL_LEAST_HZ && CLOCKS_IO_PLL_HZ <= PLL_MOST_HZ, "IO PLL");
 _Static_assert(CLOCKS_PROCESSOR_HZ <= 667000000U, "processor");
 
-/* Input with pull-up, and output, of a UART; 3.3 V (L3_SEL = 7). */
+/* Settings of the UART's pins: an input with a pull-up, and an output, both at 3.3 V; the function is selected by
+   L3_SEL = 7. */
 #define PIN_UART_RECEIVE 0x000016E1U
 #define PIN_UART_TRANSMIT 0x000016E0U
 #define ARM_CLOCKS_ACTIVE 0x1F000000U

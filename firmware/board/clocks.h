@@ -12,19 +12,19 @@
 #define CLOCKS_IO_PLL_HZ (BOARD_CRYSTAL_HZ * BOARD_IO_PLL_FACTOR)
 #define CLOCKS_UART_DIVISOR 10U
 #define CLOCKS_UART_HZ (CLOCKS_IO_PLL_HZ / CLOCKS_UART_DIVISOR)
-/* The controller of the flash: 200 MHz, which it divides by 8 to 25 MHz. At this rate no flash and no board needs an
-   adjusted delay. */
+/* Divisor for the clock of the flash controller, 200 MHz. The controller divides this clock by 8 to 25 MHz, at which no
+   flash and no board needs an adjusted delay. */
 #define CLOCKS_FLASH_DIVISOR 5U
-/* The configuration port: 200 MHz. */
+/* Divisor for the clock of the configuration port, 200 MHz. */
 #define CLOCKS_PORT_DIVISOR 5U
-/* The fabric: 100 MHz from two divisors. */
+/* Two divisors for the clock of the fabric, 100 MHz. */
 #define CLOCKS_FABRIC_DIVISOR0 5U
 #define CLOCKS_FABRIC_DIVISOR1 2U
 #define CLOCKS_FABRIC_HZ (CLOCKS_IO_PLL_HZ / (CLOCKS_FABRIC_DIVISOR0 * CLOCKS_FABRIC_DIVISOR1))
 #define CLOCKS_PROCESSOR_HZ (CLOCKS_ARM_PLL_HZ / BOARD_PROCESSOR_DIVISOR)
-/* Clock of the I2C controller, the slowest of the ratio 6:2:1. */
+/* Rate of the I2C controller's clock, which is the slowest clock of the ratio 6:2:1. */
 #define CLOCKS_BUS_HZ (CLOCKS_PROCESSOR_HZ / 6U)
-/* Timers and watchdog run at half the processor's clock. */
+/* Rate of the clock of timers and watchdog. */
 #define CLOCKS_TIMER_HZ (CLOCKS_PROCESSOR_HZ / 2U)
 
 /* Sets up the clocks of processor, UART, flash and fabric, and the pins of the UART. */

@@ -16,7 +16,8 @@
 #define GUARD_LAST 0x31FFFU
 #define CACHE_LINE 32U
 #define RECORD_MARK 0x4152464CU
-/* DFSR: an external abort that came after its instruction. */
+/* Mask of the kind of fault in DFSR, and the kind of an asynchronous external abort: the bus reported the error after
+   the instruction had ended. */
 #define STATE_KIND 0x40FU
 #define STATE_LATE 0x406U
 
@@ -95,8 +96,7 @@ struct fault_record fault_last(void) {
     }
     record.mark = 0;
     clean_record();
-    /* The bits stay until software clears them. They are cleared here, so that they later show the cause of the next
-       reset only. */
+    /* Software must clear these bits. After this write they show only the causes of later resets. */
     register_write(SLCR_REBOOT_STATUS, status & ~(SLCR_REBOOT_WATCHDOG | SLCR_REBOOT_KEPT));
     return last;
 }

@@ -10,8 +10,8 @@
 void interrupts_set_up(void);
 
 /* These functions disable and enable the fabric's interrupt. Its line is a level that only an access to the core
-   lowers: the interrupt therefore disables itself, so that a stuck line does not block the processor, and the main
-   program enables it again after it has served the core. */
+   lowers. Therefore the interrupt handler disables the interrupt, so that a stuck line does not block the processor,
+   and the main program enables it again after it has served the core. */
 void interrupts_fabric_off(void);
 void interrupts_fabric_on(void);
 

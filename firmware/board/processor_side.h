@@ -13,10 +13,10 @@
 #define ARCTRUE_PROCESSOR_SIDE_H
 
 #define BOARD_CRYSTAL_HZ 50000000U
-/* ARM PLL at 1300 MHz; the processor runs at half of it. */
+/* Multiplication factor of the ARM PLL, which runs at 1300 MHz; the processor runs at half of this rate. */
 #define BOARD_ARM_PLL_FACTOR 26U
 #define BOARD_PROCESSOR_DIVISOR 2U
-/* IO PLL at 1000 MHz. */
+/* Multiplication factor of the IO PLL, which runs at 1000 MHz. */
 #define BOARD_IO_PLL_FACTOR 20U
 /* Loop resistor, charge pump and lock count of each factor: UG585, table 25-6. */
 #define BOARD_ARM_PLL_CONFIGURATION CLOCKS_PLL_CONFIGURATION(12U, 2U, 375U)

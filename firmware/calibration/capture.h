@@ -22,7 +22,7 @@ struct capture {
     /* Value to add to head 1's first word to get its angle modulo the turn. It is not 0 once the word has wrapped
        and the turn does not divide 2^32. */
     uint32_t angle_offset;
-    /* Counts by which head 2's words exceed its angle; not 0 once head 2 has lost counts. */
+    /* Counts by which head 2's words exceed the angle of head 2; not 0 once head 2 has lost counts. */
     int32_t head2_zero;
     /* Clocks between two samples; 0: the samples are at equal angles. */
     uint32_t period_clocks;
@@ -67,7 +67,7 @@ struct capture_fault {
     int32_t expected;
 };
 
-/* Counts of both heads, continued where words wrap; modulo the turn they are the angles. */
+/* Counts of both heads, which do not wrap as the words do. Modulo the counts of a turn they are the angles. */
 struct capture_counts {
     int64_t head1;
     int64_t head2;
@@ -81,11 +81,11 @@ static inline int32_t capture_word(const struct capture *capture, uint32_t sampl
 
 struct capture_counts capture_counts(const struct capture *capture, uint32_t sample);
 
-/* Returns the counts of all heads, as capture_counts() does for two. */
+/* Sets the counts of all heads; capture_counts() returns the counts of the first two. */
 void capture_all_counts(const struct capture *capture, uint32_t sample, int64_t counts[HEADS_MOST]);
 
-/* Computes the place of each head, that is the mean of its reading minus head 1's over the first `samples`, 0 <=
-   place < counts_per_rev. Returns false if head 3 or 4 has seen no index or has a fault. */
+/* Computes the place of each head: the mean over the first `samples` samples of the head's reading minus head 1's
+   reading, 0 <= place < counts_per_rev. Returns false if head 3 or 4 has seen no index or has a fault. */
 bool capture_places(const struct capture *capture, uint32_t samples, double place[HEADS_MOST]);
 
 /* Verifies a capture and fills `turn`, or returns the reason why the calibration cannot use the capture. `most_order`:

@@ -400,7 +400,8 @@ static uint32_t place_unknowns(const struct fit *fit) {
     return LATE + 2 * (fit->geometry->heads - 1);
 }
 
-/* Makes a step of the places and returns its size; returns NAN if the places cannot be determined. */
+/* Makes one step of the iteration for the places and returns its size; returns NAN if the places cannot be
+   determined. */
 static double step_of_places(struct fit *fit) {
     struct heads_workspace *workspace = fit->workspace;
     uint32_t further = fit->geometry->heads - 1;

@@ -2,9 +2,11 @@
 
 /* Estimates the error by least squares at the angles that were read.
 
-   With g(R) = eps(theta) as a function of the reading, each head gives the disc angle under it without approximation. R2 - R1 = alpha + g(R2) - g(R1) is linear in the harmonics of g and in alpha; it is exact for any steps, speed and number of samples. Only the zero of
-   head 2 depends on the result: if the separation is not taken from this turn, R2 is moved by the difference between
-   the fitted constant and the separation, until nothing changes. */
+   With g(R) = eps(theta), the error as a function of the reading, each head's reading determines the angle of the disc
+   under this head without approximation. The equation R2 - R1 = alpha + g(R2) - g(R1) is linear in the harmonics of g
+   and in alpha, and is exact for any steps, speed and number of samples. Only the zero of head 2 depends on the result:
+   if the separation is not taken from this turn, R2 is moved by the difference between the fitted constant and the
+   separation, until nothing changes. */
 
 #ifndef ARCTRUE_LEAST_SQUARES_H
 #define ARCTRUE_LEAST_SQUARES_H

@@ -20,8 +20,8 @@ static void print_answer(const struct console *console, enum image_answer answer
     text_error(&console->sink, "flash ", image_answer_name(answer));
 }
 
-/* Prints the answer of an operation that has not begun; flash_step_reported() prints the answer of an operation that has
-   begun, when it has ended. */
+/* Prints the answer of an operation that has not begun. If the operation has begun, flash_step_reported() prints its
+   answer when it has ended. */
 static void begun(const struct console *console, enum image_answer answer) {
     if (answer != IMAGE_DONE) {
         print_answer(console, answer);

@@ -188,7 +188,7 @@ static void source(struct console *console, char *const *words) {
                                       &lane_with_source, crc));
 }
 
-/* Sets the phase of a lane that the operator knows from a probe, an index of the drive or a reference. */
+/* Sets the phase of a lane; the operator knows this phase from a probe, an index of the drive or a reference. */
 static void phase(struct console *console, char *const *words) {
     int64_t number;
     int64_t turn;

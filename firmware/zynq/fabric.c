@@ -6,11 +6,12 @@
 #include "registers.h"
 
 enum { WORD_BYTES = 4 };
-/* Bytes checked and bytes sent by the DMA in one step; both are multiples of the header's length, which
-   keeps the DMA's source on a multiple of 64 bytes. */
+/* Number of bytes that one step checks, and number of bytes that the DMA sends in one piece. Both are multiples of the
+   header's length, so that the DMA's source stays on a multiple of 64 bytes. */
 #define CHECK_BYTES 0x4000U
 #define SEND_BYTES 0x10000U
-/* Clearing takes some milliseconds; sending one piece takes 0.2 s at the slowest flash clock. */
+/* Longest waits for the cleared memory, for the end of a piece, and for DONE. Clearing takes some milliseconds; sending
+   one piece takes 0.2 s at the slowest flash clock. */
 #define CLEAR_TIMEOUT_US 500000U
 #define SEND_TIMEOUT_US 2000000U
 #define DONE_TIMEOUT_US 500000U

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Plays a list of accesses like the processor's AXI3 master at M_AXI_GP0: VALID stays high until READY is high,
-// address and data of a write come in either order, and the master accepts an answer after a random time.
-// Signals of a channel without VALID get random levels. scripts/bitstream_stimulus.py writes the list.
+// Makes the accesses of a list like the processor's AXI3 master at M_AXI_GP0. VALID stays high until READY is high,
+// address and data of a write come in either order, and the master accepts an answer after a random time. While VALID
+// of a channel is low, the other signals of the channel get random levels. scripts/bitstream_stimulus.py writes the
+// list.
 
 #pragma once
 
@@ -23,7 +24,7 @@ struct Access {
     uint64_t size;
     uint64_t burst;
     uint64_t strobe;
-    int last;     // number of the beat with WLAST
+    int last;     // number of the beat at which WLAST is high
     int together; // 1: the access may start during an access in the other direction
 };
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Drives a design and what was decoded of its bitstream with the same random levels, and with a list of
-// accesses where there is one, and compares all outputs before every rising edge and after it. Prints one
-// line for each fault and one of figures; exit code 1 when anything differs. lines.h, generated, tells what
-// the inputs are.
+// Compares a design with the netlist that was decoded from its bitstream. Both get the same random levels and, if a
+// list of accesses is given, the same accesses; the bench compares all outputs before and after every rising edge. It
+// prints one line for each difference and a last line with counts; the exit code is 1 if an output differs. The
+// generated file lines.h describes the inputs.
 
 #include <cinttypes>
 #include <cstdint>
@@ -22,13 +22,14 @@ namespace {
 
 constexpr int SHOWN = 5;
 constexpr uint64_t RESET_CLOCKS = 16;
-constexpr uint64_t CLOCKS_A_RESET = 40000; // on the mean
+constexpr uint64_t CLOCKS_A_RESET = 40000; // mean number of clocks from one reset to the next
 constexpr uint32_t COUNTS_A_TURN = 96;
 
-constexpr int FARTHEST = 100; // counts: a turn and more
+constexpr int FARTHEST = 100; // in counts, more than a turn
 
-// An encoder: a turn of few counts, so that its index comes often, and counts lost or illegal now and then. It turns
-// back at FARTHEST on either side, so that positions of both signs come again and again.
+// Simulates an encoder. A turn has few counts, so that the index comes often. Sometimes the encoder jumps by several
+// counts, which gives lost counts and illegal transitions. It turns back at FARTHEST on either side, so that positions
+// of both signs occur again and again.
 struct Encoder {
     uint32_t count = 0;
     int place = 0;
@@ -62,17 +63,18 @@ struct Encoder {
     }
 };
 
-// A number with few bits as often as one with many; the small ones reach a design's registers.
+// Returns a random number in which every number of used bits is equally likely, because a register may accept small
+// numbers only.
 uint64_t of_any_size(int bits) {
     const int used = 1 + static_cast<int>(any() % static_cast<uint64_t>(bits));
     uint64_t value = any() & ((uint64_t{1} << used) - 1);
     if (one_in(4)) {
-        value |= ~((uint64_t{1} << used) - 1); // as a small negative one
+        value |= ~((uint64_t{1} << used) - 1); // a negative number of small magnitude
     }
     return value;
 }
 
-// An input that stands for some clocks.
+// Simulates an input that keeps each level for a random number of clocks, at most 60.
 struct Pulse {
     bool level = false;
     uint32_t wait = 0;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// DSP48E1 as the 7 Series DSP48E1 Slice User Guide (UG479) describes it: input registers, multiplier,
-// X, Y and Z multiplexers (tables 2-7 to 2-9), three-input adder and logic unit (tables 2-10, 2-13).
-// Without the pre-adder's port D, SIMD and pattern detection, which the decoder refuses.
-// Pins are those after their inverters. Resets come before clock enables.
+// Models a DSP48E1 after the 7 Series DSP48E1 Slice User Guide (UG479): input registers, multiplier, X, Y and Z
+// multiplexers (tables 2-7 to 2-9), three-input adder and logic unit (tables 2-10, 2-13). The model does not contain
+// the pre-adder's port D, SIMD and pattern detection, which the decoder refuses. Its pins are the signals after the
+// pins' inverters. A reset has precedence over a clock enable.
 
 module dsp48e1_slice #(
     parameter integer AREG = 1,
@@ -79,7 +79,7 @@ module dsp48e1_slice #(
   wire [17:0] b = (BREG == 0) ? B : b2;
   wire [47:0] c = CREG ? c1 : C;
 
-  // INMODE 0 and 4 choose the first registers, INMODE 1 takes A off the multiplier.
+  // INMODE bits 0 and 4 select the first registers of A and B; INMODE bit 1 replaces A by 0 at the multiplier.
   wire [29:0] a_chosen = (inmode[0] && AREG != 0) ? a1 : a;
   wire [24:0] factor_a = inmode[1] ? 25'd0 : a_chosen[24:0];
   wire [17:0] factor_b = (inmode[4] && BREG != 0) ? b1 : b;
@@ -100,7 +100,7 @@ module dsp48e1_slice #(
       2'b10: x = p1;
       default: x = {a, b};
     endcase
-    // The multiplier's two partial products go through X and Y together.
+    // In the chip, X and Y carry the multiplier's two partial products; here X carries their sum and Y is 0.
     case (opmode[3:2])
       2'b00, 2'b01: y = 48'd0;
       2'b10: y = {48{1'b1}};

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Half of a block RAM, 18 Kbit with two ports, as the 7 Series Memory Resources User Guide (UG473)
-// describes it; both halves of a RAMB36E1 are one each. A width of 36 is the simple dual port: port A
-// reads, port B writes, both the data of A (low) and B (high). Pins are those after their inverters.
-// Where both ports use a word in one clock, a read gives what was there before.
+// Models half of a block RAM, 18 Kbit with two ports, after the 7 Series Memory Resources User Guide (UG473); a
+// RAMB36E1 consists of two such halves. A width of 36 selects the simple dual port: port A reads and port B writes; the
+// lower half of the data is at the data pins of port A, the upper half at those of port B. The model's pins are the
+// signals after the pins' inverters. If both ports use a word in the same clock, a read returns the content before that
+// clock.
 
 module ramb18_half #(
     parameter integer READ_WIDTH_A = 18,
@@ -42,7 +43,7 @@ module ramb18_half #(
       parity[place] = INITP[place*2+:2];
     end
 
-  // What a port of a width takes of a word.
+  // Returns the part of a word that a port of this width reads; `low` is the lower part of its address.
   function [17:0] taken(input integer width, input [17:0] word, input [3:0] low);
     case (width)
       1: taken = {17'd0, word[low]};
@@ -53,7 +54,7 @@ module ramb18_half #(
     endcase
   endfunction
 
-  // A word with what a port of a width puts there.
+  // Returns the word after a write by a port of this width.
   function [17:0] put(input integer width, input [17:0] word, input [3:0] low, input [17:0] value,
                       input [1:0] enable);
     reg [17:0] changed;
@@ -86,7 +87,7 @@ module ramb18_half #(
   wire writes_a = ENA && |WEA && !IS_WIDE_READ && !IS_WIDE_WRITE;
   wire writes_b = ENB && |WEB;
 
-  // The simple dual port: two words at once.
+  // The simple dual port reads or writes two words at once.
   wire [9:0] low_word = {ADDRB[13:5], 1'b0}, high_word = {ADDRB[13:5], 1'b1};
   wire [17:0] old_low = {parity[low_word], data[low_word]};
   wire [17:0] old_high = {parity[high_word], data[high_word]};

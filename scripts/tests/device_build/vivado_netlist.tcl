@@ -1,8 +1,8 @@
-# A model of how Vivado finds the objects of a constraint in a netlist, after UG903, "XDC Scoping Mechanism" and
-# "Scoped Queries Guidelines": in a file that is read with -ref, names of cells and pins are those inside each
-# instance of the module, NAME in a filter is the whole path, registers are those inside, clocks are everybody's,
-# and all_inputs and all_outputs cannot be used. A query that finds nothing is only warned of, and its constraint
-# has no effect: here that is noted as "nothing". Sourced by vivado_prelude.tcl; needs its `note`.
+# Models how Vivado finds the objects of a constraint in a netlist, after UG903, "XDC Scoping Mechanism" and "Scoped
+# Queries Guidelines". In a file that is read with -ref, names of cells and pins are relative to each instance of the
+# module, but NAME in a filter is the whole path. all_registers finds registers inside the instance, get_clocks finds
+# all clocks, and all_inputs and all_outputs cannot be used. If a query finds nothing, Vivado only prints a warning, and
+# the constraint has no effect; this model notes "nothing". vivado_prelude.tcl sources this file and provides `note`.
 
 set scope ""
 set ports {}
@@ -25,7 +25,7 @@ proc read_netlist {file} {
     close $lines
 }
 
-# Brackets are those of a bit, not a set of characters.
+# Matches a name with a pattern in which brackets enclose the number of a bit, not a set of characters.
 proc matches {pattern name} {
     return [string match [string map {\[ \\\[ \] \\\]} $pattern] $name]
 }
@@ -40,7 +40,7 @@ proc passes {filter values} {
     return 0
 }
 
-# Words of a query as a dictionary: its options, and "names".
+# Returns the words of a query as a dictionary, with the query's options and "names".
 proc words_of {words switches} {
     set given [dict create -hierarchical 0 -quiet 0 -filter "" -of_objects "" -clock "" names {}]
     while {[llength $words]} {

@@ -1,5 +1,6 @@
-# Stand-ins for the commands of Vivado that scripts/bitstream_vivado.tcl calls: each notes its words in
-# FAKE_COMMANDS and does as much as the script sees. Started as: tclsh vivado_prelude.tcl SCRIPT WORDS...
+# Defines fake commands in place of the commands of Vivado that scripts/bitstream_vivado.tcl calls. Each command notes
+# its words in FAKE_COMMANDS and has only the effects that the script can see.
+# Usage: tclsh vivado_prelude.tcl SCRIPT WORDS...
 
 set argv [lassign $argv script]
 set noted [open $::env(FAKE_COMMANDS) w]
@@ -73,7 +74,7 @@ proc write_bitstream args {
     close $file
 }
 
-# With a netlist, constraints find their objects in it.
+# If FAKE_NETLIST names a netlist, constraints find their objects in this netlist.
 if {[info exists ::env(FAKE_NETLIST)]} { source [file join [file dirname [info script]] vivado_netlist.tcl] }
 
 source $script

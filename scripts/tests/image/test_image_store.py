@@ -116,8 +116,7 @@ def test_power_lost_at_any_line_leaves_an_image_that_starts() -> None:
     write_image(board, boot_image(NEW, 0), silent)
     assert set(seen) == {(0, program(OLD)), (device.GOLDEN, program(OLD)), (0, program(NEW))}
     # The first line only requests the status. Then the old image is erased at once. The new image
-    # is complete after the line with the checksum; one more line, for the comparison, follows. The
-    # first line only requests the status.
+    # is complete after the line with the checksum; one more line, for the comparison, follows.
     assert seen.index((0, program(NEW))) == len(seen) - 2
     assert bytes(board.chip.content[device.GOLDEN : 2 * device.GOLDEN]) == golden
 

@@ -27,8 +27,8 @@ CHIPS = {
     "n25q128": (bytes.fromhex("20ba18100000"), 64 << 10),
     "w25q128": (bytes.fromhex("ef4018ef4018"), 64 << 10),
 }
-"""JEDEC ID and number of bytes that the command D8h erases: for S25FL128S from its table "device
-ID"; for N25Q128 and W25Q128 from "RDID"."""
+"""JEDEC ID of each chip, and number of bytes that its command D8h erases. The IDs come from the
+table "device ID" of S25FL128S and from "RDID" of N25Q128 and W25Q128."""
 FLASH_BYTES = 16 << 20
 PAGE_BYTES = 256
 WORKS, ENABLED, ERASE_FAILED, PROGRAM_FAILED = 1, 2, 1 << 5, 1 << 6

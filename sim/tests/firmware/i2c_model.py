@@ -81,8 +81,9 @@ class Tmp117:
 class I2cModel:
     """The I2C controller; with ``stuck`` a transfer never ends.
 
-    A device that was cut off within a byte holds SDA low for ``hold_sda`` further clocks and then
-    until the STOP. A transfer that begins meanwhile hangs the controller until its reset.
+    A device that was cut off within a byte holds SDA low for the number of clocks that ``hold_sda``
+    sets, and then waits for a STOP. A transfer that begins before the STOP hangs the controller
+    until its reset.
     """
 
     def __init__(self, **devices: Device) -> None:

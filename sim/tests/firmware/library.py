@@ -84,7 +84,8 @@ def _headers_in_order() -> list[Path]:
 
 
 def _declarations(text: str) -> str:
-    """Return the part that cffi can read: no comments, directives, bodies or assertions."""
+    """Return the part of a header that cffi can read, without comments, directives, bodies and
+    assertions."""
     text = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
     text = re.sub(r"^#(?:.*\\\n)*.*$", "", text, flags=re.MULTILINE)
     text = re.sub(r"_Static_assert\(.*?\);", "", text, flags=re.DOTALL)
@@ -93,7 +94,7 @@ def _declarations(text: str) -> str:
 
 @functools.cache
 def firmware() -> tuple[FFI, Any]:
-    """Return (ffi, library)."""
+    """Return cffi's interface with the declarations of all headers, and the loaded library."""
     ffi = FFI()
     ffi.cdef("\n".join(_declarations(path.read_text("utf-8")) for path in _headers_in_order()))
     return ffi, ffi.dlopen(str(shared_library()))

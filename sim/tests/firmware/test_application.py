@@ -216,8 +216,8 @@ def slipped(counts: Any, slip: int) -> Any:
 @pytest.mark.parametrize("method", [0, 1])
 @pytest.mark.parametrize("slip", [-4, 40, -11_651, 1 << 20, (1 << 23) - 1])
 def test_counts_that_head_2_lost(running: Firmware, method: int, slip: int) -> None:
-    """The firmware follows the zero of head 2, which has lost between 4 counts and half a turn; an
-    undetected loss would shift the separation."""
+    """The firmware follows the zero of head 2 after head 2 has lost between 4 counts and half a
+    turn; an undetected loss would shift the separation."""
     running.send(f"set method {method}")
     running.turn(turn())
     clean = running.turn(turn(seed=2))
@@ -239,9 +239,8 @@ def test_counts_that_head_2_lost(running: Firmware, method: int, slip: int) -> N
 
 
 def test_an_index_of_head_2_that_repeats_to_a_count(running: Firmware) -> None:
-    """The firmware follows the zero of head 2, which has moved by a slip. The firmware raises no
-    alarm for a slip within index_tolerance; it raises one for a larger slip and for the return to
-    zero."""
+    """A slip of head 2 within index_tolerance of its known zero changes nothing and raises no
+    alarm. A larger slip, and the return to zero, move the known zero and raise an alarm."""
     for slip, zero, alarms in (
         (1, 0, []),
         (-40, -40, ["zero_lost"]),
@@ -255,8 +254,8 @@ def test_an_index_of_head_2_that_repeats_to_a_count(running: Firmware) -> None:
 
 
 def test_an_index_error_of_head_2_that_would_be_cleared_unseen(running: Firmware) -> None:
-    """Head 2 reports its index error with a turn that is refused for another reason; the firmware
-    must still process the index error."""
+    """The firmware processes an index error of head 2 even if the turn in which it occurs is
+    refused for another reason."""
     running.core.set("head2.flags", 0b11)
     running.core.head2_slips(40)
     telemetry = running.turn(turn(), BOTH_INDICES_SEEN | header_flag("illegal1"))
@@ -337,8 +336,8 @@ def test_a_zero_that_no_mark_proves(running: Firmware, slip: int, doubts: bool) 
 
 
 def test_a_doubt_that_ends(running: Firmware) -> None:
-    """The firmware ends its doubt about the zero, which a false mark near the index caused, when
-    the next mark is at the right place."""
+    """A false mark near the index makes the zero of head 1 doubtful; the doubt ends when the next
+    mark is at the right place."""
     running.turn(turn())
     running.core.writes.clear()
     running.core.head1_slips(-8)
@@ -480,8 +479,8 @@ def capture_mode(core: ModelCore) -> int:
 
 
 def test_a_swinging_speed_is_sampled_at_equal_angles(running: Firmware) -> None:
-    """The firmware samples at equal angles if the speed varies, here by ±19 % once per turn. The
-    firmware refuses samples at equal times and uses samples at equal angles."""
+    """If the speed varies, here by ±19 % once per turn, the firmware refuses samples at equal times
+    and from then on samples at equal angles."""
     random = np.random.default_rng(5)
     part = np.linspace(0.0, 1.01, SAMPLES)
     theta = 2.0 * np.pi * (part + 0.03 * np.sin(2.0 * np.pi * part))

@@ -107,7 +107,7 @@ def left_rms_arcsec(made: Firmware, of: Disc) -> float:
 @pytest.mark.parametrize("turns_before", [0, 2])
 def test_a_file_with_one_wrong_order_is_refused(wrong: dict[str, float], turns_before: int) -> None:
     """The firmware refuses a file with one wrong order. It does so also before any calibration,
-    when order 1 is not yet corrected and twenty times as large."""
+    when the uncorrected order 1 is larger than the wrong order."""
     made = started()
     for seed in range(turns_before):
         made.turn(turn(100 + seed))
@@ -131,8 +131,8 @@ def test_a_true_file_is_active_with_the_first_turn(turns_before: int) -> None:
 
 
 def test_a_loaded_order_that_drifts_is_reported() -> None:
-    """The firmware reports that loaded order 5 drifts from 10 to 60 counts. An error of 43.7″ RMS
-    remains, and the device reports it."""
+    """Loaded order 5 drifts from 10 to 60 counts; the firmware raises an alarm and reports the
+    remaining error, 43.7″ RMS."""
     made = started()
     load(made, exact_file_of(disc(), [1, 2, 5]))
     made.turn(turn(1))
@@ -261,9 +261,9 @@ def subdivided(seed: int, amplitudes: tuple[complex, complex], order: int) -> ND
 @pytest.mark.parametrize("head2", [0.0, 3.0, 3.0j, -2.0])
 @pytest.mark.parametrize("order", [4096, 3600])
 def test_the_heads_own_subdivision_errors_are_separated(head2: complex, order: int) -> None:
-    """The firmware judges each head's separate subdivision error of order 3,600, a multiple of 120,
-    which the heads read alike. The eccentricity changes their distance, so that the order becomes
-    visible."""
+    """The firmware judges head 1's subdivision error although head 2 has another error of the same
+    order. Both heads read a multiple of 120, such as order 3,600, alike; but the eccentricity
+    changes the distance between their readings, so that the order becomes visible."""
     made = started()
     made.send("set alarm_noise_arcsec 10")
     both = (4.0 + 0.0j, head2)

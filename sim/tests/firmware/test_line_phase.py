@@ -184,7 +184,7 @@ def test_a_line_that_slips_is_followed_over_a_thousand_turns(running: Firmware) 
 
 def probe_edge(running: Firmware, edges: int, edge_turns: float, now_turns: float) -> None:
     """Latch an edge of the probe at ``edge_turns`` while the table is at ``now_turns``; neither
-    wraps."""
+    position wraps."""
     edge, now = round(edge_turns * COUNTS), round(now_turns * COUNTS)
     origin = 123_456
     for name, word in (

@@ -207,7 +207,9 @@ def with_order_0(file: Coefficients) -> Coefficients:
 
 
 def test_the_unseen_scope_takes_order_0_and_turns_still_judge_the_rest(running: Firmware) -> None:
-    """Order 1 × direction waits for the backward turn; with force the first turn accepts it."""
+    """With the scope "unseen" the file may contain order 0 × direction, which no turn shows, but
+    order 1 × direction still waits for the backward turn. With full force the first turn accepts
+    both."""
     modulators(running)
     frames = load_frames(with_order_0(loose_file()))
     assert send(running, frames)[-1].startswith("error: load unseen_order")
@@ -242,9 +244,8 @@ def test_an_unknown_scope_is_refused(running: Firmware) -> None:
 
 
 def test_telemetry_says_what_a_turn_measures_of_each_lane(running: Firmware) -> None:
-    """Telemetry reports the amplitude of order 1 × direction that a turn of either direction
-    measures. Telemetry must report 20″ in a turn of either direction, whatever amplitude the file
-    states.
+    """Telemetry reports an amplitude of 20″ for order 1 × direction in a turn of either direction,
+    whatever amplitude the file states.
 
     The bound has two parts: order 1 of the reading and of the angle differ by 0.1″, and the noise
     adds 4 · 0.02″. Before the set is active, order 1 changes by 2·20″ from turn to turn, and the
@@ -275,8 +276,8 @@ def test_telemetry_says_what_a_turn_measures_of_each_lane(running: Firmware) -> 
 
 
 def test_a_plain_lane_of_0_keeps_the_order_from_the_calibration(running: Firmware) -> None:
-    """The calibration keeps a plain lane with amplitude 0, because the disc has order 3 only with
-    the direction. The file sets its plain lane to 0, and the calibration must keep this 0."""
+    """The calibration leaves order 3 to a loaded plain lane of amplitude 0: the disc has order 3
+    only with the direction, which another lane of the file corrects."""
     modulators(running)
     bank = file_of({3: (0.0, 0.0)})
     last = Coefficients.from_harmonics([3], [20.0 * COUNTS / 1_296_000], [0.7], COUNTS, 1)

@@ -242,8 +242,8 @@ def test_heads_whose_loss_leaves_too_much_noise_have_no_set(
 def test_a_turn_while_a_head_is_left_out_takes_its_new_set(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """The firmware activates the new set without head 2, which counts again but is left out until
-    it passes its index. The firmware therefore activates the new set without head 2."""
+    """The firmware activates the new set without head 2: head 2 counts again, but is left out until
+    it passes its index."""
     running = started(WORLD)
     running.turn(WORLD.counts())
     running.step(3)
@@ -316,8 +316,8 @@ def test_saved_sets_outlive_the_power() -> None:
 
 
 def test_a_record_without_sets_and_a_core_without_failover() -> None:
-    """The firmware reads a record without sets, from an older firmware; to a core without windows
-    it loads only the mean."""
+    """The firmware accepts a record without sets, as an older firmware writes it. From a record
+    with sets it restores only the mean if the core has no failover."""
     board = BoardWithFourHeads()
     board.failover = False
     board.power_on()

@@ -184,8 +184,8 @@ def wait_until(holds: Callable[[], bool], seconds: float = PATIENCE_S) -> bool:
 
 
 def test_a_line_that_is_stuck_does_not_stop_it(tmp_path: Path) -> None:
-    """The firmware continues although the interrupt line stays high. The main program gets one
-    interrupt in each round and continues."""
+    """The firmware continues although the interrupt line stays high: its main program enables the
+    interrupt once per round, and so takes one interrupt per round."""
     with running(tmp_path, one_sample()) as machine:
         machine.wait_for(READY)
         (controller,) = [
@@ -286,8 +286,8 @@ def test_without_a_fabric_its_window_is_not_touched(tmp_path: Path) -> None:
 
 
 def test_a_hang_is_noticed_and_reported(tmp_path: Path) -> None:
-    """The firmware reports the place of a hang, in which the main program loops for ever. The
-    timer's interrupt restarts it and reports the place."""
+    """The timer's interrupt detects that the main program loops for ever, restarts the firmware and
+    reports the place of the loop."""
     with running(tmp_path, core_window(None), real_time=True) as machine:
         machine.wait_for(READY)
         place = symbol("application_step")
@@ -366,8 +366,8 @@ def test_a_write_that_the_bus_refuses_is_reported(tmp_path: Path) -> None:
 
 
 def test_a_fabric_that_holds_something_else(tmp_path: Path) -> None:
-    """The firmware reports that there is no core if the bus answers the first word with an error.
-    The firmware reports that there is no core, and does not fault again."""
+    """If the bus answers the first word with an error, the firmware reports that there is no core,
+    and does not fault again."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
         machine.ask("status", "phase wait_for_index")
@@ -509,9 +509,9 @@ def test_an_interrupt_that_faults_does_not_block_the_next(tmp_path: Path) -> Non
 
 
 def test_the_watchdog_runs_out_where_nothing_else_helps(tmp_path: Path) -> None:
-    """The watchdog runs out if the firmware no longer restarts it; QEMU's watchdog counts but does
-    not reset. The test checks that its counter falls, because the firmware no longer restarts it.
-    Then the test makes the reset that the chip would make, with the watchdog's flag."""
+    """The processor's watchdog runs out if code without interrupts never restarts it. QEMU's
+    watchdog counts but does not reset; therefore the test checks that its counter falls. Then the
+    test makes the reset that the chip would make, with the watchdog's flag."""
     with running(tmp_path, core_window(None), real_time=True) as machine:
         machine.wait_for(READY)
         code = assemble(

@@ -1,5 +1,5 @@
-"""Tests that console and telemetry report which fault released the enable of the line drivers, and
-that the operator can end this state."""
+"""Tests that console and telemetry report which fault disabled the line drivers, and that the
+operator can enable them again."""
 
 from __future__ import annotations
 

@@ -269,8 +269,7 @@ def test_a_save_after_a_re_arm_keeps_the_coefficients(
     working: Board, line: str, saved_before: bool
 ) -> None:
     """A save after a re-arm keeps the former coefficients and the loaded file, although no
-    coefficients are active and no turn has come. The save keeps the former coefficients and the
-    loaded file."""
+    coefficients are active and no turn has come."""
     if saved_before:
         working.order("save")
     bank = active_coefficients(working.core)
@@ -287,9 +286,9 @@ def test_a_save_after_a_re_arm_keeps_the_coefficients(
 
 
 def test_a_save_of_nothing_keeps_what_no_turn_has_confirmed(working: Board) -> None:
-    """A save keeps the whole record if no turn has confirmed it. The firmware is frozen before the
-    first save. After power-on the disc differs and no coefficients are active; the next save keeps
-    the whole record."""
+    """A save keeps the record's coefficients if no turn has confirmed them. A frozen firmware saves
+    the record; after power-on the disc differs, so that no coefficients become active. The next
+    save must contain the coefficients again."""
     working.firmware.send("freeze on")
     said = working.order("save")
     working.power_on()

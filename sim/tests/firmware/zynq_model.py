@@ -23,18 +23,18 @@ PROG_B, LOOPBACK = 1 << 30, 1 << 4
 INIT, QUEUE_EMPTY, QUEUE_FULL = 1 << 4, 1 << 30, 1 << 31
 CONFIGURED, DMA_AND_PCAP_DONE, DMA_DONE, AXI_ERROR = 1 << 2, 1 << 12, 1 << 13, 1 << 22
 QSPI_LEFT = 0x8403_FDFE
-"""Register word that a boot ROM may leave: manual mode, deselected, slave, divided by 256, other
-clock mode."""
+"""Content of QSPI_CONFIG that a boot ROM may leave: manual mode, deselected, slave, divided by 256,
+other clock mode."""
 QSPI_LINEAR = 0x8008_00C1
-"""Bits that linear reading needs: flash interface, HOLD driven high, 32-bit words, master (UG585,
-qspi.Config_reg)."""
+"""Bits of QSPI_CONFIG that linear reading needs: flash interface, HOLD driven high, 32-bit words,
+master (UG585, qspi.Config_reg)."""
 QSPI_NEVER = 0x0401_C506
-"""Bits that must stay 0: byte order, start, manual modes, deselected, reference clock, phase,
-polarity."""
+"""Bits of QSPI_CONFIG that must be 0 for linear reading: byte order, start, manual modes,
+deselected, reference clock, phase, polarity."""
 QSPI_REFERENCE_MHZ = 200
 QSPI_MOST_MHZ = 40
-"""Largest clock in MHz; with a faster clock the data come too late, so that the flash interface
-needs the loop-back of MIO 8."""
+"""Largest clock of the flash in MHz. With a faster clock the data come too late, so that the flash
+interface needs the loop-back of MIO 8."""
 
 
 def addresses() -> dict[str, int]:

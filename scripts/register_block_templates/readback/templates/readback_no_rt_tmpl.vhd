@@ -1,5 +1,5 @@
--- The word that is read is an OR of all words, of which one is chosen; even and odd words have a register each. The
--- generator's own template is replaced by this one: scripts/register_block_templates.
+-- Template that replaces the generator's own template for reads (see scripts/register_block.py). A read returns the OR
+-- of all words, of which all but the selected word are 0; one register holds even words, another one odd words.
 readback: block
     type words_t is array (natural range <>) of std_logic_vector({{cpuif.data_width-1}} downto 0);
     signal halves : words_t(0 to 1);
