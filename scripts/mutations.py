@@ -343,8 +343,8 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "sign_of_the_paper",
         "y turns the wrong way, as equation (10) is printed",
         "rtl/harmonic/cordic_rotation.vhd",
-        "shift_right(x(i) & '0', i), not left)",
-        "shift_right(x(i) & '0', i), left)",
+        "i + Y_SAVED_WIDTH), Y_WIDTH + 1), not left)",
+        "i + Y_SAVED_WIDTH), Y_WIDTH + 1), left)",
         "tb/harmonic/test_cordic_rotation.py",
     ),
     Mutation(
