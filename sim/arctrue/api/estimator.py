@@ -1,5 +1,4 @@
-"""Provides a fit as an estimator with scikit-learn's conventions; scikit-learn itself is not
-needed."""
+"""Provides the fit as an estimator that follows scikit-learn's conventions without importing it."""
 
 from __future__ import annotations
 
@@ -17,7 +16,7 @@ PARAMETERS = ("model", "fix", "bounds", "tie")
 
 
 class FitEstimator:
-    """An estimator whose parameters are the arguments of :func:`fit`; scikit-learn can clone it.
+    """An estimator for scikit-learn, whose parameters are the arguments of :func:`arctrue.fit`.
 
     The parameters are stored as they are given and checked by :meth:`fit`. Results of a fit have
     names that end in ``_``: ``result_``.

@@ -183,7 +183,7 @@ def compare(
     fit : bool, optional
         If False, compare the model with its stored coefficients, as ``--no-fit`` does.
     seed : int, optional
-        Seed of the random draws behind the lack of fit.
+        Seed of the random numbers with which the lack of fit is estimated.
 
     Returns
     -------
@@ -260,7 +260,7 @@ def explain(
     *,
     matters_counts: float = MATTERS_COUNTS,
 ) -> Explanation:
-    """Add the effects that the diagnosis names, until it names no further one.
+    """Add the effects that the diagnosis names, until it names no further effect.
 
     Parameters
     ----------
@@ -274,7 +274,7 @@ def explain(
     Returns
     -------
     Explanation
-        The grown model, the size of each cause, and the verdict on the final model.
+        The model with the added effects, the size of each cause, and the verdict on this model.
 
     Raises
     ------

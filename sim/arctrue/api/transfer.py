@@ -24,7 +24,7 @@ GATEWARE = "gateware"
 
 
 class ExportRefusedError(ValueError):
-    """The correction would make the error larger on this set; the text says where."""
+    """Is raised if the correction would increase the set's error; the text states the reasons."""
 
 
 def import_files(
@@ -76,8 +76,8 @@ def import_files(
     Raises
     ------
     AmbiguousError
-        The files can be read in several ways; the text names the option that decides, and ``--unit
-        head1=deg`` is ``units={"head1": "deg"}`` here.
+        The files can be read in several ways; the text names the option of ``arctrue import`` that
+        decides; its ``--unit head1=deg`` is ``units={"head1": "deg"}`` here.
     MeasurementError
         A file is damaged; the text states row and column.
     MissingExtraError
@@ -201,6 +201,6 @@ def export(
 
 
 def _refuse(path: Path, refused: list[str], *, force: bool) -> None:
-    """Raise ExportRefusedError if the file makes the error larger on the set, unless ``force``."""
+    """Raise ExportRefusedError if ``refused`` contains reasons, unless ``force`` is True."""
     if refused and not force:
         raise ExportRefusedError(f"{path} was not written: {' '.join(refused)}")

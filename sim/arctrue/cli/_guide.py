@@ -42,7 +42,7 @@ def steps(kind: str, measurement: MeasurementSet) -> list[str]:
 
 
 def commands(kind: str, folder: Path, *, model: Path | None = None) -> list[str]:
-    """Return the commands to type afterwards; NEW stands for the folder of the new measurement."""
+    """Return the commands to type after the steps; NEW stands for the new measurement's folder."""
     there = shlex.quote(str(folder))
     with_model = "" if model is None else f" --model {shlex.quote(str(model))}"
     if by_device(kind):

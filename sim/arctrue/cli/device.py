@@ -232,7 +232,10 @@ def files(record: Path, folder: Path) -> None:
 @device.command("unit", short_help="Write the systemd unit and the udev rule.")
 @click.argument("folder", type=OutputFolder())
 def unit(folder: Path) -> None:
-    """Write arctrue-device@.service and 70-arctrue.rules to FOLDER; each says where it belongs."""
+    """Write arctrue-device@.service and 70-arctrue.rules to FOLDER.
+
+    The first line of each file states the folder in which to install it.
+    """
     try:
         for file in sorted(SHIPPED.iterdir()):
             text = file.read_text(encoding="utf-8").replace("@ARCTRUE@", _program())

@@ -19,7 +19,8 @@ class Change:
 
     ``size_arcsec``: for an order the length of the difference of both vectors (amplitude, phase),
     which is not negative; for the head separation the difference with its sign. ``u_arcsec``:
-    standard uncertainty of that difference; for an order, of each of its two components.
+    standard uncertainty of that difference; for an order, the standard uncertainty of each
+    component (cosine, sine).
     """
 
     quantity: str

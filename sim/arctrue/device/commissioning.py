@@ -44,7 +44,7 @@ class MeasuredTurn:
 
 @dataclass(frozen=True)
 class Turned:
-    """Findings from one turn in each direction; ``places_deg`` (heads,) are relative to head 1."""
+    """Results of one turn in each direction; ``places_deg`` (heads,) are relative to head 1."""
 
     skew: Skew
     turns: tuple[OnDevice, OnDevice]

@@ -285,7 +285,7 @@ def _has(path: Path, identity: str, last: int) -> bool:
 
 @contextlib.contextmanager
 def _opened(path: Path) -> Iterator[Any]:
-    """Open the file of a day; return None if it is missing, damaged or no such file."""
+    """Yield the open file of a day, or None if it is missing, damaged or of another kind."""
     file = None
     with contextlib.suppress(OSError):
         file = h5py.File(path, "r")

@@ -24,7 +24,7 @@ class ProbeWatch:
     def __init__(
         self, send: Callable[[bytes], None], found: Callable[[Sequence[Latch]], None]
     ) -> None:
-        """Begin without any values from the device."""
+        """Store the callbacks; nothing is known about the device yet."""
         self._send, self._found = send, found
         self._asked_s: float | None = None
         self._answer: dict[str, float] = {}
@@ -32,8 +32,7 @@ class ProbeWatch:
         self.forget()
 
     def forget(self) -> None:
-        """Discard clock and counts, so that they are requested again after the port was lost or the
-        board was restarted."""
+        """Discard clock and counts after a lost port or a restart; they are requested again."""
         self._clock_hz = self._counts_per_rev = 0.0
         self._edge: int | None = None
         self._asked_s = None
@@ -43,7 +42,7 @@ class ProbeWatch:
         """Whether the device may have a queue; False after it has refused the command."""
 
     def look(self, now_s: float) -> None:
-        """Request missing values, or else events, unless an answer is still expected."""
+        """Request missing values, or events if none is missing, unless an answer is pending."""
         if self._asked_s is not None and now_s < self._asked_s + ANSWER_S:
             return
         self._asked_s, self._answer = now_s, {}

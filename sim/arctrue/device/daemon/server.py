@@ -81,7 +81,8 @@ class Server:
     def to_operator(self, data: bytes) -> None:
         """Send the device's bytes to the operator's console.
 
-        Refusals wait for the next end of a line, because within a line they would damage it.
+        A refusal waits for the end of the device's line; in the middle of the line it would damage
+        the line.
         """
         line, end, others = data.partition(b"\n")
         if self._refusals and end:
