@@ -53,7 +53,7 @@ class Coefficients:
 
     ``phase_steps``: uint64 (lanes,), K in 2⁻⁴⁸ turn a count; ``phase_offsets``: uint32 (lanes,), Φ
     in 2⁻²⁴ turn; ``amplitudes``: int32 (lanes,), 2·A_n of equation (9) in 2⁻¹¹ count; ``offset``:
-    in 2⁻¹¹ count, added to the sum; ``counts_per_rev``: the turn for which K was computed;
+    in 2⁻¹¹ count, added to the sum; ``counts_per_rev``: counts per turn for which K was computed;
     ``thermal``: the lanes that follow the temperature, which the firmware updates; ``extension``:
     mean, conditions, real orders and table, if the gateware is built with them. A lane with a turn
     step has a real order; ``orders`` then holds the nearest whole number.
@@ -126,7 +126,7 @@ class Coefficients:
             )
 
     def _check_extension(self) -> None:
-        """Raise ValueError if the extension names lanes or counts that do not exist."""
+        """Raise ValueError if the extension names a lane or a count that does not exist."""
         if self.extension is None:
             return
         named = {lane for lane, _ in (*self.extension.modulators, *self.extension.turn_steps)}
@@ -389,7 +389,7 @@ class Coefficients:
             self.phases_rad,
             strict=True,
         ):
-            # order · angle is an exact whole number up to this line, so the reduction to one turn
+            # order · angle is still an exact whole number here, so that its reduction to one turn
             # is exact.
             turn_counts: NDArray[Any] = order * angle % self.counts_per_rev
             if turn_step:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from arctrue.gateware.coefficients import Coefficients
 
 MODULATORS: Final = ("one", "direction", "speed", "speed_squared", "word_a", "word_b")
-"""Factors of a lane's amplitude; the index of a factor is its word in the lane."""
+"""Factors of a lane's amplitude; a lane's word contains the index of its factor."""
 PHASE_SOURCES: Final = ("operator", "heads", "probe")
 """Origins of the phase of a lane of a real order; the index of an origin is its number in the
 device."""

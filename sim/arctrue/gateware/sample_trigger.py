@@ -28,10 +28,10 @@ def wrapped(value: int) -> int:
 
 
 class SampleTrigger:
-    """The trigger of one entity, clock by clock; an instance holds the entity's state."""
+    """One sample trigger, clock by clock; an instance holds its state."""
 
     def __init__(self) -> None:
-        """Begin in the state after a reset."""
+        """Set the state after a reset."""
         self._elapsed = 1
         self._state = _Grid.IDLE
         self._clocks_left = 0

@@ -1,4 +1,4 @@
-"""Models the entity ``stop_operator``, which gives the direction of motion with hysteresis."""
+"""Models the entity ``stop_operator``, which determines the direction of motion with hysteresis."""
 
 from __future__ import annotations
 
