@@ -154,8 +154,7 @@ def _has_parts_of_sixty(values: NDArray[Any]) -> bool:
 
 
 def _surely_degrees(values: NDArray[Any]) -> bool:
-    """Tell whether a sexagesimal column is in degrees: it has ° signs or absolute values from 24
-    on."""
+    """Tell whether a sexagesimal column is in degrees: it has ° signs, or absolute values ≥ 24."""
     if any(sign in values[0] for sign in OF_DEGREES):
         return True
     return any(abs(sexagesimal(text) or 0.0) >= UNITS["angle"]["hours"] for text in values)

@@ -62,8 +62,7 @@ def in_order(rows: FileRows, said: str, choices: Choices) -> FileRows:
 
 
 def _begins_anew(time_s: Float, back: NDArray[np.int64]) -> bool:
-    """Tell whether the pieces between steps back are long enough for runs and begin near one
-    time."""
+    """Tell whether the pieces between steps back are long enough for runs and begin together."""
     starts = time_s[np.concatenate(([0], back))]
     long = time_s.size >= LEAST_ROWS_A_RUN * starts.size
     return bool(long and float(np.ptp(starts)) <= ANEW_SHARE * float(np.ptp(time_s)))
