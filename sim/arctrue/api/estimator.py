@@ -18,8 +18,8 @@ PARAMETERS = ("model", "fix", "bounds", "tie")
 class FitEstimator:
     """An estimator for scikit-learn, whose parameters are the arguments of :func:`arctrue.fit`.
 
-    The parameters are stored as they are given and checked by :meth:`fit`. Results of a fit have
-    names that end in ``_``: ``result_``.
+    The parameters are stored as they are given and checked by :meth:`fit`. The name of a result
+    ends in ``_``, such as ``result_``.
     """
 
     def __init__(

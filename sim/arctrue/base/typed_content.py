@@ -28,7 +28,7 @@ T = TypeVar("T")
 LARGEST = sys.float_info.max
 """Largest finite number; a range that ends at this number excludes NaN and infinity."""
 LARGE_POWER = 40
-"""Smallest power of two, 2⁴⁰, that is printed as a power of two."""
+"""Smallest exponent n for which a limit 2ⁿ is printed as a power of two."""
 LONGEST_FOUND = 60
 """Largest number of characters of a value that a message repeats."""
 

@@ -16,7 +16,8 @@ NO_ALARM, MINOR, MAJOR, INVALID = 0, 1, 2, 3
 STATE, COMM = 7, 9
 """EPICS alarm states: STATE for the state of the device, COMM for no communication."""
 ZERO = "Zero"
-"""PV that holds the value of ProbeAngle at the index, for example a PV of a motor record."""
+"""Name of the PV with the angle at the index, which is added to the angles of edges; a motor record
+may write it after its homing."""
 CAPTURE = "Capture"
 _TIME_OF_VALUE = -2
 """Value of the field TSE of an EPICS record: the program supplies the time together with the
@@ -200,8 +201,7 @@ class Records:
         self._show_edge()
 
     def _show_edge(self) -> None:
-        """Set the waveforms to the latest events; their angles count from the zero in the PV
-        Zero."""
+        """Set the waveforms to the latest events; the PV Zero is added to their angles."""
         if self._edge is None:
             return
         event, recorded_s = self._edge

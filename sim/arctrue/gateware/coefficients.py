@@ -38,8 +38,9 @@ SIDE_MOST = 8
 """Largest side that is tried for a line whose phase comes from a drive's index;
 :class:`PhaseSource` defines the side, a whole number."""
 SIDE_TOLERANCE = 0.005
-"""Largest distance of a fitted order from a multiple of the drive's index, periods a turn. It is
-five times the standard uncertainty of an order that is fitted to one turn of a reference."""
+"""Largest distance of a fitted order minus its side from a multiple of the number of the drive's
+indices in a turn, periods a turn. It is five times the standard uncertainty of an order that is
+fitted to one turn of a reference."""
 RANGE_STEPS = 32
 """Number of steps into which a temperature range is divided to compute bounds; the firmware uses
 the same number."""

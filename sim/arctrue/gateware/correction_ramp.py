@@ -24,8 +24,8 @@ TOTAL_MOST = 2**19
 HOLD = 3
 """Number of clocks for which the total is held after a marker."""
 CATCH_AGE = 1
-# Number of clocks from a marker to the last total for which r has certainly not decreased by a
-# unit.
+# Number of clocks from a marker to the last total in which r certainly still has its captured
+# value.
 DECAY_START = 5
 
 

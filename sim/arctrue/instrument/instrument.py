@@ -32,7 +32,7 @@ HEAD1_A, HEAD1_B, HEAD1_Z, HEAD2_A, HEAD2_B, HEAD2_Z = (1 << pin for pin in rang
 SYNC_IN, PROBE_IN = (1 << pin for pin in range(6, 8))
 HEAD3_A, HEAD3_B, HEAD3_Z, HEAD4_A, HEAD4_B, HEAD4_Z = (1 << pin for pin in range(8, 14))
 TRIGGER_OUT, COMPARE_OUT = (1 << place for place in range(9, 11))
-"""Positions of the bits TRIGGER_OUT and COMPARE_OUT in the levels of :meth:`Instrument.traced`."""
+"""Masks of trigger_out and compare_out in the levels that :meth:`Instrument.traced` returns."""
 
 RESET_CLOCKS = 80
 """Length of a reset in clocks; arctrue_core requires at least 64."""

@@ -1,4 +1,4 @@
-"""Tests that counts that restart at each turn, and errors with a whole turn, are corrected and
+"""Tests that counts that restart at each turn, and whole turns in errors, are corrected and
 reported."""
 
 from __future__ import annotations
