@@ -502,7 +502,7 @@ def sha256_of(measurement: MeasurementSet) -> str:
 
 
 def _same_rows(one: MeasurementSet, other: MeasurementSet) -> bool:
-    """Tell whether table, columns and keys are equal."""
+    """Tell whether two sets have equal tables, columns and keys."""
     return _fingerprint(one) == _fingerprint(other)
 
 
@@ -709,7 +709,7 @@ def _in_order(place: Path, columns: Mapping[str, NDArray[Any]]) -> None:
 
 
 def _require_mask(place: Path, columns: dict[str, Any]) -> None:
-    """Convert ``mask`` to truth values.
+    """Convert ``mask`` to Boolean values.
 
     Raises MeasurementError for a mask other than 0 and 1, and for a negative u.
     """

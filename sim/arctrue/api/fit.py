@@ -282,8 +282,8 @@ class FitResult:
         Parameters
         ----------
         whitened : bool, optional
-            Divide by the noise and remove its correlation: the residuals should then be
-            independent with a standard deviation of 1.
+            If True, divide the residuals by the noise and remove its correlation, so that they
+            should be independent with a standard deviation of 1.
 
         Returns
         -------
@@ -345,7 +345,8 @@ class FitResult:
         return "\n".join(lines)
 
     def plot(self) -> Pictures:
-        """Draw the residual over the angle, by run and direction, and its maps.
+        """Draw the residual over the angle, by run and by direction, and its maps over the
+        conditions.
 
         Returns
         -------

@@ -46,7 +46,8 @@ def import_files(
     Parameters
     ----------
     files : Path, str, or iterable of these
-        Text in columns, JSON lines, NumPy, Parquet, HDF5, MAT, logs of PHD2, LinuxCNC and EPICS.
+        Files with text in columns, JSON lines, NumPy, Parquet, HDF5 or MAT files, or logs of PHD2,
+        LinuxCNC or EPICS.
     columns : mapping of str to str, optional
         Name of the column that contains a quantity, as for ``--column``.
     units : mapping of str to str, optional
@@ -62,7 +63,7 @@ def import_files(
     zero : {"shift", "keep"}, optional
         Whether the reference's zero is shifted to the zero of the reading.
     missing : {"drop"}, optional
-        Leave out rows without a value.
+        ``drop`` leaves out rows without a value, which are otherwise an error.
     order : str, optional
         Treatment of rows whose time decreases, as for ``--order``.
     **metadata

@@ -236,7 +236,7 @@ def _replaced(content: Any, path: list[str | int], new: object) -> Any:
 
 
 def _branch(declared: inspect.Type, value: object) -> inspect.Type:
-    """Select the member of a union that the value matches; other declarations are returned."""
+    """Return the member of a union that the value matches; return other declarations unchanged."""
     if isinstance(declared, inspect.Metadata):
         # Metadata with a description is kept, because the message states this description.
         return declared if "description" in (declared.extra_json_schema or {}) else declared.type

@@ -141,9 +141,9 @@ def score(
     """Compare the answers with the truth and with the oracle, which knows the cause.
 
     Several folders are shards of one run. --answers reads a JSON object with one answer for each
-    set, by its name in `benchmark sets`. An answer is an object with `verdict` and optionally
-    `named`, `class`, `parts`, `further`, `probability` and `held_out_arcsec`, as in the JSON of
-    `arctrue diagnose`.
+    set, under the set's name in `benchmark sets`. An answer is an object with `verdict` and
+    optionally `named`, `class`, `parts`, `further`, `probability` and `held_out_arcsec`, as in the
+    JSON of `arctrue diagnose`.
     """
     from arctrue.report.benchmark_page import reason_words, said_words
 

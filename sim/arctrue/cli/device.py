@@ -121,7 +121,8 @@ def run(
     files: Path | None,
     files_every: float,
 ) -> None:
-    """Own the serial PORT until Ctrl-C: record the telemetry, take captures, serve both.
+    """Own the serial PORT until Ctrl-C: record the telemetry, take captures, serve both to other
+    programs.
 
     While this program runs, the other commands for a device use PORT through it. It reopens a lost
     port as soon as the port is present again. Exit code 2: the port is in use, or the record cannot

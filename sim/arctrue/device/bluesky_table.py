@@ -1,8 +1,8 @@
 """Defines a corrected table as an ophyd-async device, and the bluesky plan that calibrates it.
 
 Values come from the PVs of ``arctrue device epics``. Coefficients are sent through the console of
-``arctrue device run``, which requires its token and ``--allow-control``, because a PV cannot check
-a token.
+``arctrue device run``, which requires the daemon's token and ``--allow-control``, because a PV
+cannot check a token.
 """
 
 from __future__ import annotations

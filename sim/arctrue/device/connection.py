@@ -117,8 +117,8 @@ def ask(
 
 
 def daemon_of(port: str) -> Announcement | None:
-    """Return the daemon that owns ``port``, or the daemon at address HOST:PORT; None if there is
-    none."""
+    """Return the daemon that owns ``port``, or the daemon at address HOST:PORT; None if no daemon
+    is found."""
     return announced(port) or daemon_at(port)
 
 

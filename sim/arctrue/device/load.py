@@ -72,7 +72,7 @@ def _mean_of(coefficients: Coefficients) -> MeanSet | None:
 
 
 def _sets(coefficients: Coefficients) -> tuple[tuple[MeanSet, Coefficients], ...]:
-    """Return the prepared set for each missing head, after the definition of its mean."""
+    """Return the mean and the prepared set for each missing head."""
     if coefficients.extension is None:
         return ()
     sets = ((entry.extension, entry) for entry in coefficients.extension.without)

@@ -67,7 +67,7 @@ def recorded_days(record: Path) -> dict[date, int]:
 
 
 def write_missing_days(record: Path, folder: Path) -> list[Path]:
-    """Write the file of each day that lacks turns of the record; return the written files.
+    """Write the file of each day whose file lacks turns of the record; return the written files.
 
     A file keeps turns that the record lacks: turns that retention has deleted, and turns of another
     record. Raises sqlite3.Error, OSError, MissingExtraError.

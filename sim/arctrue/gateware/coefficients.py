@@ -429,7 +429,7 @@ def _whole_part(nearest: int, turn_step: int) -> int:
 
 
 def _side_of(order: float, edges_per_turn: float) -> int:
-    """Return the smallest whole number s with which order - s is a multiple of ``edges_per_turn``.
+    """Return the s of smallest size for which order - s is a multiple of ``edges_per_turn``.
 
     Raises ValueError if no s with |s| up to SIDE_MOST gives a multiple.
     """

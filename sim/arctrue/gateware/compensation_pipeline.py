@@ -37,8 +37,7 @@ def pair_sums(
     rotation: Rotation = "cordic",
     turns: NDArray[np.int64] | None = None,
 ) -> NDArray[np.int64]:
-    """Return the sums of two harmonics each for ``angle`` (counts, (clocks,)): (clocks, pairs) in
-    2⁻ᶠ.
+    """Return the sums of pairs of harmonics at ``angle`` (counts, (clocks,)): (clocks, pairs), 2⁻ᶠ.
 
     ``turns``: turn number of each angle, (clocks,), of a core with REAL_ORDERS; None: all 0.
     """

@@ -72,8 +72,7 @@ class RampVelocity:
     velocity."""
 
     def clock(self, marker: bool, rate: int, acceleration: int) -> None:
-        """Advance by one clock; before, the caller sets ``excess`` to its value in the previous
-        clock."""
+        """Advance by one clock; the caller first sets ``excess`` to its value in the last clock."""
         whole = self.velocity >> VELOCITY_FRACTION
         moved = self.fraction + whole
         is_held = marker or self.was_marker

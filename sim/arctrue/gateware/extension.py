@@ -178,7 +178,7 @@ class Extension:
 
     @property
     def needs(self) -> Capability:
-        """Return the smallest bitstream that can load these parts."""
+        """Return the generics of the smallest bitstream that can load these parts."""
         sets = [entry.extension for entry in self.without if entry.extension is not None]
         return Capability(
             heads=self.mean.heads if self.mean else 2,

@@ -117,7 +117,7 @@ class SampleTrigger:
         return False
 
     def _follow(self, move: int) -> bool:
-        """Tell whether the movement reached another multiple than the one reached last."""
+        """Tell whether the movement reached another multiple of the step than the last one."""
         if move == 0:
             return False
         left_multiple = self._on_multiple

@@ -34,7 +34,7 @@ class Ambiguous:
     free_text: bool = False
     """True: ``answers`` are examples, and any text is accepted."""
     numbered: Mapping[str, str] = field(default_factory=dict)
-    """Numbers under which the question lists answers, with the answer of each number."""
+    """Answers by the numbers under which the question lists them."""
     key: str = ""
 
     @property

@@ -111,8 +111,8 @@ def test_what_is_not_active_in_the_end_is_no_success(
 
 
 class TakesAll:
-    """A console that accepts every frame. The emulator's core would refuse some frames, because it
-    has no MODULATORS."""
+    """A console that accepts every frame. The model of the core in the other tests would refuse
+    some frames, because it has no MODULATORS."""
 
     port = "a port"
 
@@ -148,8 +148,8 @@ def test_lanes_that_no_turn_shows_are_named(
 
 
 class TakesSets(TakesAll):
-    """A console that refuses the first frame of a prepared set, which is sent before ``load
-    begin``, and gives a reason."""
+    """A console that refuses the first frame of a prepared set with ``reason``; the command sends
+    this frame before ``load begin``, as a test."""
 
     reason = ""
 

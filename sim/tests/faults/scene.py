@@ -101,9 +101,9 @@ class Scene:
     ) -> None:
         """Set up the scene.
 
-        The ``faults`` act from the beginning; the table may be too fast for the pins. ``generics``
-        are further generics of the core. ``flash`` is the flash content of a board that was
-        calibrated before; with it, no parameter is typed.
+        The ``faults`` act from the beginning; the table may turn by more than one count per clock.
+        ``generics`` are further generics of the core. ``flash`` is the flash content of a board
+        that was calibrated before; with it, no parameter is typed.
         """
         clock_hz = clock_hz_for(COUNTS, SPEED_RAD_S, CLOCKS_A_COUNT)
         self.instrument = Instrument(LANES, DEPTH, clock_hz=clock_hz, generics=generics)
@@ -281,7 +281,7 @@ class Scene:
         assert found.most < self.clean_bound
         assert found.illegal == 0
 
-    # Bounds, in counts; docs/faults.md names them
+    # Bounds, in counts; docs/faults.md lists them
 
     @property
     def clean_bound(self) -> float:
@@ -339,7 +339,7 @@ def slip_then(instrument: Instrument, recording: Recording, slip: NDArray[np.flo
 
 @dataclass(frozen=True, slots=True)
 class Zeros:
-    """Mean errors of both tracks in a clean turn; positions count from power-on."""
+    """Mean errors of both tracks in a turn without a fault; positions count from power-on."""
 
     corrected: float
     head1: float

@@ -17,8 +17,7 @@ class ProbeWatch:
     answer to ``found``.
 
     The requests read the queue of events, or the latch of the probe if the device has no queue.
-    Events that an operator reads from the queue are found as well, in the lines of the operator's
-    answer.
+    Events that an operator reads from the queue are found, too, in the answer to the operator.
     """
 
     def __init__(
@@ -32,7 +31,7 @@ class ProbeWatch:
         self.forget()
 
     def forget(self) -> None:
-        """Discard clock and counts after a lost port or a restart; they are requested again."""
+        """Discard clock frequency and counts per turn after a restart, to request them again."""
         self._clock_hz = self._counts_per_rev = 0.0
         self._edge: int | None = None
         self._asked_s = None

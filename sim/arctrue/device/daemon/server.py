@@ -31,7 +31,7 @@ MOST_CLIENTS = 64
 MOST_HEADERS = 100
 MOST_LATEST = 5_000
 _LATEST_S = 10.0
-"""Longest time in seconds in which a watcher may read the earlier turns."""
+"""Longest time in seconds that a watcher may take to read the earlier turns."""
 Answer = Callable[[], Awaitable[dict[str, Any]]]
 Writer = asyncio.StreamWriter
 
