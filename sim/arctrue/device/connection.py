@@ -117,8 +117,7 @@ def ask(
 
 
 def daemon_of(port: str) -> Announcement | None:
-    """Return the daemon that owns ``port``, or the daemon at address HOST:PORT; None if no daemon
-    is found."""
+    """Return the daemon that owns ``port``, or the daemon at HOST:PORT; None if none is found."""
     return announced(port) or daemon_at(port)
 
 

@@ -15,8 +15,7 @@ Bools = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class CountedEdges:
-    """Steps of the levels of A and B, in arrays (clocks,): element t compares clock t with clock t
-    − 1."""
+    """Steps of the levels of A and B, (clocks,): element t compares clock t with clock t − 1."""
 
     step: Ints
     """1 for a step upwards, -1 for a step downwards, 0 for no step."""

@@ -18,7 +18,7 @@ from arctrue.measurement.digest import set_digest
 COUNTS = 1 << 24
 TABLE = {"counts_per_rev": COUNTS, "head_separation_deg": 33.0}
 ROUNDING_ARCSEC = 1e-6
-"""Bound of the rounding of written errors, which have six decimals, in arcseconds."""
+"""Bound in arcseconds of the rounding of errors, which are written with six decimals."""
 
 
 def error_arcsec(angle_deg: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:

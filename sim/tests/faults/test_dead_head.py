@@ -11,8 +11,8 @@ from arctrue.instrument import HEAD1_A, HEAD1_B, HEAD1_Z, HEAD2_A, HEAD2_B, HEAD
 
 HEAD1 = HEAD1_A | HEAD1_B | HEAD1_Z
 DEAD_TURNS = 4.75
-"""Duration of the fault in turns. The duration is not a whole number of turns, after which the
-angle would be right again and no index would show the fault."""
+"""Duration of the fault in turns. It is no whole number: after a whole number of turns the angle
+would be right again, and no index would show the fault."""
 HEAD2 = HEAD2_A | HEAD2_B | HEAD2_Z
 
 
@@ -78,8 +78,8 @@ def test_head_1_dead(scene: Scene, level: str) -> None:
 @pytest.mark.parametrize("back_after", range(PERIOD_COUNTS))
 @pytest.mark.parametrize("pins", [HEAD1, HEAD2])
 def test_head_dead_from_the_start(make_scene: MakeScene, pins: int, back_after: int) -> None:
-    """The output repeats the uncorrected head 1, at whatever place head 1 returns, because it is
-    not corrected before the index."""
+    """A head is dead from the start and returns at any place. Until the indices are found, the
+    output repeats head 1 without a correction."""
     scene = make_scene(None, None, PinFault(0, 1 << 40, low=pins))
     scene.record()
     scene.turn(2.0)

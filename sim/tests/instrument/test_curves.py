@@ -1,5 +1,5 @@
-"""Tests that readings between the knots agree with the table's geometry, and the noise's
-statistics."""
+"""Tests readings between the knots against the table's geometry, and the statistics of the
+noise."""
 
 from __future__ import annotations
 
