@@ -1,4 +1,4 @@
-"""ArcTrue: the true angle of a rotary table from two read heads.
+"""ArcTrue finds the true angle of a rotary table from two read heads.
 
 ``import arctrue as at`` gives ``at.Dataset``, ``at.compare``, ``at.diagnose`` and the other names
 of ``arctrue.api``; they are imported when they are first used.
@@ -8,9 +8,9 @@ import importlib
 import os
 from typing import Any
 
-# The fits multiply blocks of some 40 columns: a second thread of the linear algebra does not make
-# them faster. If another program also uses the core, waiting for the thread takes ten times as long
-# as the work. numpy reads this when it is first imported.
+# The fits multiply matrices with about 40 columns, which a second BLAS thread does not make faster.
+# If another program uses the processor too, waiting for this thread takes ten times as long as the
+# product. numpy reads this when it is first imported.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # mimalloc in pyarrow can crash a program whose first thread with pyarrow has ended, for example a
 # server that reads a set for a request (apache/arrow issue 50908). pyarrow reads this when it
@@ -55,5 +55,5 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    """The names that ``help`` and completion show."""
+    """Return the names that ``help`` and completion show."""
     return sorted({*globals(), *__all__})

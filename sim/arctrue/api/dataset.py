@@ -98,9 +98,9 @@ class Dataset(MeasurementSet):
     origin : Origin, optional
         The command that made the set.
     other : mapping, optional
-        Keys of ``measurement.toml`` that ArcTrue does not know, by dotted name.
+        Values of keys in ``measurement.toml`` that ArcTrue does not know, by dotted key.
     warnings : tuple of str, optional
-        Remarks on the data for people, one sentence each.
+        Remarks on the data for the user, one sentence each.
     folder : Path, optional
         The folder from which the set was read.
     date : datetime, optional
@@ -502,7 +502,7 @@ def sha256_of(measurement: MeasurementSet) -> str:
 
 
 def _same_rows(one: MeasurementSet, other: MeasurementSet) -> bool:
-    """Tell whether table, columns and keys are equal."""
+    """Tell whether two sets have equal tables, columns and keys."""
     return _fingerprint(one) == _fingerprint(other)
 
 
@@ -590,7 +590,7 @@ def _hdf5_frame(h5py: Any, path: Path, name: str, group: Any) -> Frame:
 
 
 def _require_name(name: str, frames: list[Frame], columns: Mapping[str, str]) -> None:
-    """Raise TypeError for an entry of ``columns`` or ``units`` that is no quantity or column."""
+    """Raise TypeError if ``name`` is neither a quantity nor a column of one of the frames."""
     known = {one for frame in frames for pair in SET_COLUMNS[frame.name].items() for one in pair}
     there = {column for frame in frames for column in frame.columns}
     if name not in known | there:
@@ -709,7 +709,7 @@ def _in_order(place: Path, columns: Mapping[str, NDArray[Any]]) -> None:
 
 
 def _require_mask(place: Path, columns: dict[str, Any]) -> None:
-    """Convert ``mask`` to truth values.
+    """Convert ``mask`` to Boolean values.
 
     Raises MeasurementError for a mask other than 0 and 1, and for a negative u.
     """

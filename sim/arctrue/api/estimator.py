@@ -1,5 +1,4 @@
-"""Provides a fit as an estimator with scikit-learn's conventions; scikit-learn itself is not
-needed."""
+"""Provides the fit as an estimator that follows scikit-learn's conventions without importing it."""
 
 from __future__ import annotations
 
@@ -17,10 +16,10 @@ PARAMETERS = ("model", "fix", "bounds", "tie")
 
 
 class FitEstimator:
-    """An estimator whose parameters are the arguments of :func:`fit`; scikit-learn can clone it.
+    """An estimator for scikit-learn, whose parameters are the arguments of :func:`arctrue.fit`.
 
-    The parameters are stored as they are given and checked by :meth:`fit`. Results of a fit have
-    names that end in ``_``: ``result_``.
+    The parameters are stored as they are given and checked by :meth:`fit`. The name of a result
+    ends in ``_``, such as ``result_``.
     """
 
     def __init__(

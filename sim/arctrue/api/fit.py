@@ -38,8 +38,7 @@ from arctrue.workbench.model.predicted import table_rows, term_values
 
 Float = NDArray[np.float64]
 Tied = str | tuple[str, float] | Callable[[Mapping[str, float]], float]
-"""Value of a tied parameter: another parameter, a multiple of one, or a function of all
-parameters."""
+"""Value of a tied parameter: a parameter's name, (name, factor), or a function of all values."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,9 +67,9 @@ class FitParameter:
         """Compute a confidence interval by profile likelihood.
 
         At each value of this parameter, all other parameters and the noise take the values of
-        maximum likelihood. The interval is wider than ``value ± 1.96·stderr`` if slow noise may
-        have absorbed part of the parameter, for instance of a drift. The interval is asymmetric if
-        the likelihood is asymmetric.
+        maximum likelihood. The interval is wider than ``value ± 1.96·stderr`` if slow noise could
+        explain part of the parameter's effect, for instance part of a drift. The interval is
+        asymmetric if the likelihood is asymmetric.
 
         Parameters
         ----------
@@ -100,7 +99,7 @@ class FitParameters(Mapping[str, FitParameter]):
     """Parameters of a fit by name, in the order of the model."""
 
     def __init__(self, parameters: Mapping[str, FitParameter]) -> None:
-        """Keep the ``parameters`` by name."""
+        """Store the ``parameters`` by name."""
         self._parameters = dict(parameters)
 
     def __getitem__(self, name: str) -> FitParameter:
@@ -126,7 +125,7 @@ class FitParameters(Mapping[str, FitParameter]):
         return "\n".join(f"{name}: {item}" for name, item in self.items())
 
     def valuesdict(self) -> dict[str, float]:
-        """Collect the values.
+        """Return the values of all parameters as a dictionary.
 
         Returns
         -------
@@ -283,8 +282,8 @@ class FitResult:
         Parameters
         ----------
         whitened : bool, optional
-            Divide by the noise and remove its correlation: the residuals should then be
-            independent with a standard deviation of 1.
+            If True, divide the residuals by the noise and remove its correlation, so that they
+            should be independent with a standard deviation of 1.
 
         Returns
         -------
@@ -346,7 +345,8 @@ class FitResult:
         return "\n".join(lines)
 
     def plot(self) -> Pictures:
-        """Draw the residual over the angle, by run and direction, and its maps.
+        """Draw the residual over the angle, by run and by direction, and its maps over the
+        conditions.
 
         Returns
         -------
@@ -377,8 +377,8 @@ class ModelTest:
         BIC of the first model minus BIC of the second model: above 0 the second model is better,
         above 10 it is much better.
     ratio : ModelRatio or None
-        Likelihood ratio, parameters between the models, p; None if neither model contains the
-        other.
+        Likelihood ratio, difference between the numbers of parameters, and p value; None if neither
+        model contains the other.
     held_out_fall_arcsec : dict of str to (float, float)
         Decrease of the error on held-out rows from the first model to the second, by channel, and
         its standard error.

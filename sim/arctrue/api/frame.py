@@ -54,14 +54,14 @@ REQUIRED: Mapping[str, tuple[str, ...]] = {
 }
 _UNIT_IN_SET: Mapping[Kind, str] = {"time": "s", "temperature": "degC"}
 _OTHER_SPELLINGS = {"deg_C": "degC", "ct": "counts"}
-"""Spellings of units by astropy."""
+"""Units whose astropy name differs from the name here, by astropy name."""
 
 
 @dataclass(frozen=True)
 class Frame:
-    """A table of any library.
+    """Holds the named columns of a table of any library.
 
-    ``columns``: one-dimensional arrays by name, of one length. ``units``: units that the table
+    ``columns``: one-dimensional arrays of equal length, by name. ``units``: units that the table
     itself states. ``name``: the channel, for messages.
     """
 
@@ -72,8 +72,7 @@ class Frame:
 
 @dataclass
 class Found:
-    """Columns and conditions in the form of a measurement set, and warnings about columns not
-    used."""
+    """Columns and conditions in a measurement set's form, and warnings about unused columns."""
 
     columns: dict[str, NDArray[Any]]
     conditions: dict[str, NDArray[np.float64]]
@@ -90,8 +89,9 @@ def columns_of(
 ) -> Found:
     """Return the columns of ``frame`` in the units of a measurement set.
 
-    ``columns``: the frame's name for a quantity or a set's column. ``units``: the unit of either.
-    Raises MeasurementError, which names the column, the expected content and the remedy.
+    ``columns``: the frame's column for each quantity, or for each column of a set. ``units``: the
+    unit, by quantity or by column. Raises MeasurementError, which names the column, the expected
+    content and the remedy.
     """
     places = _places(frame, columns)
     found: dict[str, NDArray[Any]] = {}

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Pictures:
-    """PNG pictures; a notebook shows them.
+    """PNG pictures, which a notebook shows.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ class Pictures:
 
 
 def pictures(charts: Callable[[], Mapping[str, Chart]]) -> Pictures:
-    """Draw each chart as the PNG file of its name; ``charts`` imports the drawing functions.
+    """Draw the charts that ``charts`` returns as PNG pictures, which are named after the charts.
 
     Raises MissingExtraError if matplotlib is not installed.
     """
@@ -76,7 +76,7 @@ def pictures(charts: Callable[[], Mapping[str, Chart]]) -> Pictures:
 
 
 def html_table(headings: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """Return a table of text as HTML, every cell escaped."""
+    """Return a table as HTML; the text of every cell is escaped."""
 
     def row(cells: Iterable[object], tag: str) -> str:
         return "<tr>" + "".join(f"<{tag}>{html.escape(str(c))}</{tag}>" for c in cells) + "</tr>"

@@ -172,7 +172,7 @@ class Explanation:
 def compare(
     measurement: SetOrFolder, model: ModelLike = None, *, fit: bool = True, seed: int = 1
 ) -> Comparison:
-    """Compare a model with a set, and find the size of the misfit and where it lies.
+    """Compare a model with a set: how large the misfit is, and on which conditions it depends.
 
     Parameters
     ----------
@@ -181,9 +181,9 @@ def compare(
     model : Model, Path, str or iterable of str, optional
         The model, its file, or names of effects; by default the paper's model.
     fit : bool, optional
-        If False, compare the model with its stored coefficients, as ``--no-fit`` does.
+        If False, use the stored coefficients of the model, as ``--no-fit`` does.
     seed : int, optional
-        Seed of the random draws behind the lack of fit.
+        Seed of the random numbers with which the lack of fit is estimated.
 
     Returns
     -------
@@ -260,7 +260,7 @@ def explain(
     *,
     matters_counts: float = MATTERS_COUNTS,
 ) -> Explanation:
-    """Add the effects that the diagnosis names, until it names no further one.
+    """Add the effects that the diagnosis names, until it names no further effect.
 
     Parameters
     ----------
@@ -274,7 +274,7 @@ def explain(
     Returns
     -------
     Explanation
-        The grown model, the size of each cause, and the verdict on the final model.
+        The model with the added effects, the size of each cause, and the verdict on this model.
 
     Raises
     ------

@@ -41,7 +41,8 @@ def write_set(folder: Path | str, measurement: MeasurementSet) -> None:
     folder : Path or str
         The folder; it is made if it does not exist.
     measurement : MeasurementSet
-        The set to write. Times have 1 µs, targets 10⁻⁹ °, errors 10⁻⁶ ″, temperatures 1 mK.
+        The set to write. Times are rounded to 1 µs, targets to 10⁻⁹ °, errors to 10⁻⁶ ″,
+        temperatures to 1 mK.
 
     Raises
     ------
@@ -54,7 +55,7 @@ def write_set(folder: Path | str, measurement: MeasurementSet) -> None:
 
 
 def set_of(measurement: SetOrFolder) -> Dataset:
-    """Return the set itself.
+    """Return a set as a Dataset; a folder is read first.
 
     Raises MeasurementError for a folder that cannot be read, TypeError for anything else.
     """
@@ -96,7 +97,7 @@ def simulate(
     Raises
     ------
     ValueError
-        There is no effect or experiment of that name.
+        No effect or experiment has that name.
     """
     from arctrue.studies.simulate.experiment import EXPERIMENTS
     from arctrue.studies.simulate.simulated_set import Wanted, simulate_set

@@ -24,7 +24,7 @@ GATEWARE = "gateware"
 
 
 class ExportRefusedError(ValueError):
-    """The correction would make the error larger on this set; the text says where."""
+    """Is raised if the correction would increase the set's error; the text states the reasons."""
 
 
 def import_files(
@@ -46,7 +46,8 @@ def import_files(
     Parameters
     ----------
     files : Path, str, or iterable of these
-        Text in columns, JSON lines, NumPy, Parquet, HDF5, MAT, logs of PHD2, LinuxCNC and EPICS.
+        Files with text in columns, JSON lines, NumPy, Parquet, HDF5 or MAT files, or logs of PHD2,
+        LinuxCNC or EPICS.
     columns : mapping of str to str, optional
         Name of the column that contains a quantity, as for ``--column``.
     units : mapping of str to str, optional
@@ -62,7 +63,7 @@ def import_files(
     zero : {"shift", "keep"}, optional
         Whether the reference's zero is shifted to the zero of the reading.
     missing : {"drop"}, optional
-        Leave out rows without a value.
+        ``drop`` leaves out rows without a value, which are otherwise an error.
     order : str, optional
         Treatment of rows whose time decreases, as for ``--order``.
     **metadata
@@ -76,8 +77,8 @@ def import_files(
     Raises
     ------
     AmbiguousError
-        The files can be read in several ways; the text names the option that decides, and ``--unit
-        head1=deg`` is ``units={"head1": "deg"}`` here.
+        The files can be read in several ways; the text names the option of ``arctrue import`` that
+        decides; its ``--unit head1=deg`` is ``units={"head1": "deg"}`` here.
     MeasurementError
         A file is damaged; the text states row and column.
     MissingExtraError
@@ -201,6 +202,6 @@ def export(
 
 
 def _refuse(path: Path, refused: list[str], *, force: bool) -> None:
-    """Raise ExportRefusedError if the file makes the error larger on the set, unless ``force``."""
+    """Raise ExportRefusedError if ``refused`` contains reasons, unless ``force`` is True."""
     if refused and not force:
         raise ExportRefusedError(f"{path} was not written: {' '.join(refused)}")

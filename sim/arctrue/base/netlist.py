@@ -1,7 +1,7 @@
 """Makes a Verilog netlist from VHDL with GHDL.
 
 Simulations use the system's GHDL. A netlist needs GHDL 5 or newer, because older versions write
-wrong Verilog: 2.0 drops `when others` (its issue 2041), 4.1 shifts signed numbers to the right
+wrong Verilog: 2.0 drops `when others` (GHDL issue 2041), 4.1 shifts signed numbers to the right
 without sign extension (issue 2750).
 """
 

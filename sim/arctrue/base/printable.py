@@ -1,4 +1,4 @@
-"""Makes text safe to print: no character moves the cursor or hides other text."""
+"""Makes text safe to print: its characters cannot move the cursor or hide other text."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def is_printable(text: str) -> bool:
 
 
 def harmless(text: str, keep: str = "\n\t") -> str:
-    """Escape every character of ``text`` that a terminal would interpret: ``\\x1b``.
+    """Escape every character of ``text`` that a terminal would interpret, for example as ``\\x1b``.
 
     ``keep``: characters that are not escaped, such as line breaks and tabs of the caller's own
     text.

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 
 def run_spans(run: NDArray[Any]) -> list[tuple[int, int]]:
-    """Give first row and end row (exclusive) of each stretch of equal labels; ``run``: (rows,)."""
+    """Return first and end row (exclusive) of each stretch of equal labels; ``run``: (rows,)."""
     if run.size == 0:
         return []
     edges = np.flatnonzero(run[1:] != run[:-1]) + 1

@@ -22,6 +22,6 @@ def similar(name: str, known: Iterable[str], least: float = LEAST_RATIO) -> list
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """Give `` Did you mean hysteresis?`` with leading space; empty if no name is similar."""
+    """Return `` Did you mean hysteresis?`` with a leading space; empty if no name is similar."""
     found = similar(name, known)
     return f" Did you mean {' or '.join(found)}?" if found else ""

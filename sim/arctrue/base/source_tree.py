@@ -1,4 +1,4 @@
-"""Checks for the source tree: an installed package lacks the VHDL and the firmware."""
+"""Checks whether the source tree with VHDL and firmware exists; an installed package lacks it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reads TOML of unknown origin within limits."""
+"""Reads TOML files of unknown origin, and refuses files that are nested too deeply."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def parse_toml(text: str) -> dict[str, Any]:
 
 
 def _refuse_deep(content: dict[str, Any]) -> None:
-    """Raise TomlContentError for more than DEEPEST levels: dotted keys nest without limit."""
+    """Raise TomlContentError for more than DEEPEST levels; tomllib does not limit dotted keys."""
     level: list[Any] = [content]
     for _ in range(DEEPEST):
         level = [

@@ -26,9 +26,9 @@ from arctrue.base.similar import similar
 T = TypeVar("T")
 
 LARGEST = sys.float_info.max
-"""The largest finite number: a range up to it excludes NaN and infinity."""
+"""Largest finite number; a range that ends at this number excludes NaN and infinity."""
 LARGE_POWER = 40
-"""Smallest power of two, 2⁴⁰, that is printed as a power of two."""
+"""Smallest exponent n for which a limit 2ⁿ is printed as a power of two."""
 LONGEST_FOUND = 60
 """Largest number of characters of a value that a message repeats."""
 
@@ -61,8 +61,9 @@ class ContentError(ValueError):
 def typed(content: object, kind: type[T], place: str = "") -> T:
     """Convert ``content`` to ``kind``, a structure or dataclass; ``place`` is its key in the file.
 
-    Raises ContentError with the key, the expected and the found value. A ValueError raised by a
-    structure's ``__post_init__`` is repeated; its text begins with a key of the structure.
+    Raises ContentError with the key, the expected and the found value. A ValueError that a
+    structure's ``__post_init__`` raises becomes a ContentError; its text must begin with a key of
+    the structure.
     """
     try:
         return msgspec.convert(content, kind)
@@ -96,8 +97,7 @@ def typed_json(text: str | bytes, kind: type[T], file: str) -> T:
 
 
 def unknown_keys(content: object, kind: type) -> dict[str, list[str]]:
-    """Find dotted keys that neither ``kind`` nor its inner structures declare, with similar
-    keys."""
+    """Return the dotted keys that ``kind`` does not declare, with similar declared keys."""
     return dict(_unknown(_Spot("", _declared(kind), content)))
 
 
@@ -119,7 +119,7 @@ def _unknown(spot: _Spot) -> Iterator[tuple[str, list[str]]]:
 
 
 def bound_words(kind: Any) -> str:
-    """Describe the range of an annotated type; empty if it has none."""
+    """Describe the range of an annotated type; return an empty text if it has no range."""
     declared = _branch(_declared(kind), None)
     return _range(declared).strip() if isinstance(declared, _NUMBERS) else ""
 
@@ -143,7 +143,7 @@ def _declared(kind: Any) -> inspect.Type:
 
 @dataclass(frozen=True)
 class _Spot:
-    """A place in the content: its key for people, its declaration and its value."""
+    """A place in the content, with its key for messages, its declaration and its value."""
 
     key: str
     declared: inspect.Type
@@ -208,7 +208,7 @@ def _spot(content: object, kind: type, place: str, path: str, text: str) -> _Spo
 
 
 def _called(value: object) -> str:
-    """Give the name of an entry of a list, if it has one."""
+    """Return `` (name)`` for an entry of a list that has a name; otherwise an empty text."""
     name = value.get("name") if isinstance(value, dict) else None
     return f" ({shown(name)[1:-1]})" if isinstance(name, str) and name else ""
 
@@ -216,7 +216,7 @@ def _called(value: object) -> str:
 def _guilty_key(
     content: object, kind: type, taken: list[str | int], items: dict[str, Any], text: str
 ) -> str:
-    """Find the item of a list that causes the error, because the library does not name the item."""
+    """Find the key of ``items`` that causes the error ``text``; the library does not name it."""
     for key, value in items.items():
         try:
             msgspec.convert(_replaced(content, taken, {key: value}), kind)
@@ -236,10 +236,9 @@ def _replaced(content: Any, path: list[str | int], new: object) -> Any:
 
 
 def _branch(declared: inspect.Type, value: object) -> inspect.Type:
-    """Select the member of a union that the value matches; other declarations are returned."""
+    """Return the member of a union that the value matches; return other declarations unchanged."""
     if isinstance(declared, inspect.Metadata):
-        # If no member matches, the whole union stays, because the message then lists all expected
-        # forms.
+        # Metadata with a description is kept, because the message states this description.
         return declared if "description" in (declared.extra_json_schema or {}) else declared.type
     if not isinstance(declared, inspect.UnionType):
         return declared
@@ -257,7 +256,7 @@ def _bare(declared: inspect.Type) -> inspect.Type:
 
 
 def _fields(declared: inspect.Type) -> dict[str, inspect.Type]:
-    """Give the keys of a structure and their declarations, its tag first."""
+    """Return the declaration of each key of a structure; the key of its tag comes first."""
     declared = _bare(declared)
     if isinstance(declared, inspect.UnionType):
         kinds = [kind for kind in declared.types if isinstance(kind, inspect.StructType)]

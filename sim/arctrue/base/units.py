@@ -1,6 +1,6 @@
 """Converts units of angle: arcseconds, radians, counts.
 
-Angles are in radians inside the package; names of values in other units contain the unit.
+Inside the package, angles are in radians; a value in another unit has this unit in its name.
 """
 
 from __future__ import annotations
@@ -20,5 +20,5 @@ def arcsec_per_count(counts_per_rev: int) -> float:
 
 
 def rad_per_count(counts_per_rev: int) -> float:
-    """Give the radians of one count."""
+    """Return the radians per count."""
     return 2.0 * math.pi / counts_per_rev

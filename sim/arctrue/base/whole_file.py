@@ -15,7 +15,7 @@ its owner can read."""
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """Give a temporary file next to ``path``; it replaces ``path`` if the block succeeds.
+    """Yield a temporary file next to ``path``, which replaces ``path`` if the block succeeds.
 
     If the block fails, the temporary file is deleted and ``path`` stays unchanged. Missing folders
     are made. The temporary name ends like ``path``, because matplotlib takes the format from it.
@@ -24,7 +24,7 @@ def whole_file(path: Path) -> Iterator[Path]:
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        # If path is a link, replace the file that it names.
+        # If path is a link, the file to which it leads is replaced.
         target = path.resolve()
         mode = target.stat().st_mode & 0o777 if target.exists() else ORDINARY_MODE & ~_umask()
         handle, name = tempfile.mkstemp(

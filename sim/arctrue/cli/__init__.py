@@ -18,8 +18,8 @@ from arctrue import cli
 from arctrue.base.extras import MissingExtraError, missing_extra
 from arctrue.cli._group import Program
 
-# The variable must be set before numpy is imported. The matrix products here are narrow, and
-# several BLAS threads took ten times as long as one thread on a busy machine.
+# numpy reads this variable when it is imported. One thread is enough for the narrow matrices here;
+# several threads took ten times as long on a busy machine.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
@@ -40,8 +40,7 @@ SECTIONS = {
 
 
 class _NotGeneratedError(click.ClickException):
-    """Is raised if ``arctrue.generated`` is missing; these modules are generated from registers and
-    number formats."""
+    """Is raised if the package ``arctrue.generated``, which the build generates, is missing."""
 
     exit_code = 2
 

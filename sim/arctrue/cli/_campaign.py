@@ -22,7 +22,7 @@ EXIT_INTERRUPTED = 130
 
 
 class _Shard(click.ParamType[tuple[int, int]]):
-    """Accepts the number of a shard as ``i/n``."""
+    """Accepts ``i/n``, which selects part i of n parts of the tasks."""
 
     name = "i/n"
 
@@ -58,8 +58,7 @@ def campaign_options(function: Callable[..., None]) -> Callable[..., None]:
 
 
 def interruptible(function: Callable[..., None]) -> Callable[..., None]:
-    """End the command with one sentence after Ctrl-C (exit code 130) or if worker processes died
-    (2)."""
+    """End the command with one sentence after Ctrl-C (exit code 130) or a worker's death (2)."""
 
     @functools.wraps(function)
     def wrapped(*arguments: Any, **options: Any) -> None:

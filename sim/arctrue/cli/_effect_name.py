@@ -7,8 +7,7 @@ from click.shell_completion import CompletionItem
 
 
 class _EffectName(click.ParamType[str]):
-    """Accepts any word; :func:`load` checks the word after it has read the folders of the user's
-    effects."""
+    """Accepts any word, because only :func:`load`, which checks it, knows the user's effects."""
 
     name = "effect"
 

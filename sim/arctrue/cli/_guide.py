@@ -42,7 +42,7 @@ def steps(kind: str, measurement: MeasurementSet) -> list[str]:
 
 
 def commands(kind: str, folder: Path, *, model: Path | None = None) -> list[str]:
-    """Return the commands to type afterwards; NEW stands for the folder of the new measurement."""
+    """Return the commands to type after the steps; NEW stands for the new measurement's folder."""
     there = shlex.quote(str(folder))
     with_model = "" if model is None else f" --model {shlex.quote(str(model))}"
     if by_device(kind):
@@ -52,8 +52,8 @@ def commands(kind: str, folder: Path, *, model: Path | None = None) -> list[str]
         ]
     imported = "arctrue import FILE NEW"
     if kind == "polygon_reindexed":
-        # A measurement set cannot state how the polygon is mounted, so this measurement remains a
-        # separate set.
+        # A measurement set cannot state how the polygon is mounted, so the measurement with the
+        # polygon mounted anew remains a separate set.
         model_file = "MODEL.toml" if model is None else shlex.quote(str(model))
         return [imported, f"arctrue compare NEW --model {model_file} --no-fit"]
     return [

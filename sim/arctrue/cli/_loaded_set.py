@@ -80,7 +80,7 @@ def set_argument(function: Callable[..., None]) -> Callable[..., None]:
 
 
 def _remember_outliers(context: click.Context, _: click.Parameter, value: bool) -> None:
-    """Store the option's value for :func:`load`, so that the commands need not pass it on."""
+    """Store the value of --keep-outliers for :func:`load`; the commands do not pass it on."""
     context.meta[KEEP_OUTLIERS] = value
 
 
@@ -134,7 +134,7 @@ _OTHER_TABLE = "arctrue.other_table"
 
 
 def _remember_other_table(context: click.Context, _: click.Parameter, given: bool) -> None:
-    """Store the value of the flag, which only :func:`load` reads."""
+    """Store the value of --other-table for :func:`load`; the commands do not pass it on."""
     context.meta[_OTHER_TABLE] = given
 
 
@@ -191,8 +191,8 @@ def store(
     """Write the model; each new step records the time, the program's version and the digest of the
     data.
 
-    Folders of own effects are stored relative to the model file, so that both can be moved.
-    ``comment``: lines that are written at the head of the file for human readers.
+    Folders of the user's effects are stored relative to the model file, so that both can be moved
+    together. ``comment``: lines that are written at the head of the file for human readers.
     """
     known = [*(model_file.parent / folder for folder in model.folders), *folders]
     model.folders = list(dict.fromkeys(folder_entry(model_file, folder) for folder in known))
@@ -245,7 +245,7 @@ def load(
 
 
 def _table_warnings(model: Model, model_file: Path | None, observations: Observations) -> list[str]:
-    """Return warnings about the model's table. Raises ValueError if the set is of another table."""
+    """Return warnings about the model's table. Raises ValueError for a set of another table."""
     if model_file is None or not model_file.exists():
         return []
     if model.table is None:
@@ -281,7 +281,7 @@ def _doubts(measurement: MeasurementSet) -> list[str]:
         return []
     nominal_rad = math.radians(table.head_separation_deg)
     counts = float(np.mean(capture.head2_counts - capture.head1_counts))
-    # Differences by whole turns between the heads' counters have no meaning.
+    # The heads' counters may differ by whole turns, so only the fraction of a turn has a meaning.
     off_rad = math.remainder(2.0 * math.pi * counts / table.counts_per_rev - nominal_rad, math.tau)
     said = doubts(nominal_rad, nominal_rad + off_rad)
     return [] if said is None else [said]

@@ -57,8 +57,7 @@ class ReferenceCalibration:
             console.print(f"not applied: {text}", soft_wrap=True)
 
     def figures(self, extents: Callable[[ReferenceComparison], dict[str, Any]]) -> dict[str, Any]:
-        """Return the figures for JSON; the keys are those of a two-head calibration if it has the
-        same figures."""
+        """Return the figures for JSON; figures that a two-head calibration has too get its keys."""
         return {
             "method": "reference",
             "runs": [],

@@ -57,16 +57,16 @@ def benchmark() -> None:
     type=click.Choice(list(SOURCES)),
     default=SIMULATED,
     show_default=True,
-    help="Generator of the sets: the simulated table, the second one, or both (4 : 1).",
+    help="Generator of the sets: the simulated table, the independent one, or both (4 : 1).",
 )
 @click.option(
     "--limit",
     type=click.IntRange(min=1),
     help="Number of sets, counted from the first set of the tier.",
 )
-@click.option("--seed", type=SEED, help="Seed of all sets.  [default: the tier's]")
+@click.option("--seed", type=SEED, help="Seed of all sets.  [default: that of the tier]")
 @click.option(
-    "--samples", type=click.IntRange(min=100), help="Samples per run.  [default: the tier's]"
+    "--samples", type=click.IntRange(min=100), help="Samples per run.  [default: as in the tier]"
 )
 @for_people
 def make(
@@ -77,7 +77,7 @@ def make(
     seed: int | None,
     samples: int | None,
 ) -> None:
-    """Write the plan of a run: first the digests of generator and scoring, then the seed."""
+    """Write the plan of a run: the digests of generator and scoring first, the seed afterwards."""
     plan = make_plan(tier, folder, generator, limit, seed, samples)
     console.print(
         f"{plan.sets} sets, seed {plan.seed}; generator {plan.generator}, scoring {plan.scoring}"
@@ -91,7 +91,7 @@ def make(
     type=click.Choice(list(SUBJECTS)),
     default="arctrue",
     show_default=True,
-    help="Program that answers.",
+    help="Program that diagnoses the sets.",
 )
 @campaign_options
 @interruptible
@@ -138,12 +138,12 @@ def score(
     kept: bool,
     json_file: Path | None,
 ) -> None:
-    """Compare the answers with the truth and with the oracle.
+    """Compare the answers with the truth and with the oracle, which knows the cause.
 
     Several folders are shards of one run. --answers reads a JSON object with one answer for each
-    set, by its name in `benchmark sets`. An answer is an object with `verdict` and optionally
-    `named`, `class`, `parts`, `further`, `probability` and `held_out_arcsec`, as in the JSON of
-    `arctrue diagnose`.
+    set, under the set's name in `benchmark sets`. An answer is an object with `verdict` and
+    optionally `named`, `class`, `parts`, `further`, `probability` and `held_out_arcsec`, as in the
+    JSON of `arctrue diagnose`.
     """
     from arctrue.report.benchmark_page import reason_words, said_words
 

@@ -53,8 +53,8 @@ def budget(
 ) -> None:
     """Print the uncertainty budget of the angle after calibration, one row per contribution.
 
-    If SET has a capture, the calibration is that of `arctrue calibrate`. If it has a reference run
-    alone, the calibration is the model of --model or, without it, the harmonics that the targets
+    If SET has a capture, the calibration is that of `arctrue calibrate`. If it has only a reference
+    run, the calibration is the model of --model or, without it, the harmonics that the targets
     determine. With --out the command writes budget.md, budget.html and budget.pdf into that folder.
     """
     loaded = load(measurement_set, model_file, folders)

@@ -104,7 +104,7 @@ class _ManyRuns(click.Command):
     type=click.Choice(["head1", "mean"]),
     default="head1",
     show_default=True,
-    help="Angle that the gateware puts out. head1: head 1, corrected from heads 1 and 2. mean: "
+    help="Angle at the gateware's output. head1: head 1, corrected from heads 1 and 2. mean: "
     "the weighted mean of all heads, which contains no translation of the axis.",
 )
 @click.option(

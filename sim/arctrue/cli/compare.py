@@ -36,7 +36,7 @@ TESTS = {
     "normality_p": "normality\np",
 }
 WHITE_P = SIGNIFICANCE / (len(TESTS) * len(CHANNELS))
-"""Significance level of a single test; one set in a hundred fails any of the tests by chance."""
+"""Significance level of a single test; by chance, one set in a hundred fails at least one test."""
 
 
 @click.command("compare", short_help="Show where a model does not fit a set.")
@@ -114,7 +114,7 @@ def _identifiability_data(found: Identifiability) -> dict[str, Any]:
 
 
 def _map_data(item: ResidualMap) -> dict[str, Any]:
-    """Return a map as JSON, without the number of every row's bin and without drawing settings."""
+    """Return a map as JSON values, without drawing settings and without each row's bin number."""
     return {
         key: value
         for key, value in vars(item).items()

@@ -121,7 +121,8 @@ def run(
     files: Path | None,
     files_every: float,
 ) -> None:
-    """Own the serial PORT until Ctrl-C: record the telemetry, take captures, serve both.
+    """Own the serial PORT until Ctrl-C: record the telemetry, take captures, serve both to other
+    programs.
 
     While this program runs, the other commands for a device use PORT through it. It reopens a lost
     port as soon as the port is present again. Exit code 2: the port is in use, or the record cannot
@@ -232,7 +233,10 @@ def files(record: Path, folder: Path) -> None:
 @device.command("unit", short_help="Write the systemd unit and the udev rule.")
 @click.argument("folder", type=OutputFolder())
 def unit(folder: Path) -> None:
-    """Write arctrue-device@.service and 70-arctrue.rules to FOLDER; each says where it belongs."""
+    """Write arctrue-device@.service and 70-arctrue.rules to FOLDER.
+
+    The first line of each file states the folder in which to install it.
+    """
     try:
         for file in sorted(SHIPPED.iterdir()):
             text = file.read_text(encoding="utf-8").replace("@ARCTRUE@", _program())

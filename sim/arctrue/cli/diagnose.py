@@ -33,8 +33,7 @@ from arctrue.workbench.model.growth import settle
 
 SHOWN = 8
 BESIDE_EFFECTS = 8
-"""Number of further progress steps of a diagnosis, after one for each effect: fits, parts, noise
-and held-out rows."""
+"""Number of progress steps besides one for each effect: fits, parts, noise, held-out rows."""
 SHOWN_AT_LEAST = 3
 """Number of candidates that are always shown; further candidates are shown only if they improve the
 fit."""
@@ -114,7 +113,8 @@ def _guide(
     try:
         at_the_table = steps(kind, measurement)
     except ValueError:
-        # A set without a capture has no steps at the table; the text of the diagnosis must suffice.
+        # A set without a capture gets no steps at the table; the text of the diagnosis says what to
+        # measure.
         return []
     typed = commands(kind, folder, model=model_file)
     return ["At the table:", *(f"  {line}" for line in at_the_table), "Then:"] + [
@@ -123,9 +123,9 @@ def _guide(
 
 
 def _adopted(result: Diagnosis, name: str, folder: Path) -> Path:
-    """Write the file of the product that the diagnosis adopted, and return its path.
+    """Write the product of parts that the diagnosis found as an effect; return the effect's file.
 
-    Raises ValueError if the verdict contains no product.
+    Raises ValueError if the diagnosis found no product.
     """
     found = None if result.described is None else result.described.effect
     if not isinstance(found, ProductOfParts):

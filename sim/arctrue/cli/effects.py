@@ -123,7 +123,7 @@ def _lines(data: dict[str, Any]) -> Iterator[tuple[str, str]]:
 )
 @for_people
 def new(name: str, folder: Path) -> None:
-    """Write an effect ready to edit, with its test."""
+    """Write a template of an effect, with its test."""
     for path in write_new_effect(name, folder):
         console.print(f"wrote {path}")
     console.print(f"use it: arctrue diagnose SET --effects {folder}")
@@ -180,7 +180,7 @@ def _rows_to_check_on(measurement_set: Path | None) -> MeasurementSet:
 
 
 def effect_data(effect: type[Effect]) -> dict[str, Any]:
-    """Return everything that an effect declares, as JSON values."""
+    """Return all declarations of an effect as JSON values."""
     return {
         "name": effect.name,
         "physics": effect.physics,

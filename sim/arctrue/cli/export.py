@@ -199,7 +199,7 @@ def export(
     """Write the model as coefficients of the gateware, or as a table for another controller.
 
     For each effect of the model the command prints which part of the gateware corrects it and which
-    error remains, without errors of the reference. It fits effects without values to SET; a
+    error remains; errors of the reference are not counted. It fits effects without values to SET; a
     reference run is enough for this. With --out the file goes into that folder. Exit code 1: the
     file would increase the error of SET and is not written (--force writes it).
     """

@@ -36,7 +36,7 @@ _FOLLOWED = ", ".join(name for name, case in CASES.items() if case.order1_warms)
 _EFFECTS = list(dict.fromkeys((*CASES, *HEADS_CASES)))
 
 
-@click.command(short_help="A hidden effect, through the gateware and the workbench.")
+@click.command(short_help="Hide an effect in a table, find it and correct it.")
 @click.argument("effect", type=click.Choice(_EFFECTS))
 @lanes_option(4)
 @click.option(
@@ -103,8 +103,8 @@ def hidden(
 
     The gateware captures a turn. The workbench gets only this capture and a reference run. The
     coefficients that it exports are loaded, and the output of further turns is compared with the
-    true angle. The size of an effect is scaled with that of a count: 1″ at the paper's 2²⁴ counts
-    becomes 16″ at 2²⁰. Exit code 2: the instrument cannot run.
+    true angle. The size of an effect is proportional to the size of a count: 1″ at the paper's 2²⁴
+    counts becomes 16″ at 2²⁰. Exit code 2: the instrument cannot run.
     """
     from arctrue.studies.hidden_effect.experiment import run_hidden
     from arctrue.studies.hidden_effect.follow import follow_warming

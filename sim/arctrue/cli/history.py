@@ -31,7 +31,7 @@ def history(model_file: Path, json_file: Path | None, out: Path | None) -> None:
 
     RMS and peak are those of the fitted rows. "held out" is the RMS of rows that the fit did not
     use: a quarter of each revolution, or every fourth cycle. "noise" is the standard deviation of
-    the repeats: one value for the set, and a lower bound for every model.
+    repeated readings: no model of the set has a smaller error.
     """
     model = read_model(model_file)
     if not model.history:

@@ -163,7 +163,7 @@ def _print_targets(which: Positioning, title: str) -> None:
 
 
 def target_columns(which: Positioning) -> dict[str, NDArray[np.float64]]:
-    """Return the figures of each target, (targets,), by their symbols in ISO 230-2."""
+    """Return the figures of all targets, arrays (targets,), by their symbols in ISO 230-2."""
     return {
         "x̄↑": which.up.mean_arcsec,
         "x̄↓": which.down.mean_arcsec,

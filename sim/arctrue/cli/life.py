@@ -38,7 +38,7 @@ from arctrue.metrology.life.machine import fit_machine
 from arctrue.workbench.model.model import ModelEffect
 
 
-@click.command("life", short_help="One machine's history: changes, and the day of a limit.")
+@click.command("life", short_help="Show when a machine changed and will reach a limit.")
 @click.argument("folder", metavar="FOLDER", type=click.Path(path_type=Path, file_okay=False))
 @click.option(
     "--limit",

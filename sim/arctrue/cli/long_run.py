@@ -15,8 +15,7 @@ from arctrue.cli._tables import number, table, words
 from arctrue.report.numbers import plain
 
 LEAST_TURNS = 30
-"""Smallest number of turns; with fewer turns the learned model contains no information about the
-temperature."""
+"""Smallest number of turns; fewer turns do not show how the orders depend on the temperature."""
 
 
 @click.command("long-run", short_help="Many turns with drift, heat and a fault.")

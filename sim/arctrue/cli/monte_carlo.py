@@ -83,8 +83,8 @@ def monte_carlo(
     The result is the coverage of the stated uncertainty over random tables, not the distribution of
     the result of one measurement (JCGM 101).
 
-    The command writes the results to FOLDER; started again, it continues where it stopped, and
-    prints all results there.
+    The command writes the results to FOLDER and prints all results in it. If it is started again,
+    it continues where it stopped.
     """
     from arctrue.report.monte_carlo_page import monte_carlo_page, where_off
 

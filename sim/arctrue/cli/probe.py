@@ -37,8 +37,8 @@ COLUMNS = (("edge", 6), ("time s", 14), ("position counts", 16), ("angle °", 12
 def probe(port: str, count: int | None, out: Path | None, silence: float) -> None:
     """Show the corrected position at each edge of probe_in, until Ctrl-C.
 
-    A bitstream with EVENTS stores up to 64 edges in a queue, so edges may come in bursts; after
-    `compare events 1` on the console it also stores the pulses of compare_out. With any other
+    A bitstream with EVENTS stores up to 64 edges in a queue, so that edges may come in bursts;
+    after `compare events 1` on the console it also stores the pulses of compare_out. With any other
     bitstream the command reads the last edge ten times a second. In both cases it shows the numbers
     of missed edges. `probe falling 1` on the console selects falling edges.
 

@@ -91,8 +91,7 @@ def _all() -> Iterator[Announcement]:
 
 
 def _answers(found: Announcement) -> bool:
-    """Tell whether the daemon answers; the announcement of a killed daemon still exists, but the
-    daemon does not answer."""
+    """Tell whether the daemon answers; a killed daemon leaves only its announcement."""
     try:
         socket.create_connection((found.host, found.tcp_port), _REACH_S).close()
     except OSError:
@@ -101,7 +100,7 @@ def _answers(found: Announcement) -> bool:
 
 
 def _name(port: str) -> str:
-    """Return one name for a device, whether the path is the device's file or a link to it."""
+    """Return the same name for a device whether ``port`` is the device's file or a link to it."""
     path = Path(port)
     named = str(path.resolve()) if path.exists() else port
     return named.strip("/").replace("/", "-").replace(":", "-")

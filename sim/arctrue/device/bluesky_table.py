@@ -1,8 +1,8 @@
 """Defines a corrected table as an ophyd-async device, and the bluesky plan that calibrates it.
 
 Values come from the PVs of ``arctrue device epics``. Coefficients are sent through the console of
-``arctrue device run``, which requires its token and ``--allow-control``, because a PV cannot check
-a token.
+``arctrue device run``, which requires the daemon's token and ``--allow-control``, because a PV
+cannot check a token.
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ with needs_extras():
     from ophyd_async.epics.core import epics_signal_r, epics_signal_rw
 
 CAPTURE_S = 400.0
-"""Longest time of a capture in seconds, the same as in ``arctrue device epics``."""
+"""Longest time of a capture in seconds, as in ``arctrue device epics``."""
 JUDGED_S = 180.0
-"""Longest time in seconds until captured turns have judged a loaded file, the same as in ``arctrue
+"""Longest time in seconds until captured turns have judged a loaded file, as in ``arctrue
 load``."""
 TURN_S = 180.0
 """Longest time from one turn to the next, seconds."""
@@ -64,7 +64,7 @@ class LoadedCoefficients(Device, Movable[Path]):
         Parameters
         ----------
         port : str
-            Its serial port, or HOST:PORT of its daemon.
+            Serial port of the device, or HOST:PORT of its daemon.
         turn : SignalR[int]
             Number of the latest turn.
         name : str
@@ -88,7 +88,7 @@ class LoadedCoefficients(Device, Movable[Path]):
         LoadRefusedError
             If the device refuses the coefficients.
         ConsoleError
-            If no daemon runs, it is read-only, or no turn judges them in time.
+            If no daemon runs, the daemon is read-only, or no turn judges the coefficients in time.
         ValueError, OSError
             If the file cannot be read or needs a part that the device does not have.
         """
@@ -159,7 +159,7 @@ class CorrectedTable(StandardReadable, Triggerable):
         Raises
         ------
         ConsoleError
-            If the daemon could not take it.
+            If the daemon could not capture a turn.
         """
         await self.capture.set(True, timeout=CAPTURE_S)
         fault = await self.capture_fault.get_value()
@@ -188,9 +188,9 @@ def calibrated_file(folder: Path, file: Path, settings: CalibrationSettings | No
     Raises
     ------
     NotVerifiedError
-        If the calibration has objections to its own coefficients; nothing is written.
+        If the calibration raises an objection to the coefficients; nothing is written.
     MeasurementError, ValueError, OSError
-        If the set cannot be read or calibrated, or the file not be written.
+        If the set cannot be read or calibrated, or the file cannot be written.
     """
     calibration = calibrate(read_measurement_set(folder), settings or CalibrationSettings())
     if calibration.objections:
@@ -218,7 +218,7 @@ def calibrate_load_verify(
     file : Path
         File to which the coefficients are written.
     limit_arcsec : float
-        Largest permitted RMS of the remaining error after the loaded orders, arcseconds.
+        Largest permitted RMS of the error that remains after the correction, arcseconds.
     settings : CalibrationSettings, optional
         Settings of the calibration, for example the lanes of the gateware; None: those of
         ``arctrue calibrate``.
@@ -236,7 +236,7 @@ def calibrate_load_verify(
     Raises
     ------
     NotVerifiedError
-        If that RMS is unknown or above the limit, or the calibration objects to itself.
+        If that RMS is unknown or above the limit, or the calibration raises an objection.
     """
 
     left_arcsec = [np.nan]

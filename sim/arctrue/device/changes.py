@@ -19,7 +19,8 @@ class Change:
 
     ``size_arcsec``: for an order the length of the difference of both vectors (amplitude, phase),
     which is not negative; for the head separation the difference with its sign. ``u_arcsec``:
-    standard uncertainty of that difference; for an order, of each of its two components.
+    standard uncertainty of that difference; for an order, the standard uncertainty of each
+    component (cosine, sine).
     """
 
     quantity: str
@@ -48,8 +49,8 @@ def calibration_turn(turns: Sequence[Mapping[str, Any]]) -> int:
 def order_change(before: Sequence[float], now: Sequence[float]) -> tuple[float, float]:
     """Return size and u, arcseconds, of an order's change; arguments are rows of ``harmonics``.
 
-    Each row contains order, amplitude, phase in radians, and u of cosine and of sine. The size is
-    |A₂·exp(iφ₂) − A₁·exp(iφ₁)|; u is √(u₁² + u₂²).
+    Each row contains order, amplitude, phase in radians, and u, the uncertainty of cosine and sine.
+    The size is |A₂·exp(iφ₂) − A₁·exp(iφ₁)|; u is √(u₁² + u₂²).
     """
     size = abs(cmath.rect(now[1], now[2]) - cmath.rect(before[1], before[2]))
     return size, math.hypot(before[3], now[3])

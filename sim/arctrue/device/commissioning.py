@@ -44,7 +44,7 @@ class MeasuredTurn:
 
 @dataclass(frozen=True)
 class Turned:
-    """Findings from one turn in each direction; ``places_deg`` (heads,) are relative to head 1."""
+    """Results of one turn in each direction; ``places_deg`` (heads,) are relative to head 1."""
 
     skew: Skew
     turns: tuple[OnDevice, OnDevice]
@@ -57,7 +57,7 @@ class Turned:
 
     @property
     def noise_arcsec(self) -> float:
-        """Standard deviation of this combination in one sample, scaled to the noise of one
+        """Standard deviation of the combination :attr:`noise_name`, scaled to the noise of one
         reading."""
         return float(np.sqrt(np.mean([fit.noise_arcsec**2 for fit in self.turns])))
 

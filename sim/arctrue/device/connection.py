@@ -1,5 +1,4 @@
-"""Connects to the daemon of a device, either to receive its events or to use the console as its one
-operator."""
+"""Connects to a device's daemon, to receive its events or to use the console alone."""
 
 from __future__ import annotations
 
@@ -118,14 +117,12 @@ def ask(
 
 
 def daemon_of(port: str) -> Announcement | None:
-    """Return the daemon that owns ``port``, or the daemon at address HOST:PORT; None if there is
-    none."""
+    """Return the daemon that owns ``port``, or the daemon at HOST:PORT; None if none is found."""
     return announced(port) or daemon_at(port)
 
 
 def daemon_at(address: str) -> Announcement | None:
-    """Return the daemon at HOST:PORT on this machine or another one; None if ``address`` is not of
-    this form.
+    """Return the daemon at HOST:PORT on any machine; None if ``address`` has another form.
 
     The token of a daemon on another machine is read from the environment.
     """
@@ -156,7 +153,7 @@ def console_through(daemon: Announcement) -> Console:
 
 
 def through(port: str, daemon: Announcement) -> str:
-    """Return a sentence which tells the user that a daemon connects to the device."""
+    """Return the sentence for the user that a daemon connects to the device."""
     process = f"process {daemon.process}, " if daemon.process else ""
     return f"{port}: through its daemon ({process}{daemon.address})"
 

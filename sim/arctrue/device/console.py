@@ -13,7 +13,7 @@ from arctrue.measurement import MeasurementSet
 
 __all__ = ["Console", "ConsoleError", "TelemetryLine"]
 ATTEMPTS = 3
-"""Number of times that data are requested if their transmission damages them."""
+"""Largest number of requests for data that are damaged in transmission."""
 SILENCE_S = 5.0
 """Silence in seconds after which a dump counts as ended, if its last line was damaged."""
 LATE_S = 10.0
@@ -77,9 +77,11 @@ class Console:
         raise self._no_answer(line, seconds)
 
     def _drop_late_answers(self, line: str, seconds: float) -> None:
-        """Discard all lines before the answer to a marker. They answer other requests: an earlier
-        line whose answer came too late, or a line from another program. The marker is not a
-        command; the device repeats it in its error message."""
+        """Discard all lines before the answer to a marker, because they answer other requests.
+
+        These are an earlier command whose answer came too late, or a command from another program.
+        The marker is not a command; the device repeats it in its error message.
+        """
         self._markers += 1
         marker = f"marker{os.getpid()}.{self._markers}"
         # The end of line comes first, because the device may have received a part of a line.
@@ -152,7 +154,7 @@ class Console:
             text = self._line()
             if text is None:
                 continue
-            # The limit is a limit of silence, not of the duration of the whole dump.
+            # ``seconds`` limits the silence between two lines, not the duration of the whole dump.
             end = time.monotonic() + min(seconds, SILENCE_S)
             if text == "end of dump":
                 return
@@ -173,12 +175,13 @@ class Console:
             data = self._transport.read_until(b"\n")
         except OSError as error:
             raise ConsoleError(f"{self.port}: {error}; was the cable pulled?") from error
-        # The device may pause within a line for longer than one read waits.
+        # The read may return a part of a line, because the device may pause within a line.
         for text in self._lines.add(data):
             if not is_telemetry(text):
                 return text
             turn = telemetry_of(text)
-            # If a line of telemetry was damaged in transmission, only one turn is missing.
+            # A line of telemetry that was damaged in transmission is dropped; only its turn is
+            # missing.
             if turn is not None:
                 self._turns.append(turn)
         return None

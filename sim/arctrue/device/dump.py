@@ -89,8 +89,7 @@ class DumpHead:
         return MeasurementSet(table, capture, title=title)
 
     def _further_places(self, counts: NDArray[np.int64]) -> list[float]:
-        """Return the angles of heads 3 and 4 relative to head 1: the mean differences of the
-        readings over the turn."""
+        """Return the places of heads 3 and 4, degrees: their mean readings relative to head 1."""
         apart = (counts[:, 2:] - counts[:, :1]).mean(axis=0) / self.counts_per_rev * 360.0
         return [round(float(place), 6) for place in apart % 360.0]
 

@@ -12,11 +12,12 @@ from arctrue.device.port import ConsoleError
 
 MOST_ORDERS = 128
 NO_ALARM, MINOR, MAJOR, INVALID = 0, 1, 2, 3
-"""Names of EPICS alarm severities."""
+"""EPICS alarm severities."""
 STATE, COMM = 7, 9
 """EPICS alarm states: STATE for the state of the device, COMM for no communication."""
 ZERO = "Zero"
-"""PV that holds the value of ProbeAngle at the index, for example a PV of a motor record."""
+"""Name of the PV with the angle at the index, which is added to the angles of edges; a motor record
+may write it after its homing."""
 CAPTURE = "Capture"
 _TIME_OF_VALUE = -2
 """Value of the field TSE of an EPICS record: the program supplies the time together with the
@@ -151,8 +152,7 @@ class Records:
             if value:
                 await self._take_capture(capture)
 
-        # The record is blocking: a client that waits until its write is complete thereby waits for
-        # the capture.
+        # The record is blocking: a client's write is complete only when the capture is complete.
         builder.boolOut(
             f"{prefix}{CAPTURE}",
             ZNAM="no",
@@ -167,8 +167,8 @@ class Records:
     def show(self, fields: dict[str, Any], recorded_s: float) -> None:
         """Set the PVs to one line of telemetry with the time at which it was recorded.
 
-        A number that the device did not send is INVALID; after a refused turn all its PVs are
-        INVALID.
+        A number that the device did not send is INVALID; after a refused turn all PVs of the turn
+        are INVALID.
         """
         at: dict[str, Any] = {"timestamp": recorded_s}
         self._device_alarms = list(fields.get("alarms", []))
@@ -201,8 +201,7 @@ class Records:
         self._show_edge()
 
     def _show_edge(self) -> None:
-        """Set the waveforms to the latest events; their angles count from the zero in the PV
-        Zero."""
+        """Set the waveforms to the latest events; the PV Zero is added to their angles."""
         if self._edge is None:
             return
         event, recorded_s = self._edge
@@ -241,7 +240,7 @@ class Records:
         INVALID.
 
         After a reconnection the latest turn is set again, with its own time, before Connected is
-        set: a client that waits for Connected then finds no INVALID value of the interruption.
+        set: a client that waits for Connected then finds no value that is still INVALID.
         """
         at: dict[str, Any] = {"timestamp": recorded_s}
         if is_connected:

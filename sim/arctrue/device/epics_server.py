@@ -44,8 +44,7 @@ def bind_to(interface: str) -> None:
 
 
 def confine_to_loopback() -> None:
-    """Bind those UDP sockets of this program that listen on all interfaces to the loopback
-    interface (Linux only).
+    """Bind to loopback each UDP socket of this program that listens on all interfaces (Linux only).
 
     PVXS listens for searches at port 5076 of all interfaces, whatever the values of its variables.
     On other systems the sockets stay as they are. Raises OSError if the system refuses it.
@@ -107,7 +106,7 @@ def _follow(daemon: Announcement, records: Records) -> None:
     """Set the PVs to the daemon's events until the daemon ends. Raises ConsoleError."""
     watch = Watch(daemon, latest=1)
     try:
-        # Connected is set after those values whose validity it states.
+        # Connected is set after these values, because it states that they are valid.
         for _ in range(watch.earlier):
             event = watch.event(_EVENT_S)
             if event is not None:

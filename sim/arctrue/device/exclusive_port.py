@@ -1,5 +1,4 @@
-"""Reserves a serial port for one program at a time, because two readers would each receive a part
-of every line."""
+"""Reserves a serial port for one program; with two readers, each would receive parts of lines."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ class HeadsReadings:
     """Readings of all heads; all readings in a row are from one clock.
 
     ``positions`` (n, heads) modulo 2³²; ``angles`` (m, heads) are counts after the index, from the
-    time on when all heads marked in ``indexed`` (heads,) have passed their index.
+    time at which every head marked in ``indexed`` (heads,) has passed its index.
     """
 
     positions: NDArray[np.int64]

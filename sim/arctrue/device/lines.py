@@ -16,7 +16,7 @@ bytes."""
 
 
 _Count = Annotated[int, Meta(ge=0, le=2**53)]
-"""Largest whole number that a record can store; a damaged digit could make a number larger."""
+"""Whole number that a record can store; damage in transmission could make a number larger."""
 
 
 class _TelemetryFields(Struct):
@@ -79,7 +79,7 @@ class LineAssembler:
     """Joins received parts of lines to whole lines; a line longer than LONGEST_LINE is dropped."""
 
     def __init__(self) -> None:
-        """Begin without a part of a line."""
+        """Start with no unfinished line."""
         self._begun = b""
         self._dropping = False
         self.too_long = 0

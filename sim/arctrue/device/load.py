@@ -41,7 +41,7 @@ ATTEMPTS = 3
 """Number of attempts to send the whole set if a line is damaged in transmission."""
 _FIRST_WORD_OF_PROCESSOR = MODULATORS.index("word_a")
 _SPOILED = ("wrong_crc", "wrong_frame", "not_whole")
-"""Reasons of a refusal that concern the transmission and not the set."""
+"""Reasons for a refusal that are faults of the transmission, not of the set."""
 
 
 class LoadRefusedError(Exception):
@@ -72,7 +72,7 @@ def _mean_of(coefficients: Coefficients) -> MeanSet | None:
 
 
 def _sets(coefficients: Coefficients) -> tuple[tuple[MeanSet, Coefficients], ...]:
-    """Return the prepared set for each missing head, after the definition of its mean."""
+    """Return the mean and the prepared set for each missing head."""
     if coefficients.extension is None:
         return ()
     sets = ((entry.extension, entry) for entry in coefficients.extension.without)
@@ -163,9 +163,9 @@ def load_frames(
     With ``unseen`` the device also accepts lanes that no turn of two heads shows: order 0, orders
     that the heads cannot see, words of the processor. With ``force`` it also accepts orders that
     turns leave undecided. Without ``sets`` the sets for a missing head are omitted. ``clock_hz``:
-    clock of the gateware. Lanes of a mean are sent with its carrier, offsets and weights. Raises
-    ValueError for an offset without a mean, which the device does not accept, and for parts that
-    need another generic of the core.
+    clock of the gateware. If the set corrects a mean of heads, the lines also define this mean.
+    Raises ValueError for an offset without a mean, which the device does not accept, and for parts
+    for which the console has no command.
     """
     mean = _mean_of(coefficients)
     if coefficients.offset and mean is None:

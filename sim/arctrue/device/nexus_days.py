@@ -67,7 +67,7 @@ def recorded_days(record: Path) -> dict[date, int]:
 
 
 def write_missing_days(record: Path, folder: Path) -> list[Path]:
-    """Write the file of each day that lacks turns of the record; return the written files.
+    """Write the file of each day whose file lacks turns of the record; return the written files.
 
     A file keeps turns that the record lacks: turns that retention has deleted, and turns of another
     record. Raises sqlite3.Error, OSError, MissingExtraError.
@@ -285,7 +285,7 @@ def _has(path: Path, identity: str, last: int) -> bool:
 
 @contextlib.contextmanager
 def _opened(path: Path) -> Iterator[Any]:
-    """Open the file of a day; return None if it is missing, damaged or no such file."""
+    """Yield the open file of a day, or None if it is missing, damaged or of another kind."""
     file = None
     with contextlib.suppress(OSError):
         file = h5py.File(path, "r")

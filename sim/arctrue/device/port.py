@@ -25,8 +25,7 @@ class ConsoleError(Exception):
 
 
 class Transport(Protocol):
-    """The methods that carry bytes to and from a device: a serial port, or a connection to the
-    program that uses the port.
+    """Methods that transfer bytes to and from a device, through a serial port or its daemon.
 
     The methods raise OSError if the connection is lost.
     """
@@ -82,8 +81,8 @@ class SerialTransport:
 
 
 def _not_opened(port: str, error: Exception) -> ConsoleError:
-    # pyserial repeats the name of the port and the system's error; a locked port causes another
-    # message.
+    # pyserial's message repeats the port's name and the system's error; a locked port gets a
+    # message of its own.
     number = getattr(error, "errno", None)
     if number in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in str(error):
         return _in_use(port, other_users(port))

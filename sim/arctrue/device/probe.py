@@ -16,8 +16,8 @@ from arctrue.device.console import Console, ConsoleError
 
 EDGES_WRAP: Final = 1 << 16
 LOOK_S = 0.1
-"""Time in seconds between two reads of the latch; of several edges in this time only the last one
-is read."""
+"""Time in seconds between two reads of the latch; if several edges occur in this time, only the
+last one is read."""
 QUEUE_LOOK_S = 0.02
 """Time in seconds between two reads of an empty queue; the queue holds 64 events."""
 CSV_HEAD: Final = "edge,time_s,position_counts,angle_deg,kind,missed"

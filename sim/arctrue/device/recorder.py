@@ -34,11 +34,12 @@ _TURN = {
     "swaps": "INTEGER",
     "alarms": "TEXT NOT NULL",
 }
-"""Columns of the table of turns, with their types."""
+"""SQL types of the columns of the table of turns, by column."""
 _FIELDS = tuple(name for name in _TURN if name not in ("recorded", "number", "alarms"))
 """Columns that have the same name as a field of the telemetry."""
 _KIND_OF_EDGE = "kind INTEGER NOT NULL DEFAULT 1"
-"""Column that files of earlier versions lack; its values are keys of arctrue.device.probe.KINDS."""
+"""Definition of a column that older files lack; its values are keys of
+arctrue.device.probe.KINDS."""
 _SCHEMA = f"""
 CREATE TABLE IF NOT EXISTS turn (
     id INTEGER PRIMARY KEY,

@@ -1,5 +1,4 @@
-"""Explains why a device refuses a command: finds the device's word for the reason, and its
-explanation in the device's help."""
+"""Explains why a device refuses a command: finds the reason, and its text in the device's help."""
 
 from __future__ import annotations
 
@@ -13,7 +12,7 @@ def reason_of(error: ConsoleError, command: str) -> str | None:
 
 
 def explained(console: Console, reason: str) -> str:
-    """Return the word, followed by the sentence from the device's help if there is one."""
+    """Return ``reason``, followed by its explanation in the device's help if there is one."""
     try:
         return f"{reason}: {console.command(f'help {reason}')[0]}"
     except (ConsoleError, IndexError):

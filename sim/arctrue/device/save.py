@@ -6,8 +6,8 @@ from arctrue.device.console import Console, ConsoleError
 from arctrue.device.refusal import explained, reason_of
 
 SAVE_S = 15.0
-"""Longest time in seconds for an answer: erasing takes up to 3 s, and the device gives up after 8
-s."""
+"""Longest time in seconds for an answer: an erase takes up to 3 s, and the device ends its attempt
+after 8 s."""
 
 
 class SaveRefusedError(Exception):

@@ -1,5 +1,4 @@
-"""Models the entity ``amplitude_sweep``: amplitudes are multiplied by their modulators and rounded
-once."""
+"""Models the entity ``amplitude_sweep``, which multiplies amplitudes by their modulators."""
 
 from __future__ import annotations
 
@@ -14,7 +13,7 @@ from arctrue.gateware.table_conditions import MODULATOR_FRACTION, MODULATOR_ONE
 
 
 class Modulators(NamedTuple):
-    """Modulators, the factors by which amplitudes of lanes are multiplied, s1.16."""
+    """Modulators: factors by which the amplitudes of lanes are multiplied, s1.16."""
 
     direction: int = 0
     speed: int = 0

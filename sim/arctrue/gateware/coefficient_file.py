@@ -589,8 +589,7 @@ def _check_real_order(place: str, lane: _ExtendedLane, counts_per_rev: int) -> N
 
 
 def _real_order(step: int, turn_step: int, counts_per_rev: int) -> float:
-    """Return the real order that is nearest to the phase step and has the fraction of the turn
-    step."""
+    """Return the real order with the turn step's fraction that is nearest to the phase step."""
     turn = 1 << PHASE_STEP_WIDTH
     fraction = Fraction(turn_step, turn)
     return float(round(Fraction(step * counts_per_rev, turn) - fraction) + fraction)
@@ -611,7 +610,7 @@ def _check_slope(place: str, lane: _ThermalLane, counts_per_rev: int) -> None:
 def _agree(
     place: str, value: float, word_key: str, word: int, unit: float, turn: float = math.inf
 ) -> None:
-    """Raise ContentError if ``value`` is not ``word`` units, up to multiples of ``turn``."""
+    """Raise ContentError if ``value`` is not ``word`` · ``unit`` plus a multiple of ``turn``."""
     difference = value - word * unit
     if math.isfinite(turn):
         difference = math.remainder(difference, turn)

@@ -1,4 +1,4 @@
-"""Models the entity ``coefficient_memory``, which has two banks of words; a swap exchanges them."""
+"""Models the entity ``coefficient_memory``: two banks of words, which a swap exchanges."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ def turn_step_words(coefficients: Coefficients) -> Iterator[tuple[int, int]]:
 
 
 class CoefficientMemory:
-    """Both banks of ``lanes`` lanes, at the level of writes, read-backs and swaps.
+    """Both banks of ``lanes`` lanes; each write, read-back and swap takes effect at once.
 
-    ``compensation_pipeline`` models the clocks; there, each angle is corrected with a single bank.
+    ``compensation_pipeline`` models the clock of a swap: it corrects each angle with a single bank.
     """
 
     def __init__(self, counts_per_rev: int, lanes: int = LANES_DEFAULT) -> None:
-        """Begin with zeros in both banks, as at power-up."""
+        """Fill both banks with zeros, as at power-up."""
         self._counts_per_rev = counts_per_rev
         self._words = [0] * (WORDS_A_LANE * lanes)
         self._offset = 0

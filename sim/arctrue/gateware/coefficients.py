@@ -38,8 +38,9 @@ SIDE_MOST = 8
 """Largest side that is tried for a line whose phase comes from a drive's index;
 :class:`PhaseSource` defines the side, a whole number."""
 SIDE_TOLERANCE = 0.005
-"""Largest distance of a fitted order from a multiple of the drive's index, periods a turn. It is
-five times the standard uncertainty of an order that is fitted to one turn of a reference."""
+"""Largest distance of a fitted order minus its side from a multiple of the number of the drive's
+indices in a turn, periods a turn. It is five times the standard uncertainty of an order that is
+fitted to one turn of a reference."""
 RANGE_STEPS = 32
 """Number of steps into which a temperature range is divided to compute bounds; the firmware uses
 the same number."""
@@ -53,7 +54,7 @@ class Coefficients:
 
     ``phase_steps``: uint64 (lanes,), K in 2⁻⁴⁸ turn a count; ``phase_offsets``: uint32 (lanes,), Φ
     in 2⁻²⁴ turn; ``amplitudes``: int32 (lanes,), 2·A_n of equation (9) in 2⁻¹¹ count; ``offset``:
-    in 2⁻¹¹ count, added to the sum; ``counts_per_rev``: the turn for which K was computed;
+    in 2⁻¹¹ count, added to the sum; ``counts_per_rev``: counts per turn for which K was computed;
     ``thermal``: the lanes that follow the temperature, which the firmware updates; ``extension``:
     mean, conditions, real orders and table, if the gateware is built with them. A lane with a turn
     step has a real order; ``orders`` then holds the nearest whole number.
@@ -126,7 +127,7 @@ class Coefficients:
             )
 
     def _check_extension(self) -> None:
-        """Raise ValueError if the extension names lanes or counts that do not exist."""
+        """Raise ValueError if the extension names a lane or a count that does not exist."""
         if self.extension is None:
             return
         named = {lane for lane, _ in (*self.extension.modulators, *self.extension.turn_steps)}
@@ -389,7 +390,7 @@ class Coefficients:
             self.phases_rad,
             strict=True,
         ):
-            # order · angle is an exact whole number up to this line, so the reduction to one turn
+            # order · angle is still an exact whole number here, so that its reduction to one turn
             # is exact.
             turn_counts: NDArray[Any] = order * angle % self.counts_per_rev
             if turn_step:
@@ -428,7 +429,7 @@ def _whole_part(nearest: int, turn_step: int) -> int:
 
 
 def _side_of(order: float, edges_per_turn: float) -> int:
-    """Return the smallest whole number s with which order - s is a multiple of ``edges_per_turn``.
+    """Return the s of smallest size for which order - s is a multiple of ``edges_per_turn``.
 
     Raises ValueError if no s with |s| up to SIDE_MOST gives a multiple.
     """

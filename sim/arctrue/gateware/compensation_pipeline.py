@@ -37,8 +37,7 @@ def pair_sums(
     rotation: Rotation = "cordic",
     turns: NDArray[np.int64] | None = None,
 ) -> NDArray[np.int64]:
-    """Return the sums of two harmonics each for ``angle`` (counts, (clocks,)): (clocks, pairs) in
-    2⁻ᶠ.
+    """Return the sums of pairs of harmonics at ``angle`` (counts, (clocks,)): (clocks, pairs), 2⁻ᶠ.
 
     ``turns``: turn number of each angle, (clocks,), of a core with REAL_ORDERS; None: all 0.
     """
@@ -122,7 +121,8 @@ def compensate_clocks(
         met = of_clock == index
         sums[met] = pair_sums(angles[met], entry, cosine_width, rotation, numbers[met])
     offsets = np.array([entry.offset for entry in banks], dtype=np.int64)[of_clock]
-    # A reading is held until the next reading; a swap is active in the first clock of a reading.
+    # A reading is held for ``fold`` clocks; its swap marker is set only in the first of these
+    # clocks.
     marker = np.zeros(clocks, dtype=np.bool_)
     marker[::fold] = np.asarray(swap_marker, dtype=np.bool_)[::fold]
     return error_compensation(
@@ -139,7 +139,7 @@ def compensate_clocks(
 
 
 def _held(accepted: NDArray[Any], fold: int, clocks: int) -> NDArray[Any]:
-    """Repeat each entry of ``accepted`` for ``fold`` clocks, giving (clocks, …)."""
+    """Repeat each entry of ``accepted`` for ``fold`` clocks; return (clocks, …)."""
     return accepted if fold == 1 else np.repeat(accepted, fold, axis=0)[:clocks]
 
 

@@ -1,4 +1,4 @@
-"""Models the entity ``correction_ramp``: total = ε + r changes without a step at a marker."""
+"""Models the entity ``correction_ramp``: total = ε + r, where r removes the step at a marker."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ TOTAL_MOST = 2**19
 HOLD = 3
 """Number of clocks for which the total is held after a marker."""
 CATCH_AGE = 1
-# Number of clocks from a marker to the last total for which r has certainly not decreased by a
-# unit.
+# Number of clocks from a marker to the last total in which r certainly still has its captured
+# value.
 DECAY_START = 5
 
 
 @dataclass(frozen=True)
 class RampState:
-    """State of the ramp: the total and r as last captured, in 2⁻ᶠ count.
+    """State of the ramp: the held total, and r as captured after the last marker, in 2⁻ᶠ count.
 
     ``age``: clocks since the last marker.
     """
@@ -72,8 +72,7 @@ class RampVelocity:
     velocity."""
 
     def clock(self, marker: bool, rate: int, acceleration: int) -> None:
-        """Advance by one clock; before, the caller sets ``excess`` to its value in the previous
-        clock."""
+        """Advance by one clock; the caller first sets ``excess`` to its value in the last clock."""
         whole = self.velocity >> VELOCITY_FRACTION
         moved = self.fraction + whole
         is_held = marker or self.was_marker
@@ -115,7 +114,7 @@ class RampVelocity:
 def ramp_arcsec_s(ramp_rate: float, counts_per_rev: int) -> float:
     """Convert a ramp's velocity from the register's 2⁻³⁵ count a clock to ″/s.
 
-    The firmware computes the register from its parameter of this name.
+    The firmware converts its parameter ``ramp_arcsec_s`` to this register.
     """
     return ramp_rate / 2**35 * CLOCK_HZ * ARCSEC_PER_TURN / counts_per_rev
 
@@ -146,13 +145,13 @@ def correction_ramp(
 ) -> RampResult:
     """Return the total correction of consecutive clocks.
 
-    ``correction``: ε in 2⁻ᶠ count, (clocks,); ``marker``: (clocks,), true if ε has another origin
-    than in the previous clock; ``limit`` in counts; ``ramp_rate`` u8.24 in 2⁻¹¹ count per clock.
-    ``state``: the state after the previous clocks, default: after reset. ``inserted``: counts by
-    which the reading jumps in the clock of a marker, (clocks,); ignored in other clocks.
+    ``correction``: ε in 2⁻ᶠ count, (clocks,); ``marker``: (clocks,), true if ε comes from other
+    coefficients than in the previous clock; ``limit`` in counts; ``ramp_rate`` u8.24 in 2⁻¹¹ count
+    per clock. ``state``: the state after the previous clocks, default: after reset. ``inserted``:
+    counts by which the reading jumps in the clock of a marker, (clocks,); ignored in other clocks.
     ``ramp_acceleration`` in 2⁻⁵⁹ count per clock and clock; 0: the velocity is equal to the rate
-    from the first clock on. Raises ValueError for a rate that u8.24, or an acceleration that 32
-    bits cannot hold.
+    from the first clock on. Raises ValueError for a rate that u8.24 cannot hold, or an acceleration
+    that 32 bits cannot hold.
     """
     if not 0 <= ramp_acceleration <= ACCELERATION_MAX:
         raise ValueError(
@@ -200,7 +199,7 @@ def correction_ramp(
 
 
 def _jumped(held: int, counts: int, limit: int) -> tuple[int, bool]:
-    """Return the held total after a jump of the reading, limited, and whether the limit acted."""
+    """Return the held total after a jump of the reading, and whether the limit replaced it."""
     whole = (held >> PAIR_FRACTION) + counts
     fits = -TOTAL_MOST <= whole < TOTAL_MOST
     if not fits:

@@ -15,7 +15,7 @@ Bools = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class CountedEdges:
-    """Steps of the levels of A and B, in arrays (clocks,); a step is known after its clock."""
+    """Steps of the levels of A and B, (clocks,): element t compares clock t with clock t − 1."""
 
     step: Ints
     """1 for a step upwards, -1 for a step downwards, 0 for no step."""
@@ -45,7 +45,7 @@ def counted_edges(a: Ints, b: Ints, preload: Bools, reset: Bools) -> CountedEdge
     valid = ~preload & ~reset
     a_changes, b_changes = a != a_before, b != b_before
     moves = (a_changes != b_changes) & valid
-    # A leads B when the count rises: whether A or B has changed, A then differs from the earlier B.
+    # The count rises if A differs from the previous level of B, whichever of the two has changed.
     step = np.where(moves, np.where(a != b_before, 1, -1), 0)
     last_move = latest(moves)
     known = last_move > latest(reset)
@@ -64,7 +64,7 @@ def edge_counter(
     """Return the position and the other outputs for the levels ``a`` and ``b``, each (clocks,)."""
     edges = counted_edges(a, b, preload, reset)
     last_reset = latest(reset)
-    # The count changes one clock after the step is detected.
+    # The position changes one clock after the step.
     moved = np.where(reset, 0, earlier(edges.step))
     moves = moved != 0
     total = np.cumsum(moved)
@@ -73,7 +73,7 @@ def edge_counter(
     last_edge_time = np.where(
         last_move > last_reset, value_at(last_move, timestamp, 0), np.uint64(0)
     )
-    # Levels of A and B in the clock in which the position was determined.
+    # Index of the levels (A, B) at this position in the sequence 00, 10, 11, 01.
     place = 2 * b + (a ^ b)
     place = np.where(preload, place, earlier(place))
     phase_of_zero = np.where(reset | preload, 0, earlier((place - position) % 4))

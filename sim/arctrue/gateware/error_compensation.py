@@ -116,8 +116,8 @@ def error_compensation(
     ``apply`` and ``swap_marker``: (clocks,). ``state``: the state after the previous clocks,
     default: after reset. ``zero_moved`` toggles with the first angle that counts from another zero;
     ``put_back``: counts in ``position`` that did not come from an edge; both (clocks,), by default
-    those of ``state``. With the mean of the heads, ``mean_term`` in 2⁻²⁰ count and ``jump``: counts
-    by which the reading jumps with the first angle of another carrier, which is a ``swap_marker``,
+    those of ``state``. With the mean of the heads: ``mean_term`` in 2⁻²⁰ count; ``jump``: counts by
+    which the reading jumps at the first angle of another carrier, which has a ``swap_marker``,
     otherwise 0; both (clocks,).
     """
     state = state or CompensationState()

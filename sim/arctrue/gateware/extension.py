@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from arctrue.gateware.coefficients import Coefficients
 
 MODULATORS: Final = ("one", "direction", "speed", "speed_squared", "word_a", "word_b")
-"""Factors of a lane's amplitude; the index of a factor is its word in the lane."""
+"""Factors of a lane's amplitude; a lane's word contains the index of its factor."""
 PHASE_SOURCES: Final = ("operator", "heads", "probe")
 """Origins of the phase of a lane of a real order; the index of an origin is its number in the
 device."""
@@ -178,7 +178,7 @@ class Extension:
 
     @property
     def needs(self) -> Capability:
-        """Return the smallest bitstream that can load these parts."""
+        """Return the generics of the smallest bitstream that can load these parts."""
         sets = [entry.extension for entry in self.without if entry.extension is not None]
         return Capability(
             heads=self.mean.heads if self.mean else 2,

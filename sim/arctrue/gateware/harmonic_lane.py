@@ -45,7 +45,7 @@ def lane_cosine(
             rotated = table_rotation(folded)
         else:
             rotated = cordic_rotation(folded, cosine_width, iterations)
-        # The complement of the rounded value is the negative of the rounded value.
+        # The complement before the rounding gives exactly the negative of the rounded value.
         rotated ^= negative
         rotated += 1 << (GUARD_WIDTH - 1)
         np.right_shift(rotated, GUARD_WIDTH, out=cosine[block])

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 SETTLE_CLOCKS: Final = 16
-"""Number of clocks after a jump of the readings in which no steps are searched."""
+"""Number of clocks after a jump of the readings in which no step is searched."""
 STORED: Final = 8
-"""Number of stored readings; a step is therefore compared over 7 to 8 intervals."""
+"""Number of stored readings; a reading is compared with the one 7 to 8 intervals earlier."""
 MISSING_MOST: Final = 255
 STEP_COUNTS: Final = 32
 """Limit of a step for heads on a radius of 100 mm at 2²⁴ counts. An axis that moves by 0.5 µm
@@ -21,8 +21,9 @@ changes a reading by 0.5 µm / 100 mm = 1.03″ = 13.4 counts, and a difference 
 counts; eccentricity of 142″ adds 142″ · 2 sin(90°/s · 1.31 ms / 2) = 0.29″ = 3.8 counts at 90°/s;
 rounding adds 1 count."""
 MISSING_COUNTS: Final = 48
-"""Limit of missing edges. The limit exceeds the differences above, and corresponds to 11.5 µs at
-90°/s (4.19 million counts a second)."""
+"""Number of counts that a head may be behind another head before its edges count as missing. It
+exceeds the differences above, and corresponds to 11.5 µs at 90°/s (4.19 million counts a
+second)."""
 
 
 class Cause(IntEnum):
@@ -100,7 +101,7 @@ class MissingEdges:
     ahead: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 0), dtype=np.int64))
 
     def __post_init__(self) -> None:
-        """Begin in the state of a table at rest."""
+        """Set the state of a table at rest."""
         self.ahead = np.zeros((self.heads, self.heads), dtype=np.int64)
 
     def clock(self, steps: NDArray[np.int64], limit: int, *, watching: bool) -> NDArray[np.bool_]:

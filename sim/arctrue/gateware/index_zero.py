@@ -51,8 +51,7 @@ class IndexZeroTrace:
 
 
 def _index(z: Ints, step: Ints, unsettled: Bools) -> tuple[Bools, Bools, Ints]:
-    """Return the passages of the index, their directions and their zeros; each has the shape
-    (clocks,)."""
+    """Return when the index is passed, whether upwards, and the offset of its zero, (clocks,)."""
     clocks = z.size
     index, index_up = np.zeros(clocks, dtype=np.bool_), np.zeros(clocks, dtype=np.bool_)
     offset = np.zeros(clocks, dtype=np.int64)
@@ -128,8 +127,7 @@ def _moved_zeros(verdicts: _Verdicts) -> tuple[Bools, Bools]:
 
 
 def _slips(zero: Ints, at: Ints, begins: Bools, turn: Ints) -> Ints:
-    """Return the angle, from -half a turn to half a turn, of each mark that becomes the zero;
-    (at,)."""
+    """Return the slip of each mark that becomes the zero, from −½ to ½ turn, in counts, (at,)."""
     slips = np.zeros(at.size, dtype=np.int64)
     last_begin = latest(begins)
     last_moved = -1
@@ -155,7 +153,7 @@ def index_zero(
     preload: Bools,
     reset: Bools,
 ) -> tuple[IndexZeroTrace, Bools]:
-    """Return the outputs, and the clocks with a misplaced mark; everything (clocks,).
+    """Return the outputs, and the clocks with a misplaced mark, (clocks,).
 
     ``position`` is the position of the entity edge_counter after each clock; edge_counter counts
     the edges ``edges``.
@@ -216,7 +214,7 @@ def index_zero(
     )
     moved_zero, trusted = _moved_zeros(verdicts)
     at = np.flatnonzero(moved_zero)
-    # The zero follows from the mark, which was detected this number of clocks earlier.
+    # The zero is the one of the mark, which was detected JUDGED_AFTER + 1 clocks earlier.
     zero[at] = zero[at - JUDGED_AFTER - 1]
     slip = np.zeros(clocks.size, dtype=np.int64)
     slip[at] = _slips(zero, at, forgotten | first_index, turn_in_force)

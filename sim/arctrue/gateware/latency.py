@@ -19,7 +19,8 @@ def pin_to_pin_clocks(fold: int = 1) -> tuple[int, int]:
     edge at the output.
 
     The numbers apply to the shortest input filter and to an edge that no rule delays at the output.
-    The pipeline accepts a reading every FOLD clocks, so that an edge waits up to FOLD − 1 clocks.
+    The pipeline accepts a reading every FOLD clocks, so that an edge waits for up to FOLD − 1
+    clocks.
     """
     least = decoder_clocks() + pipeline_clocks(fold) + OUTPUT_CLOCKS
     return least, least + fold - 1

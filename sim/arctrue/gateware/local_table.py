@@ -1,5 +1,4 @@
-"""Models the entity ``local_table``: points over the turn or over windows, joined by straight
-lines."""
+"""Models the entity ``local_table``, which interpolates between points in the turn."""
 
 from __future__ import annotations
 
@@ -19,7 +18,7 @@ POINTS = 4096
 FRACTIONS = (4, 6, 8, 10)
 VALUE_FRACTION = 22
 LINE_WIDTH = 12
-"""Number of bits that state a place between two points."""
+"""Number of bits of a place between two points."""
 LATENCY = 17
 """Latency in clocks."""
 WIDTHS = range(7)
@@ -68,8 +67,7 @@ class LocalTable:
         )
 
     def place_words(self) -> list[int]:
-        """Return the seven words of the register window ``local_place``; the word of the choice is
-        the first."""
+        """Return the seven words of the register window ``local_place``, the choice first."""
         windows = len(self.starts)
         choice = (
             ((1 << windows) - 1)
@@ -88,8 +86,7 @@ class LocalTable:
 
 
 def line_bound(table: LocalTable) -> float:
-    """Return the largest deviation in counts from the exact straight lines; the entity's header
-    derives it."""
+    """Return the bound of the interpolation error, counts; the entity's header derives it."""
     each = table.points.reshape(len(table.starts), -1)
     rise = np.abs(np.roll(each, -1, axis=1) - each).max() / 2.0**table.fraction
     places = 2.0**-13 + 2.0**-13 + (0.0 if len(table.starts) == 1 else 2.0**-12)

@@ -43,8 +43,7 @@ def _edges_lost(
     edges: CountedEdges,
     settling: Bools,
 ) -> Bools:
-    """Return the clocks in which the levels before the filter are one period ahead of the filtered
-    levels.
+    """Return the clocks in which the filter is found to have suppressed a period of A and B.
 
     ``levels``: A and B before the filter; ``settling``: clocks in which they are ignored.
     """
@@ -54,7 +53,7 @@ def _edges_lost(
     moves = np.where(a_changes != b_changes, np.where(a != b_before, 1, -1), 0)
     still = np.minimum(np.arange(a.size) - latest(a_changes | b_changes) - 1, 255)
     quiet = ~(a_changes | b_changes) & (still >= filter_length)
-    # The steps are added one clock later.
+    # The entity adds the steps one clock later.
     moved, breaks = earlier(moves), was(a_changes & b_changes)
     filtered_moved, filtered_breaks = earlier(edges.step), was(edges.breaks_order)
     starts_anew = settling | was(quiet)

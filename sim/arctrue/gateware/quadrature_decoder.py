@@ -79,7 +79,7 @@ def quadrature_decoder(
     column = {name: values.astype(np.int64) for name, values in columns.items()}
     clocks = np.arange(clear.size)
 
-    # The condition holds until the synchroniser has the levels of the clock of the last reset.
+    # Both conditions hold until the synchroniser has the levels of the clock of the last reset.
     since_reset = clocks - clock_before(latest(reset))
     preload = since_reset <= synchroniser_stages + 1
     filter_reset = since_reset <= synchroniser_stages

@@ -91,8 +91,8 @@ class _Follower:
         self.phase = self.phase_then = 0
         self.spacing = 0
         self.pins = [0, 0, 0]
-        # Counts from position to angle, the turn, and whether a zero is known; each from one, two
-        # and three clocks ago.
+        # Angle minus position, the turn, and whether a zero is known, from one, two and three
+        # clocks ago.
         self.references = [(0, 0, False)] * 3
         self.behind_zero = 0
         # Settings that are sampled one clock before they take effect.
@@ -130,7 +130,7 @@ class _Follower:
         if self.following and self.enabled[0]:
             self.following_error = self.lag
             self.too_far = abs(self.lag) > self.limit
-        # The gateware compares the two settings in an extra clock.
+        # The smaller limit is valid; the gateware compares the two limits one clock earlier.
         self.limit = self.turn_limit if self.turns_are_less else following_limit
         self.turns_are_less = following_limit > self.turn_limit
         self.turn_limit = 2 * turn - 1

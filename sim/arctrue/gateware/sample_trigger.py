@@ -28,10 +28,10 @@ def wrapped(value: int) -> int:
 
 
 class SampleTrigger:
-    """The trigger of one entity, clock by clock; an instance holds the entity's state."""
+    """One sample trigger, clock by clock; an instance holds its state."""
 
     def __init__(self) -> None:
-        """Begin in the state after a reset."""
+        """Set the state after a reset."""
         self._elapsed = 1
         self._state = _Grid.IDLE
         self._clocks_left = 0
@@ -117,7 +117,7 @@ class SampleTrigger:
         return False
 
     def _follow(self, move: int) -> bool:
-        """Tell whether the movement reached another multiple than the one reached last."""
+        """Tell whether the movement reached another multiple of the step than the last one."""
         if move == 0:
             return False
         left_multiple = self._on_multiple

@@ -1,4 +1,4 @@
-"""Models the entity ``stop_operator``, which gives the direction of motion with hysteresis."""
+"""Models the entity ``stop_operator``, which determines the direction of motion with hysteresis."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ MOST_STEP: Final = 8
 
 
 class StopOperator:
-    """Two stop operators that begin at opposite ends; one call processes one reading, and latency
-    is omitted."""
+    """Two stop operators that begin at opposite ends; the place is known when both agree. One call
+    processes one reading; latency is omitted."""
 
     def __init__(self, width: int, dead_zone: int = 0) -> None:
         """Store ``width`` in 1/16 count and ``dead_zone`` in counts."""

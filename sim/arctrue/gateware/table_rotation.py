@@ -35,7 +35,7 @@ class TangentTable:
 
 @functools.cache
 def tangent_table() -> TangentTable:
-    """Compute the lines (1 − h²/4)·cos m − sin m·z for the 128 intervals."""
+    """Compute the lines (1 − h²/4)·cos m − sin m·z of 128 intervals: middle m, half width h."""
     middles = (np.arange(1 << ADDRESS_WIDTH) + 0.5) * (np.pi / 2) / (1 << ADDRESS_WIDTH)
     slopes = np.floor(2 * np.pi * np.sin(middles) * 2.0**SLOPE_FRACTION + 0.5)
     reach_turn = 2.0 ** (OFFSET_WIDTH - 1 - PHASE_WIDTH)

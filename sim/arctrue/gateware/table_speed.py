@@ -9,8 +9,7 @@ from arctrue.generated.number_formats import CORRECTION_FRACTION
 WINDOW_BITS: Final = 14
 """Binary logarithm of the number of clocks in a window: 2^14 clocks."""
 LONGEST_BITS: Final = 24
-"""Binary logarithm of a number of clocks: if no window ends for so long, the table counts as
-standing still."""
+"""Binary logarithm of a number of clocks; if no window ends in this time, the table is at rest."""
 SPEED_LATENCY: Final = 3
 """Number of clocks from a position to the speed for which this position was used."""
 _ONE = 1 << CORRECTION_FRACTION

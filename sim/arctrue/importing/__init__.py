@@ -3,8 +3,8 @@
 A reader (``readers``, found by the entry points ``arctrue.readers``) reads a file into a
 :class:`FileContent`; ``columns`` assigns the file's columns to quantities and units; ``motion``
 finds wraps, runs and cycles; ``clocks`` aligns the clocks of two logs; ``assemble`` makes the set.
-If the file lacks a statement, such as a unit, the import asks the user through ``choices``; it
-reports every decision.
+If a file does not state something, such as a unit, the import asks the user through ``choices``.
+The import reports every decision.
 """
 
 from arctrue.importing.assemble import Imported, Settings, import_recordings

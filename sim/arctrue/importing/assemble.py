@@ -1,5 +1,4 @@
-"""Makes a measurement set from the contents of files; records its decisions and asks the user
-questions."""
+"""Makes a measurement set from the contents of files, asks the user, and records the decisions."""
 
 from __future__ import annotations
 
@@ -36,7 +35,7 @@ KEEP_ZERO, REFERENCE_ZERO = "keep", "shift"
 
 @dataclass(frozen=True)
 class Settings:
-    """Statements of the user about the files; "" or None stands for no statement.
+    """Statements of the user about the files; "" or None means that the user stated nothing.
 
     Parameters
     ----------
@@ -468,8 +467,8 @@ def _stacked(parts: dict[str, list[Any]], files: int) -> dict[str, Any]:
     lacking = [name.lstrip("=") for name, values in parts.items() if len(values) != files]
     if lacking:
         raise ValueError(f"some files lack {', '.join(lacking)}: import those files separately")
-    # The function concatenates one column at a time and does not copy a single file, because a file
-    # may have 10⁶ rows.
+    # The function concatenates one column at a time, and returns a single file without a copy,
+    # because a file may have 10⁶ rows.
     found = {}
     for name in list(parts):
         values = parts.pop(name)

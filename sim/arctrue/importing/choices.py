@@ -1,5 +1,4 @@
-"""Handles questions that a file leaves open: the user answers a question, and a script without a
-user raises an error."""
+"""Handles questions that a file leaves open: a user answers them, a script ends with an error."""
 
 from __future__ import annotations
 
@@ -35,7 +34,7 @@ class Ambiguous:
     free_text: bool = False
     """True: ``answers`` are examples, and any text is accepted."""
     numbered: Mapping[str, str] = field(default_factory=dict)
-    """Numbers under which the question lists answers, with the answer of each number."""
+    """Answers by the numbers under which the question lists them."""
     key: str = ""
 
     @property
@@ -97,7 +96,7 @@ class AmbiguousError(ValueError):
 
 
 def refuse(asked: Ambiguous) -> str:
-    """Raise AmbiguousError, the answer of a script to every question.
+    """Raise AmbiguousError, because a script has no user who could answer.
 
     Parameters
     ----------
@@ -118,8 +117,7 @@ def refuse(asked: Ambiguous) -> str:
 
 
 _OF_THE_DATA = ("--zero", "--clock-offset", "--order")
-"""Options of the questions about time, order and zero, which arise only after the columns and units
-are known."""
+"""Options that answer questions about time, order and zero, which the import asks last."""
 
 
 def open_questions(
@@ -128,8 +126,9 @@ def open_questions(
     """Find all questions of ``attempt`` that ``given`` leaves open.
 
     The search answers each question provisionally with the first possible answer, and collects the
-    questions that follow. The question for the column of the error is answered with ``no`` if
-    ``no`` is its last possible answer. If a provisional answer leads to an error, the search ends.
+    questions that follow. If ``no`` is the last possible answer of the question for the column of
+    the error, the provisional answer is ``no``. If a provisional answer leads to an error, the
+    search ends.
     """
     found: list[Ambiguous] = []
 

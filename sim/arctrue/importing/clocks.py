@@ -14,7 +14,7 @@ LARGEST_GRID = 1 << 20
 PARTS = 8
 """Number of parts into which the log is divided; an offset is estimated for each part."""
 RIVAL = 0.98
-"""Ratio of the second-highest to the highest peak of the correlation above which the offset is
+"""Ratio of the second peak of the correlation to the highest, above which the offset is
 ambiguous."""
 LEAST_MATCH = 0.5
 LEAST_VARIATION = 1e-3
@@ -34,7 +34,7 @@ class UndeterminedOffsetError(ValueError):
 
 @dataclass(frozen=True)
 class ClockOffset:
-    """Clock offset: the time that is added to the reference's time to get the encoder's time.
+    """Clock offset: the reference's time plus this offset is the encoder's time.
 
     ``u_s``: standard uncertainty, from the scatter of the offsets of parts of the log.
     ``drift_ppm``, ``u_drift_ppm``: rate of the encoder's clock relative to the reference's clock,
@@ -131,8 +131,8 @@ def _coarse(reference_time_s: Float, reference_turns: Float, time_s: Float, turn
         lag = place if place < size // 2 else place - size
         return float(ours[0] + lag * step - theirs[0])
 
-    # Ignore the flanks of the highest peak, down to half its height on both sides, when searching
-    # for a second peak.
+    # Before the search for a second peak, remove the highest peak on both sides down to half its
+    # height.
     clear = match.copy()
     for way in (1, -1):
         place = best

@@ -31,7 +31,7 @@ NONE = "none"
 
 @dataclass(frozen=True)
 class Source:
-    """One column of a file, with its unit ("" for whole numbers and conditions)."""
+    """Source of a quantity: a column and its unit ("" for whole numbers and conditions)."""
 
     column: str
     unit: str
@@ -147,15 +147,14 @@ def _unit(
 
 
 def _has_parts_of_sixty(values: NDArray[Any]) -> bool:
-    """Tell whether the first text of the column is sexagesimal."""
+    """Tell whether the first text of the column is a sexagesimal number."""
     if values.dtype.kind != "U":
         return False
     return is_sexagesimal(next((text for text in values[:LOOKED_AT] if text.strip()), ""))
 
 
 def _surely_degrees(values: NDArray[Any]) -> bool:
-    """Tell whether a sexagesimal column cannot be in hours, because of a degree sign or an
-    absolute value of 24 or more."""
+    """Tell whether a sexagesimal column is in degrees: it has ° signs, or absolute values ≥ 24."""
     if any(sign in values[0] for sign in OF_DEGREES):
         return True
     return any(abs(sexagesimal(text) or 0.0) >= UNITS["angle"]["hours"] for text in values)
@@ -213,11 +212,11 @@ def _may_be(recording: FileContent, name: str, column: str, others: set[str]) ->
         whole = values.dtype.kind in "iu"
         return whole and (name != "direction" or bool((np.abs(values) == 1).all()))
     if name == "target":
-        # Two heads are compared with each other without a reference, and a commanded angle in the
-        # log is not a reference for them.
+        # Two heads are compared with each other and need no reference; a commanded angle in the log
+        # is no reference.
         return not {"head1", "head2"} <= others
     if name == "error" and {"target", "head1"} <= others:
-        # Without a unit the column may hold an error code.
+        # A column without a unit may contain error codes.
         return name_and_unit(kind, column)[1] is not None
     return values.dtype.kind in "iuf" or kind in ("time", "angle")
 
@@ -330,8 +329,7 @@ def numbers(recording: FileContent, source: Source) -> NDArray[np.int64] | NDArr
 
 
 def _number(text: str, *, sixty: bool) -> float | None:
-    """Return a text as a number; NaN if it means a missing number, None if it is no number or
-    infinite."""
+    """Return a text as a number; NaN for a missing number, None for infinity and other texts."""
     if not text.strip():
         return np.nan
     try:

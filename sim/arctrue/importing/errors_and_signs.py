@@ -158,8 +158,8 @@ def _way(rows: FileRows, reading: Float, target: Float) -> int:
     step = _within_half(np.diff(target))
     read = _within_half(np.diff(reading))
     usable = (np.abs(step) < LONGEST_STEP_TURNS) & (np.abs(read) < LONGEST_STEP_TURNS)
-    # Large steps determine the sign: each step has its square as weight, so that noise at a
-    # standstill hardly counts.
+    # Each step is weighted by its square, so that large steps determine the sign, and noise at a
+    # standstill does not.
     power = float(step[usable] @ step[usable])
     if int(usable.sum()) >= 2 and power > 0.0:
         slope = float(step[usable] @ read[usable]) / power
@@ -178,7 +178,7 @@ def _way(rows: FileRows, reading: Float, target: Float) -> int:
 
 
 def _refuse_standstill(rows: FileRows, reading: Float, target: Float) -> None:
-    """Raise ValueError if reading or reference stands (nearly) still while the other one moves."""
+    """Raise ValueError if reading or reference moves and the other one stands still."""
     ways = {"head1": _range_turns(reading), "target": _range_turns(target)}
     for still, moving in (("target", "head1"), ("head1", "target")):
         if ways[still] <= STANDSTILL_SHARE * ways[moving]:

@@ -15,7 +15,7 @@ from arctrue.measurement import MeasurementError
 
 @dataclass(frozen=True)
 class Known:
-    """A quantity that the file format itself defines, with its column and unit."""
+    """The column and unit of a quantity, if the file format itself defines them."""
 
     column: str
     unit: str = ""

@@ -81,8 +81,7 @@ class FileRows:
         )
 
     def unwrapped(self, quantity: str, choices: Choices, angle: Float | None = None) -> Float:
-        """Return the angle in turns; it continues past the end of a turn and does not restart at
-        0."""
+        """Return the angle in turns, without a restart at the end of a turn."""
         found, wraps = without_jumps(self.angles[quantity] if angle is None else angle)
         if wraps:
             choices.note(f"{self.name}: {quantity} restarts at a turn {wraps} times")

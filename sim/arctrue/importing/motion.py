@@ -13,10 +13,10 @@ Integer = NDArray[np.int64]
 
 LARGEST_REVERSAL_TURNS = 1.0 / 360.0
 REVERSAL_SHARE = 0.01
-"""Smallest length of a reversal as a share of the whole range, if this is less than one degree; a
-shorter reversal is noise."""
+"""Smallest reversal as a share of the whole range, at most one degree; a smaller reversal is
+noise."""
 LEAST_ROWS_A_PASS = 4
-"""Smallest mean number of rows in a pass; if there are fewer, the rows are not in order of
+"""Smallest mean number of rows in a pass; if passes are shorter, the rows are not in order of
 angle."""
 FULL_TURN = 1.0 - 1e-6
 
@@ -50,8 +50,8 @@ def passes(angle_turns: Float) -> list[Pass]:
     """Divide all rows into passes, in order; return [] if there is no motion.
 
     A pass ends where the angle turns back by more than one degree or 1 % of the whole range. The
-    row at the turning point belongs to the pass that reached it; if several rows stand there, their
-    first half belongs to it.
+    row at the turning point belongs to the pass before it; if the table stands there for several
+    rows, the first half of these rows belongs to the pass before.
     """
     if angle_turns.size < 2:
         return []
@@ -106,8 +106,8 @@ def cycles(angle_turns: Float, found: list[Pass]) -> Integer:
             if pair:
                 offset = int(numbers[: item.start].max()) + 1
         way = np.abs(angle_turns[item.start : item.end] - angle_turns[item.start])
-        # A new cycle begins at the end of a turn, because a last station at 360° repeats the first
-        # station.
+        # A row at the end of a turn begins a new cycle, because a station at 360° repeats the
+        # station at 0°.
         whole = np.floor(way / FULL_TURN).astype(np.int64)
         if both and way.max(initial=0.0) <= 1.0 + 1e-6:
             whole[:] = 0

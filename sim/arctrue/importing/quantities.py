@@ -124,7 +124,7 @@ _WRITTEN: Mapping[str, str] = {
     "degf": "degF",
 }
 GRAD = "grad"
-"""Names of units that mean degrees in German and gon in English."""
+"""Name of a unit that means degrees in German and gon in English."""
 _GRAD = re.compile(r"(?<![^\W_])grad(?![^\W_])", re.IGNORECASE)
 _WITH_UNIT = re.compile(
     r"^(?P<name>.*?)\s*(?:[\[(](?P<within>[^\])]+)[\])]|_(?P<after>[^_\s]+)"

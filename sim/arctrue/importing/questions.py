@@ -14,7 +14,8 @@ from arctrue.importing.preview import Preview, preview_of, preview_of_file
 from arctrue.importing.reader import ReadSettings, read_recording
 
 TRIED_ROWS = 2000
-"""Number of first rows of each file with which the import is tried to find further questions."""
+"""Number of rows at the start of each file with which the search for open questions tries the
+import."""
 
 
 @dataclass

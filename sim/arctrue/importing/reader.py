@@ -27,7 +27,7 @@ HEAD_BYTES = 65536
 
 @dataclass(frozen=True)
 class ReadSettings:
-    """Statements of the user about the form of the files; "" or None stands for no statement.
+    """Statements of the user about the form of the files; "" or None means no statement.
 
     Parameters
     ----------

@@ -13,8 +13,8 @@ Float = NDArray[np.float64]
 
 ORDERS = ("sort", "runs")
 ANEW_SHARE = 0.05
-"""Largest difference between the first times of the pieces that count as separate runs, as a share
-of the whole time span."""
+"""The pieces between steps back in time count as runs if their first times differ by at most this
+share of the whole time span."""
 LEAST_ROWS_A_RUN = 8
 SHORTER = 0.75
 """Largest ratio of the travel after sorting to the travel before sorting for which the rows are
@@ -26,7 +26,7 @@ def in_order(rows: FileRows, said: str, choices: Choices) -> FileRows:
 
     ``said`` is the user's statement: ``sort``, ``runs`` (each step back begins a run), or "".
     Without a statement, the rows remain unchanged if all pieces between steps back begin near the
-    first time; they are sorted if sorting makes the travel of the table much shorter; otherwise the
+    same time; they are sorted if sorting makes the travel of the table much shorter; otherwise the
     user is asked. Raises AmbiguousError.
     """
     time_s = rows.time_s
@@ -62,8 +62,7 @@ def in_order(rows: FileRows, said: str, choices: Choices) -> FileRows:
 
 
 def _begins_anew(time_s: Float, back: NDArray[np.int64]) -> bool:
-    """Tell whether the pieces between steps back are long enough for runs and all begin near the
-    first time."""
+    """Tell whether the pieces between steps back are long enough for runs and begin together."""
     starts = time_s[np.concatenate(([0], back))]
     long = time_s.size >= LEAST_ROWS_A_RUN * starts.size
     return bool(long and float(np.ptp(starts)) <= ANEW_SHARE * float(np.ptp(time_s)))
@@ -72,8 +71,8 @@ def _begins_anew(time_s: Float, back: NDArray[np.int64]) -> bool:
 def _is_safe(rows: FileRows, order: NDArray[np.int64]) -> bool:
     """Tell whether all times differ and sorting makes the travel much shorter.
 
-    Only the travel of the steps that sorting changes is compared, because a few misplaced rows
-    hardly change the whole travel.
+    Only steps that sorting changes are compared, because a few misplaced rows hardly change the
+    travel of all rows.
     """
     assert rows.time_s is not None
     time_s = rows.time_s[order]

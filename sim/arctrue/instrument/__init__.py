@@ -1,5 +1,5 @@
-"""Provides the virtual instrument: the gateware as a compiled netlist, with the firmware's C code
-on its bus. GHDL creates a netlist from arctrue_core, and Verilator a library from the netlist. A
+"""Provides the virtual instrument: the gateware as a compiled netlist, and the firmware's C code.
+GHDL creates a netlist from arctrue_core, and Verilator creates a library from the netlist. A
 simulated table supplies the signals of the heads."""
 
 from arctrue.instrument.build import build

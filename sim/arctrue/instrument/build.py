@@ -32,7 +32,7 @@ FIRMWARE = ROOT / "firmware"
 FIRMWARE_FOLDERS = ("calibration", "application", "console")
 GENERATED_C = ROOT / "build" / "generated" / "c"
 OF_THE_MODEL = ("abi.cpp", "bus.cpp", "harness.cpp")
-"""Source files of the harness that need the C++ model of the core."""
+"""Source files of the harness that include the C++ model of the core."""
 OLDEST_VERILATOR = 5
 
 # Verilator sets registers to the initial values of the VHDL, which the netlist contains; a register
@@ -44,7 +44,7 @@ VERILATOR_FLAGS = (
 CXX_FLAGS = ("-std=gnu++17", "-O3", "-fPIC", "-fvisibility=hidden", "-fno-gnu-unique")
 # The warnings apply to this project's sources only, not to the C++ code that Verilator generates.
 CXX_WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror")
-# The C++ compiler does not optimise code that runs only once, at the start.
+# Code that runs only once, at the start, is compiled without optimisation.
 SLOW_CXX_FLAGS = ("-O0",)
 CXX_DEFINES = ("-DVM_COVERAGE=0", "-DVM_SC=0", "-DVM_TRACE=0")
 C_FLAGS = ("-std=c11", "-O2", "-fPIC", "-fvisibility=hidden", "-Wall", "-Wextra", "-Werror")
@@ -256,10 +256,9 @@ def _include_options() -> list[str]:
 
 
 def _of_every_core() -> list[Path]:
-    """Return the object files of the firmware and of the part of the harness without the core's
-    model.
+    """Return the object files of the firmware and of the harness sources without the model.
 
-    Every configuration uses these files; they are compiled once, into build/instrument.
+    All instruments share these files, which are compiled once, into build/instrument.
     """
     natives = (path for path in NATIVE.iterdir() if path.suffix in (".cpp", ".c"))
     sources = sorted(path for path in natives if path.name not in OF_THE_MODEL)

@@ -29,7 +29,7 @@ class Curves(Protocol):
     rounding_counts: float
     """Value added to a reading before it is rounded down: 0 or 0.5."""
     clocks: int
-    """Length in clocks; afterwards the pins keep their last levels."""
+    """Length of the curves in clocks; afterwards the pins keep their last levels."""
 
     def piece(self, first_clock: int, clocks: int) -> tuple[int, *tuple[Curve, ...]]:
         """Return the values at the knots of one piece.
@@ -39,7 +39,8 @@ class Curves(Protocol):
         first_clock : int
             Clocks from the start of the curves to the beginning of the piece.
         clocks : int
-            Length of the piece, clocks; n intervals of knots need not fill it.
+            Length of the piece, clocks; the last interval of knots may end before or after the
+            piece.
 
         Returns
         -------
@@ -126,7 +127,7 @@ class TableCurves:
             self._knot = knot // 2
 
     def _fits(self, first_clock: int, intervals: int, *curves: Curve) -> bool:
-        """Return the largest difference between cubic and geometry at clocks between the knots."""
+        """Tell whether the cubic agrees with the geometry at random clocks between the knots."""
         random = np.random.default_rng(first_clock)
         interval = random.integers(0, intervals, _CHECKED_CLOCKS)
         share = random.integers(1, self._knot, _CHECKED_CLOCKS) / self._knot
@@ -155,8 +156,7 @@ def _extended(values: Curve, before: int, number: int) -> Curve:
 
 
 def _cubic(curve: Curve, interval: NDArray[np.int64], share: Curve) -> Curve:
-    """Evaluate Lagrange's cubic through four knots; the formula is another one than in the
-    harness."""
+    """Evaluate Lagrange's cubic through four knots, with another formula than the harness."""
     result = np.zeros_like(share)
     places = (-1, 0, 1, 2)
     for place in places:

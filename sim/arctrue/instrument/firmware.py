@@ -46,8 +46,8 @@ class Core(Protocol):
 class Firmware:
     """The firmware without its hardware drivers, compiled for this machine (docs/firmware.md).
 
-    The firmware accesses the registers of the instrument; every access takes as many clocks as on
-    the bus. A calculation takes ``calculation_clocks`` between reading a bank and using the result.
+    Every register access of the firmware takes as many clocks as the access on the bus. A
+    calculation takes ``calculation_clocks`` between reading a bank and using the result.
     """
 
     def __init__(self, instrument: Core) -> None:
@@ -219,7 +219,8 @@ class Firmware:
         Parameters
         ----------
         clocks : int, optional
-            Number of clocks after which the run ends; None: ``until`` or the first round ends it.
+            Number of clocks after which the run ends; None: ``until`` ends the run, or without it
+            the first round.
         until : callable, optional
             Function of the firmware, called after every round, that ends the run when it is true.
         poll_clocks : int

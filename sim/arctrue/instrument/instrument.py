@@ -32,7 +32,7 @@ HEAD1_A, HEAD1_B, HEAD1_Z, HEAD2_A, HEAD2_B, HEAD2_Z = (1 << pin for pin in rang
 SYNC_IN, PROBE_IN = (1 << pin for pin in range(6, 8))
 HEAD3_A, HEAD3_B, HEAD3_Z, HEAD4_A, HEAD4_B, HEAD4_Z = (1 << pin for pin in range(8, 14))
 TRIGGER_OUT, COMPARE_OUT = (1 << place for place in range(9, 11))
-"""Positions of the bits TRIGGER_OUT and COMPARE_OUT in the levels of :meth:`Instrument.traced`."""
+"""Masks of trigger_out and compare_out in the levels that :meth:`Instrument.traced` returns."""
 
 RESET_CLOCKS = 80
 """Length of a reset in clocks; arctrue_core requires at least 64."""
@@ -60,9 +60,10 @@ class RunProgress:
     true_angle_rad: float
     """True angle of the table; NaN without a table."""
     share: float = math.nan
-    """Fraction of the present motion that has passed; NaN without a motion."""
+    """Fraction of the present motion that is completed; NaN without a motion."""
     seconds_left: float = math.nan
-    """Wall time until the present motion ends, if the run keeps its present speed."""
+    """Remaining wall time in seconds until the present motion ends, at the present speed of the
+    run."""
 
     @property
     def words(self) -> str:
@@ -86,11 +87,11 @@ ReportRun = Callable[[RunProgress], None]
 
 @dataclass(frozen=True, slots=True)
 class PinFault:
-    """A fault on the wires between heads and core; it begins at ``first_clock``.
+    """Fault on the wires between heads and core, which begins at ``first_clock``.
 
     ``invert``, ``low`` and ``high`` are sums of HEAD1_A … HEAD4_Z: pins that are inverted or held.
-    With ``probability`` below 1 the fault acts only in clocks that are drawn at random. SYNC_IN and
-    PROBE_IN are low without a fault; ``high`` gives a pulse on them.
+    With ``probability`` below 1 the fault acts only in clocks that are drawn at random. Without a
+    fault, SYNC_IN and PROBE_IN are low; ``high`` puts a pulse on them.
     """
 
     first_clock: int
@@ -128,8 +129,7 @@ def clock_hz_for(counts_per_rev: int, speed_rad_s: float, clocks_per_count: floa
 
 
 def _now(coroutine: Coroutine[Any, Any, _T]) -> _T:
-    """Return the result of a coroutine that never waits, as every coroutine of the register map
-    over this bus."""
+    """Return the result of a coroutine that never waits; over this bus, RegisterMap never waits."""
     try:
         coroutine.send(None)
     except StopIteration as done:
@@ -232,7 +232,7 @@ class Instrument:
         self.close()
 
     def close(self) -> None:
-        """Free the instrument's memory; afterwards the instrument cannot be used."""
+        """Free the instrument's memory, after which the instrument cannot be used."""
         if self._feeder is not None:
             self._feeder.close()
             self._feeder = None
@@ -488,11 +488,11 @@ class Instrument:
         )
         self.library.instrument_disturb(self.handle, len(faults), made, seed)
 
-    # Access of the processor ---------------------------------------------------------------------
+    # Access by the processor ---------------------------------------------------------------------
 
     @property
     def firmware(self) -> Firmware:
-        """Firmware's C sources that act as the processor; they are created at the first use."""
+        """The firmware that acts as the processor; it is created at the first use."""
         if self._firmware is None:
             self._firmware = Firmware(self)
         return self._firmware

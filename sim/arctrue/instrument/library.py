@@ -22,8 +22,8 @@ from pathlib import Path
 from typing import Any
 
 NEED_PIECE = ctypes.CFUNCTYPE(c_int, c_void_p, c_int64)
-"""Type of the function that the harness calls during a run to request the curves that begin at this
-clock; it returns 0 after setting them."""
+"""Type of the function that the harness calls during a run to request the piece of the curves that
+begins at a clock; the function returns 0 after it has set the piece."""
 
 
 class Disturbance(ctypes.Structure):

@@ -23,10 +23,10 @@ class ReadingNoise(Cause):
     """Smooth random noise of each head, limited to the bandwidth of an interpolator.
 
     The noise is Gaussian with the standard deviation ``rms_rad``. Readings more than 4 ×
-    ``correlation_s`` apart are independent, so that the noise of captured samples is white. It is a
-    uniform cubic B-spline in the table's time with normal random numbers as coefficients; new
-    numbers are drawn for every block of 262,144. A table applies its causes in their order; this
-    cause must be the last.
+    ``correlation_s`` apart are independent, so that the noise of captured samples is white. The
+    noise is a uniform cubic B-spline in the table's time with normal random numbers as
+    coefficients; each block of 262,144 numbers is drawn from its own seed. A table applies its
+    causes in their order; this cause must be the last.
     """
 
     rms_rad: float
@@ -51,12 +51,12 @@ class ReadingNoise(Cause):
         if number not in self._blocks:
             while len(self._blocks) >= _KEPT_BLOCKS:
                 del self._blocks[next(iter(self._blocks))]
-            # Blocks before time 0 get odd numbers as seeds, so that no two blocks have the same
-            # seed.
+            # Blocks before time 0 get odd seeds, all others even seeds, so that no two blocks have
+            # the same seed.
             own = 2 * number if number >= 0 else -2 * number - 1
             seed = [self.seed, own] if own else self.seed
             values = np.random.default_rng(seed).normal(0.0, 1.0, (HEADS_MOST, _KNOTS))
-            # Over one interval, the sum of the squared basis functions has the mean 151/315.
+            # The sum of the squared basis functions has the mean 151/315 over an interval.
             self._blocks[number] = self.rms_rad / np.sqrt(151 / 315) * values
         return self._blocks[number]
 

@@ -27,11 +27,11 @@ class EdgeTrack:
     bin_edges: NDArray[np.int64]
     """Number of edges in each bin, an equal part of the turn."""
     bin_mean_counts: NDArray[np.float64]
-    """Mean of position − true angle in each bin; NaN in an empty bin."""
+    """Mean of (position − true angle) in each bin, counts; NaN in an empty bin."""
     bin_lowest_counts: NDArray[np.float64]
-    """Smallest position − true angle in each bin."""
+    """Smallest value of (position − true angle) in each bin, counts."""
     bin_highest_counts: NDArray[np.float64]
-    """Largest position − true angle in each bin."""
+    """Largest value of (position − true angle) in each bin, counts."""
     edges: int
     """Number of all edges, whether kept or not."""
     dropped: int
@@ -51,4 +51,4 @@ class Recording:
     index_clock: NDArray[np.int64]
     """Clocks in which Z of the output rose from low to high."""
     index_position: NDArray[np.int64]
-    """Position of the output in each of the clocks ``z_clock``; the zero is that of the track."""
+    """Position of the output in each of the clocks ``index_clock``, from the zero of the track."""

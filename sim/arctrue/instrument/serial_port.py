@@ -36,8 +36,7 @@ class SerialPort:
         firmware.listener = self._print
 
     def exchange(self) -> None:
-        """Pass received characters to the console, and send the characters that the console has
-        printed."""
+        """Pass received characters to the console, and send the console's output to the port."""
         try:
             received = os.read(self._end, 4096)
         except OSError:  # the other program sent nothing, or no program has the port open

@@ -28,10 +28,9 @@ def busy_coefficients(lanes: int) -> Coefficients:
 
 
 def clocks_per_second(instrument: Instrument, lanes: int, clocks: int) -> float:
-    """Return the number of clocks simulated per second of processor time, while a count lasts 1.1
-    clocks.
+    """Return the clocks simulated per second of processor time, at 1.1 clocks per count.
 
-    Other programs on the machine do not change the processor time.
+    Processor time, unlike wall time, does not depend on other programs.
     """
     table = RotaryTable(heads=two_heads(), counts_per_rev=COUNTS_PER_REV)
     speed = 1.0

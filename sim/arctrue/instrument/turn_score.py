@@ -35,8 +35,9 @@ class TurnScore:
     """Mean of the turn, which was removed; it is relative to the mean of the recording's first
     turn, because two heads cannot determine it."""
     edges_rms_arcsec: float
-    """Root mean square error of single edges. It includes errors finer than half a degree, the
-    noise of the readings and the steps of the counts. NaN if no single edge was kept."""
+    """Root mean square error of the single edges, arcseconds. It includes errors finer than half a
+    degree, the noise of the readings and the steps of the counts. NaN if no single edge was
+    kept."""
     amplitude_arcsec: Float
     """Amplitudes of orders 1, 2, …, shape ``(64,)`` unless more orders are requested; NaN if the
     turn is not whole."""
@@ -91,8 +92,7 @@ class TurnScore:
 
     @classmethod
     def of_means(cls, error_arcsec: Float, mean_arcsec: float, edges_rms_arcsec: float) -> Self:
-        """Return the score that follows from the means of the half degrees, if no edges are
-        known."""
+        """Return the score of a turn of which only the means of the half degrees are known."""
         return cls(
             error_arcsec,
             error_arcsec,
@@ -146,7 +146,7 @@ class TurnScore:
         return int(np.argmax(self.amplitude_arcsec)) + 1
 
     def as_json(self) -> dict[str, Any]:
-        """Return the score as JSON values; null for a missing one."""
+        """Return the score as JSON values; a missing value is null."""
         single = self.edges_rms_arcsec
         return {
             "lowest_arcsec": self.lowest_arcsec,

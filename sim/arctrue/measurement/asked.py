@@ -1,5 +1,4 @@
-"""Handles the measurements that a diagnosis requests: writes the instructions and checks that a run
-satisfies the request.
+"""Handles the measurements that a diagnosis requests: writes instructions and checks the new run.
 
 A requested run repeats the first run of the set with one condition changed; a requested reference
 run repeats the first reference run in the same way. The recorded run is compared with the first
@@ -23,19 +22,19 @@ MORE_TURNS = 30
 MORE_SAMPLES = 5
 FACES = 24
 TURNED_FACES = 1.0 / 3.0
-"""Defaults of a requested run: factor of the speed, rise of temperature in °C, number of turns,
+"""Changes in a requested run: factor of the speed, rise of temperature in °C, number of turns,
 factor of the samples per turn, faces of the polygon, and the share of a face by which the polygon
 is turned."""
 
 ENOUGH = 2.0 / 3.0
-"""Fraction of the requested change; a condition that changed by more counts as changed."""
+"""Fraction of the requested change from which a condition counts as changed."""
 SAME_SPEED = 0.2
-"""Relative difference of two speeds; speeds that differ by less count as equal."""
+"""Relative difference between two speeds below which they count as equal."""
 SAME_TEMPERATURE_K = 1.0
 """Largest change of temperature that is not reported; a larger change means that two conditions
 changed."""
 TURNED_WITHIN = 0.1
-"""Largest distance of the polygon from the requested rotation, a third of a face, as a share of a
+"""Largest deviation from the requested rotation of the polygon (a third of a face), as a share of a
 face."""
 
 
@@ -57,7 +56,7 @@ class Run:
 
 @dataclass(frozen=True)
 class Came:
-    """Differences between a recorded run and the request, and further remarks, as sentences."""
+    """Result of the comparison with a request: faults and remarks, as sentences."""
 
     faults: list[str]
     remarks: list[str]
@@ -342,7 +341,7 @@ def _turned_faults(before: MeasurementSet, reference: Reference) -> list[str]:
 
 
 def _phase_deg(reference: Reference, face_deg: float) -> float:
-    """Return the position of the targets within a polygon face, their circular mean, degrees."""
+    """Return the circular mean of the targets' positions within a polygon face, degrees."""
     turns = np.exp(2j * np.pi * reference.target_deg / face_deg)
     return float(np.angle(turns.mean())) / (2.0 * np.pi) * face_deg
 

@@ -43,8 +43,8 @@ _FLOAT = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\Z")
 _INT64 = range(-(2**63), 2**63)
 MISSPELT_RATIO = 0.75
 """Share of matching letters above which a column counts as misspelt. A condition may have any name,
-so the limit is stricter than for a key: temprature_c (0.96) and time (0.8) are reported as
-misspelt; duration_s (0.63) is accepted as a condition."""
+so the limit is stricter than for a key: temprature_c (0.96) and time (0.8) count as misspelt column
+names; duration_s (0.63) is a condition."""
 LARGEST_NUMBER = 1e12
 """Largest accepted absolute value, in seconds, degrees, arcseconds or °C; a larger value means a
 damaged field."""
@@ -250,7 +250,7 @@ class CsvFile:
         types = {
             name: pa.int64() if name in WHOLE_COLUMNS else pa.float64() for name in self.columns
         } | dict.fromkeys(self.conditions, pa.string())
-        # Only an incomplete last line is skipped; any other line with a wrong number of fields is
+        # Only an incomplete last line is skipped; any other line with too few or too many fields is
         # an error.
         handler = (lambda row: "skip" if row.text == self._cut_text else "error") if cut else None
         reader = pa_csv.open_csv(

@@ -1,4 +1,4 @@
-"""Computes one number that changes if any byte of a measurement set changes."""
+"""Computes a digest that changes if any byte of a measurement set changes."""
 
 from __future__ import annotations
 

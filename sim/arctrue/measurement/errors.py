@@ -1,4 +1,4 @@
-"""Defines the error that describes a fault of a measurement set to the user."""
+"""Defines the error whose message describes a fault of a measurement set to the user."""
 
 from __future__ import annotations
 

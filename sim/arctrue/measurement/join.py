@@ -14,8 +14,8 @@ Times = Literal["", "keep", "after"]
 Rows = TypeVar("Rows", Capture, Reference)
 
 SAME_SEPARATION_DEG = 0.25
-"""Largest difference between two statements of the same head separation; it may differ, because
-each device states the separation that it measured."""
+"""Largest difference between the head separations of two sets of one table; each device states the
+separation that it measured, so the values may differ."""
 
 
 class JoinError(ValueError):

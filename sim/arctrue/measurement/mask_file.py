@@ -23,7 +23,7 @@ def with_mask_file(
     """Apply ``folder``/mask.csv to ``rows``; if this file is missing, the rows remain unchanged.
 
     The file has the columns ``capture_row,mask`` or ``reference_row,mask``, or all three; a row
-    number of 0 then means that the line names no row of this file. A row is named by its line in
+    number of 0 then means that the line names no row of that channel. A row is named by its line in
     the CSV file; the header is line 1. ``mask`` is 1 for a row that must not be used and 0 for a
     row that must be used. If the file has another column, a warning is added to ``warnings``, once
     for both channels. Raises MeasurementError.

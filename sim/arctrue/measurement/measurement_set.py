@@ -17,7 +17,7 @@ from arctrue.base.typed_content import line_of_text
 SCHEMA = 1
 CAPTURE_COLUMNS = ("run", "time_s", "head1_counts", "head2_counts")
 FURTHER_HEADS = ("head3_counts", "head4_counts")
-"""Further columns that a capture of three or four heads has."""
+"""Columns that a capture has only with three or four heads."""
 HEAD_COLUMNS = ("head1_counts", "head2_counts", *FURTHER_HEADS)
 CAPTURE_OPTIONAL = (*FURTHER_HEADS, "temperature_c", "u_arcsec", "mask")
 REFERENCE_COLUMNS = ("target_deg", "error_arcsec")
@@ -57,7 +57,8 @@ Boolean = NDArray[np.bool_]
 
 
 LARGEST = 2**63
-"""Limit of the absolute value of any number in measurement.toml; NaN is refused as well."""
+"""Limit of the absolute value of a number in measurement.toml; with this limit NaN is refused,
+too."""
 AnyNumber = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
 NotNegative = Annotated[float, Meta(ge=0, le=LARGEST)]
 Positive = Annotated[float, Meta(gt=0, le=LARGEST)]

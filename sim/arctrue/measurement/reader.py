@@ -41,9 +41,9 @@ def read_measurement_set(
     reference: bool = True,
     progress: BytesRead | None = None,
 ) -> MeasurementSet:
-    """Read a whole set; a field needs 8 bytes of memory.
+    """Read a whole measurement set into memory.
 
-    It needs 8 bytes of memory per field, and one block of the file.
+    Each field needs 8 bytes; during the reading, one block of the file is in memory, too.
 
     Parameters
     ----------
@@ -147,7 +147,7 @@ def data_file(description: Description, section: str) -> Path | None:
 
 
 def _require_for_capture(table: Table, path: Path, other: Iterable[str] = ()) -> None:
-    """Raise MeasurementError if the table lacks keys that a capture needs.
+    """Raise MeasurementError if ``table`` lacks keys that a capture needs.
 
     ``path``: file in which the table's keys are expected; ``other``: unknown keys in this file.
     """
@@ -281,7 +281,7 @@ def _reference(
 
 
 def _joined(blocks: list[Columns]) -> dict[str, Any]:
-    # Columns are joined one by one, so that only one column at a time is in memory twice. If a
+    # The blocks are joined column by column, so that only one column is in memory twice. If a
     # condition is missing in a later block, because a field there is no number, the condition is
     # left out.
     names = [name for name in blocks[0] if all(name in block for block in blocks)]

@@ -1,5 +1,4 @@
-"""Corrects the whole turns that a recording lost or gained, in counts that restart at each turn and
-in errors."""
+"""Removes whole turns from errors, and continues counts that restart at each turn."""
 
 from __future__ import annotations
 
@@ -23,8 +22,8 @@ def without_wraps(error_arcsec: Float) -> tuple[Float, Integer]:
     """
     within = np.mod(error_arcsec, ARCSEC_PER_TURN) * (2.0 * np.pi / ARCSEC_PER_TURN)
     mean = float(np.angle(np.mean(np.exp(1j * within)))) * ARCSEC_PER_TURN / (2.0 * np.pi)
-    # Errors are first moved next to their circular mean; their median is then robust against
-    # outliers.
+    # Errors are first moved to within half a turn of their circular mean, so that their median
+    # exists; the median is robust against outliers.
     near = error_arcsec - ARCSEC_PER_TURN * np.round((error_arcsec - mean) / ARCSEC_PER_TURN)
     usual = float(np.median(near))
     usual -= ARCSEC_PER_TURN * np.round(usual / ARCSEC_PER_TURN)

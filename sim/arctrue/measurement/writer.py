@@ -99,8 +99,7 @@ def _write_csv(path: Path, columns: Mapping[str, NDArray[Any]]) -> None:
 
 
 def number_text(value: float) -> str:
-    """Return the shortest text that is read back as the same number; pyarrow writes the same
-    text."""
+    """Return the shortest text that is read as the same number; pyarrow writes the same text."""
     if isinstance(value, int):
         return str(value)
     size = abs(value)

@@ -18,7 +18,7 @@ from arctrue.measurement.digest import set_digest
 COUNTS = 1 << 24
 TABLE = {"counts_per_rev": COUNTS, "head_separation_deg": 33.0}
 ROUNDING_ARCSEC = 1e-6
-"""Largest rounding error of the files: errors are written with six decimals, targets with nine."""
+"""Bound in arcseconds of the rounding of errors, which are written with six decimals."""
 
 
 def error_arcsec(angle_deg: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
@@ -26,8 +26,7 @@ def error_arcsec(angle_deg: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
 
 
 def heads(rows: int = 720) -> dict[str, np.ndarray[Any, Any]]:
-    """Return two turns forward and two turns backward, in degrees within one turn, as an encoder
-    displays them."""
+    """Return readings of two turns forward and two turns backward, in degrees from 0 to 360."""
     up = np.linspace(0.0, 720.0, rows, endpoint=False)
     angle = np.concatenate([up, up[::-1]])
     time_s = np.arange(angle.size) * 0.01
@@ -136,14 +135,14 @@ def test_an_hdf5_file_gives_the_same_set(tmp_path: Path) -> None:
 
 
 def test_the_columns_are_those_of_the_equations() -> None:
-    """The columns equal the equations: the test evaluates the equation itself and compares the
-    counts of the unwrapped reading."""
+    """The columns equal the counts of the unwrapped reading, which the test computes from the
+    equation."""
     data = from_arrays()
     up = np.linspace(0.0, 720.0, 720, endpoint=False)
     angle = np.concatenate([up, up[::-1]])
     expected = np.round((angle + error_arcsec(angle) / 3600.0) / 360.0 * COUNTS)
     assert data.capture is not None
-    # The first reading, 30″, belongs to turn 0, because no earlier reading shows another turn.
+    # The first reading, 30″, belongs to turn 0, because no earlier reading precedes it.
     np.testing.assert_array_equal(data.capture.head1_counts[:720], expected[:720])
     down = data.capture.head1_counts[720:] - expected[720:]
     assert np.unique(down).size == 1
@@ -159,7 +158,7 @@ def test_a_set_that_is_written_is_read_again(tmp_path: Path) -> None:
     at.write_set(tmp_path / "set", data)
     again = at.read_set(tmp_path / "set")
     same(again, data)
-    # The command line writes the same hash into a history.
+    # A command writes the same hash into the history of a model.
     assert data.sha256 == again.sha256 == set_digest(tmp_path / "set")
     at.write_set(tmp_path / "copy", again)
     assert set_digest(tmp_path / "copy") == again.sha256
@@ -285,7 +284,7 @@ def test_text_beside_the_numbers_is_left_out_with_a_warning() -> None:
 
 
 def test_a_history_has_date_version_and_hash(tmp_path: Path) -> None:
-    """The history has the three values that the command line writes for this folder."""
+    """The history has the date, version and hash that a command writes for this folder."""
     at.write_set(tmp_path / "set", from_arrays())
     model = at.add("hysteresis", tmp_path / "set")
     assert {step.measurement_sha256 for step in model.history} == {set_digest(tmp_path / "set")}
@@ -294,6 +293,6 @@ def test_a_history_has_date_version_and_hash(tmp_path: Path) -> None:
     assert all(step.date.startswith("20") for step in model.history)
     smaller = at.drop("hysteresis", from_arrays(), model)
     assert smaller.effects == ["graduation_harmonics"]
-    # The same rows give the same hash when they come from memory.
+    # The same rows in memory give the same hash.
     assert smaller.history[-1].measurement_sha256 == set_digest(tmp_path / "set")
     assert [step.action for step in smaller.history] == ["fit", "add", "drop"]

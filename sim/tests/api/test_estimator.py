@@ -1,5 +1,5 @@
-"""Tests that scikit-learn's clone and grid search accept ``FitEstimator``, and that it follows
-scikit-learn's conventions although arctrue does not import scikit-learn."""
+"""Tests that ``FitEstimator`` follows scikit-learn's conventions: clone and grid search accept
+it."""
 
 from __future__ import annotations
 

@@ -16,8 +16,8 @@ import arctrue as at
 FACES, CYCLES, NOISE_ARCSEC = 24, 8, 0.2
 TRUE = {"c1": 2.0, "s1": -0.5, "c3": 0.0, "s3": 0.3, "hysteresis": 0.4}
 COLOURED_SHARE = 0.15
-"""Relative tolerance of the uncertainties, because the fit estimates a small correlated part of the
-noise from 192 rows of white noise."""
+"""Relative tolerance of the uncertainties; in 192 rows of white noise the fit also finds a small
+correlated part, which changes them."""
 NEAR_ARCSEC = 0.5 * NOISE_ARCSEC * np.sqrt(2.0 / (FACES * CYCLES))
 """Tolerance of the values: half the standard uncertainty of an amplitude."""
 Array = np.ndarray[Any, Any]
@@ -25,8 +25,8 @@ Array = np.ndarray[Any, Any]
 
 @cache
 def columns() -> dict[str, Array]:
-    """Return the columns of a reference run. Its stations are in random order, so that slow noise
-    is independent of effects that depend on the station."""
+    """Return the columns of a reference run. The stations are in random order, so that slow noise
+    is not correlated with the effects."""
     random = np.random.default_rng(20260)
     angle = random.permutation(np.tile(np.arange(FACES) * 360.0 / FACES, CYCLES))
     direction = random.permutation(np.repeat([-1, 1], angle.size // 2))
@@ -84,8 +84,7 @@ def test_values_and_uncertainties_are_those_of_least_squares() -> None:
 
 
 def test_an_interval_in_white_noise_is_students() -> None:
-    """The limits of an interval are exactly those of Student's t, because the profile likelihood of
-    a linear parameter is a parabola."""
+    """The interval of a linear parameter in white noise equals the interval of Student's t."""
     amplitude = fitted().params["graduation_harmonics.order_1_amplitude"]
     freedom = data().reference.error_arcsec.size - 6  # type: ignore[union-attr]
     for level in (0.68, 0.95):
@@ -203,8 +202,8 @@ def test_fixed_names_keep_what_an_earlier_fit_found() -> None:
 
 
 def test_correlations_are_those_of_the_covariance() -> None:
-    """Orders 1 and 3 are correlated with readings at only half of the faces; scipy computes the
-    same correlation."""
+    """Readings at only half of the faces correlate orders 1 and 3; scipy computes the same
+    correlation."""
     rows = np.deg2rad(columns()["target_deg"]) < np.pi
     half = {name: values[rows] for name, values in columns().items() if name != "direction"}
     found = at.fit(at.Dataset.from_arrays(reference=half), harmonics(1, 3))
@@ -249,8 +248,7 @@ def test_residuals_and_report() -> None:
     expected = columns()["error_arcsec"] - design() @ coefficients
     np.testing.assert_allclose(found.residuals()["reference"], expected, atol=4.0 * NEAR_ARCSEC)
     white = found.residuals(whitened=True)["reference"]
-    # n − p residuals are independent: the mean square is (n − p)/n, with the standard deviation
-    # √(2/n).
+    # Only n − p residuals are independent, so that the mean square is (n − p)/n ± √(2/n).
     assert white @ white / white.size == pytest.approx(1.0, abs=3.0 * np.sqrt(2.0 / white.size))
     report = found.fit_report()
     assert "192 rows" in report
@@ -266,8 +264,8 @@ def test_two_models_of_one_set() -> None:
     small, large = conditioned(), fitted()
     found = at.compare_models(small, large)
     assert found.ratio is not None
-    # The expected gain follows from the sums of squares of ordinary least squares without and with
-    # the further column.
+    # The expected gain follows from the residual sums of squares without and with the further
+    # column.
     error, matrix = columns()["error_arcsec"], design()
     rest = [float(np.linalg.lstsq(part, error)[1][0]) for part in (np.delete(matrix, 4, 1), matrix)]
     free = error.size - matrix.shape[1]
@@ -318,8 +316,7 @@ def test_the_pictures_of_a_fit_are_those_of_its_comparison() -> None:
 
 @pytest.mark.slow
 def test_an_explanation_names_the_cause_with_its_size() -> None:
-    """The explanation names the reversal error of the simulated table with its size of 0.5″, half
-    of it in each direction."""
+    """The explanation names the simulated reversal error with its size, 0.25″ in each direction."""
     table = at.simulate("hysteresis", sizes=[0.5], experiment="short", seed=3)
     found = at.explain(table)
     assert found.model.effects == ["graduation_harmonics", "hysteresis"]

@@ -34,7 +34,7 @@ def test_an_imported_file_is_that_of_the_command(tmp_path: Path) -> None:
     np.testing.assert_allclose(
         found.reference.error_arcsec, expected.reference.error_arcsec, atol=1e-6
     )
-    # The file states the true angle minus the reading; a set has the opposite sign, as in ISO
+    # The file contains the true angle minus the reading; a set has the opposite sign, as in ISO
     # 230-2.
     angle = np.deg2rad(found.reference.target_deg)
     np.testing.assert_allclose(found.reference.error_arcsec, -2.0 * np.cos(angle), atol=1e-5)
@@ -59,8 +59,7 @@ def test_an_exported_file_is_that_of_the_command(tmp_path: Path) -> None:
 
 
 def test_a_correction_that_makes_it_worse_is_refused(tmp_path: Path) -> None:
-    """The export refuses a model that was fitted to one table if the rows come from a table with
-    the opposite error."""
+    """The export refuses a model for a set of another table, which has the opposite error."""
     angle = np.tile(np.arange(24) * 15.0, 4)
     error = 3.0 * np.cos(np.deg2rad(angle)) + 0.1 * np.sin(np.arange(96.0) ** 2)
     keys = {"counts_per_rev": 1 << 20, "faces": 24}

@@ -64,7 +64,8 @@ def test_table_files_and_figures(folder: Path, tmp_path: Path) -> None:
     assert data["before_arcsec"]["max"] == pytest.approx(95.0, abs=2.0)
     assert data["after_arcsec"]["rms"] == pytest.approx(0.15, abs=0.03)
     assert data["head_separation_deg"] == pytest.approx(33.0, abs=1e-5)
-    # The places at which the heads detect the mark have the uncertainty of the mounting, ±50″.
+    # The head separation has the uncertainty of the places at which the heads detect the mark,
+    # ±50″.
     assert data["u_head_separation_arcsec"] == pytest.approx(50.0 / 3**0.5, rel=1e-3)
     alpha = data["alpha"]
     assert (alpha["from"], alpha["u_arcsec"]) == (
@@ -151,13 +152,13 @@ def test_refused_capture(folder: Path, tmp_path: Path, change, words: str) -> No
     assert "refused" in answer.stderr
     assert words in answer.stderr
     assert answer.stdout == ""
-    # The last valid coefficients stay in the file.
+    # The coefficient file of the earlier calibration is unchanged.
     assert (out / "coefficients.toml").read_bytes() == before
 
 
 def test_coefficients_that_would_double_the_error(folder: Path, tmp_path: Path) -> None:
-    """The command refuses coefficients that would raise the error from 67″ to 130″ RMS, because the
-    header exchanges the columns of the heads."""
+    """The command refuses coefficients that would raise the error from 67″ to 130″ RMS. The test
+    exchanges the names of the heads' columns in the header to get them."""
     out, figures = tmp_path / "out", tmp_path / "figures.json"
     assert run(folder, "--out", out).exit_code == 0
     before = (out / "coefficients.toml").read_bytes()
@@ -204,7 +205,7 @@ def test_bad_usage(folder: Path, tmp_path: Path) -> None:
 
 def test_a_reference_run_alone_calibrates(folder: Path, tmp_path: Path) -> None:
     """The command calibrates a set without a second head from the reference run alone. Only orders
-    of the disc that 24 faces can separate get an amplitude."""
+    of the disc that 24 faces can separate get amplitudes."""
     whole = read_measurement_set(folder)
     alone = tmp_path / "alone"
     write_measurement_set(alone, replace(whole, capture=None))
@@ -215,8 +216,8 @@ def test_a_reference_run_alone_calibrates(folder: Path, tmp_path: Path) -> None:
     held = read_coefficient_file(tmp_path / "out" / "coefficients.toml")
     there = held.amplitudes != 0
     assert held.orders[there].tolist() == [1, 2, 8]
-    # 0.15″ of noise over the rows of the polygon give u = 0.15·√(2/rows); the bound is five times u
-    # plus the rounding.
+    # With 0.15″ of noise per row of the polygon u = 0.15·√(2/rows); the bound is 5u plus the
+    # rounding.
     assert whole.reference is not None
     u = 0.15 * np.sqrt(2.0 / whole.reference.target_deg.size)
     count = 1_296_000 / held.counts_per_rev

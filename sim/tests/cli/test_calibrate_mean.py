@@ -1,4 +1,4 @@
-"""Test that ``arctrue calibrate --angle mean`` computes words for the true angle from a set of four
+"""Tests that ``arctrue calibrate --angle mean`` writes words that give the true angle of four
 heads."""
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ def test_the_words_that_are_written_give_the_true_angle(tmp_path: Path, made: Si
     found = json.loads((tmp_path / "mean.json").read_text("utf-8"))
     assert found["noise_arcsec"] == pytest.approx(np.hypot(0.1, 0.0223), rel=0.05)
     coefficients = read_coefficient_file(tmp_path / "out" / "coefficients.toml", EVERYTHING)
-    # The words are applied to another turn with the axis at another place; the readings have no
-    # noise and no rounding.
+    # The words correct a turn in which the axis is at another place; readings have no noise and no
+    # rounding.
     angle = np.linspace(40.0, 46.0, 4001)
     state = TableState.at_rest(angle)
     table = made.table
@@ -52,8 +52,8 @@ def test_the_words_that_are_written_give_the_true_angle(tmp_path: Path, made: Si
     weights = np.array(found["weights"])
     shown = mean_angle_counts(coefficients, counts) - weights @ (counts - exact)
     left = (shown - angle / table.count_rad + (1 << 23)) % (1 << 24) * 0.07724762
-    # 11 orders have u ≤ 0.0023″, and the radii are found to 4e-5 of the 100″ at order 1; with two
-    # heads an error of 0.7″ would remain.
+    # Each of the 11 orders has u ≤ 0.0023″, and the error of the radii adds 4e-5 of the 100″ at
+    # order 1. With two heads an error of 0.7″ would remain.
     assert np.std(left) < 0.04
     alone = (exact[0] - angle / table.count_rad) * 0.07724762
     assert np.std(alone) > 10.0

@@ -1,5 +1,5 @@
-"""Test that ``arctrue capture`` writes exactly the captured values, although the serial line
-changes characters."""
+"""Tests that ``arctrue capture`` writes the captured values although the serial line damages
+rows."""
 
 from __future__ import annotations
 
@@ -21,8 +21,7 @@ from arctrue.measurement import read_measurement_set
 
 
 class NoisyLine(Device):
-    """A serial line that changes a digit of row 17 of every dump once, and loses row 300 and the
-    two rows after it once."""
+    """A serial line that, once per dump, changes a digit of row 17 and loses rows 300 to 302."""
 
     head_spoiled = False
 

@@ -34,7 +34,7 @@ RATIOS = (1.0, 1.001, 0.999, 1.0005)
 
 @dataclass(frozen=True)
 class TurningWorld(World):
-    """A table that turns forward or backward; the reading of each head is late by its value of
+    """A table that turns forward or backward; each head's reading is late by its value of
     SKEW_NS."""
 
     direction: int = 1
@@ -121,7 +121,8 @@ def commission(device: TableDevice, *options: str) -> Any:
 
 
 def test_exchanged_and_reversed_heads_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The command names the exchanged cables 3 and 4, and head 2, whose A and B are exchanged."""
+    """The command names cables 3 and 4, which are exchanged, and head 2, whose A and B are
+    exchanged."""
     with connected(monkeypatch, cables=(0, 1, 3, 2), sense=(1, -1, 1, 1)) as device:
         done = commission(device)
     assert done.exit_code == 1, done.output
@@ -141,8 +142,8 @@ def test_heads_as_planned_and_a_missing_index(monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_places_radii_and_skew_are_measured_and_written(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The table makes two turns in opposite directions; each result lies within 4 of its own
-    standard uncertainties.
+    """After a turn in each direction, each result is right to within four of its standard
+    uncertainties.
 
     The skews of 150 and 400 ns are 0.05″ and 0.13″ at 90°/s. The delays, in clocks of 10 ns, align
     all heads with the latest head.

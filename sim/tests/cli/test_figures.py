@@ -1,5 +1,5 @@
-"""Tests that figures are printed with as many digits as their standard uncertainty justifies, and
-how probabilities are printed."""
+"""Tests how values are printed with their standard uncertainty, and how probabilities are
+printed."""
 
 from math import inf, nan
 

@@ -1,5 +1,5 @@
-"""Tests that every command has help, completion, advice for a wrong name, and one form of
-errors."""
+"""Tests that every command has help, completion, advice for a wrong name, and the same error
+format."""
 
 from __future__ import annotations
 
@@ -80,8 +80,7 @@ def test_help_is_there_in_short_and_fits_80_columns(words: tuple[str, ...]) -> N
 
 @pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
 def test_every_option_says_what_it_is(words: tuple[str, ...]) -> None:
-    """The help of each option must be clear alone: ``Of the draws.``, for example, does not say
-    what the option sets."""
+    """The help of each option must state what the option sets; ``Of the draws.`` does not."""
     for option in COMMANDS[words].params:
         if isinstance(option, click.Option):
             said = option.help or ""
@@ -136,7 +135,7 @@ def test_a_name_with_one_letter_wrong_is_meant(name: str, place: int, letter: st
 
 
 def test_errors_are_reported_through_one_function() -> None:
-    """No command writes to stderr directly or with a prefix of its own; all use one function."""
+    """Every command reports errors through one function; none writes to stderr directly."""
     for path in sorted(FOLDER.glob("*.py")):
         if path.name == "_terminal.py":
             continue

@@ -77,7 +77,7 @@ def test_a_file_is_refused_with_the_reason(device: Device, tmp_path: Path) -> No
 
 
 class OtherEnd(Device):
-    """A device that answers every ``load status`` with these lines, whatever file was loaded."""
+    """A device that answers every ``load status`` with ``lines``, whatever file was loaded."""
 
     lines: tuple[str, ...] = ()
 
@@ -99,8 +99,8 @@ class OtherEnd(Device):
 def test_what_is_not_active_in_the_end_is_no_success(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, lines: tuple[str, ...], said: str
 ) -> None:
-    """The command reports a failure if another program, the command forget, or a re-arm changed the
-    state during the load."""
+    """The command reports a failure if something else (another program, ``forget``, a re-arm)
+    changed the state during the load."""
     monkeypatch.setattr(OtherEnd, "lines", lines)
     made = OtherEnd()
     with made.running(monkeypatch):
@@ -111,8 +111,8 @@ def test_what_is_not_active_in_the_end_is_no_success(
 
 
 class TakesAll:
-    """A console that accepts every frame. The emulator's core would refuse some frames, because it
-    has no MODULATORS."""
+    """A console that accepts every frame. The model of the core in the other tests would refuse
+    some frames, because it has no MODULATORS."""
 
     port = "a port"
 
@@ -129,8 +129,8 @@ class TakesAll:
 def test_lanes_that_no_turn_shows_are_named(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """The command names the lane of order 0 × direction, which adds the same to both heads, so that
-    no turn shows it; the lane of order 1 × direction adds different values to the heads."""
+    """The command names the lane of order 0 × direction: it adds the same value to both heads, so
+    that no turn shows it. It does not name order 1 × direction, which adds different values."""
     plain = Coefficients.from_harmonics([1, 0, 1], [9.0, 5.0, 3.0], [0.0] * 3, COUNTS_PER_REV, 32)
     extension = Extension(
         conditions=Conditions(1600, 4, 45.0), modulators=((1, "direction"), (2, "direction"))
@@ -148,8 +148,8 @@ def test_lanes_that_no_turn_shows_are_named(
 
 
 class TakesSets(TakesAll):
-    """A console that refuses the first frame of a prepared set, which is sent before ``load
-    begin``, and gives a reason."""
+    """A console that refuses the first frame of a prepared set with ``reason``; the command sends
+    this frame before ``load begin``, as a test."""
 
     reason = ""
 
@@ -170,8 +170,8 @@ class TakesSets(TakesAll):
 def test_sets_for_a_missing_head_go_to_a_gateware_that_takes_them(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, reason: str, are_sent: bool
 ) -> None:
-    """A core without FAILOVER, or an earlier firmware, receives all other parts of the file; the
-    command warns the operator about the parts that were not loaded."""
+    """A core without FAILOVER, or an older firmware, receives the file without these sets; the
+    command warns that they were not loaded."""
     heads = MeanSet((20000, 15536, 14000, 16000), (0, 160, 320, 480))
     without = MeanSet((40000, 30000, 0, -4464), (0, 160, 320, 480), 1, 3)
     plain = Coefficients.from_harmonics([2], [1.0], [0.0], COUNTS_PER_REV, 32)
@@ -245,9 +245,9 @@ def test_what_is_no_coefficient_file(device: Device, tmp_path: Path) -> None:
 def test_sets_for_a_missing_head_are_named_as_not_loaded(
     tmp_path: Path,
 ) -> None:
-    """The command names the sets for a missing head that it does not load, because a lane of the
-    file follows a condition. The command prints the warning before it opens the port, so that no
-    device has to answer."""
+    """The command does not load the sets for a missing head of a file in which a lane follows a
+    condition, and it names them. The test needs no device, because the warning is printed before
+    the port is opened."""
     heads = MeanSet((20000, 15536, 14000, 16000), (0, 160, 320, 480))
     without = MeanSet((40000, 30000, 0, -4464), (0, 160, 320, 480), 1, 3)
     plain = Coefficients.from_harmonics([2], [1.0], [0.0], COUNTS_PER_REV, 32)

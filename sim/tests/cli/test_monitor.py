@@ -36,8 +36,8 @@ ANGLES = COUNTS * (2 * np.pi / (1 << 24))
 
 
 class Device(threading.Thread):
-    """The firmware on a model of the core; the model delivers a turn as soon as the firmware starts
-    a capture."""
+    """A device: the firmware with a model of the core, which delivers a turn when a capture
+    starts."""
 
     @contextmanager
     def running(self, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
@@ -85,7 +85,7 @@ class Device(threading.Thread):
             self.tell(said + made.step())
 
     def attach(self, made: Firmware) -> None:
-        """Attach further parts of the board before the start."""
+        """Attach further parts of the board, before the firmware starts."""
 
     def received(self, data: bytes) -> bytes:
         """Return the part of ``data`` that the serial line delivers."""
@@ -165,8 +165,8 @@ def test_a_refused_turn_is_shown(device: Device) -> None:
 
 
 def test_an_order_that_grows_is_reported(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The monitor reports an order that grows: order 3 grows by 1″ in every turn. Blocks of a
-    single turn keep the test short."""
+    """The monitor reports order 3, which grows by 1″ per turn. The test is short because the
+    monitor uses blocks of one turn."""
     device.growing_counts = 1.0 / 0.0772
     quick = functools.partial(trend.TrendWatch, block_turns=1)
     monkeypatch.setattr(trend, "TrendWatch", quick)
@@ -250,8 +250,8 @@ def test_a_port_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     ],
 )
 def test_a_spoiled_line_is_one_turn_less(spoiled: bytes) -> None:
-    """The monitor skips a line in which a character was changed; such a line may be valid JSON but
-    no telemetry."""
+    """The monitor skips a line in which a character was changed, even if the line is still valid
+    JSON."""
     near, far = pty.openpty()
     tty.setraw(far)
     device = console.Console(os.ttyname(far), timeout_s=0.2)

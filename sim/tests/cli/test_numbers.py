@@ -1,4 +1,5 @@
-"""Tests that no option accepts nan, inf, or a negative number that has no meaning."""
+"""Tests that no option accepts nan, inf, or a negative number where only positive ones make
+sense."""
 
 from __future__ import annotations
 

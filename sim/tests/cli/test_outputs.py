@@ -1,5 +1,4 @@
-"""Tests that no command destroys a file: each command checks the place of its output before it
-works, and does not overwrite recorded sets."""
+"""Tests that a command checks its output's path before it works, and overwrites no recorded set."""
 
 from __future__ import annotations
 
@@ -66,8 +65,8 @@ def test_a_recorded_set_is_not_simulated_over(tmp_path: Path) -> None:
     out = tmp_path / "monday"
     simulate = ("simulate", out, "--effect", "hysteresis", "--seed", "1", "--experiment", "lean")
     assert arctrue(*simulate).exit_code == 0
-    # A set with a truth file next to it comes from ``arctrue simulate``, which may overwrite the
-    # set.
+    # ``arctrue simulate`` may overwrite a set that has a truth file, because it made this set
+    # itself.
     assert arctrue(*simulate).exit_code == 0
     (tmp_path / "monday.truth.json").unlink()
     before = (out / "capture.csv").read_bytes()

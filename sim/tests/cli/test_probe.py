@@ -1,5 +1,5 @@
-"""Tests of ``arctrue probe`` against the firmware's console; the test changes the probe's registers
-as the core does."""
+"""Tests of ``arctrue probe`` against the firmware's console, with a model of the probe's
+registers."""
 
 from __future__ import annotations
 
@@ -80,10 +80,9 @@ LOST = range(60, 64)
 
 
 class QueueDevice(Device):
-    """A device with a queue of events: the next burst of 50 events comes as soon as the queue is
-    empty.
+    """A device with a queue of events, which gets a burst of 50 events whenever it is empty.
 
-    The events from the 11th to the 14th of the second burst are lost.
+    Events 11 to 14 of the second burst are lost.
     """
 
     def attach(self, made: Firmware) -> None:
@@ -100,7 +99,7 @@ class QueueDevice(Device):
 
 
 def queued(number: int) -> tuple[int, int, int, int, int]:
-    """Return an event of the queue; the event number wraps after the 20th."""
+    """Return event ``number`` of the queue; the 16-bit number of the event wraps after the 20th."""
     position = position_of(number)
     clocks = 1000 * number + (1 << 40)
     return (65_516 + number) % (1 << 16), 1 + number % 3, clocks, position, position % TURN
@@ -127,7 +126,7 @@ def test_every_event_of_a_burst_is_written(monkeypatch: pytest.MonkeyPatch, tmp_
 
 
 class StillDevice(Device):
-    """A device whose probe touches nothing, so that it has no edge."""
+    """A device whose probe has no edge."""
 
 
 class DyingDevice(ProbedDevice):

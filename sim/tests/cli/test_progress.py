@@ -1,4 +1,4 @@
-"""Tests that a long command reports its progress and the time left."""
+"""Tests that a long command reports its progress and the remaining time."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_steps_have_a_share_and_the_time_left(monkeypatch: pytest.MonkeyPatch) -
     for name in ("a", "b", "c"):
         step.now(name)
         clock[0] += 10.0
-    # A step lasts 10 s; after the first, three of four steps remain.
+    # Each step lasts 10 s; after the first one, three of four steps remain.
     assert shown == ["a (0 %, ? left)", "b (25 %, 30 s left)", "c (50 %, 20 s left)"]
     for name in ("d", "e", "f"):
         step.now(name)

@@ -22,8 +22,8 @@ SECTORS = 4
 
 
 class DeviceWithFlash(Device):
-    """A device with a flash; each time the firmware reads the clock, the clock advances by a
-    millisecond, so that an erase ends soon."""
+    """A device with a flash. Its clock advances by a millisecond at each read, so that an erase
+    ends soon."""
 
     chip: Chip
 

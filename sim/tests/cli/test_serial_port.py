@@ -1,5 +1,4 @@
-"""Tests at a pseudo-terminal that only one program at a time uses a port, and that late answers are
-discarded."""
+"""Tests that only one program at a time uses a serial port, and that late answers are discarded."""
 
 from __future__ import annotations
 
@@ -25,8 +24,8 @@ PATIENCE_S = 20.0
 
 
 class Device(threading.Thread):
-    """A device that answers each line as ``answer`` determines: ``answer`` returns the seconds to
-    wait and the output after them."""
+    """A device that answers each line: ``answer`` returns the seconds to wait and then the
+    output."""
 
     def __init__(self, answer: Callable[[str], tuple[float, str]]) -> None:
         super().__init__(daemon=True)
@@ -67,8 +66,8 @@ def device() -> Iterator[Device]:
     made = Device(firmware_like)
     yield made
     os.close(made.far)
-    # A thread that still reads the port would receive lines of the next test, because the next port
-    # gets the same file descriptor.
+    # The thread must end here: otherwise it would read the port of the next test, which gets the
+    # same file descriptor.
     made.join(PATIENCE_S)
     os.close(made.near)
 
@@ -93,8 +92,8 @@ time.sleep(60)
 def test_a_port_that_another_program_has_is_refused_with_its_name(
     program: str, tmp_path: Path
 ) -> None:
-    """The command refuses a port that another program reads, because each of the two programs would
-    receive a part of every line: a load failed after 16 s while a monitor was running."""
+    """The command refuses a port that another program uses and names this program. Two programs
+    would each receive parts of the lines."""
     near, far = pty.openpty()
     port = os.ttyname(far)
     os.close(far)
@@ -157,7 +156,7 @@ def test_an_answer_that_comes_late_is_not_taken_for_the_next_ones(
 
 
 def test_what_another_program_has_asked_for_is_left_out(device: Device) -> None:
-    """The command ignores the device's answer to another program, which ended in the middle of a
+    """The command ignores the device's answer to an earlier program that ended in the middle of a
     line."""
     os.write(device.far, b"load status\rload la")
     time.sleep(0.1)
@@ -168,8 +167,8 @@ def test_what_another_program_has_asked_for_is_left_out(device: Device) -> None:
 
 
 def test_a_line_that_comes_in_two_parts_is_one_line(device: Device) -> None:
-    """The console joins the two parts of a line if the device pauses between them for longer than a
-    single read of the port waits."""
+    """The console joins the two parts of a line between which the device pauses for longer than one
+    read waits."""
     console = Console(device.port, timeout_s=0.05)
     device.answer = lambda line: (0.0, "load act") if line == "load" else firmware_like(line)
     rest = threading.Timer(0.5, os.write, (device.near, b"ive\r\nok\r\n"))
@@ -182,8 +181,8 @@ def test_a_line_that_comes_in_two_parts_is_one_line(device: Device) -> None:
 def test_a_load_whose_first_answer_is_late_ends_well(
     device: Device, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """An earlier version ended with `not enough values to unpack`, because it interpreted the late
-    ok as the state of the load."""
+    """A load ends well although its first answer is late. An earlier version took the late ok for
+    the load's state and ended with `not enough values to unpack`."""
     answers = iter([1.5])
 
     def late_once(line: str) -> tuple[float, str]:

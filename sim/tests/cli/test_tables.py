@@ -1,4 +1,4 @@
-"""Tests that the tables of every command fit into 80 columns, without a cut cell or a broken
+"""Tests that the tables of all commands fit into 80 columns, without a cut cell or a broken
 number."""
 
 from __future__ import annotations
@@ -31,8 +31,7 @@ HUGE = -1234567.891
 
 
 def assert_whole(text: str) -> None:
-    """Assert that the lines of tables are short enough, and that no cell is cut and no number is
-    broken."""
+    """Assert that no line is longer than 80 columns, no cell is cut and no number is broken."""
     lines = [line for line in text.splitlines() if OF_A_TABLE.match(line)]
     assert lines, text
     assert max(map(cell_len, lines)) <= WIDTH, max(lines, key=cell_len)
@@ -49,7 +48,7 @@ def test_tables_are_made_in_one_place() -> None:
             place = f"{path.name}, line {getattr(node, 'lineno', 0)}"
             if isinstance(node, ast.ImportFrom) and node.module == "rich.table":
                 names = {item.name for item in node.names}
-                # _ladder.py only passes a table on; it imports the type for its annotation.
+                # _ladder.py imports only the type, for an annotation.
                 assert path.name == "_tables.py" or (path.name, names) == ("_ladder.py", {"Table"})
             if isinstance(node, ast.FormattedValue) and node.format_spec is not None:
                 spec = ast.unparse(node.format_spec).strip("f'\"")
@@ -101,8 +100,7 @@ WORDS = {
         *("--sign", "reading-true"),
     ],
 }
-"""Commands that draw tables, in an order in which earlier commands write the inputs of later ones.
-"""
+"""Commands that print tables; earlier commands write the inputs of later ones."""
 
 
 def test_tables_of_the_workbench(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -138,8 +136,7 @@ def curve() -> SimpleNamespace:
 
 
 def test_tables_of_the_instrument(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The tables fit with figures that are larger than any result so far; real results would need
-    the compiled gateware."""
+    """The tables of the instrument's commands fit even with figures larger than any real result."""
     from arctrue.cli import demo, hidden, paper, revolution, run
 
     scale = SimpleNamespace(

@@ -1,4 +1,5 @@
-"""Tests that the terminal shows control sequences from files as text and never executes them."""
+"""Tests that control sequences from files are printed as text, so that the terminal does not obey
+them."""
 
 from __future__ import annotations
 
@@ -56,7 +57,7 @@ def test_tables_and_lines_of_the_console_are_harmless(nasty: str) -> None:
     console.print(table)
     console.print(f"line {nasty}", style="bold")
     shown = console.file.getvalue()
-    # rich itself removes some control characters; a separator may become a line break.
+    # rich itself removes some control characters, and turns a separator into a line break.
     assert all(map(is_printable, shown.split("\n"))), repr(shown)
     assert "[/nothing]" in shown, "brackets of the content are no markup"
 

@@ -1,4 +1,4 @@
-"""Fixture that gives the daemons of the tests a separate folder for their announcements."""
+"""Provides a fixture that gives the daemons of the tests their own folder for announcements."""
 
 from __future__ import annotations
 

@@ -20,12 +20,12 @@ from arctrue.device.announcement import Announcement, announced
 
 PROGRAM = "from arctrue.cli import main; main()"
 PATIENCE_S = 60.0
-"""Longest wait in seconds, above any duration on a busy machine; no test measures a duration with
-it."""
+"""Longest wait for an event in seconds, long enough for a busy machine; tests measure no durations
+with it."""
 
 
 class Replay:
-    """The device at its end of a pseudo-terminal; the test writes the device's output."""
+    """The device's end of a pseudo-terminal; the test writes the device's output."""
 
     def __init__(self) -> None:
         self.end, far = pty.openpty()
@@ -42,7 +42,7 @@ class Replay:
         while not self._pulled:
             try:
                 self.received.put(os.read(self.end, 4096))
-            except OSError:  # no data was sent, or no program has the port open
+            except OSError:  # nothing was sent, or no program has the port open
                 time.sleep(0.005)
 
     def send(self, data: bytes) -> None:
@@ -58,7 +58,7 @@ class Replay:
         self.send(line_of(number, **fields))
 
     def pull(self) -> None:
-        """Remove the port, so that its reader gets an error."""
+        """Close the port like a pulled cable, so that its reader gets an error."""
         self._pulled = True
         self._reader.join()
         os.close(self.end)
@@ -71,7 +71,7 @@ def line_of(number: int, **fields: Any) -> bytes:
 
 
 class Running:
-    """A running daemon; ``said`` contains its messages."""
+    """A running program; ``said`` contains its messages."""
 
     def __init__(self, process: subprocess.Popen[str], store: Path) -> None:
         self.process, self.store = process, store
@@ -100,7 +100,7 @@ def until(is_true: Callable[[], object], message: Callable[[], str] = lambda: ""
 
 @contextmanager
 def daemon(port: str, store: Path, *options: str, before: str = "") -> Iterator[Running]:
-    """Run a daemon at a free port; the process first executes the program ``before``."""
+    """Run a daemon at a free TCP port; its process first executes the Python code ``before``."""
     command = [sys.executable, "-c", before + PROGRAM, "device", "run", port]
     process = subprocess.Popen(
         [*command, "--store", str(store), "--tcp-port", "0", *options],

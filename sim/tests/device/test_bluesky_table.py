@@ -41,7 +41,7 @@ from arctrue.device.bluesky_table import (
 
 @pytest.fixture(scope="module")
 def ports() -> Iterator[None]:
-    """Set one group of ports for all tests: ophyd-async makes its PVAccess client once per
+    """Set the same ports for all tests, because ophyd-async makes its PVAccess client once per
     process."""
     with pytest.MonkeyPatch.context() as patch:
         for name, value in free_ports().items():
@@ -65,15 +65,15 @@ def engine() -> RunEngine:
 def table_of(port: str) -> CorrectedTable:
     with init_devices(timeout=60.0):
         table = CorrectedTable(f"pva://{PREFIX}", port, name="table")
-    # init_devices connects the devices at the end of its block.
+    # The device is connected only at the end of the block of init_devices.
     return table  # noqa: RET504
 
 
 def test_a_plan_calibrates_loads_and_verifies(
     ports: None, engine: RunEngine, device: Device, tmp_path: Path
 ) -> None:
-    """The plan writes a file that equals the disc's equation within 0.1″; noise and quantisation of
-    the file are smaller."""
+    """The plan writes a file that agrees with the disc's equation within 0.1″, which is more than
+    its noise and quantisation."""
     documents: list[tuple[str, dict[str, Any]]] = []
     left: list[float] = []
     file = tmp_path / "coefficients.toml"
@@ -87,8 +87,8 @@ def test_a_plan_calibrates_loads_and_verifies(
     ):
         table = table_of(device.port)
         engine(plan(), lambda name, document: documents.append((name, document)))
-        # The second trigger must start a capture, although the PV already has the value that the
-        # first trigger wrote.
+        # The second trigger must start a capture, although it writes the value that the PV already
+        # has.
         engine(bps.trigger(table, wait=True))
     assert 0.0 <= left[0] <= 0.1
     events = [document["data"] for name, document in documents if name == "event"]
@@ -100,14 +100,15 @@ def test_a_plan_calibrates_loads_and_verifies(
     assert len(list((tmp_path / "store" / "captures").iterdir())) == 3
     assert documents[-1][1]["exit_status"] == "success"
 
-    # The test decodes the words of the file by their format, and compares them with the disc's
+    # The test decodes the file's words by their format, and compares the result with the disc's
     # equation at the true angles.
     found = read_coefficient_file(file)
     reading = np.linspace(0.0, 2.0 * np.pi, 3600, endpoint=False)
     phase = reading[:, None] * found.orders + 2.0 * np.pi * found.phase_offsets / 2**24
     counts = np.cos(phase) @ (found.amplitudes / 2**11)
     made_arcsec = counts * 1_296_000.0 / found.counts_per_rev
-    # Two heads at 33° hardly observe order 11 (363°): its 0.4″ are not significant in 600 samples.
+    # Two heads at 33° hardly see order 11 (11 · 33° = 363°): its 0.4″ are not significant in 600
+    # samples.
     seen = Disc({order: wave for order, wave in DISC.orders.items() if order != 11})
     expected_arcsec = seen.error_rad(DISC.true_angle(reading)) / ARCSEC
     assert np.std(made_arcsec - expected_arcsec) < 0.1
@@ -117,16 +118,15 @@ def test_a_plan_calibrates_loads_and_verifies(
 def test_the_plan_runs_on_the_compiled_instrument(
     ports: None, engine: RunEngine, tmp_path: Path
 ) -> None:
-    """The plan also runs on the compiled gateware and firmware, with the simulated geometry of a
-    table. A count is 79″, so that its rounding is 23″ RMS."""
+    """The plan runs on the compiled gateware and firmware with a simulated table. A count is 79″,
+    so that its rounding is 23″ RMS."""
     scene = Scene(steady(300.0))
     turning = Turning(scene.instrument, POLL_CLOCKS)
     turning.last = 250
     file, left = tmp_path / "coefficients.toml", list[float]()
 
     def plan() -> Any:
-        # The rounding of both heads together is 33″ RMS; the fit removes almost nothing of this
-        # rounding.
+        # The rounding of both heads together is 33″ RMS, of which the fit removes almost nothing.
         settings = CalibrationSettings(most_order=8, lanes=LANES)
         left.append((yield from calibrate_load_verify(table, file, 1.3 * 33.0, settings)))
 
@@ -147,9 +147,9 @@ def test_the_plan_runs_on_the_compiled_instrument(
     reading = angle + 2.0 * np.pi * error_counts / SCENE_COUNTS
     phase = reading[:, None] * found.orders + 2.0 * np.pi * found.phase_offsets / 2**24
     made_counts = np.cos(phase) @ (found.amplitudes / 2**11)
-    # 600 samples have a rounding of 0.41 counts. The fit has eight coefficients, two of which are
-    # magnified by 1/(2 sin 16.5°) = 1.8: 0.41 · √(8/600) · 1.8 = 0.09 counts. The bound is three
-    # times this.
+    # The rounding of a sample is 0.41 counts RMS. The fit to 600 samples has eight coefficients,
+    # and the separation of the heads magnifies two of them by 1/(2 sin 16.5°) = 1.8: 0.41 ·
+    # √(8/600) · 1.8 = 0.09 counts. The bound is three times this.
     assert np.std(made_counts - error_counts) < 0.27
 
 

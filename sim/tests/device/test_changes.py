@@ -1,5 +1,5 @@
-"""Tests that changes since the calibration are detected; NumPy's complex numbers and simulated
-noise give the expected values."""
+"""Tests the detection of changes since the calibration, with complex numbers and simulated
+noise."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ def test_a_change_of_phase_alone_is_a_change() -> None:
 
 
 def test_an_unchanged_table_rarely_shows_a_change() -> None:
-    """The detector reports false changes at the rate FALSE_CHANGES_A_TURN: 4 are expected in 4,000
-    turns. The test accepts up to 11, the 99.9 % point of Poisson(4)."""
+    """A turn of an unchanged table shows a change with the probability FALSE_CHANGES_A_TURN: 4 are
+    expected in 4,000 turns. The test accepts up to 11, the 99.9 % point of Poisson(4)."""
     rng = np.random.default_rng(1)
     true = rng.normal(0.0, 20.0, ORDERS) + 1j * rng.normal(0.0, 20.0, ORDERS)
     turns, found = 4_000, 0

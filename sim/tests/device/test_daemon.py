@@ -1,4 +1,4 @@
-"""Tests that ``arctrue`` commands reach a device through its daemon; the firmware answers at a
+"""Tests that commands reach a device through its daemon; the firmware answers at a
 pseudo-terminal."""
 
 from __future__ import annotations
@@ -131,7 +131,7 @@ def test_one_operator_at_a_time_and_a_token(
             assert b"the token is wrong" in stranger.recv(4096)
         file = tmp_path / "store" / "token"
         assert stat.S_IMODE(file.stat().st_mode) == 0o600
-        # Another machine has only the address and the token.
+        # Without announcements, as on another machine, a client needs the address and the token.
         monkeypatch.setenv("ARCTRUE_RUN", str(tmp_path / "elsewhere"))
         assert arctrue("device", "status", found.address).exit_code == 2
         monkeypatch.setenv("ARCTRUE_DEVICE_TOKEN", file.read_text().strip())
@@ -141,8 +141,8 @@ def test_one_operator_at_a_time_and_a_token(
 
 
 def test_a_refusal_does_not_damage_a_line_of_the_device(replay: Replay, tmp_path: Path) -> None:
-    """The operator's console gets the daemon's refusal between two lines of the device, although
-    the refusal was ready in the middle of a line."""
+    """The daemon sends its refusal between two lines of the device, even if the refusal is ready in
+    the middle of a line."""
     half = line_of(2)
     with daemon(replay.port, tmp_path):
         found = announcement(replay.port)
@@ -154,7 +154,8 @@ def test_a_refusal_does_not_damage_a_line_of_the_device(replay: Replay, tmp_path
             replay.send(half[:20])
             assert lines.read(20) == half[:20]
             operator.sendall(b"save\r")
-            # If this line reaches the device, the daemon has already refused the preceding line.
+            # When this line reaches the device, the daemon has already processed (refused) the line
+            # before.
             operator.sendall(b"status\r")
             asked = b""
             while b"status\r" not in asked:
@@ -178,8 +179,8 @@ def test_earlier_turns_come_first_without_a_gap(replay: Replay, tmp_path: Path) 
 
 
 def test_edges_of_the_probe_are_recorded(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """The daemon records each edge of the probe; a new edge comes after each reading of the latch,
-    and twice three edges come at the same time."""
+    """The daemon records each edge of the probe. A new edge comes after each read of the latch;
+    twice, three edges come at once."""
     device = ProbedDevice()
     os.close(device.far)
     with (
@@ -196,7 +197,7 @@ def test_edges_of_the_probe_are_recorded(monkeypatch: pytest.MonkeyPatch, tmp_pa
                 found.extend([event] if event["event"] == "probe" else [])
 
         more(6)
-        # An operator captures a set here; meanwhile the daemon still counts the edges.
+        # While an operator captures a set, the daemon still counts the edges.
         assert arctrue("capture", device.port, tmp_path / "set").exit_code == 0
         more(12)
         state = ask(announcement(device.port), "status")
@@ -222,8 +223,8 @@ def test_edges_of_the_probe_are_recorded(monkeypatch: pytest.MonkeyPatch, tmp_pa
 def test_every_event_of_the_queue_is_recorded(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """The daemon records two hundred events of the queue, which come in bursts. The gateware lost
-    four of these events, and the event numbers show the loss."""
+    """The daemon records two hundred events, which come in bursts. Four of them are lost in the
+    gateware, which their numbers show."""
     device = QueueDevice()
     os.close(device.far)
     with (
@@ -234,8 +235,8 @@ def test_every_event_of_the_queue_is_recorded(
         until(lambda: device.bursts == 4 and not device.core.events)
         until(lambda: ask(found, "status")["probe_edges"] == 200 - len(LOST))
         assert ask(found, "status")["probe_missed"] == len(LOST)
-        # A console that may only read can also take events from the queue; the daemon records those
-        # events too.
+        # A read-only console can also read events from the queue; the daemon records these events,
+        # too.
         console = console_through(found)
         assert console.command("probe events") == []
         console.close()
@@ -251,7 +252,7 @@ def test_every_event_of_the_queue_is_recorded(
 
 
 class AlarmedDevice(Device):
-    """A device whose telemetry reports after some turns that the noise is too large."""
+    """A device whose telemetry has, after some turns, the alarm for too much noise."""
 
     alarmed = False
 
@@ -272,7 +273,8 @@ def test_a_new_alarm_takes_one_capture(monkeypatch: pytest.MonkeyPatch, tmp_path
         until(lambda: not ask(announcement(device.port), "status")["alarms"])
         device.alarmed = True
         until(lambda: sum("new alarm: noise" in line for line in running.said) == 2)
-        # An alarm starts the next capture only after a pause, so that there is still only one.
+        # The next alarm comes before the end of the pause between captures, so that it starts no
+        # second capture.
         (path,) = (tmp_path / "captures").iterdir()
         assert path.name.endswith("-alarm")
 

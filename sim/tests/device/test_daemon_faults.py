@@ -1,4 +1,5 @@
-"""Tests at a pseudo-terminal that a daemon survives each fault that can occur."""
+"""Tests that a daemon survives faults of the port, the device, the disc, the clock and its
+clients."""
 
 from __future__ import annotations
 
@@ -60,8 +61,8 @@ def test_half_lines_and_garbage_cost_their_own_turn_alone(replay: Replay, tmp_pa
 
 
 def test_a_pulled_port_is_opened_again(tmp_path: Path) -> None:
-    """The daemon opens the port again: its name is a link, as udev makes it, which leads to another
-    device after the fault."""
+    """The daemon opens a lost port again. The port's name is a link, as udev makes it, which leads
+    to another device after the fault."""
     first, link = Replay(), tmp_path / "arctrue"
     link.symlink_to(first.port)
     with daemon(str(link), tmp_path / "store") as running:
@@ -73,7 +74,7 @@ def test_a_pulled_port_is_opened_again(tmp_path: Path) -> None:
         running.heard("lost: ")
         second = Replay()
         link.symlink_to(second.port)
-        # The board was switched off, so that it no longer sends telemetry.
+        # The board was switched off, so that telemetry is off after its start.
         asked = b""
         while b"telemetry on\r" not in asked:
             asked += second.received.get(timeout=PATIENCE_S)
@@ -90,7 +91,7 @@ def test_a_pulled_port_is_opened_again(tmp_path: Path) -> None:
 
 
 def test_ten_thousand_lines_of_600_bytes_a_minute(replay: Replay, tmp_path: Path) -> None:
-    """The daemon records every line at the highest rate for six seconds, and sends every line to a
+    """For six seconds at the highest rate, the daemon records every line and sends it to a
     watcher."""
     count, rate = 1000, 10_000 / 60.0
     padded = [line_of(number, pad="") for number in range(count)]
@@ -106,7 +107,7 @@ def test_ten_thousand_lines_of_600_bytes_a_minute(replay: Replay, tmp_path: Path
         assert kept(tmp_path, count) == list(range(count))
         turns = [watch.turn(PATIENCE_S) for _ in range(count)]
         assert [turn.fields["turn"] for turn in turns if turn] == list(range(count))
-    # A terminal buffers only 4 KB, so that a slow reader blocks the writer.
+    # A terminal buffers only 4 KB, so that a slow daemon would delay the test's writes.
     assert behind_s < 2.0
 
 
@@ -131,8 +132,8 @@ daemon.RETRY_RECORD_S = 0.2
 
 
 def test_a_full_disc_is_reported_and_telemetry_goes_on(replay: Replay, tmp_path: Path) -> None:
-    """The daemon reports a full disc and continues: at first none of its files can grow beyond 300
-    kB; then the test removes this limit."""
+    """The daemon reports a full disc and continues. At first no file can grow beyond 300 kB, as on
+    a full disc; then the test removes this limit."""
     import resource
 
     wide = [[order, 1.0, 0.5, 0.01, 1] for order in range(1, 41)]
@@ -174,7 +175,7 @@ def test_a_clock_that_is_set_back_is_stated_and_the_order_is_kept(tmp_path: Path
     with sqlite3.connect(file) as database:
         events = database.execute("SELECT after_turn, kind, text FROM event").fetchall()
     assert events == [(1, "clock", "the system's clock was set back by 601 s")]
-    # The daemon restarts while the clock shows a time before the latest turn.
+    # The daemon starts again while the clock shows a time before the latest turn.
     late = Recorder(file, clock=lambda: 1.0)
     late.add(TelemetryLine({"turn": 4, "result": "kept", "reason": "none"}))
     late.close()
@@ -201,7 +202,7 @@ def test_a_client_that_never_reads_is_dropped(replay: Replay, tmp_path: Path) ->
                 assert turn is not None
                 seen.append(turn.fields["turn"])
             assert number < 2000
-        # Meanwhile the other client received every turn.
+        # The other client received every turn.
         assert seen == list(range(number))
         deaf.close()
 
@@ -210,7 +211,7 @@ def test_a_client_that_never_reads_is_dropped(replay: Replay, tmp_path: Path) ->
 def test_a_killed_daemon_loses_the_last_turn_at_most(
     replay: Replay, tmp_path: Path, after_s: float
 ) -> None:
-    """The record is intact and contains every turn that a watcher received before the kill."""
+    """After a kill, the record is intact and contains every turn that a watcher had received."""
     stopped = threading.Event()
 
     def send() -> None:
@@ -239,8 +240,8 @@ def test_a_killed_daemon_loses_the_last_turn_at_most(
         assert database.execute("PRAGMA integrity_check").fetchone() == ("ok",)
         without = "SELECT count(*) FROM turn WHERE id NOT IN (SELECT turn FROM harmonic)"
         assert database.execute(without).fetchone() == (0,)
-    # No program answers at the address that the killed daemon announced; a new daemon opens the
-    # port and continues.
+    # Nothing answers at the address that the killed daemon announced; a new daemon continues the
+    # record.
     assert arctrue("device", "status", replay.port).exit_code == 2
     with daemon(replay.port, tmp_path):
         replay.turn(5000)
@@ -259,7 +260,7 @@ def test_the_record_keeps_to_its_limits(tmp_path: Path) -> None:
     left = numbers(file)
     assert left == list(range(left[0], 2000))
     assert 0 < left[0] < 1900
-    # the limit, plus the bytes that are written between two checks
+    # the limit of 1 MB, plus the bytes that are written between two checks
     assert file.stat().st_size < 1.5e6
     now[0] += 2 * 86_400.0
     recorder.add(TelemetryLine({"turn": 2000, "result": "kept", "reason": "none"}))

@@ -1,4 +1,4 @@
-"""Tests of a device's PVs, read with caproto, an implementation of Channel Access in pure
+"""Tests of a device's PVs with caproto, an independent implementation of Channel Access in
 Python."""
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ import caproto  # noqa: E402
 
 @pytest.fixture
 def ports(monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
-    """Set EPICS ports that nothing else on this machine uses; give the client separate sockets."""
+    """Set EPICS ports that no other program uses; give each test its own client sockets."""
     found = free_ports()
     for name, value in found.items():
         monkeypatch.setenv(name, value)
@@ -76,7 +76,7 @@ def test_a_turn_becomes_pvs_with_unit_limits_severity_and_time(
         assert found.metadata.severity == 0
         event = watch.event(PATIENCE_S)
         assert event is not None
-        # The daemon sends the event after the record has stored the turn.
+        # The daemon sends the event only after it has stored the turn in the record.
         assert 0.0 <= event["recorded_s"] - found.metadata.timestamp < 1.0
         shows("Amplitudes", lambda found: found.data.tolist() == [150.0, 6.25])
         shows("Uncertainties", lambda found: found.data.tolist() == [0.01, 0.02])
@@ -101,7 +101,8 @@ def test_nobody_writes_unless_it_is_allowed(
     replay: Replay, tmp_path: Path, ports: dict[str, str]
 ) -> None:
     def write(name: str, value: float, *, notify: bool = True) -> str:
-        """Return the status of EPICS' answer once the request has been processed."""
+        """Write a PV and return the status of EPICS' answer, which comes after the write is
+        processed."""
         asked = {"notify": notify, "timeout": 20.0, "repeater": False}
         found = client.write(f"{PREFIX}{name}", value, **asked)
         return str(found.status.name) if notify else ""
@@ -117,7 +118,7 @@ def test_nobody_writes_unless_it_is_allowed(
 
 
 class ProbedReplay(Replay):
-    """A device that answers requests for its latch; the test sets the latched values.
+    """A device that answers requests for the probe's latch; the test sets the latched values.
 
     With ``has_queue`` the device has a queue, into which the test puts number, kind, time, position
     and angle of events.
@@ -157,8 +158,8 @@ class ProbedReplay(Replay):
 def test_edges_of_the_probe_count_from_the_zero_of_a_motor_record(
     tmp_path: Path, ports: dict[str, str]
 ) -> None:
-    """The position of an edge counts from the zero of a motor record, which was homed at the index
-    and wrote the index's angle into the PV Zero."""
+    """The position of an edge counts from the zero of a motor record. The motor was homed at the
+    index, and its record wrote the angle of the index into the PV Zero."""
     device = ProbedReplay()
     with (
         daemon(device.port, tmp_path, "--probe-every", "0.01"),
@@ -184,7 +185,8 @@ def test_edges_of_the_probe_count_from_the_zero_of_a_motor_record(
 
 
 def test_the_latest_events_are_waveforms(tmp_path: Path, ports: dict[str, str]) -> None:
-    """The PV shows the last 64 of 70 events in two bursts, and the record contains all 70."""
+    """The waveform PVs show the last 64 of 70 events, which come in two bursts; the record contains
+    all 70."""
     device = ProbedReplay(has_queue=True)
     assert device.events is not None
     with daemon(device.port, tmp_path, "--probe-every", "0.01"), pvs(device.port):
@@ -210,8 +212,8 @@ def test_the_latest_events_are_waveforms(tmp_path: Path, ports: dict[str, str]) 
 
 
 def asks_for_a_capture(replay: Replay) -> None:
-    """Wait until the daemon's console sends its marker, a command whose answer synchronises the
-    console with the device. This device never answers."""
+    """Wait until the daemon begins a capture: its console sends a marker, whose answer synchronises
+    the console with the device. This device never answers."""
     asked = b""
     while b"marker" not in asked:
         asked += replay.received.get(timeout=PATIENCE_S)
@@ -220,7 +222,8 @@ def asks_for_a_capture(replay: Replay) -> None:
 def test_nobody_writes_over_pvaccess_unless_it_is_allowed(
     replay: Replay, tmp_path: Path, ports: dict[str, str]
 ) -> None:
-    """The client p4p, over PVAccess, reads every PV and may write only the PV Capture."""
+    """The client p4p, over PVAccess, reads the PVs, and may write the PV Capture only if writing is
+    allowed."""
     p4p = pytest.importorskip("p4p.client.thread")
 
     def refused(client: Any, name: str, value: float) -> None:
@@ -241,8 +244,8 @@ def test_nobody_writes_over_pvaccess_unless_it_is_allowed(
 def test_after_a_reconnection_values_are_valid_before_connected(
     tmp_path: Path, ports: dict[str, str]
 ) -> None:
-    """The PVs become valid again after a reconnection, although a table at rest sends no turn; the
-    latest turn keeps its own time."""
+    """After a reconnection the PVs are valid again although a table at rest sends no turn; the
+    latest turn keeps its time."""
     first, link = Replay(), tmp_path / "arctrue"
     link.symlink_to(first.port)
     with daemon(str(link), tmp_path / "store") as running, pvs(str(link)):
@@ -267,9 +270,8 @@ def test_after_a_reconnection_values_are_valid_before_connected(
 def test_alarms_of_the_machine_s_history_are_in_the_pv(
     replay: Replay, tmp_path: Path, ports: dict[str, str]
 ) -> None:
-    """The PV Alarms contains the alarms that the analysis of the machine's history (``life``) sends
-    to the daemon. The PV lists them after the device's own alarms; a restarted daemon still lists
-    them."""
+    """The PV Alarms lists the alarms that ``arctrue life`` sends to the daemon, after the device's
+    own alarms; it still lists them after the daemon has restarted."""
 
     def text_of(found: Any) -> bytes:
         return bytes(found.data).rstrip(b"\0")
@@ -292,7 +294,7 @@ def test_alarms_of_the_machine_s_history_are_in_the_pv(
 
 
 def socket_of(process: int, number: int) -> socket.socket:
-    """Return a duplicate of a socket of another process. Raises OSError if it is closed."""
+    """Return a duplicate of a socket of another process. Raises OSError if the socket is closed."""
     pidfd_getfd = 438
     found = ctypes.CDLL(None, use_errno=True).syscall(
         pidfd_getfd, os.pidfd_open(process), number, 0
@@ -315,7 +317,7 @@ def test_every_socket_is_of_this_machine_alone(
                 if not str(link.readlink()).startswith("socket:"):
                     continue
                 found = socket_of(running.process.pid, int(link.name))
-            except OSError:  # The server has closed the socket since, for example after an answer.
+            except OSError:  # the server has closed the socket in the meantime
                 continue
             with found:
                 if found.family not in (socket.AF_INET, socket.AF_INET6):

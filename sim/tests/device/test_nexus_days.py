@@ -1,5 +1,4 @@
-"""Tests that the NeXus files of the days contain the record; the tests read the files with h5py and
-the record with plain SQL."""
+"""Tests that the daily NeXus files, read with h5py, contain the record, read with plain SQL."""
 
 from __future__ import annotations
 
@@ -30,8 +29,8 @@ DAYS = [date(2026, 3, 1), date(2026, 3, 2)]
 
 
 def record_of(file: Path, turns: int = 40) -> None:
-    """Write a record with a turn every five minutes across midnight; order 3 begins with turn
-    20."""
+    """Write a record with a turn every five minutes across midnight; turns from 20 on also have
+    order 3."""
     now = [START_S]
     recorder = Recorder(file, clock=lambda: now[0], monotonic=lambda: now[0])
     for number in range(turns):
@@ -85,8 +84,8 @@ def test_a_day_holds_what_the_record_has(tmp_path: Path) -> None:
 
 
 def test_a_reader_of_nexus_finds_the_default_plot(tmp_path: Path) -> None:
-    """A NeXus reader finds the default plot, because the attributes default, signal and axes of
-    NXdata name fields of equal lengths."""
+    """A NeXus reader finds the default plot: the attributes default, signal and axes lead to fields
+    of equal length."""
     record = tmp_path / "telemetry.sqlite"
     record_of(record)
     write_missing_days(record, tmp_path)
@@ -182,7 +181,7 @@ def test_a_day_that_retention_thins_out_keeps_its_turns_and_gets_new_ones(tmp_pa
 
 
 def test_another_record_of_the_same_day_adds_its_turns(tmp_path: Path) -> None:
-    """The day file gets the turns of another record of this day, whose ids begin with 1 again."""
+    """A day file also gets the turns of a second record, whose ids begin with 1 again."""
     for name in ("first", "second"):
         record_of(tmp_path / f"{name}.sqlite", turns=10)
         with sqlite3.connect(tmp_path / f"{name}.sqlite") as database:
@@ -201,7 +200,7 @@ def test_another_record_of_the_same_day_adds_its_turns(tmp_path: Path) -> None:
 
 
 def test_a_daemon_deletes_no_turn_that_no_file_has(replay: Replay, tmp_path: Path) -> None:
-    """A record limited to 1 MB cannot hold all of these turns; the day files and the record
+    """The record, limited to 1 MB, cannot hold all turns of this test; record and day files
     together hold all."""
     store, files, count = tmp_path / "store", tmp_path / "files", 600
     wide = [[order, 1.0, 0.5, 0.01, 1] for order in range(1, 41)]

@@ -1,4 +1,4 @@
-"""Fixtures that set up the scene of every fault test."""
+"""Provides the fixtures that set up the scene of every fault test."""
 
 from __future__ import annotations
 

@@ -44,8 +44,8 @@ from arctrue.table import Motion
 
 BINS = 256
 MEAN_ERROR = float(np.mean(true_error_counts(np.linspace(0.0, TURN_RAD, 4096, endpoint=False))))
-"""Mean error of the geometry in counts. The correction does not remove the mean error; the
-comparison removes it by subtracting the zeros."""
+"""Mean error of the geometry in counts, which the correction leaves and the comparison subtracts
+with the zeros."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,9 +53,8 @@ class Comparison:
     """Errors of all edges of a recording against the true angle, in counts, by bins of the true
     angle.
 
-    Counts that head 1 lost or gained on its wires (the slip) stay in the output as in head 1's own
-    reading, because no correction can detect them. The slip is measured separately and subtracted
-    from both errors.
+    Head 1 may lose or gain counts on its wires. This slip is also in the output, because the
+    correction cannot detect it; the slip is measured separately and subtracted from both errors.
     """
 
     corrected: NDArray[np.float64]
@@ -70,12 +69,12 @@ class Comparison:
 
     @property
     def worse(self) -> float:
-        """Return the difference |corrected| − |uncorrected| of the errors in the worst bin."""
+        """Return the largest value of ``corrected`` − ``uncorrected`` over the bins."""
         return float(np.nanmax(self.corrected - self.uncorrected))
 
     @property
     def most(self) -> float:
-        """Return the largest error of the output."""
+        """Return the largest |error − slip| of the output."""
         return float(np.nanmax(self.corrected))
 
     @property
@@ -90,7 +89,7 @@ class Comparison:
 
 
 class Scene:
-    """An instrument with a table and the firmware; a test calls :meth:`calibrate` first."""
+    """An instrument with a table and the firmware; a test first calls :meth:`calibrate`."""
 
     def __init__(
         self,
@@ -102,9 +101,9 @@ class Scene:
     ) -> None:
         """Set up the scene.
 
-        The ``faults`` act from the beginning; the table may be too fast for the pins. ``generics``
-        are further generics of the core. ``flash`` is the flash of a board that was calibrated
-        before; in this case no parameter is typed.
+        The ``faults`` act from the beginning; the table may turn by more than one count per clock.
+        ``generics`` are further generics of the core. ``flash`` is the flash content of a board
+        that was calibrated before; with it, no parameter is typed.
         """
         clock_hz = clock_hz_for(COUNTS, SPEED_RAD_S, CLOCKS_A_COUNT)
         self.instrument = Instrument(LANES, DEPTH, clock_hz=clock_hz, generics=generics)
@@ -131,7 +130,7 @@ class Scene:
         tracks.
 
         With ``flag_reason`` a flag of a head is set, so that the first turn is refused for this
-        reason. The next turn is refused too, if it began before the firmware cleared the flag.
+        reason. The next turn is refused, too, if it began before the firmware cleared the flag.
         """
         self.next_turn()
         if flag_reason is not None:
@@ -183,8 +182,8 @@ class Scene:
         )
 
     def drop(self, counts: int, also_low: int = 0) -> None:
-        """Hold A and B of head 1 low for this number of counts. The fault begins in a count in
-        which both are low."""
+        """Hold A and B of head 1 low for this number of counts. The fault begins and ends in a
+        count in which both are low."""
         instrument, pins = self.instrument, HEAD1_A | HEAD1_B
         period_clocks = PERIOD_COUNTS * CLOCKS_A_COUNT
         begin = instrument.clock
@@ -199,11 +198,10 @@ class Scene:
         instrument.disturb(fault)
 
     def recovers(self, most_turns: int = 4, *, refers: bool = False) -> None:
-        """Check that after the fault the firmware calibrates a turn again and the output is correct
-        again.
+        """Check that after the fault the firmware calibrates again and the output is right.
 
-        With ``refers`` the output has a fault: the operator clears it, and the receiver finds its
-        zero again before the check.
+        With ``refers``, the output has stopped with a fault: before the check, the operator clears
+        the fault, and the output's receiver finds its zero again.
         """
         for _ in range(most_turns):
             if self.next_turn()["result"] != "refused":
@@ -224,8 +222,8 @@ class Scene:
         assert not self.faults()
 
     def knows_the_separation(self) -> None:
-        """Check that both separations, the one at the zero and the latest one, are right to within
-        a count of each index."""
+        """Check the head separation at the zero and the latest one: each is right to within a count
+        per index."""
         assert self.last_reply["separation"] == "measured"
         off_arcsec = (self.last_reply["separation_deg"] - np.rad2deg(SEPARATION_RAD)) * 3600
         assert abs(off_arcsec) < 2 * ARCSEC_A_COUNT
@@ -277,20 +275,20 @@ class Scene:
         return compare(self.instrument, self._zeros, slips)
 
     def is_clean(self) -> None:
-        """Check that every edge of the recording stayed within the bound, and that none was
-        illegal."""
+        """Check that every recorded edge is within the bound, and that A and B never changed
+        together."""
         found = self.compare()
         assert found.most < self.clean_bound
         assert found.illegal == 0
 
-    # Bounds, in counts; docs/faults.md names them
+    # Bounds, in counts; docs/faults.md lists them
 
     @property
     def clean_bound(self) -> float:
         """Return the bound of a calibrated output without a fault.
 
-        It contains half a count of rounding, the time that an edge waits for the previous edge, the
-        rounding to whole clocks, and five standard uncertainties of every applied order.
+        The bound is the sum of half a count of rounding, the wait of an edge for the previous edge,
+        the rounding to whole clocks, and five standard uncertainties of every applied order.
         """
         first = next(t for t in self.firmware.telemetry if t["result"] == "applied")
         estimate = 5 * sum(order[3] for order in first["harmonics"][:LANES]) / ARCSEC_A_COUNT
@@ -311,10 +309,11 @@ class Scene:
 
     @property
     def ramp_lag(self) -> float:
-        """Return the largest lag of a ramp behind the table's error: 0 if the ramp is faster.
+        """Return the largest lag of a ramp behind the table's error in counts; 0 if the ramp is
+        faster.
 
-        A ramp goes straight from the present correction to the new one. Its lag adds an error only
-        where the table's error has changed by more than the ramp.
+        A ramp changes the correction linearly to its new value. It lags behind where the table's
+        error changes faster than the ramp.
         """
         rate = self._ramp_counts_a_clock * CLOCKS_A_COUNT
         counts = self.largest_correction / rate
@@ -340,7 +339,7 @@ def slip_then(instrument: Instrument, recording: Recording, slip: NDArray[np.flo
 
 @dataclass(frozen=True, slots=True)
 class Zeros:
-    """Mean errors of both tracks in a clean turn; positions count from power-on."""
+    """Mean errors of both tracks in a turn without a fault; positions count from power-on."""
 
     corrected: float
     head1: float

@@ -28,7 +28,7 @@ TURN_CLOCKS = COUNTS * CLOCKS_A_COUNT
 SPEED_RAD_S = float(np.deg2rad(30.0))
 TURN_S = TURN_RAD / SPEED_RAD_S
 START_RAD = -float(np.deg2rad(35.0))
-"""Table angle at the start, before head 2 reaches its index at −33°."""
+"""Table angle at the start; head 2 reaches its index later, at −33°."""
 RUN_UP_S = 0.1
 
 SAMPLES = 600
@@ -45,11 +45,10 @@ PARAMETERS: dict[str, float] = {
     "output_spacing": OUTPUT_SPACING_CLOCKS,
     "minimum_edge_spacing": MINIMUM_EDGE_SPACING_CLOCKS,
     "ramp_arcsec_s": ramp_arcsec_s(RAMP_RATE, COUNTS),
-    # In this short turn the soft start of a ramp would last longer than the ramp.
+    # A turn is so short here that the soft start of a ramp would last longer than the ramp.
     "ramp_arcsec_s2": 0,
     "orders": 8,
-    # A count of 79″ causes 23″ RMS of rounding in each head; the preset limits are made for counts
-    # of 0.08″.
+    # With counts of 79″, the rounding of each head is 23″ RMS; the preset is for counts of 0.08″.
     "alarm_noise_arcsec": 100,
     "alarm_error_arcsec": 200,
     "alarm_separation_arcsec": 300,
@@ -92,7 +91,8 @@ def legs(*speeds_and_turns: tuple[float, float], change_s: float = 0.002) -> Mot
 
 
 def true_error_counts(angle_rad: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the error ε of head 1 at a true angle, from the geometry; its mean is not 0."""
+    """Return the error ε of head 1 at a true angle, computed from the geometry; its mean is not
+    0."""
     made = table()
     reading = made.reading_rad(0, TableState.at_rest(angle_rad))
     error: NDArray[np.float64] = (reading - angle_rad) / made.count_rad

@@ -1,4 +1,4 @@
-"""Tests that stalls on AXI change no result; every channel of the bus has random delays."""
+"""Tests that random delays on every channel of the AXI bus change no result."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def test_stalls_delay_and_change_nothing(make_scene: MakeScene) -> None:
 
 
 def test_bus_slower_than_the_table(scene: Scene) -> None:
-    """The gateware drops and counts turns if the bus is slower than the table; each captured turn
+    """If the bus is slower than the table, the gateware drops and counts turns; each captured turn
     is complete."""
     turns = len(scene.firmware.telemetry)
     scene.instrument.stall_bus(120)

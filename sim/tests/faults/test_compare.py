@@ -1,5 +1,4 @@
-"""Test of the position compare, through console and gateware; the table passes a single compare
-place."""
+"""Tests the position compare with a single place and with an interval, set on the console."""
 
 from __future__ import annotations
 
@@ -16,8 +15,8 @@ def corrected_angle(scene: Scene) -> int:
 
 
 def test_the_compare_is_done_where_the_console_said() -> None:
-    """The corrected angle is at most two reads of the status beyond the compare place when the core
-    reports that the compare is done."""
+    """When the core reports that the compare is done, the corrected angle is beyond the compare
+    place by at most the travel in two intervals between reads of the status."""
     scene = Scene()
     scene.calibrate()
     place = (corrected_angle(scene) + COUNTS // 4) % COUNTS

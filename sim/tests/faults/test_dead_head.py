@@ -11,8 +11,8 @@ from arctrue.instrument import HEAD1_A, HEAD1_B, HEAD1_Z, HEAD2_A, HEAD2_B, HEAD
 
 HEAD1 = HEAD1_A | HEAD1_B | HEAD1_Z
 DEAD_TURNS = 4.75
-"""Duration of the fault in turns. After a whole number of turns the angle would be right again, and
-no index would show the fault."""
+"""Duration of the fault in turns. It is no whole number: after a whole number of turns the angle
+would be right again, and no index would show the fault."""
 HEAD2 = HEAD2_A | HEAD2_B | HEAD2_Z
 
 
@@ -30,8 +30,8 @@ def test_head_2_dead(scene: Scene, level: str) -> None:
     scene.is_clean()
     scene.turn(1.0)
     scene.recovers()
-    # Because of the missed edges the head loses its zero. The firmware reports this and follows the
-    # new zero.
+    # The missed edges shift the head's zero. The firmware reports the lost zero and uses the new
+    # one.
     assert any("zero_lost" in reply["alarms"] for reply in scene.firmware.telemetry[turns:])
     assert scene.last_reply["alarms"] == []
     scene.knows_the_separation()
@@ -51,8 +51,8 @@ def test_head_1_dead(scene: Scene, level: str) -> None:
     scene.turn(DEAD_TURNS - 0.5)
     dead = scene.instrument.recording()
     assert dead.head1.edges == dead.illegal == 0
-    # While Z is held high, the decoder detects an index, and the ramp lowers the correction to 0;
-    # nothing else moves the output.
+    # If Z is held high, the decoder detects an index and the correction ramps to 0, which moves the
+    # output; in the other cases the output does not move.
     assert dead.output.edges <= (scene.largest_correction if level == "high" else 0)
     assert scene.last_reply["result"] == "refused"
     assert scene.bank() == before
@@ -65,8 +65,9 @@ def test_head_1_dead(scene: Scene, level: str) -> None:
     assert lost.worse < scene.clean_bound + scene.wrong_place(lost.most_slip) + scene.ramp_lag
     scene.turn(1.5)
     reasons = scene.reasons(turns)
-    # Without a flag the first reason is that the bank is full before a turn has passed. Pulled pins
-    # set a flag only if A and B change together, which depends on the place of the head.
+    # A turn is refused because of a flag, or else because the bank is full before the turn has
+    # passed. Whether a dead head sets a flag depends on its place, because A and B must change
+    # together.
     flags = {"illegal_transition", "edge_spacing", "index_error"}
     assert reasons[0] in {"bank_full"} | (set() if level == "held" else flags)
     assert "index_error" in reasons
@@ -77,8 +78,8 @@ def test_head_1_dead(scene: Scene, level: str) -> None:
 @pytest.mark.parametrize("back_after", range(PERIOD_COUNTS))
 @pytest.mark.parametrize("pins", [HEAD1, HEAD2])
 def test_head_dead_from_the_start(make_scene: MakeScene, pins: int, back_after: int) -> None:
-    """The output repeats head 1, wherever head 1 stands when it returns: without an index there is
-    no correction."""
+    """A head is dead from the start and returns at any place. Until the indices are found, the
+    output repeats head 1 without a correction."""
     scene = make_scene(None, None, PinFault(0, 1 << 40, low=pins))
     scene.record()
     scene.turn(2.0)
@@ -92,7 +93,7 @@ def test_head_dead_from_the_start(make_scene: MakeScene, pins: int, back_after: 
     scene.instrument.disturb()
     scene.turn(0.01)
     assert scene.firmware.phase == "wait_for_index"
-    # As in the test above, a flag depends on the place of the head when it returns.
+    # As in the test above, the place at which the head returns determines whether it sets a flag.
     flags = scene.faults()
     head = "head1" if pins == HEAD1 else "head2"
     reasons = {f"{head}.illegal": "illegal_transition", f"{head}.overspeed": "edge_spacing"}

@@ -1,4 +1,4 @@
-"""Tests that a lost index and a false index leave the correction right."""
+"""Tests that the correction stays right after a lost index and after a false index."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ Z_OF = {"head1": HEAD1_Z, "head2": HEAD2_Z}
 
 @pytest.mark.parametrize("head", Z_OF)
 def test_lost_index(scene: Scene, head: str) -> None:
-    """The gateware detects a missed index at the next index, two turns after the previous one; the
-    head has lost no count."""
+    """The gateware detects a missed index at the next index, two turns after the one before; no
+    count is lost."""
     scene.to_part(0.7)
     first = scene.instrument.read(f"{head}.index.position")
     scene.disturb(0.5, low=Z_OF[head])
@@ -43,8 +43,7 @@ def test_false_index(scene: Scene, head: str) -> None:
     assert scene.instrument.read("status.compensating") == 1
     assert scene.next_turn()["reason"] == "index_error"
     assert scene.bank() == before
-    # The true index came after the false pulse and confirmed the zero, so that the core kept the
-    # zero.
+    # The true index after the false pulse confirmed the zero, so that the core kept the zero.
     assert scene.instrument.read("zero.moves") == 0
     assert "zero_lost" not in scene.last_reply["alarms"]
     scene.is_clean()

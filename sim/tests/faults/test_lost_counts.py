@@ -1,4 +1,4 @@
-"""Tests of counts that head 1 loses without a trace: whole periods of A and B."""
+"""Tests the loss of whole periods of A and B at head 1, which sets no flag."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def test_dropped_counts(make_scene: MakeScene, counts: int, heal: int) -> None:
     before = scene.bank()
     scene.drop(counts)
     scene.turn(0.3)
-    # Before the index no signal shows the loss.
+    # Before the next index no signal shows the loss.
     assert not scene.faults()
     slipped = scene.compare()
     assert slipped.last_slip == -counts
@@ -31,7 +31,7 @@ def test_dropped_counts(make_scene: MakeScene, counts: int, heal: int) -> None:
     assert slipped.worse < scene.clean_bound + scene.wrong_place(counts)
 
     scene.record()
-    # The loss is reported at that index, and not later, when the bank is full.
+    # The firmware reports the loss at that index, not only later, when the bank is full.
     fault_at = scene.instrument.clock
     assert scene.next_turn()["alarms"] == ["zero_lost"]
     assert scene.instrument.clock - fault_at < TURN_CLOCKS
@@ -45,8 +45,8 @@ def test_dropped_counts(make_scene: MakeScene, counts: int, heal: int) -> None:
     assert errors.illegal == 0
     assert errors.worse < scene.clean_bound + scene.wrong_place(counts) + heal * counts
     if heal:
-        # The output is right again, because the lost counts have been added; head 1's own count
-        # still lacks them.
+        # The output is right again, because the gateware has added the lost counts, which head 1's
+        # own count still lacks.
         scene.settle()
         scene.record()
         scene.turn(1.0)
@@ -60,8 +60,7 @@ def test_dropped_counts(make_scene: MakeScene, counts: int, heal: int) -> None:
 
 
 def test_slip_that_its_turn_does_not_show(make_scene: MakeScene) -> None:
-    """The firmware uses a turn with a slip after the index that is too small to show as a step
-    between two samples.
+    """The firmware uses a turn with a slip that is too small to show as a step between two samples.
 
     A step s of head 1 within the turn adds s/(π·n) to order n of the differences, and 1/|1 −
     e^{jnα}| times as much to the error (equation 6). The bound follows from this error.
@@ -82,7 +81,7 @@ def test_slip_that_its_turn_does_not_show(make_scene: MakeScene) -> None:
     used = scene.compare()
     assert used.last_slip == -PERIOD_COUNTS
     assert used.worse < scene.clean_bound + PERIOD_COUNTS * gain + scene.wrong_place(PERIOD_COUNTS)
-    # The next index shows the slip, and the firmware corrects it in the following turns.
+    # The next index shows the slip, and the following turns correct it.
     assert scene.next_turn()["alarms"] == ["zero_lost"]
     for _ in range(6):
         scene.next_turn()

@@ -1,4 +1,5 @@
-"""Tests of a table that turns back within a turn, and of one that turns too fast."""
+"""Tests a table that reverses within a turn, one that turns too fast, and one whose speed
+varies."""
 
 from __future__ import annotations
 
@@ -35,12 +36,12 @@ def test_reversal(make_scene: MakeScene) -> None:
         before = scene.bank()
     assert reply["reason"] in ("reversal", "wrong_step")
     assert scene.bank() == before
-    # A reversal sets no fault flag of the signals.
+    # A reversal is no fault of the signals and sets no flag.
     assert not scene.faults()
     during = scene.compare()
     assert during.illegal == 0
     assert during.most < scene.clean_bound + HYSTERESIS_COUNTS
-    # The firmware can also use a turn in the other direction.
+    # The firmware also uses a turn in the other direction.
     assert scene.next_turn()["result"] != "refused"
     scene.settle()
     scene.record()
@@ -50,10 +51,10 @@ def test_reversal(make_scene: MakeScene) -> None:
 
 @pytest.mark.parametrize("speed", [2.5, 4.0, 8.0])
 def test_over_speed(make_scene: MakeScene, speed: float) -> None:
-    """The core reports edges of head 1 that come closer than allowed, too fast for the output, or
-    more than once per clock.
+    """The core reports edges of head 1 that are closer than permitted, faster than the output, or
+    more than one per clock.
 
-    Only the fault of the output releases the line drivers.
+    Only the fault of the output switches the line drivers off.
     """
     fast_s_turns = 0.02
     scene = make_scene(legs((1, 2.7), (speed, fast_s_turns), (1, 12.0)), {"release_sources": 4})
@@ -73,8 +74,8 @@ def test_over_speed(make_scene: MakeScene, speed: float) -> None:
     during = scene.compare()
     assert during.illegal == 0
     output_fault = clocks_a_count < OUTPUT_SPACING_CLOCKS
-    # Beyond the following limit the output stops: it makes no further edges, although the head
-    # moves on.
+    # Beyond the following limit the output stops: it makes no further edges although the head moves
+    # on.
     limit = FOLLOWING_LIMIT_COUNTS if output_fault else 0
     late = (OUTPUT_SPACING_CLOCKS + 1) / clocks_a_count
     wrong = scene.wrong_place(during.most_slip)
@@ -93,7 +94,8 @@ def test_over_speed(make_scene: MakeScene, speed: float) -> None:
     assert scene.bank() == before
     scene.record()
     scene.turn(0.4)
-    # The refused turn has cleared the flags of the heads; the output is still stopped.
+    # After the refused turn the firmware has cleared the flags of the heads; the output is still
+    # stopped.
     assert (scene.compare().edges == 0) == output_fault
     assert scene.instrument.read("status.released") == output_fault
     scene.recovers(refers=output_fault)
@@ -101,10 +103,10 @@ def test_over_speed(make_scene: MakeScene, speed: float) -> None:
 
 
 def test_a_speed_that_swings_is_calibrated_at_equal_angles(make_scene: MakeScene) -> None:
-    """The firmware refuses samples at equal times at a speed ripple of ±15 %, five times per turn,
+    """At a speed ripple of ±15 %, five times per turn, the firmware refuses samples at equal times
     and uses samples at equal angles.
 
-    The bound is that of a table with constant speed.
+    The bound is the one for constant speed.
     """
     times = np.arange(0.0, 12.0 * TURN_S, TURN_S / 200.0) + RUN_UP_S
     speeds = SPEED_RAD_S * (1.0 + 0.15 * np.sin(5.0 * 2.0 * np.pi * times / TURN_S))

@@ -12,7 +12,7 @@ from arctrue.instrument import HEAD1_A, HEAD1_B, HEAD1_Z, HEAD2_A, HEAD2_B, HEAD
 
 BURST_TURNS = 0.03
 INVERTED = 0.02
-"""Share of the clocks in which a pin is inverted."""
+"""Probability that a pin is inverted in a clock."""
 
 
 def test_burst_on_head_1(scene: Scene) -> None:
@@ -23,15 +23,15 @@ def test_burst_on_head_1(scene: Scene) -> None:
     assert scene.instrument.read("interrupt_status.head1_fault") == 1
     burst = scene.compare()
     assert burst.illegal == 0
-    # Spikes come at shorter intervals than the output's edges may have. The output lags, but stays
-    # within the limit at which its flag is set.
+    # The spikes give counts at shorter intervals than the output's edges may have. The output lags,
+    # but less than the limit at which its flag is set.
     assert "cannot_keep_up" not in scene.faults()
     wrong = scene.wrong_place(burst.most_slip)
     assert burst.worse < scene.clean_bound + FOLLOWING_LIMIT_COUNTS + wrong
     assert burst.last_slip != 0
 
     scene.record()
-    # The index proves the slip, and the firmware discards the samples from before the index.
+    # The index proves the slip, and the firmware discards the samples taken before the index.
     assert "zero_lost" in scene.next_turn()["alarms"]
     assert scene.bank() == before
     assert scene.instrument.read("status.compensating") == 1
@@ -41,7 +41,7 @@ def test_burst_on_head_1(scene: Scene) -> None:
 
 
 def test_burst_on_head_2(scene: Scene) -> None:
-    """The output does not depend on head 2, so that a burst on head 2 does not change it."""
+    """A burst on head 2 does not change the output, which follows head 1."""
     before = scene.bank()
     scene.disturb(BURST_TURNS, invert=HEAD2_A | HEAD2_B, probability=INVERTED)
     scene.turn(0.2)
@@ -55,8 +55,8 @@ def test_burst_on_head_2(scene: Scene) -> None:
 
 
 def spikes(scene: Scene) -> list[PinFault]:
-    """Return spikes of single clocks on any pin during half a turn, too far apart to affect each
-    other."""
+    """Return spikes of one clock each on random pins during half a turn, too far apart to affect
+    each other."""
     random = np.random.default_rng(5)
     pins = (HEAD1_A, HEAD1_B, HEAD1_Z, HEAD2_A, HEAD2_B, HEAD2_Z)
     clocks = scene.instrument.clock + 100 * np.arange(1, 400) + random.integers(0, 60, 399)

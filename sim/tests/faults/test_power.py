@@ -1,4 +1,4 @@
-"""Tests that the board corrects again after power off and on, although no command is typed."""
+"""Tests that a board corrects again after power off and on without any command."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from arctrue.instrument import InstrumentError
 def test_what_is_saved_corrects_again_within_a_captured_turn(
     scene: Scene, make_scene: MakeScene
 ) -> None:
-    """The saved coefficients correct again within a captured turn, in another instrument that
-    receives only the flash: its banks and registers are empty."""
+    """After power-on, the saved coefficients correct again within a captured turn. The test starts
+    another instrument, with empty banks and registers, from the flash content alone."""
     before = scene.bank()
     assert scene.firmware.send("save") == ""
     while not (answer := scene.firmware.step()):
@@ -22,8 +22,8 @@ def test_what_is_saved_corrects_again_within_a_captured_turn(
     again = make_scene(flash=scene.firmware.flash)
     assert again.firmware.coefficients is None
     assert "saved waiting" in again.firmware.send("status").splitlines()
-    # The table turns past the index of both heads and through one captured turn, which confirms the
-    # coefficients. Telemetry is on, because it was on when the flash was saved.
+    # The table passes the index of both heads and one captured turn, which confirms the
+    # coefficients. Telemetry is on, because the saved settings include it.
     again.calibrate()
     assert len(again.firmware.telemetry) <= 2
     assert again.bank() == before
@@ -31,8 +31,8 @@ def test_what_is_saved_corrects_again_within_a_captured_turn(
 
 
 def test_an_empty_flash_leaves_the_presets(make_scene: MakeScene, scene: Scene) -> None:
-    """The firmware starts with the presets, which assume another number of counts, if the flash is
-    empty; the instrument refuses a flash of another size."""
+    """With an empty flash the firmware starts with the presets, which are for another number of
+    counts. The instrument refuses a flash content of another size."""
     empty = b"\xff" * len(scene.firmware.flash)
     assert scene.firmware.flash == empty
     bare = make_scene(flash=empty)

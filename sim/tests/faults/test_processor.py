@@ -1,5 +1,5 @@
-"""Tests that the output stays right while the processor hangs, is slow, restarts, or waits for a
-capture that never comes."""
+"""Tests that the output stays right while the processor hangs, is slow, restarts or gets no
+capture."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from sim.tests.faults.setting import POLL_CLOCKS, TURN_CLOCKS
 
 
 def test_hung_for_three_turns(scene: Scene) -> None:
-    """While the processor hangs, the fabric continues with the active coefficients and drops
+    """While the processor hangs, the gateware continues with the active coefficients and drops
     turns."""
     before = scene.bank()
     scene.instrument.run(3 * TURN_CLOCKS)
@@ -36,7 +36,7 @@ def test_calculation_longer_than_a_turn(scene: Scene) -> None:
 
 
 def test_begins_anew_after_a_fault(scene: Scene) -> None:
-    """After a fault, a hang or a restart by the watchdog the core continues with its active
+    """After a restart of the firmware (a fault, or the watchdog) the core continues with its active
     coefficients."""
     clean = scene.clean_bound
     position = scene.instrument.read("head1.index.position")
@@ -81,7 +81,7 @@ def test_begins_anew(scene: Scene) -> None:
 
 
 def test_capture_that_is_stuck(scene: Scene) -> None:
-    """The capture was switched off; the firmware starts it again after four turns without a
+    """If the capture is switched off, the firmware starts it again after four turns without a
     bank."""
     lag = scene.ramp_lag
     scene.instrument.update("control", capture_enable=0)

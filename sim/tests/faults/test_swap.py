@@ -1,5 +1,5 @@
-"""Tests of a swap of banks at the worst moment: at the largest step, at the index, during the
-previous ramp."""
+"""Tests swaps of the banks at the worst moments: at the largest step, at the index, during a
+ramp."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ def swap(scene: Scene, bank: Coefficients) -> None:
 @pytest.mark.parametrize("slower", [1, 6])
 @pytest.mark.parametrize("place", PLACES)
 def test_swap_of_all_or_nothing(make_scene: MakeScene, place: str, slower: int) -> None:
-    """The test swaps to a bank without lanes and back. One ramp is faster than the change of the
-    table's error, the other one is slower."""
+    """After a swap to a bank without lanes and back, the correction is right. One ramp is faster
+    than the change of the table's error, the other ramp is slower."""
     scene = make_scene(None, {"ramp_arcsec_s": ramp_arcsec_s(RAMP_RATE / slower, COUNTS)})
     scene.calibrate()
     assert (scene.ramp_lag > 0) == (slower > 1)
@@ -63,15 +63,15 @@ def test_swap_of_all_or_nothing(make_scene: MakeScene, place: str, slower: int) 
         assert instrument.read("status.ramp_busy") == 0
         swapped = scene.compare()
         assert swapped.illegal == 0
-        # A step larger than the following limit would set the flag.
+        # A step of the output beyond the following limit would set a flag.
         assert not scene.faults()
         assert swapped.worse < scene.clean_bound + scene.ramp_lag
     scene.recovers()
 
 
 def test_swaps_in_the_ramp(scene: Scene) -> None:
-    """The correction stays right if 150 swaps alternate between all lanes and no lane; no ramp
-    reaches its end."""
+    """The correction stays between zero and its full value during 150 swaps between all lanes and
+    no lane; no ramp reaches its end."""
     good = scene.coefficients
     instrument = scene.instrument
     for number in range(150):
@@ -89,8 +89,8 @@ def test_swaps_in_the_ramp(scene: Scene) -> None:
 
 
 def test_half_a_bank_does_nothing(scene: Scene) -> None:
-    """A bank that is written in part takes no effect: the processor hangs while it writes the bank.
-    The written words take no effect without the swap."""
+    """The words of a half-written bank take no effect, because the processor hangs before the
+    swap."""
     good = scene.coefficients
     wrong = replace(good, amplitudes=-good.amplitudes)
     half = wrong.amplitudes.size // 2
@@ -103,7 +103,8 @@ def test_half_a_bank_does_nothing(scene: Scene) -> None:
 
 
 def test_a_wrong_bank_is_seen(scene: Scene) -> None:
-    """The comparison of errors works: a correction with the opposite sign doubles the error."""
+    """The comparison detects a wrong bank: a correction with the opposite sign doubles the
+    error."""
     good = scene.coefficients
     swap(scene, replace(good, amplitudes=-good.amplitudes))
     scene.instrument.run(TURN_CLOCKS)

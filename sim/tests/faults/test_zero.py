@@ -1,5 +1,5 @@
-"""Tests that the firmware computes a lost zero correctly: in either direction, at any turn, with
-words that wrap."""
+"""Tests the firmware's computation of a lost zero: in both directions, at any turn, with wrapping
+words."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def test_angle_at_the_last_index(counts_per_rev: int, head: int) -> None:
     core = ModelCore()
     random = np.random.default_rng(counts_per_rev + head)
     for _ in range(200):
-        # The index has any position of 32 bits; since then the table has moved by up to a turn in
+        # The index has a random 32-bit position; since then the table has moved by up to a turn in
         # either direction.
         index = int(random.integers(0, 1 << 32))
         travel = int(random.integers(-counts_per_rev + 1, counts_per_rev))

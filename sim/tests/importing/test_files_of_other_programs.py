@@ -1,5 +1,5 @@
-"""Tests that files of other programs are read, or are refused with a message that says what the
-user can do."""
+"""Tests that files of other programs are imported, or refused with a message that names the
+remedy."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def _text(header: str = HEADER) -> str:
 
 
 def checked(tmp_path: Path, *words: str | Path) -> tuple[Reference, str]:
-    """Check that an import gives the table's own rows; return the imported reference run and the
+    """Import files; check that the rows are ANGLE and ERROR_DEG; return reference run and
     output."""
     done = arctrue(*words, tmp_path / "out")
     assert done.exit_code == 0, done.output
@@ -48,7 +48,8 @@ def checked(tmp_path: Path, *words: str | Path) -> tuple[Reference, str]:
     assert found.time_s is not None
     np.testing.assert_allclose(found.time_s, TIME_S, atol=1e-9)
     np.testing.assert_allclose(found.target_deg, ANGLE, atol=1e-6)
-    # The error is the difference of two angles of 1e-6 °, each rounded to half a unit: 0.0036″.
+    # The error is the difference between two angles, each rounded by up to 0.5e-6 °: together
+    # 0.0036″.
     np.testing.assert_allclose(found.error_arcsec, ERROR_DEG * 3600.0, atol=0.0037)
     return found, " ".join(done.output.split())
 
@@ -71,7 +72,7 @@ def test_every_encoding(tmp_path: Path, encoding: str, said: str) -> None:
 
 
 def test_a_latin_1_letter_after_a_megabyte(tmp_path: Path) -> None:
-    # The encoding shows only in the whole file, because the letter comes after a megabyte.
+    # The letter that shows the encoding comes only after a megabyte.
     rows = "".join(f"{i};{i % 360};{i % 360}\n" for i in range(120_000))
     (tmp_path / "log.csv").write_bytes(
         (HEADER.replace("°", "deg") + "\n" + rows).encode() + b"# \xb0\n"
@@ -118,7 +119,7 @@ def _mat_73(path: Path) -> None:
     h5py = pytest.importorskip("h5py")
     with h5py.File(path, "w", userblock_size=512) as file:
         for name, values in {"Zeit": TIME_S, "Soll": ANGLE, "Ist": ANGLE + ERROR_DEG}.items():
-            # n × 1 in MATLAB is 1 × n in HDF5
+            # n × 1 in MATLAB is stored as 1 × n in HDF5
             data = file.create_dataset(name, data=values[np.newaxis, :])
             data.attrs["MATLAB_class"] = np.bytes_("double")
         who = file.create_dataset("who", data=np.array([[98], [51]], dtype=np.uint16))
@@ -157,7 +158,7 @@ def test_a_damaged_mat_file_is_a_sentence(tmp_path: Path) -> None:
     for length in range(130, len(whole), 97):
         (tmp_path / "cut.mat").write_bytes(whole[:length])
         with contextlib.suppress(MeasurementError):
-            # A variable that lies before the cut may be read; any exception except MeasurementError
+            # The import may read a variable before the cut; any exception except MeasurementError
             # fails the test.
             found = read_recording(tmp_path / "cut.mat", "", ReadSettings(), Choices())
             assert set(found.columns) <= {"Zeit", "Soll", "Ist"}
@@ -200,7 +201,7 @@ def _sixty(angle: float, form: str) -> str:
 )
 @pytest.mark.parametrize("comma", [False, True])
 def test_angles_in_degrees_minutes_and_seconds(tmp_path: Path, form: str, comma: bool) -> None:
-    moved = ANGLE - 20.0  # some angles are negative
+    moved = ANGLE - 20.0  # so that some angles are negative
     lines = [
         f"{t:.3f};{_sixty(a, form)};{_sixty(a + e, form)}"
         for t, a, e in zip(TIME_S, moved, ERROR_DEG, strict=True)
@@ -331,8 +332,8 @@ def test_runs_that_begin_anew_are_not_mixed(tmp_path: Path) -> None:
 
 
 def test_an_order_that_nobody_can_know_is_asked_for(tmp_path: Path) -> None:
-    # Two explanations give smooth rows: the second half was recorded before the first, or it is
-    # another run.
+    # Two explanations are possible: the second half was recorded before the first, or it is another
+    # run.
     late = np.concatenate([TIME_S[:180] + 500.0, TIME_S[180:]])
     (tmp_path / "log.csv").write_text("\n".join([HEADER, *_rows(late)]) + "\n")
     words = (tmp_path / "log.csv",)

@@ -1,4 +1,4 @@
-"""Tests that arctrue import converts files in other formats back into the set from which they were
+"""Tests that ``arctrue import`` gives back the set from which the files in other formats were
 written."""
 
 from __future__ import annotations
@@ -135,8 +135,8 @@ def test_every_format_gives_the_same_set(
     np.testing.assert_allclose(found.error_arcsec, error, atol=2e-6)  # to 1e-6 ″
     assert found.direction is not None
     assert real.reference is not None
-    # The file states a direction for each row, except for the one row in which the motor stands at
-    # the turning point.
+    # The direction agrees in every row, except for the row in which the motor stands at the turning
+    # point.
     assert np.count_nonzero(found.direction != real.reference.direction) <= 1
 
 
@@ -193,8 +193,7 @@ def test_two_heads_that_wrap_become_a_capture(tmp_path: Path) -> None:
 
 
 def four_heads(tmp_path: Path) -> tuple[Path, np.ndarray]:
-    """Write the counts of four heads, with the column names of a set; the counts restart at each
-    turn."""
+    """Write counts of four heads that restart at each turn, under the column names of a set."""
     turns = np.linspace(0.1, 3.4, 4000)
     apart = np.round(np.array([0.0, 64.3, 177.0, 257.9]) / 360.0 * (1 << 20)).astype(np.int64)
     counts = np.round(turns * (1 << 20)).astype(np.int64)[:, None] + apart
@@ -238,7 +237,7 @@ def test_the_sign_is_never_guessed(real: MeasurementSet, tmp_path: Path) -> None
     found = imported(tmp_path, tmp_path / "a.npz", "--sign", "true-reading").reference
     assert found is not None
     np.testing.assert_allclose(found.error_arcsec, error, atol=2e-6)
-    # If the file also contains the reading, the import finds the sign and reports the sign.
+    # If the file also contains the reading, the import finds the sign and reports it.
     both = {"target_deg": target, "error_arcsec": -error, "head1_counts": counts}
     np.savez(tmp_path / "b.npz", **both)
     words = [tmp_path / "b.npz", "--counts-per-rev", "65536", tmp_path / "second"]
@@ -341,7 +340,7 @@ def test_two_logs_on_different_clocks_are_brought_together(tmp_path: Path) -> No
     def angle(t: Float) -> Float:  # in turns; the speed varies and does not repeat
         return 0.05 * t + 0.004 * np.sin(0.9 * t) + 0.003 * np.sin(0.37 * t * np.sqrt(2.0) + 1.0)
 
-    late = 0.00137  # time in s by which the reference's clock is behind, in addition to 1,000 s
+    late = 0.00137  # seconds by which the reference's clock is late, in addition to 1,000 s
     reference_time_s = np.arange(5.0, 55.0, 0.023)
     error = 20.0 / 1_296_000.0 * np.sin(2 * np.pi * angle(time_s))
     np.savez(tmp_path / "enc.npz", t=time_s, A=angle(time_s) + error)
@@ -361,8 +360,8 @@ def test_two_logs_on_different_clocks_are_brought_together(tmp_path: Path) -> No
     ]
     found = import_recordings(read, settings, choices)
     assert found.clocks is not None
-    # The speed varies by only 0.004 turn/s, so that the table's error of 20″ shifts the offset
-    # between the clocks.
+    # The speed varies by only 0.004 turn/s, so that the table's error of 20″ changes the estimated
+    # offset.
     assert abs(found.clocks.offset_s - 1000.0 - late) < max(5 * found.clocks.u_s, 1e-4)
     assert found.clocks.u_s < 2e-3
     assert any(note.startswith("clocks: +1000.00") for note in found.notes)

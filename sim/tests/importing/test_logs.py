@@ -1,5 +1,5 @@
-"""Tests that the logs of PHD2, LinuxCNC and EPICS are imported; the tests write these logs in their
-public layouts."""
+"""Tests the import of logs of PHD2, LinuxCNC and EPICS, which the tests write in the public
+formats."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ def read(path: Path, name: str = "", **settings: object) -> FileContent:
 
 
 def worm(time_s: float) -> float:
-    """Return the periodic error of an unguided axis, in pixels on the sky."""
+    """Return the periodic error of an unguided axis in pixels of the camera."""
     return 1.3 * math.sin(2 * math.pi * time_s / 120.0)
 
 
 def guide_log(path: Path, *, dither_at: int = -1, begin: str = "") -> None:
-    """Write the log of a guided mount: each pulse corrects half of the measured error and lasts at
-    most 100 ms."""
+    """Write the log of a guided mount, in which each pulse corrects half of the measured error and
+    lasts at most 100 ms."""
     lines = [
         "PHD2 version 2.6.9, Log version 2.5. Log enabled at 2026-01-31 20:00:00",
         "",

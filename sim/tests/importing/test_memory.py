@@ -1,4 +1,4 @@
-"""Test that the import of a long recording does not use up the memory of the machine."""
+"""Tests that the import of a long recording needs only a limited memory per row."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ import pytest
 
 ROWS = 1_000_000
 MOST_BYTES_A_ROW = 1e9 / 5e6 - 30.0
-"""Largest number of bytes per row: 5 · 10⁶ rows must fit into 1 GB, of which the program itself
-takes 150 MB."""
+"""Largest number of bytes per row: 5 · 10⁶ rows must fit into 1 GB, of which the program takes 150
+MB (30 bytes per row)."""
 _PEAK = """
 import resource, sys
 from arctrue.cli import main

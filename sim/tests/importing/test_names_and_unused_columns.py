@@ -1,5 +1,5 @@
-"""Tests that common names of columns are recognised, and that the output says which effects an
-unused column could show."""
+"""Tests that common column names are recognised, and that unused columns are reported with their
+use."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_common_names_keep_the_time(tmp_path: Path, header: str) -> None:
     found = reference_of(tmp_path / "out")
     assert found.time_s is not None
     np.testing.assert_allclose(found.time_s, time_s)
-    # With the times in the set, the effect of a delay can be tested.
+    # Because the set has times, the workbench can test the effect of a delay.
     observations = observations_of(read_measurement_set(tmp_path / "out"))
     latency = catalogue([])["latency"]()
     assert latency.missing(observations) == []
@@ -77,7 +77,7 @@ def test_common_names_keep_the_time(tmp_path: Path, header: str) -> None:
         ("Drehrichtung", "direction"),
         ("Zyklus", "cycle"),
         ("t", None),  # without a unit it may be a temperature
-        ("Position", None),  # it is unclear which of the two positions is meant
+        ("Position", None),  # unclear: position of a head or of the reference
         ("Periode", None),
         ("A", None),
     ],
@@ -119,7 +119,7 @@ def test_unused_columns_are_listed_with_what_they_would_unlock(tmp_path: Path) -
     assert "--column NAME=COLUMN makes a column a condition" in said
     kept = read_measurement_set(tmp_path / "out").origin.notes
     assert any("not used: 1 Uhr, 4 Drehmoment, 5 Bemerkung (text)" in note for note in kept)
-    # If every column is used, the import does not mention unused columns.
+    # If every column is used, the output does not mention unused columns.
     (tmp_path / "b.csv").write_text(
         "time_s,target_deg,head1_deg\n" + "".join(f"{i},{i},{i + 0.01}\n" for i in range(60))
     )
@@ -137,8 +137,8 @@ def test_a_column_left_out_by_hand_is_not_suggested(tmp_path: Path) -> None:
 
 
 def _direction_files(tmp_path: Path, reversal_deg: float) -> list[Path]:
-    """Write a forward and a backward run to separate files; the readings of both runs are 12.5° off
-    the target."""
+    """Write a forward and a backward run to separate files; the readings of both runs differ from
+    the target by 12.5°."""
     up = np.arange(0.0, 361.0, 5.0)
     paths = []
     for name, angle, sign in (("up", up, 1.0), ("down", up[::-1], -1.0)):

@@ -1,5 +1,5 @@
-"""Tests that one screen shows all open questions with the first rows, and that the number of a
-column is accepted as an answer."""
+"""Tests that one screen shows all open questions and the first rows, and that column numbers are
+answers."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def odd_names(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def terminal(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Make the command treat CliRunner's input as a person at a terminal."""
+    """Make the command treat CliRunner's input as input from a terminal."""
     module = importlib.import_module("arctrue.cli.import_")
 
     class _Stdin:
@@ -50,12 +50,12 @@ def test_a_script_is_reported_every_question_at_once(odd_names: Path, tmp_path: 
     assert done.exit_code == 2
     for option in ("--column target=", "--column error=", "--column head1=", "--unit target=deg"):
         assert option in done.output.replace("'", ""), option
-    # The screen shows the first rows of every file, with the numbers of the columns.
+    # The output shows the first rows of every file, with the numbers of the columns.
     assert "first rows of a file.csv:" in done.output
     assert "1 tick  2 axis $1  3 axis 'two'  4 n" in " ".join(done.output.split("\n")).replace(
         "   ", "  "
     ).replace("   ", "  ")
-    # If the command line answers all questions, none is asked.
+    # If the command line answers all questions, the import asks none.
     words = ["--column", "target=2", "--column", "head1=3", "--unit", "target=deg"]
     done = arctrue(odd_names, *words, "--unit", "head1=deg", tmp_path / "out")
     assert done.exit_code == 0, done.output

@@ -1,4 +1,4 @@
-"""Tests that small files which unpack to a very large size are refused before they are unpacked."""
+"""Tests that small files are refused if their unpacked content would exceed the limit of memory."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from arctrue.importing.readers import unpacked_size
 from arctrue.measurement import MeasurementError
 
 SMALLER = 1_000_000
-"""Limit in bytes that these tests set instead of the usual one."""
+"""Limit of the unpacked size in bytes, which these tests set."""
 ROWS = 200_000
 
 
@@ -66,13 +66,13 @@ def _rows_that_grow(path: Path) -> None:
 
 
 def _wide_text_in_gzip(path: Path) -> None:
-    """Write one long text in a column of fixed width; in memory every other row of this column then
-    takes as much space."""
+    """Write a column of texts, one of which is long: in an array of fixed width every row takes as
+    much memory."""
     path.write_bytes(gzip.compress(b"0,a\n" * 1000 + b"0," + b"a" * 2000 + b"\n"))
 
 
 def _objects_in_gzip(path: Path) -> None:
-    """Write a file with objects that take three bytes each."""
+    """Write a file of empty JSON objects, which take three bytes each."""
     path.write_bytes(gzip.compress(b"{}\n" * (SMALLER // 4)))
 
 
@@ -95,7 +95,7 @@ def _mat_struct(path: Path) -> None:
 def _mat_73(path: Path) -> None:
     h5py = pytest.importorskip("h5py")
     with h5py.File(path, "w", userblock_size=512) as file:
-        # Each value has one byte, and the file stores no written value.
+        # Each value has one byte, and no value is written, so that the file stores only the shape.
         data = file.create_dataset("a", shape=(1, ROWS), dtype="u1", chunks=(1, 1000))
         data.attrs["MATLAB_class"] = np.bytes_("uint8")
     with path.open("r+b") as raw:
@@ -105,7 +105,7 @@ def _mat_73(path: Path) -> None:
 def _hdf5(path: Path) -> None:
     h5py = pytest.importorskip("h5py")
     with h5py.File(path, "w") as file:
-        # No value was ever written: the file stores only the shape.
+        # No value is written, so that the file stores only the shape.
         file.create_dataset("a", shape=(ROWS,), dtype="f8", chunks=(1000,))
 
 
@@ -144,7 +144,7 @@ def test_it_is_refused(
 
 
 def test_unpacking_stops_at_the_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The program refuses a decompression bomb before the bomb fills the disk."""
+    """Unpacking a gzip file stops at the limit, before the file fills the disk."""
     path = tmp_path / "a.csv.gz"
     path.write_bytes(gzip.compress(b"\0" * 100_000_000))
     monkeypatch.setattr(unpacked_size, "MOST_BYTES", SMALLER)

@@ -9,5 +9,5 @@ LANES = 4
 SAMPLES = 1200
 DEPTH = RevolutionSettings(samples=SAMPLES).capture_depth
 EXTENSIONS = {"LOCAL_TABLE": "true", "MODULATORS": "true", "REAL_ORDERS": "true"}
-"""Generics of the core that all tests of an extension share, because building a core takes most of
-a minute."""
+"""Generics of the core that all tests of extensions share, because building a core takes nearly a
+minute."""

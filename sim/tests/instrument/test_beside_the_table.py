@@ -1,8 +1,8 @@
-"""Tests of the connections for other instruments, from pin to console: probe, sync input, trigger
-and position compare.
+"""Tests of the inputs and outputs for other instruments: probe, sync input, trigger, position
+compare.
 
-The bench decodes the pins of head 1 itself and corrects the count by equation (9) in double
-precision. Core and firmware receive only pins and lines of the console.
+The tests decode the pins of head 1 themselves and correct the counts by equation (9) in double
+precision. They access core and firmware only through pins and console lines.
 """
 
 from __future__ import annotations
@@ -46,15 +46,15 @@ The table moves by 2° to 3° while the firmware sets the core up, and then reac
 """
 
 SAMPLE_AFTER_EDGE = -1
-"""Clocks from the edge to the pins of head 1 that the sample contains; the sample contains the pins
-of the clock before the edge.
+"""Clocks from an edge of sync_in to the pins of head 1 that its sample contains: those one clock
+before the edge.
 
 The strobe comes 4 clocks after its pin, the turn position 5 clocks (headers of pulse_input and
 quadrature_decoder).
 """
 NOTED = 1
-"""Clocks from the recorded inputs to the recorded outputs: a recording contains the inputs of a
-clock, and the outputs after the edge of this clock."""
+"""Clocks by which a recording shows outputs early: it contains the inputs of a clock, but the
+outputs after the rising edge that ends this clock."""
 TRIGGER_AFTER_EDGE = 4 + 1 + 1 - NOTED
 """Number of clocks from an edge of sync_in to the trigger, through pulse_input, sample_trigger and
 pulse_output."""
@@ -65,7 +65,7 @@ position_compare and pulse_output."""
 
 @dataclass(frozen=True, slots=True)
 class Pins:
-    """The pins from the clock ``first_clock`` on, with the counts that the bench decodes from
+    """The pins from the clock ``first_clock`` on, with the counts that the tests decode from
     them."""
 
     first_clock: int
@@ -106,7 +106,7 @@ class Beside(Scene):
             step, illegal = decode_quadrature(int(of_head[0]), of_head[1:])
             assert not illegal.size
             position = np.concatenate([[0], np.cumsum(step)])
-            # The table turns upwards, so that it meets the index at the beginning of the mark.
+            # The table turns upwards, so that the index is the rising edge of the mark.
             index = np.flatnonzero(of_head & HEAD1_Z)[0]
             positions.append(position - position[index])
         return Pins(self.first_clock, levels, np.array(positions))
@@ -116,8 +116,8 @@ class Beside(Scene):
 
 
 class ConsoleOfTheFirmware:
-    """A stand-in with the interface of :class:`arctrue.device.console.Console`, for a reader that
-    expects a serial port."""
+    """A stand-in for :class:`arctrue.device.console.Console`, which passes lines to the
+    firmware."""
 
     port = "the firmware on the compiled core"
 
@@ -131,8 +131,7 @@ class ConsoleOfTheFirmware:
 
 
 def corrected(turn_position: NDArray[np.int64], bank: Coefficients) -> NDArray[np.float64]:
-    """Return the counts of head 1 corrected by equation (9), counted from the index over many
-    turns."""
+    """Return the counts of head 1 from its index, over many turns, corrected by equation (9)."""
     return turn_position - error_of_words_counts(bank, turn_position % COUNTS)
 
 
@@ -144,8 +143,8 @@ def scene() -> Iterator[Beside]:
 
 
 def test_a_probe_reads_the_corrected_angle_of_its_edge(scene: Beside) -> None:
-    """The probe's angle equals that of equation (9) in double precision, at the clock of the pin's
-    edge, within the bound of the correction."""
+    """The probe's angle agrees with equation (9) in double precision at the edge of the pin, within
+    the bound of the correction."""
     instrument, bank = scene.instrument, scene.coefficients
     bound = correction_bound_counts(bank)
     draw = np.random.default_rng(5)
@@ -167,7 +166,7 @@ def test_a_probe_reads_the_corrected_angle_of_its_edge(scene: Beside) -> None:
     reported = np.array([latch.angle_deg for latch in latches]) * COUNTS / 360.0
     off = (reported - wanted + COUNTS / 2) % COUNTS - COUNTS / 2
     assert np.abs(off).max() <= bound
-    # With the pins of one clock later, the worst angle would be wrong by a count; the bench would
+    # With the pins of one clock later, the worst angle would be wrong by a count; the test would
     # detect this.
     later = corrected(scene.pins().of(clocks + 1)[0], bank)
     assert np.abs((reported - later + COUNTS / 2) % COUNTS - COUNTS / 2).max() > bound
@@ -180,12 +179,12 @@ def test_a_probe_reads_the_corrected_angle_of_its_edge(scene: Beside) -> None:
 
 
 def test_samples_are_taken_at_the_edges_of_sync_in(scene: Beside) -> None:
-    """Each sample contains both heads' counts at its edge of sync_in during a turn, and each edge
-    gives a trigger pulse."""
+    """Each edge of sync_in during a turn gives a sample of both heads' counts and a trigger
+    pulse."""
     instrument, firmware = scene.instrument, scene.firmware
     for line in ("trigger width 2", "sync capture 1"):
         assert firmware.send(line) == "ok"
-    # The firmware drops the turn that began with samples at equal times.
+    # In this time the firmware drops the turn that began with samples at equal times.
     firmware.run(2000)
     assert instrument.read("capture_fill") == 0
     assert not instrument.read("status.capture_ready")
@@ -214,7 +213,7 @@ def test_samples_are_taken_at_the_edges_of_sync_in(scene: Beside) -> None:
 
 def test_the_compare_fires_at_the_corrected_places(scene: Beside) -> None:
     """The compare gives one pulse at every place, in the clock in which the corrected count reaches
-    the place."""
+    it."""
     instrument, bank = scene.instrument, scene.coefficients
     interval, first = COUNTS // 32, 77
     begin = instrument.clock
@@ -256,7 +255,8 @@ def test_no_event_of_probe_and_compare_is_lost(scene: Beside) -> None:
         found.append(event)
     pins = scene.pins()
     rises = pins.rises(COMPARE_OUT, begin)
-    # If compare_out were wired to the probe, the probe would see the pulse in the next clock.
+    # The recorded pulse is one clock early (NOTED); a probe wired to compare_out sees it in the
+    # next clock.
     pulses = rises + NOTED
     assert min(edges.size, rises.size) >= 15
     clocks = np.concatenate([edges, pulses])
@@ -273,8 +273,8 @@ def test_no_event_of_probe_and_compare_is_lost(scene: Beside) -> None:
 
 
 def test_the_recorder_counts_the_output_up_to_its_index(scene: Beside) -> None:
-    """The position at Z equals the position from the pins in this clock, although the recording
-    stores only 1 of 17 edges."""
+    """The recorded position at Z equals the position from the pins, although the recording stores
+    only every 17th edge."""
     instrument = scene.instrument
     begin = instrument.clock
     instrument.record(every=17)
@@ -286,7 +286,7 @@ def test_the_recorder_counts_the_output_up_to_its_index(scene: Beside) -> None:
     assert not illegal.size
     shown = np.concatenate([[0], np.cumsum(step)])
     track = recording.output
-    # The two decoders differ by a constant, their zeros; the table turns upwards.
+    # The positions of the two decoders differ only by a constant, their zeros.
     (apart,) = np.unique(track.position - shown[track.clock - pins.first_clock])
     rises = pins.rises(OUTPUT_Z, begin)
     assert rises.size == 2

@@ -1,4 +1,4 @@
-"""Tests that the build names a missing tool, and that it builds no part twice."""
+"""Tests that the build names missing tools, and that it builds no part twice."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from arctrue.instrument.build import building, compile_all, digest
 
 
 def test_missing_tools_are_named_at_once(tmp_path: Path) -> None:
-    """One message without a traceback names all missing tools, because PATH is empty."""
+    """With an empty PATH, one message without a traceback names all missing tools."""
     done = subprocess.run(
         [sys.executable, "-m", "arctrue.instrument", "--lanes", "3"],
         cwd=ROOT,

@@ -1,4 +1,4 @@
-"""Tests of registers by name, bus errors, stalls and interrupts, against the register map."""
+"""Tests the bus of the instrument: registers by name, bus errors, stalls and interrupts."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_refused_accesses_are_errors(instrument: Instrument) -> None:
 
 
 def test_time_goes_on_during_an_access(instrument: Instrument) -> None:
-    """The core counts as many clocks during an access as the harness."""
+    """During an access, the core counts as many clocks as the harness."""
     first = instrument.snapshot().time
     begin = instrument.clock
     second = instrument.snapshot().time
@@ -107,8 +107,8 @@ def test_two_instruments_side_by_side() -> None:
 
 
 def test_libraries_of_two_sizes_share_no_name() -> None:
-    """The two libraries must have no name in common; otherwise the second library would use the C++
-    functions of the library that was loaded first."""
+    """The models in two libraries have no name in common; otherwise the second library would use
+    the C++ functions of the first."""
     listed = subprocess.run(
         ["nm", "-D", "--defined-only", build(LANES, DEPTH)],
         capture_output=True,

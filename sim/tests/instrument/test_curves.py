@@ -1,4 +1,4 @@
-"""Tests of readings between the knots against the table's geometry, and of the statistics of the
+"""Tests readings between the knots against the table's geometry, and the statistics of the
 noise."""
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ TABLE = RotaryTable(
 
 def between(curve: np.ndarray, knot: int, clock: np.ndarray) -> np.ndarray:
     """Return the cubic through the four knots around each clock, computed with numpy's polynomials;
-    clock 0 is the first one of the piece."""
+    clocks count from the start of the piece."""
     interval = clock // knot
     values = []
     for place, at in zip(interval.tolist(), (clock / knot - interval).tolist(), strict=True):
@@ -59,8 +59,8 @@ def test_cubic_between_knots_is_the_table(first: int) -> None:
 
 
 def test_a_reading_that_bends_within_a_line_gets_nearer_knots() -> None:
-    """The knots are nearer than 16 counts for a table that has a subdivision error with a period of
-    16 counts; knots 16 counts apart would not show this error."""
+    """For a subdivision error with a period of 16 counts, the knots are less than 16 counts apart;
+    knots 16 counts apart would miss the error."""
     lines = COUNTS // 16
     distortion = SignalDistortion(head=0, lines=lines, cosine_offset=0.3)
     table = replace(TABLE, causes=(*TABLE.causes, distortion))
@@ -70,13 +70,13 @@ def test_a_reading_that_bends_within_a_line_gets_nearer_knots() -> None:
     assert knot < smooth
     clock = np.arange(1, 2000, 7)
     off = between(head1, knot, clock) - exact(table, 0, 20_000 + clock)
-    # With one knot per clock every clock would be a knot, and the cubic would not interpolate.
+    # With a knot in every clock, the cubic would interpolate nothing.
     assert np.abs(off).max() < INTERPOLATION_TOLERANCE_COUNTS
 
 
 def test_conditions_reach_the_table() -> None:
-    """The reading contains the effect of temperature: 20 K move the centre of this disc by 20 µm,
-    seen at the radius of the head."""
+    """The temperature changes the reading: 20 K move the centre of this disc by 20 µm, which is an
+    angle at the disc's radius."""
     warm_disc = replace(TABLE, causes=(ThermalCentre(1e-6),))
     cold = TableCurves(warm_disc, MOTION, CLOCK_HZ, 16)
     warm = replace(MOTION, temperature=TemperatureCourse((0.0,), (40.0,)))
@@ -85,8 +85,8 @@ def test_conditions_reach_the_table() -> None:
         _, at_20, _, angle = cold.piece(clock, 64)
         _, at_40, _, _ = heated.piece(clock, 64)
         moved_rad = (at_40 - at_20) * TABLE.count_rad
-        # For a small offset the reading changes by offset / radius · sin θ, except for the square
-        # of offset / radius.
+        # The reading changes by offset / radius · sin θ, except for terms of order (offset /
+        # radius)².
         ratio = 20e-6 / DISC_RADIUS_M
         assert np.abs(moved_rad - ratio * np.sin(angle)).max() < 2 * ratio**2
 
@@ -128,8 +128,8 @@ def test_noise_of_a_long_run_never_repeats_and_has_no_seams() -> None:
     again = ReadingNoise(rms_rad=rms, correlation_s=step_s, seed=4)
     np.testing.assert_array_equal(read(again, time_s + 5 * knots * step_s), pieces[5])
     np.testing.assert_array_equal(read(noise, time_s), pieces[0])
-    # From knot to knot, a cubic B-spline of normal numbers changes by at most 2·rms·√(315/151)·5,
-    # that is by five standard deviations.
+    # Between two knots, the cubic B-spline of normal numbers changes by at most 2·rms·√(315/151)·5,
+    # if the numbers stay within five standard deviations.
     seam_s = knots * step_s + np.linspace(-2 * step_s, 2 * step_s, 2000)
     most = 2 * rms * np.sqrt(315 / 151) * 5 * (seam_s[1] - seam_s[0]) / step_s
     assert np.abs(np.diff(read(noise, seam_s))).max() < most

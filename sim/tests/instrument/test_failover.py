@@ -1,4 +1,4 @@
-"""Test of a calibrated and loaded device with four heads, of which one head fails while the table
+"""Tests that a calibrated device with four heads leaves out a head that fails while the table
 turns.
 
 Table, firmware and gateware are those of test_four_heads.py; the core is built with FAILOVER.
@@ -28,8 +28,8 @@ Eccentricity of 142″ then changes the difference of two heads by 58 counts in 
 preset of 32 counts is for 90°/s at 100 MHz.
 """
 CLOCKS_A_SLIPPED_COUNT = 4
-"""Clocks per count of the false edges, which are slower than the edges of the table. Some false
-edges coincide with edges of the table and are illegal transitions."""
+"""Clocks per count of the added edges, which are slower than the edges of the table. Added edges
+that coincide with edges of the table are illegal transitions."""
 
 
 @pytest.fixture(scope="module")
@@ -66,8 +66,8 @@ def back_in(device: HeadsDevice) -> None:
 @pytest.mark.large
 @pytest.mark.slow
 def test_a_dead_head_is_left_out_and_comes_back(device: HeadsDevice) -> None:
-    """The firmware leaves out head 3, whose pins stay low for a turn: the other three heads
-    continue, and the output contains no ball motion."""
+    """The firmware leaves out head 3 while its pins are low for a turn; the output then follows the
+    mean of the other heads, without ball motion."""
     firmware, instrument = device.firmware, device.instrument
     first = len(firmware.telemetry)
     turn_clocks = round(SETTINGS.counts_per_rev * 1.15)
@@ -92,8 +92,8 @@ def test_a_dead_head_is_left_out_and_comes_back(device: HeadsDevice) -> None:
 
 @pytest.mark.slow
 def test_a_head_that_slips_by_4000_counts_is_left_out(device: HeadsDevice) -> None:
-    """The firmware leaves out head 3, which counts 4,000 counts too many because of added pulses;
-    the other three heads continue, and head 3 returns."""
+    """The firmware leaves out head 3, which counts 4,000 counts too many because of added pulses,
+    and later uses it again."""
     firmware, instrument = device.firmware, device.instrument
     first = len(firmware.telemetry)
     begin = instrument.clock + 100

@@ -59,7 +59,7 @@ def device() -> Iterator[HeadsDevice]:
 
 @pytest.mark.slow
 def test_capture_calibrate_load_and_fresh_turns(device: HeadsDevice, tmp_path: Path) -> None:
-    """The device itself performs the steps of docs/heads.md, with counts 64 times coarser."""
+    """The device performs the steps of docs/heads.md, with counts that are 64 times coarser."""
     balls_arcsec = np.degrees(0.25e-6 / DISC_RADIUS_M) * 3600.0
     hub_arcsec = np.degrees(2e-6 / DISC_RADIUS_M) * 3600.0
     device.turn_before(*AXIS)
@@ -81,8 +81,8 @@ def test_capture_calibrate_load_and_fresh_turns(device: HeadsDevice, tmp_path: P
     assert device.load(coefficients) == "load active"
     mean = device.accepted_turn()
     assert (mean["mean_of_heads"], mean["carrier"], mean["result"]) == (4, 1, "kept")
-    # The bound for the largest error of a place is twice the error of a calibration with 1,600
-    # counts of 5″.
+    # The bound is twice the largest error of a place in a calibration with 1,600 samples and counts
+    # of 5″.
     assert mean["mean_off_arcsec"] < 0.5
     assert mean["alarms"] == []
     assert "active_arcsec" in first
@@ -91,7 +91,7 @@ def test_capture_calibrate_load_and_fresh_turns(device: HeadsDevice, tmp_path: P
     assert abs(before.line(BALLS.order)) < LINE_ARCSEC
     assert abs(head1_before.line(BALLS.order)) == pytest.approx(balls_arcsec, abs=LINE_ARCSEC)
 
-    # The hub moves while the power is off. A turn confirms the saved set without a new fit.
+    # While the power is off, the hub is moved; a turn confirms the saved set without a new fit.
     device.firmware.send("save")
     device.run_until(lambda: "saved_record 1" in device.firmware.send("status"))
     flash = device.firmware.flash
@@ -109,8 +109,8 @@ def test_capture_calibrate_load_and_fresh_turns(device: HeadsDevice, tmp_path: P
 
 @pytest.mark.slow
 def test_the_device_calibrates_the_mean_alone(device: HeadsDevice) -> None:
-    """The firmware fits the coefficients, computes the weights, writes both and swaps, without a
-    host; the test compares further turns with the true angle."""
+    """Without a host, the firmware fits the coefficients, computes the weights, writes both and
+    swaps; further turns agree with the true angle."""
     balls_arcsec = np.degrees(0.25e-6 / DISC_RADIUS_M) * 3600.0
     device.calibrate_alone()
     device.firmware.send("forget")
@@ -118,10 +118,10 @@ def test_the_device_calibrates_the_mean_alone(device: HeadsDevice) -> None:
     first = device.accepted_turn()
     assert (first["result"], first["mean_of_heads"], first["carrier"]) == ("applied", 4, 1)
     # The simulated heads and marks stand at the nominal places, within half a count. The 20″ of
-    # u_places_arcsec are for the mountings and marks of a real table.
+    # u_places_arcsec are the uncertainty for a real table, with its mountings and marks.
     assert first["places_deg"] == pytest.approx(PLACES_DEG, abs=180.0 / SETTINGS.counts_per_rev)
-    # In every reading the ball motion has an order of 4.37. The axis itself has 0.19″ of order 3 in
-    # one direction, into which the ball motion leaks 0.95″ / (pi · 1.37).
+    # The ball motion has the order 4.37 in every reading. It leaks 0.95″ / (π · 1.37) into order 3,
+    # where the axis itself has 0.19″ in one direction.
     assert first["axis_forward_arcsec"][2] == pytest.approx(0.19, abs=0.25)
     assert first["residual_arcsec"] < 1.6, "the parity has the rounding of one reading, 1.43″"
     next_turn = device.accepted_turn()
@@ -133,7 +133,8 @@ def test_the_device_calibrates_the_mean_alone(device: HeadsDevice) -> None:
         assert abs(mean.line(order)) < LINE_ARCSEC, order
     assert abs(head1.line(1)) > 100.0
 
-    # The firmware saves the set; after power off a turn confirms the set, with the same words.
+    # The firmware saves the set; after power off and on, a turn confirms the set with the same
+    # words.
     records = re.compile(r"saved_record (\d+)")
     before = records.findall(device.firmware.send("status"))
     device.firmware.send("save")
@@ -162,8 +163,8 @@ def mean_of(**changes: Any) -> Coefficients:
 
 @pytest.mark.slow
 def test_a_mean_of_other_heads_is_refused(device: HeadsDevice) -> None:
-    """A turn refuses a set with a head off by 0.1 degrees; the firmware refuses three heads, other
-    delays and a wrong checksum at once."""
+    """The firmware refuses a set for three heads, with other delays or with a wrong checksum at
+    once, and a set with a wrong place (0.1°) after a turn."""
     device.turn_before(*AXIS)
     device.accepted_turn()
     offsets = list(mean_of().extension.mean.offsets)  # type: ignore[union-attr]
@@ -185,8 +186,8 @@ def test_a_mean_of_other_heads_is_refused(device: HeadsDevice) -> None:
 
 @pytest.mark.slow
 def test_faults_of_head_4_are_reported(device: HeadsDevice) -> None:
-    """An illegal transition of head 4 raises the console's counter and, if so selected, releases
-    the drivers."""
+    """An illegal transition of head 4 raises the counter on the console and, if selected, switches
+    the line drivers off."""
     device.firmware.send("set release_sources 128")
     device.turn_before(*AXIS)
     device.accepted_turn()
@@ -214,8 +215,8 @@ def test_faults_of_head_4_are_reported(device: HeadsDevice) -> None:
     ],
 )
 def test_hidden_with_four_heads(name: str, micrometres: float, tmp_path: Path) -> None:
-    """Head 1 shows the whole effect with ``arctrue hidden EFFECT --heads 4``, and the mean shows
-    nothing."""
+    """With ``arctrue hidden EFFECT --heads 4``, head 1 shows the whole effect and the mean of the
+    heads shows nothing."""
     file = tmp_path / "found.json"
     size = ["--lines", "1024", "--interpolation", "256", "--samples", "1600", "--lanes", "4"]
     done = CliRunner().invoke(main, ["hidden", name, "--heads", "4", *size, "--json", str(file)])

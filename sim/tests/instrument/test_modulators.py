@@ -1,5 +1,4 @@
-"""Tests of lanes that follow direction and speed, from the pins of a moving table to the edges of
-the output."""
+"""Tests lanes that follow direction or speed, from a moving table's pins to the output's edges."""
 
 from __future__ import annotations
 
@@ -22,8 +21,8 @@ WINDOW = 0x2100
 
 
 class Script:
-    """A table that moves with given speeds for given times; its reading is late or contains the
-    error of a wind-up."""
+    """A table that moves at given speeds for given times; its reading is late or has a reversal
+    error."""
 
     index_width_counts = 1
     rounding_counts = 0.0
@@ -37,8 +36,8 @@ class Script:
         width: float = 1.0,
         counts_per_rev: int = COUNTS,
     ) -> None:
-        """Set up the course; ``legs`` are pairs of (clocks, counts per clock); reversal and width
-        are in counts."""
+        """Compute the motion; ``legs`` are pairs of (clocks, counts per clock); ``half_reversal``
+        and ``width`` (travel to the end of a reversal) are in counts."""
         self.counts_per_rev = counts_per_rev
         speed = np.concatenate([np.full(clocks // KNOT, pace) for clocks, pace in legs])
         self.clocks = speed.size * KNOT
@@ -66,8 +65,8 @@ def modulated() -> Iterator[Instrument]:
 
 
 def order_0(counts: float, modulator: str | None, counts_per_rev: int = COUNTS) -> Coefficients:
-    """Return coefficients with one lane of order 0. The lane follows the condition ``modulator``;
-    with None it is constant."""
+    """Return coefficients with one lane of order 0, which follows the condition ``modulator``;
+    None: it is constant."""
     phase = 0.0 if counts > 0 else np.pi
     bank = Coefficients.from_harmonics([0], [abs(counts)], [phase], counts_per_rev, LANES)
     if modulator is None:
@@ -106,7 +105,7 @@ def run(
 
 
 LATE = 120
-"""Clocks by which the reading is late: 36 counts at the first speed."""
+"""Clocks by which the reading is late, which are 36 counts at the first speed."""
 PACES = (0.3, 0.15)
 
 
@@ -127,14 +126,14 @@ def speed_errors(instrument: Instrument, modulator: str | None) -> list[float]:
     found = []
     for first, last, pace in ((80e3, 119e3, PACES[0]), (200e3, 319e3, PACES[1])):
         chosen = (clock - start > first) & (clock - start < last)
-        # The recording compares each edge with the true angle one latency earlier, so that the
-        # error does not contain the latency.
+        # ``error`` compares an edge with the true angle one latency earlier; in this time the angle
+        # has grown by pace · latency.
         found.append(float(np.mean(error[chosen])) - pace * latency)
     return found
 
 
 def test_latency_is_taken_away_at_two_speeds(modulated: Instrument) -> None:
-    """The lane of order 0 × speed removes the delay of reading and pipeline; a constant lane does
+    """A lane of order 0 × speed removes the delay of reading and pipeline; a constant lane does
     not.
 
     The bound is half a count for the rounding of the reading, and half a count for that of the
@@ -185,12 +184,12 @@ def changing_errors(instrument: Instrument, modulator: str | None) -> NDArray[np
 
 
 def test_latency_at_the_papers_scale_while_the_speed_changes(modulated: Instrument) -> None:
-    """The lane leaves at most two counts plus τ·a·lag, with 2²⁴ counts; a constant lane leaves the
-    whole change."""
+    """At 2²⁴ counts per turn and changing speed, the lane leaves at most two counts plus τ·a·lag
+    (delay, acceleration, lag of the measured speed); a constant lane leaves the whole change."""
     slowing = 0.5 * FULL_PACE / CHANGE_CLOCKS
     error = changing_errors(modulated, "speed")
     assert np.abs(error).max() <= 2.0 + FULL_LATE * slowing * LAG_CLOCKS
-    # At the end the speed is constant again, and at most two counts remain.
+    # At the end the speed is constant again, so that at most two counts remain.
     assert np.abs(error[-500:]).max() <= 2.0
     without = changing_errors(modulated, None)
     assert np.abs(without).max() == pytest.approx(0.5 * FULL_LATE * FULL_PACE, abs=1.5)
@@ -203,8 +202,8 @@ FULL_WIDTH = 5000.0
 
 @pytest.mark.parametrize("modulator", ["direction", None])
 def test_reversal_error_at_the_papers_scale(modulated: Instrument, modulator: str | None) -> None:
-    """The lane leaves less than a twentieth of the 2″ between the directions after the settling,
-    with 2²⁴ counts."""
+    """At 2²⁴ counts per turn, settled edges of both directions differ with the lane by less than a
+    twentieth of the reversal error of 2″."""
     pace = 0.25
     legs = [(90_000, pace)]
     for way in (-14_000.0, 13_000.0, -12_000.0):
@@ -222,7 +221,8 @@ def test_reversal_error_at_the_papers_scale(modulated: Instrument, modulator: st
     )
     knot = np.clip((clock - start) // KNOT, 0, script.place.size - 2)
     step = np.diff(script.place)[knot]
-    # An edge counts as settled if the table has travelled the last 2W in one direction.
+    # An edge is settled if the table has travelled more than twice FULL_WIDTH in one direction
+    # before it.
     travel = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(script.place)))])
     before = np.searchsorted(travel, travel[knot] - 2.1 * FULL_WIDTH)
     moved = np.abs(script.place[knot] - script.place[before])
@@ -244,7 +244,7 @@ WIDTH = 700.0
 
 
 def reversal_errors(instrument: Instrument, modulator: str | None) -> NDArray[np.float64]:
-    """Return the error in counts of every edge after the direction is known, also during the
+    """Return the error in counts of every edge from when the direction is known, also during
     reversals."""
     pace = 0.1
     legs = [(90_000, pace)]
@@ -263,12 +263,13 @@ def reversal_errors(instrument: Instrument, modulator: str | None) -> NDArray[np
 
 
 def test_reversal_error_is_taken_away(modulated: Instrument) -> None:
-    """The lane removes the error at standstill and in each reversal; a lane that does not follow
-    the direction removes nothing.
+    """The lane that follows the direction removes the reversal error, also during reversals; a
+    constant lane removes nothing.
 
-    The bound is one count of roundings, plus the delay times the slope B / 2 / W of the wind-up.
-    The delay is two counts of dead zone, the whole count in which the place moves, and two sweeps
-    and a division of 20 clocks at 0.1 count per clock.
+    The bound is one count for roundings, plus the change of the reversal error during the delay of
+    the correction. The slope of this error is HALF_REVERSAL / WIDTH. The delay in counts is the sum
+    of the dead zone (2), the step of the place (1), and the travel at 0.1 count per clock during
+    two sweeps and a division of 20 clocks.
     """
     slope = HALF_REVERSAL / WIDTH
     bound = 1.0 + slope * (2.0 + 1.0 + 0.1 * (2 * SWEEP_CLOCKS + 20))
@@ -279,8 +280,7 @@ def test_reversal_error_is_taken_away(modulated: Instrument) -> None:
 
 
 def test_the_direction_stands_while_the_table_trembles(modulated: Instrument) -> None:
-    """The correction does not change while the table moves back and forth within the dead zone; the
-    output makes no edge at standstill."""
+    """The direction does not change while the table moves back and forth within the dead zone."""
     legs = [(90_000, 0.1), *[(40, 0.05), (40, -0.05)] * 100, (3000, 0.0)]
     run(
         modulated,
@@ -294,12 +294,10 @@ def test_the_direction_stands_while_the_table_trembles(modulated: Instrument) ->
 
 
 def test_the_console_moves_what_follows_a_word(modulated: Instrument) -> None:
-    """The output moves by 15 counts at the slew rate, without a step, when the console changes the
-    word from 0.5 to -0.25 of 20 counts. The output then moves by 15 counts at the slew rate,
-    without a step.
+    """The console changes the word of a lane of 20 counts from 0.5 to -0.25; the output then moves
+    by 15 counts at the slew rate, without a step.
 
-    The bound is half a count each for the roundings of reading and output, since the output makes
-    one edge at a time.
+    The bound is half a count each for the roundings of reading and output.
     """
     pace, size = 0.1, 20.0
     modulated.attach_curves(Script([(200_000, pace)]))  # type: ignore[arg-type]
@@ -336,8 +334,8 @@ def test_the_console_moves_what_follows_a_word(modulated: Instrument) -> None:
 
 
 def test_every_word_of_the_window(modulated: Instrument) -> None:
-    """The console can write words 0 to 5 and can only read words 6 to 8; the core refuses all other
-    words. The test reads the words of the lane back."""
+    """Words 0 to 5 of the window can be written, words 6 to 8 only read; the core refuses all other
+    words. The words of a lane are read back."""
     assert modulated.read("capability.modulators") == 1
     for word in range(16):
         for is_write in (False, True):

@@ -1,5 +1,4 @@
-"""Tests that the pins of the instrument have the edges that the tests solve one by one, and that
-the instrument's decoder agrees."""
+"""Tests the edges of the instrument's pins against edges that are computed one by one."""
 
 from __future__ import annotations
 
@@ -24,9 +23,9 @@ from arctrue.table import (
 
 COUNTS = 4096
 CLOCK_HZ = 1e6
-# The test computes an edge to 1e-7 counts, and the cubic between knots is right to 1e-3 counts. The
-# two results may lie on different sides of a clock: at about 1 count in 4 clocks this happens once
-# in some thousand edges.
+# The test computes an edge to 1e-7 counts; the cubic between knots is right to 1e-3 counts. An edge
+# near the end of a clock may therefore differ by a clock; at about 4 clocks per count, this happens
+# once in some thousand edges.
 MOST_EDGES_A_CLOCK_OFF = 20
 
 
@@ -75,7 +74,7 @@ def test_pins_of_a_table(instrument: Instrument) -> None:
     off = np.flatnonzero(pins != wanted)
     assert np.count_nonzero(np.diff(wanted)) > 10_000
     assert off.size <= MOST_EDGES_A_CLOCK_OFF
-    # Each of these edges differs by one clock only.
+    # Each of these edges differs by one clock, because no two of them are adjacent.
     assert np.all(np.diff(off) > 1)
 
 
@@ -97,8 +96,8 @@ def test_true_angle_and_end(instrument: Instrument) -> None:
 
 
 def test_output_is_decoded_as_it_was_put_in(instrument: Instrument) -> None:
-    """The core repeats head 1 without a correction, and the recorder's count of the output equals
-    that of decode_quadrature."""
+    """Without a correction the core repeats head 1; the recorder counts the output like
+    decode_quadrature."""
     motion = there_and_back()
     instrument.attach(table(), motion)
     instrument.reset()
@@ -118,11 +117,11 @@ def test_output_is_decoded_as_it_was_put_in(instrument: Instrument) -> None:
     assert recording.illegal == illegal.size == 0
     assert recording.output.edges == np.count_nonzero(step) == recording.output.clock.size
     assert np.array_equal(recording.output.clock, begin + 1 + np.flatnonzero(step))
-    # A downward step crosses the upper end of the new count.
+    # A downward step passes the upper end of the new count.
     level = np.where(step < 0, np.cumsum(step) + 1, np.cumsum(step))[step != 0]
     assert np.array_equal(np.diff(recording.output.position), np.diff(level))
-    # The test knows the error of the reading exactly; the recorder records an edge up to one clock
-    # late, half a clock on average.
+    # The error of the reading is known exactly; an edge is recorded up to one clock late, on
+    # average half a clock.
     angle = recording.head1.true_angle_rad
     state = motion.state(np.clip((recording.head1.clock - begin) / CLOCK_HZ, 0, motion.duration_s))
     assert np.max(np.abs(np.diff(recording.head1.position))) <= 1
@@ -132,7 +131,7 @@ def test_output_is_decoded_as_it_was_put_in(instrument: Instrument) -> None:
 
 
 def test_latency_is_that_of_the_edges(instrument: Instrument) -> None:
-    """A single edge at head 1 appears at the output after the stated latency, also with the
+    """A single edge at head 1 appears at the output after ``latency_clocks``, also with the
     filter."""
     for length in (1, 4):
         instrument.attach_pins(PinEvents(0, np.zeros(0, dtype=np.int64), np.zeros(0, np.uint8)))

@@ -1,5 +1,5 @@
-"""Tests of the firmware that runs on the instrument's bus: its parameters, console, errors, and a
-captured bank."""
+"""Tests the firmware on the instrument's bus: parameters, console, bus errors, and a captured
+bank."""
 
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ def test_refused_parameters_say_why(instrument: Instrument) -> None:
 
 
 def test_an_error_of_the_bus_reaches_python(instrument: Instrument) -> None:
-    """The model keeps the first Python exception of the bus and raises it after the step, because C
-    code cannot receive the exception."""
+    """A bus error during a step of the firmware's C code is raised as a Python exception after the
+    step."""
     firmware = set_up(instrument.firmware, SETTINGS)
     for address in (0x20000, 0x3FFFC):
         instrument.library.firmware_bus_read(firmware._bus, address)
@@ -62,8 +62,7 @@ def test_what_it_writes_is_what_the_core_holds(instrument: Instrument) -> None:
         until=lambda f: taken.append(instrument.clock) or bool(f.telemetry),
         poll_clocks=SETTINGS.poll_clocks,
     )
-    # In the step that calibrates, the firmware reads every word of the bank over the bus and
-    # computes the coefficients.
+    # In the step that calibrates, the firmware reads every word of the capture bank over the bus.
     words = 2 * firmware.telemetry[0]["samples"]
     assert taken[-1] - taken[-2] > 3000 + 4 * words
     assert firmware.telemetry[0]["result"] == "applied"
@@ -71,7 +70,8 @@ def test_what_it_writes_is_what_the_core_holds(instrument: Instrument) -> None:
     assert bank is not None
     held = instrument.read_words(COEFFICIENTS_ADDRESS, 4 * LANES)
     assert held == coefficient_words(bank)
-    # Order 1 is the eccentricity of 144″: the lane's amplitude is the factor 2·A of equation (9).
+    # The lane of order 1 contains the eccentricity of 144″; its amplitude is the factor 2·A of
+    # equation (9).
     amplitude = np.abs(bank.amplitudes).max() / 2**11 * SETTINGS.arcsec_per_count
     assert amplitude == pytest.approx(144.07, abs=0.5)
 

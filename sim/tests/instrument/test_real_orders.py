@@ -1,5 +1,4 @@
-"""Tests of lanes of non-integer orders over many turns, from the pins of a moving table to the
-edges of the output."""
+"""Tests lanes of non-integer orders over many turns, from a moving table's pins to the output."""
 
 from __future__ import annotations
 
@@ -23,15 +22,14 @@ TURN_RAD = 2.0 * np.pi
 ORDERS = np.array([0.5, 71.4, 70.4, 72.4])
 """Orders of a belt, and of a gear and its two side lines."""
 AMPLITUDES = np.array([10.0, 3.0, 1.0, 1.0])
-"""Amplitudes in counts. They are so small that the errors as functions of reading and of angle
-agree to 0.4 count."""
+"""Amplitudes in counts, so small that the error as a function of the reading equals the error as a
+function of the angle within 0.4 count."""
 PHASES = np.array([0.7, -2.0, 1.1, 0.3])
 SHOWN_TURNS = 2
 
 
 def lines_counts(place: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the error of the reading in counts, at these places in counts over any number of
-    turns."""
+    """Return the error of the reading in counts at ``place``, counts over any number of turns."""
     phase = np.multiply.outer(place, ORDERS) * (TURN_RAD / COUNTS) + PHASES
     return np.asarray(np.cos(phase) @ AMPLITUDES)
 
@@ -113,18 +111,18 @@ def run(
 
 
 def test_lines_are_gone_after_some_turns_and_backwards(built: Instrument) -> None:
-    """The lines are gone after some turns, also when the table goes back past its index into
-    negative turns. The test also runs with the lanes off."""
+    """The lanes remove the lines, also when the table goes back past its index into negative turns;
+    with the lanes off, the lines are there."""
     for found in run(built, bank(on=True), 6, 9):
         assert found.max() < 0.5, found
     for found in run(built, bank(on=False), 4, 4):
-        # A fit over two turns separates the lines of the gear to one twentieth of a line.
+        # A fit over two turns separates the lines of the gear within 5 %.
         assert found == pytest.approx(AMPLITUDES, rel=0.05)
 
 
 @pytest.mark.large
 def test_lines_are_gone_after_a_thousand_turns(built: Instrument) -> None:
-    """The lines are as small after a thousand turns forwards, and after the way back, as after a
-    few turns: their phase does not drift."""
+    """After a thousand turns forwards, and after the way back, the lines are as small as after a
+    few turns, because the lanes' phase does not drift."""
     for found in run(built, bank(on=True), 1000, 1000):
         assert found.max() < 0.5, found

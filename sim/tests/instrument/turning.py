@@ -1,5 +1,4 @@
-"""Runs the virtual instrument in a thread, in which the table turns; the instrument's console is a
-serial port."""
+"""Turns the virtual instrument's table in a thread, and serves its console at a serial port."""
 
 from __future__ import annotations
 
@@ -13,8 +12,8 @@ from arctrue.instrument.serial_port import SerialPort
 
 
 class Turning(threading.Thread):
-    """A thread that turns the table up to turn ``last`` of the telemetry, and always serves
-    ``port``."""
+    """A thread that turns the table until turn ``last`` of the telemetry, and serves ``port`` until
+    it ends."""
 
     def __init__(self, instrument: Instrument, poll_clocks: int) -> None:
         super().__init__(daemon=True)
@@ -27,7 +26,7 @@ class Turning(threading.Thread):
         self._orders: queue.SimpleQueue[Callable[[Firmware], object]] = queue.SimpleQueue()
 
     def order(self, work: Callable[[Firmware], object]) -> None:
-        """Make the instrument's thread execute a function."""
+        """Make the thread call ``work`` with the firmware."""
         self._orders.put(work)
 
     def turns(self) -> int:

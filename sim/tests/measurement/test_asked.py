@@ -1,5 +1,5 @@
-"""Tests whether a further measurement is the one that the program requested; otherwise the program
-states the difference."""
+"""Tests the check of a further measurement: it is the requested one, or the difference is
+stated."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def first_run(measured: MeasurementSet) -> MeasurementSet:
 
 
 def last_part(kind: str) -> MeasurementSet:
-    """Return only the further measurement of this kind, from a simulation of the physical table."""
+    """Return only the further measurement of this kind, from a simulated table."""
     made = simulate_set([], short(), seed=1, further=[kind]).measurement
     capture, reference = made.capture, made.reference
     assert capture is not None
@@ -52,8 +52,7 @@ def test_every_measurement_that_is_asked_for_is_known() -> None:
 
 @pytest.mark.parametrize("kind", FURTHER)
 def test_what_was_asked_for_is_recognised(kind: str, plain: MeasurementSet) -> None:
-    """The program recognises each kind of further measurement, which the simulation makes with
-    different settings."""
+    """Each kind of further measurement that the simulation can make is recognised."""
     assert came(kind, plain, last_part(kind)).faults == []
 
 
@@ -63,8 +62,7 @@ def test_the_same_measurement_again_is_not_it(kind: str, plain: MeasurementSet) 
 
 
 def test_the_steps_have_the_figures_of_the_first_run(plain: MeasurementSet) -> None:
-    """The steps that the program requests have the figures of the first run, in which the table
-    goes forward at 30°/s, from 22 °C to at most 22.4 °C."""
+    """The instructions contain the figures of the first run: forward, 30°/s, 22 °C to 22.4 °C."""
     assert plain.capture is not None
     assert plain.table.counts_per_rev is not None
     (first, *_) = runs_of(plain.capture, plain.table.counts_per_rev)

@@ -1,5 +1,4 @@
-"""Tests that sets of three and four heads are read, written, joined and refused, and that sets of
-two heads are as before."""
+"""Tests how sets of three and four heads are read, written, joined and refused."""
 
 from __future__ import annotations
 

@@ -109,7 +109,7 @@ def test_a_deep_setting_is_refused() -> None:
 
 
 def test_the_deepest_nesting_that_is_read() -> None:
-    # The table of the file itself counts as the first level.
+    # The file itself counts as the first level.
     assert parse_toml("x = " + "[" * (DEEPEST - 1) + "]" * (DEEPEST - 1))
     with pytest.raises(TomlContentError, match="nested"):
         parse_toml("x = " + "[" * DEEPEST + "]" * DEEPEST)

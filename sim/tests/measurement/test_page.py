@@ -1,5 +1,4 @@
-"""Tests that docs/measurement-set.md has the keys and columns of the reader, and that the example
-on this page is a valid set."""
+"""Tests that docs/measurement-set.md has the reader's keys and columns, and a valid example."""
 
 from __future__ import annotations
 
@@ -48,8 +47,8 @@ def test_every_key_of_the_reader_and_no_other() -> None:
         keys = set(get_type_hints(declared)) - set(SECTIONS)
         given = content if section == "" else content[section]
         own = {key for key, value in given.items() if not isinstance(value, dict)}
-        # The number of faces may stand under the table or under the reference. The places of three
-        # or four heads replace the separation of two.
+        # The key for the number of faces may be in the section of the table or of the reference.
+        # The places of three or four heads replace the separation of two heads.
         elsewhere = {"faces", "head_places_deg"} if section == "table" else set()
         assert own == keys - elsewhere, section
     assert "# head_places_deg = [0.0, " in block("toml")
@@ -65,11 +64,12 @@ def test_the_example_is_calibrated(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     exec(compile(block("python"), str(PAGE), "exec"), {})
     found = calibrate(read_measurement_set(tmp_path / "my_table"))
     amplitude, u = found.estimate.amplitude_arcsec, found.estimate.u_amplitude_arcsec
-    # The example has 30″. Whole counts are its only noise, which u includes.
+    # The example has an amplitude of 30″; its only noise is the rounding to counts, which u
+    # includes.
     assert amplitude[0] == pytest.approx(30.0, abs=5.0 * u[0])
     assert u[0] < 0.1
-    # If an error a·cos θ is written as a function of the reading, this function also has order 2,
-    # a²/2 (docs/errata.md).
+    # An error a·cos θ, as a function of the reading, also has an order 2 with amplitude a²/2
+    # (docs/errata.md).
     second = 30.0**2 / 2.0 / ARCSEC_PER_RAD
     assert amplitude[1] == pytest.approx(second, abs=5.0 * u[1])
     assert np.all(amplitude[2:] < 5.0 * u[2:])

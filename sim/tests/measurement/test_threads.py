@@ -1,4 +1,4 @@
-"""Tests that sets can be read in threads that end, as the page and the daemon do."""
+"""Tests that sets can be read in threads that end, as in the page's server and in the daemon."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ print(len(rows), *set(rows), pyarrow.default_memory_pool().backend_name)
 
 
 def test_the_first_thread_that_reads_may_end(tmp_path: Path) -> None:
-    """The first thread that reads may end: pyarrow is set to allocate from the system, because
-    mimalloc can crash after its first thread has ended."""
+    """Sets can be read after the first thread that read one has ended. pyarrow allocates from the
+    system, because mimalloc could crash then."""
     measurement = measurement_set(runs=1, cycles=1, turns=1)
     write_measurement_set(tmp_path / "set", measurement)
     done = subprocess.run(

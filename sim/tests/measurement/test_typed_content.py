@@ -1,5 +1,5 @@
-"""Tests the message for a value that differs from its declaration: the message has the key, the
-expected and the found value, and a similar name."""
+"""Tests the messages for values that do not fit their declaration: key, expected and found value,
+similar name."""
 
 from __future__ import annotations
 
@@ -184,6 +184,6 @@ def test_any_content_is_converted_or_gives_one_sentence(content: dict[str, Any])
     assert key
     assert "\n" not in said
     assert "expected" in said or "there are" in said
-    # The key that the message names is also wrong in a file without the other keys.
+    # The key that the message names is also wrong if it is the only key.
     with pytest.raises(ContentError):
         typed({"schema": 1, key[0]: content[key[0]]}, File)

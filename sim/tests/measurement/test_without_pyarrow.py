@@ -1,5 +1,4 @@
-"""Tests that sets are read and written in the same way without pyarrow: numbers, text and
-errors."""
+"""Tests that without pyarrow sets are read and written with the same numbers, texts and errors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tests that counts that restart at each turn, and errors wrong by a whole turn, are recognised and
+"""Tests that counts that restart at each turn, and whole turns in errors, are corrected and
 reported."""
 
 from __future__ import annotations
@@ -37,8 +37,7 @@ def test_wrapped_counts_are_read_as_they_were_before(tmp_path: Path) -> None:
 
 
 def test_a_gap_across_the_zero_is_counted_by_time(tmp_path: Path) -> None:
-    """The reader counts a gap of 1.7 turns by speed and time stamps; only these show how far the
-    table turned in the gap."""
+    """The reader finds the travel in a gap of 1.7 turns from the speed and the time stamps."""
     made = measurement_set(runs=1, reference=False)
     assert made.capture is not None
     left = np.ones(made.capture.run.size, dtype=bool)

@@ -1,5 +1,5 @@
-"""Tests that the tables of docs/architecture.md and the rules of pyproject.toml name the folders
-and modules that exist."""
+"""Tests that docs/architecture.md and the rules in pyproject.toml name the existing folders and
+modules."""
 
 from __future__ import annotations
 
@@ -11,11 +11,10 @@ from pathlib import Path
 from arctrue.base.source_tree import ROOT
 
 PACKAGE = ROOT / "sim" / "arctrue"
-# Packages whose parts each have a row of their own in the table of docs/architecture.md.
+# Packages of which each part has its own row in the table of docs/architecture.md.
 DIVIDED = ("workbench", "studies")
 CONFIGURATION = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-# Layers from the command line at the top down to the units. A module imports only from lower
-# layers.
+# Layers from the command line (top) to the units (bottom). A module imports only from lower layers.
 LAYERS, LAYERS_OF_WORKBENCH = (
     [[name.strip().removeprefix("arctrue.") for name in layer.split("|")] for layer in found]
     for found in (

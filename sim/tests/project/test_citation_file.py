@@ -1,5 +1,4 @@
-"""Tests that CITATION.cff is valid by the Citation File Format 1.2.0 and agrees with the source
-tree."""
+"""Tests that CITATION.cff is valid (Citation File Format 1.2.0) and agrees with the source tree."""
 
 from __future__ import annotations
 

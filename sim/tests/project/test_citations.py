@@ -1,4 +1,5 @@
-"""Tests that the paper has every equation, section, figure and table that the source tree cites."""
+"""Tests that every equation, section, figure and table that the source tree cites is in the
+paper."""
 
 from __future__ import annotations
 
@@ -103,8 +104,8 @@ def test_every_citation_is_in_the_paper() -> None:
 
 
 PLACES = {
-    # Section 2.2 defines b and the iterations, section 3.3 the circuit, the appendix the bounds,
-    # and equation (9) A_n.
+    # Section 2.2 defines b and the iterations, section 3.3 defines the circuit, the appendix the
+    # bounds, and equation (9) defines A_n.
     "rtl/formats/number_formats_pkg.vhd": [
         "sections 2.2 and 3.3 and appendix",
         "A_n of equation (9)",
@@ -117,7 +118,7 @@ PLACES = {
     "rtl/phase/phase_unit.vhd": ["Figure 8 and section 3.3"],
     "rtl/harmonic/harmonic_unit.vhd": ["Figure 9 and section 3.3"],
     "rtl/compensation/error_compensation.vhd": ["equation (8), θ_com = R − ε(R)"],
-    # Equation (2) gives the reading as R = θ + ε(θ), and (1) defines the deviation of the table.
+    # Equation (2) is the reading R = θ + ε(θ); equation (1) defines the deviation of the table.
     "rtl/encoder_source/encoder_source.vhd": ["ε of equation (2)"],
     "rtl/encoder_source/encoder_source_head.vhd": ["R = θ + ε(θ), equation (2)"],
     # ε is a sum of the cosines in equation (9).
@@ -125,8 +126,8 @@ PLACES = {
     "sim/arctrue/workbench/effects/base.py": ["equation (9)"],
     "sim/arctrue/calibration/transfer_function.py": ["equation (6)"],
 }
-"""Citations that each file must contain. At each of these places the paper describes the subject of
-the file."""
+"""Citations that each file must contain, because there the paper describes the subject of the
+file."""
 
 
 @pytest.mark.parametrize("name", PLACES)

@@ -1,5 +1,5 @@
-"""Tests that a figure of this tree or of a named commit supports every claim of the pages about the
-diagnosis."""
+"""Tests that each claim about the diagnosis in the pages has a figure from this tree or a named
+commit."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Tests that every documented command is run here or by test_tutorial.py, or is listed here with
-the test that runs it instead and the reason."""
+"""Tests that every documented command is run here or in test_tutorial.py, or is listed here with a
+reason and with the test that runs it."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ ROOT = Path(__file__).resolve().parents[3]
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md"))]
 FOLLOWED = {"tutorial.md", "first-own-table.md", "own-effect.md", "real-data.md"}
-"""Pages of which test_tutorial.py runs every command and compares the output. It runs the commands
-of first-own-table.md only in ``make test-large``."""
+"""Pages of which test_tutorial.py runs every command and checks the output. It runs the commands of
+first-own-table.md only in ``make test-large``."""
 BLOCK = re.compile(r"^```(?P<language>\w*)[^\n]*\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
 
 INSTRUMENT = "needs the compiled gateware; minutes at the size of the page"
@@ -101,7 +101,7 @@ def lines_of(page: Path) -> Iterator[str]:
 
 
 def documented(program: str) -> list[tuple[str, str]]:
-    """Return (page, command) for every call of a program, without the comments."""
+    """Return (page, command line without comment) for every call of ``program``."""
     found = []
     for page in PAGES:
         for line in lines_of(page):
@@ -127,8 +127,8 @@ def test_the_commands_are_found() -> None:
 
 @pytest.mark.parametrize(("page", "line"), COMMANDS, ids=lambda item: item)
 def test_a_documented_command_has_these_words_and_options(page: str, line: str) -> None:
-    """The parser of the command itself accepts the documented line, whether or not this module runs
-    the command."""
+    """The command's own parser accepts each documented line, even if this module does not run
+    it."""
     if "diganose" in line:
         pytest.skip("the example of a wrong name: it is run below")
     words = shlex.split(line)[1:]
@@ -179,13 +179,13 @@ CODES = {"arctrue diganose my_table": 2}
 """Exit codes other than 0; only the example of a misspelt name has one."""
 INSTEAD = {"EFFECT": "hysteresis"}
 FEWER = {"--trials": "8", "--samples": "1500"}
-"""Smaller sizes for a command that simulates its own sets; they replace the sizes on the page."""
+"""Smaller sizes that replace the sizes on the page, for commands that simulate their own sets."""
 
 
 def test_commands_of_the_documents_run(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each command runs as printed, except: FOLDER, SET, my_table and polygon are small sets,
-    EFFECT is hysteresis, monte-carlo has the sizes of FEWER, import uses the folder ``imported``,
-    join gets ``--times keep``."""
+    """Each command runs as printed, with these exceptions: FOLDER, SET, my_table and polygon are
+    small sets, EFFECT is hysteresis, monte-carlo has the sizes of FEWER, import writes to the
+    folder ``imported``, and join gets ``--times keep``."""
     monkeypatch.chdir(place)
     monkeypatch.setattr(_loaded_set.console, "width", 100)
     for page, line in HERE:
@@ -195,7 +195,7 @@ def test_commands_of_the_documents_run(place: Path, monkeypatch: pytest.MonkeyPa
                 FEWER.get(before, word) for before, word in zip(["", *words], words, strict=False)
             ]
         if words[0] == "add":
-            # The command in README makes a new model.
+            # The command in README creates the model.
             (place / "model.toml").unlink(missing_ok=True)
         if words[0] == "import":
             words[words.index("my_table")] = "imported"

@@ -1,4 +1,4 @@
-"""Tests that recalculate the figures of docs/errata.md and docs/calibration.md from their
+"""Tests the figures of docs/errata.md and docs/calibration.md by calculation from their
 equations."""
 
 from __future__ import annotations
@@ -67,8 +67,9 @@ def test_remainder_of_equation_8() -> None:
 
 
 def test_head_separation_from_the_mean_over_readings() -> None:
-    # The geometry is exact and uses no series. The disc's centre circles the axis at a distance of
-    # ``eccentricity`` radii; each head observes the direction from this centre to itself.
+    # The test uses the exact geometry and no series. The disc's centre circles the axis at a
+    # distance of ``eccentricity`` radii; each head reads the direction from this centre to the
+    # head.
     alpha = math.radians(33)
     eccentricity = 0.030 / (107.95 / 2)
     theta = np.arange(65536) * (2 * math.pi / 65536)
@@ -104,14 +105,14 @@ def test_share_of_the_uncertainty() -> None:
 
 @pytest.mark.parametrize(("order", "amplitude", "u"), [(1, 95.0, 185.0), (11, 12.0, 12.0)])
 def test_head_separation_by_one_order(order: int, amplitude: float, u: float) -> None:
-    """The u(α) in docs/calibration.md is right for a reference with an uncertainty of 0.15″."""
+    """The u(α) in docs/calibration.md follows from a reference with an uncertainty of 0.15″."""
     factor = abs(np.exp(1j * order * math.radians(33)) - 1)
     assert 0.15 * factor / (order * amplitude) * ARCSEC == pytest.approx(u, rel=0.03)
 
 
 def test_what_an_unknown_head_separation_does_to_order_1() -> None:
-    """The figures in docs/calibration.md are right: ±50″ are 28.9″ of u(α), and this uncertainty
-    changes 95″ of order 1 by 0.022″ along the amplitude."""
+    """Limits of ±50″ give u(α) = 28.9″, which changes the amplitude of order 1 (95″) by 0.022″, as
+    docs/calibration.md states."""
     u_alpha = 50 / math.sqrt(3)
     assert u_alpha == pytest.approx(28.9, abs=0.05)
     # The component of dE/dα along E follows from −j e^{jα}/(e^{jα} − 1) = −(1/2)(cot(α/2) + j).
@@ -135,7 +136,7 @@ def test_phase_of_equation_9_in_all_quadrants() -> None:
 
 def test_largest_of_the_faces_beside_their_mean_variance() -> None:
     faces, cycles = 24, 10
-    # The median of the largest of 24 values: each value is below it with a probability of
+    # Median of the largest of 24 values: a single value is below this median with the probability
     # 0.5^(1/24).
     chi_square = stats.chi2.ppf(0.5 ** (1 / faces), cycles - 1)
     ratio = math.sqrt(chi_square / (cycles - 1))
@@ -159,16 +160,16 @@ def test_limits_as_standard_uncertainties() -> None:
 
 
 def test_a_smaller_separation_worsens_order_1() -> None:
-    """A smaller separation worsens order 1, by the gain in the paper's equation (6) and by the
-    covariance of a fit."""
+    """A smaller head separation increases the uncertainty of order 1: the gain of equation (6) and
+    the covariance of a fit agree."""
     angles = np.radians(np.arange(1, 181))
     gain = 1 / abs(np.exp(1j * angles) - 1)
     assert np.all(np.diff(gain) < 0)
     for degrees, said in ((33, 1.8), (10, 5.7), (2, 29)):
         assert 1 / (2 * math.sin(math.radians(degrees) / 2)) == pytest.approx(said, rel=0.03)
         assert gain[degrees - 1] == pytest.approx(said, rel=0.03)
-    # The covariance of a fit of cos and sin to R₂ − R₁ with white noise gives the same result
-    # without equation (6).
+    # The covariance of a fit to R₂ − R₁ with white noise gives the same result without equation
+    # (6).
     theta = np.arange(360) * (2 * math.pi / 360)
     scatter = {}
     for degrees in (10, 33):
@@ -189,8 +190,8 @@ def test_unseen_order() -> None:
 
 
 def test_pitch_and_diameter_of_the_disc() -> None:
-    """The pitch and the diameter of the disc agree; the test uses the arc between two of 16,384
-    lines, which differs from the chord only by 6e-9."""
+    """The pitch and the diameter of the disc agree. The test uses the arc between two of the 16,384
+    lines, which differs from the chord by a relative 6e-9."""
     lines, printed_mm, printed_pitch_um = 16384, 107.95, 20.0
     pitch_um = math.pi * printed_mm * 1e3 / lines
     of_lines_mm = printed_pitch_um * lines / math.pi / 1e3
@@ -200,8 +201,8 @@ def test_pitch_and_diameter_of_the_disc() -> None:
     columns = []
     for diameter_mm in (printed_mm, of_lines_mm):
         radius_um = diameter_mm * 500
-        # By equation (2) an eccentricity e changes the reading by e/r. The mean is wrong by (a²/2)
-        # sin α.
+        # An eccentricity e changes the reading with the amplitude a = e/r (equation 2), and the
+        # mean by (a²/2) sin α.
         mean = (30 / radius_um) ** 2 / 2 * math.sin(math.radians(33)) * ARCSEC
         columns.append((ARCSEC / radius_um, 144 / ARCSEC * radius_um, mean))
     for printed, other, form in zip(*columns, ("{:.2f}″", "{:.1f} µm", "{:.3f}″"), strict=True):
@@ -227,8 +228,8 @@ def test_accuracy_of_iso_230_is_more_than_the_range_of_means() -> None:
 
 @pytest.mark.parametrize(("heads", "unknown"), [(3, 1), (4, 0), (5, 0)])
 def test_heads_that_separate_the_motion_of_the_axis(heads: int, unknown: int) -> None:
-    """Four heads can separate the motion of the axis, because at every order there are four complex
-    unknowns: the true angle, the disc, and two directions of the axis' motion."""
+    """Four heads can separate the motion of the axis: at every order there are four complex
+    unknowns, the true angle, the disc, and the axis' motion in two directions."""
     places = np.radians([0.0, 33.0, 162.5, 300.5, 71.5][:heads])
     for order in range(1, 129):
         disc = np.exp(1j * order * places)

@@ -1,5 +1,5 @@
-"""Tests that after a write to a full disk the message names the file, the old file is kept, and no
-half-written file remains."""
+"""Tests that a write to a full disk names the file, keeps the old file, and leaves no partial
+file."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ from arctrue.workbench.model.model import Model, ModelEffect
 from arctrue.workbench.model.model_file import write_model
 
 ROOM_BYTES = 64
-"""Free space that the test leaves on the disk, in bytes; every file of these writers is longer."""
+"""Largest size of a file on the full disk, in bytes; every file of these writers is longer."""
 
 
 @contextmanager
 def full_disk() -> Iterator[None]:
-    """Let no file grow beyond ROOM_BYTES. The operating system sets this limit, so that it applies
-    to all libraries."""
+    """Let no file grow beyond ROOM_BYTES. The operating system enforces the limit, so that it
+    applies to all libraries."""
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (ROOM_BYTES, hard))
     try:

@@ -1,4 +1,4 @@
-"""Tests that modules import each other in one direction only, without circles."""
+"""Tests that no module imports itself through others, and which folders may import which."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ def _modules() -> dict[str, Path]:
 
 
 def _imported(file: Path, modules: dict[str, Path]) -> set[str]:
-    """Return the modules that are imported at the top level of a file, not within a function or
-    only for types."""
+    """Return the modules that a file imports at its top level, except those imported only for
+    types."""
     found = set()
     for node in ast.parse(file.read_text(encoding="utf-8")).body:
         if isinstance(node, ast.Import):
@@ -42,8 +42,7 @@ def test_no_module_imports_itself_through_others() -> None:
 
 
 def test_nothing_in_sim_imports_the_scripts_or_the_test_benches() -> None:
-    """The folder sim contains all code that scripts and test benches share with the package or its
-    tests."""
+    """No module in sim imports from scripts or tb: shared code is in sim."""
     found = [
         f"{file.relative_to(SIM)}:{node.lineno}"
         for file in SIM.rglob("*.py")
@@ -61,8 +60,7 @@ def _names(node: ast.AST) -> list[str]:
 
 
 def test_no_circle_of_the_workbench_hides_in_a_function() -> None:
-    """Every module of the workbench imports all that it needs from the package at the top of its
-    file."""
+    """Every module of the workbench imports parts of the package only at the top of its file."""
     hidden = [
         f"{file.relative_to(PACKAGE)}: {inner.module}"
         for file in (PACKAGE / "workbench").rglob("*.py")

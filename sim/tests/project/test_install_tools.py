@@ -11,8 +11,8 @@ import pytest
 
 from arctrue.base.source_tree import ROOT
 
-# The output is longer than a pipe's buffer. A script that reads only the first line must not take
-# the broken pipe for a failure.
+# The output is longer than a pipe's buffer. A script that reads only the first line must not treat
+# the broken pipe as a failure.
 TALKATIVE = """#!/bin/sh
 case "$*" in
     *--synth*) echo "module probe" ;;

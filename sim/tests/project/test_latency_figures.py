@@ -1,5 +1,4 @@
-"""Tests that the latencies in the documents equal the latencies of the number formats and of the
-units' models."""
+"""Tests that the latencies in the pages equal those of the number formats and of the models."""
 
 from __future__ import annotations
 

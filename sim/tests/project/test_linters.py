@@ -18,8 +18,8 @@ from arctrue.base.source_tree import ROOT
 def check_firmware(path: str, *options: str) -> subprocess.CompletedProcess[str]:
     """Run ``make check`` of the firmware, with ``path`` in front of the PATH of this process.
 
-    ``make lint`` checks all folders; ``make check`` of a single folder is enough to show which
-    cppcheck runs.
+    ``make lint`` checks all folders; ``make check`` of one folder is enough to show which cppcheck
+    runs.
     """
     return subprocess.run(
         ["make", "-C", "firmware", "check", *options],

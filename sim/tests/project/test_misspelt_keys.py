@@ -1,8 +1,7 @@
-"""Tests that a misspelt key in any file that people write is refused or reported, and never
-ignored.
+"""Tests that a misspelt key in a file that users write is refused or reported, and never ignored.
 
-The tests misspell every key of a complete file in turn. The expected message follows from the files
-alone: it names the file, the key as it was written, and the key that was meant.
+The tests misspell every key of a complete file in turn. The expected message names the file, the
+misspelt key and the right key.
 """
 
 from __future__ import annotations
@@ -145,8 +144,8 @@ command = "arctrue import"
 program = "arctrue 0.1.0"
 """
 NAMED_BY_THE_EFFECT = ("amplitude", "frequency")
-"""Names that are not keys of the format: a fitted parameter and a search parameter, which only the
-effect knows."""
+"""Names of a fitted parameter and of a search parameter, which are not keys of the format; only the
+effect knows them."""
 
 
 def _wrong(key: str) -> str:
@@ -224,5 +223,5 @@ def test_every_misspelt_key_is_reported(tmp_path: Path, kind: str) -> None:
     for key, content in keys:
         said, wrong = said_of(tmp_path, tomli_w.dumps(content)), _wrong(key)
         assert str(tmp_path) in said, key
-        # If the misspelt key is required, the message first says that the key is missing.
+        # If the key is required, the message says first that the key is missing.
         assert f"{key}: is missing" in said or (wrong in said and key in said), (key, said)

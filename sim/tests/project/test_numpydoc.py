@@ -1,4 +1,5 @@
-"""Tests that the docstring of every public name describes the arguments in numpydoc sections."""
+"""Tests that each public name's docstring describes arguments and exceptions in numpydoc
+sections."""
 
 from __future__ import annotations
 
@@ -49,8 +50,7 @@ def sections(text: str) -> dict[str, str]:
 
 
 def entries(words: str) -> dict[str, str]:
-    """Return each name in a section with its text; the section's line ``a, b : int`` contains two
-    names."""
+    """Return each name in a section with its text; a line ``a, b : int`` contains two names."""
     found: dict[str, str] = {}
     for part in re.split(r"\n(?=\S)", words.strip("\n")):
         head, _, _ = part.partition("\n")

@@ -1,7 +1,7 @@
-"""Tests of the package as a user installs it, from a wheel that needs no source tree.
+"""Tests the package as a user installs it: from a wheel, without the source tree.
 
-The tests need no network. The build has only the requirements that pyproject.toml names, as in
-pip's isolated build; the program has only its declared dependencies.
+The tests need no network. The build has only the build requirements of pyproject.toml, as in pip's
+isolated build; the installed program has only its declared dependencies.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from arctrue.base.extras import EXTRA_OF
 
 ROOT = Path(__file__).resolve().parents[3]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-# Files that git ignores because of .gitignore.
+# Files that are generated, and that git ignores.
 MADE = shutil.ignore_patterns(
     *(".git", ".venv", "build", "generated", "*.egg-info", "__pycache__", ".*_cache", ".hypothesis")
 )
@@ -32,7 +32,7 @@ BAD_INPUT = 2
 
 
 def build(hook: str, tree: Path, out: Path, packages: Path) -> Path:
-    """Return the file that a hook of the build system (PEP 517) builds from a source tree."""
+    """Run a build hook (PEP 517) on a source tree, and return the file that it builds."""
     out.mkdir(parents=True, exist_ok=True)
     program = f"from setuptools import build_meta; print('made', build_meta.{hook}({str(out)!r}))"
     done = subprocess.run(
@@ -121,8 +121,8 @@ def test_the_source_distribution_makes_the_same_wheel(
 def test_wheel_and_source_distribution_can_be_published(
     wheel: Path, source_distribution: Path, tmp_path: Path
 ) -> None:
-    """The wheel and the source distribution can be published: ``twine check --strict`` checks that
-    the metadata are valid and that the index can show the description."""
+    """``twine check --strict`` accepts the wheel and the source distribution: their metadata are
+    valid, and the package index can show the description."""
     words = [sys.executable, "-m", "twine", "--no-color", "check", "--strict"]
     words += [str(wheel), str(source_distribution)]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
@@ -152,8 +152,8 @@ def test_an_editable_install_generates_in_the_tree(
 
 @dataclass
 class Installed:
-    """An environment in which the wheel and its declared dependencies are installed, and an empty
-    folder to work in."""
+    """An environment with the installed wheel and its declared dependencies, and an empty working
+    folder."""
 
     environment: Path
     folder: Path
@@ -226,8 +226,8 @@ def test_all_has_every_extra() -> None:
 
 
 def test_the_core_is_small(wheel: Path) -> None:
-    """The size of the core counts every file that is installed with the core and every file of the
-    wheel, in MB of 10⁶ bytes."""
+    """All files of the wheel and of the core's dependencies together have at most MOST_MB (10⁶
+    bytes)."""
     files = [
         Path(str(found.locate_file(file)))
         for found in required(CORE).values()
@@ -240,8 +240,8 @@ def test_the_core_is_small(wheel: Path) -> None:
 
 
 def test_the_import_is_fast(core: Installed) -> None:
-    """The fastest of five imports must stay below the limit, because other programs on this machine
-    can slow a start down."""
+    """The fastest of five imports takes less than the limit; other programs on this machine may
+    slow down single imports."""
     program = (
         "import time; start = time.perf_counter(); import arctrue;"
         "print(time.perf_counter() - start)"
@@ -273,8 +273,8 @@ for needs in (found.plot, lambda: at.Dataset.from_hdf5("none.h5"), table):
 
 
 def test_the_library_works_in_the_core(core: Installed) -> None:
-    """The core alone makes a written set and a fit from arrays. For a missing extra the message
-    names the command that installs this extra."""
+    """The core alone builds, writes and fits a set from arrays. For a missing extra, the message
+    names the command that installs it."""
     said = core.run("python", "-c", IN_THE_CORE).splitlines()
     assert said == [
         "2.0 True",
@@ -320,7 +320,7 @@ def test_every_command_of_the_core_is_listed(core: Installed) -> None:
     assert "serve" in core.arctrue("--help")
 
 
-# All commands run in one process, because every start imports numpy and matplotlib again.
+# All commands run in one process, because each new process would import numpy and matplotlib again.
 EVERY_HELP = """
 import arctrue
 from arctrue.cli import main

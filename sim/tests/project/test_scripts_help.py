@@ -43,8 +43,7 @@ class Watch:
 
 @pytest.fixture(scope="module")
 def watch() -> Watch:
-    """Return the only Watch of this module; there is only one, because an audit hook cannot be
-    removed."""
+    """Return the one Watch that all tests share, because an audit hook cannot be removed."""
     return Watch()
 
 

@@ -1,5 +1,4 @@
-"""Tests of scripts/setup.sh on machines that lack a tool: the script states what is missing, and
-stops."""
+"""Tests scripts/setup.sh on machines that lack tools: it installs them, or names them and stops."""
 
 from __future__ import annotations
 
@@ -97,7 +96,8 @@ def test_unknown_system_lists_what_to_install(machine: Machine) -> None:
 
 
 def test_unknown_system_with_all_tools_goes_on(machine: Machine) -> None:
-    # The stand-in for GHDL prints the version in two forms, that of GHDL 2.0 and that of GHDL 5.0.
+    # The stand-in for GHDL names its code generator as GHDL does, in one form for mcode and one for
+    # llvm.
     machine.command(
         "ghdl",
         'case "$GHDL_BACKEND" in mcode) echo " static elaboration, mcode JIT code generator";; '
@@ -212,8 +212,8 @@ def test_packages_of_the_lock_that_cannot_be_had_stop_the_set_up(machine: Machin
 
 
 def made_ready(machine: Machine, installer: str) -> None:
-    """Let the script install the Python packages at once. ``installer`` is the stand-in for the
-    script that fetches GHDL for netlists."""
+    """Prepare the tree so that the script only has to install GHDL for netlists. ``installer`` is
+    the stand-in for the script that fetches this GHDL."""
     machine.command(
         "python3",
         'if [ "$2" = venv ]; then mkdir -p .venv/bin; printf "#!/bin/sh\\nexit 0\\n" '

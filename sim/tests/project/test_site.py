@@ -1,5 +1,5 @@
-"""Tests that the documentation site is built completely, without a warning, and only from files of
-this machine."""
+"""Tests that the documentation site is complete, builds without warnings, and uses no other
+server."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ import yaml
 ROOT = Path(__file__).resolve().parents[3]
 DOCS = ROOT / "docs"
 PARTS = ["Tutorial", "How to", "Reference", "Explanation"]
-"""The four kinds of documentation of diataxis.fr."""
+"""The four kinds of documentation according to diataxis.fr."""
 FORMER = {"blind.md"}
-"""Former names of pages. Each is kept for one release and leads to the present page."""
+"""Former names of pages, each of which leads to the present page for one release."""
 
 
 def build(config: Path, to: Path) -> subprocess.CompletedProcess[str]:
@@ -91,8 +91,7 @@ def test_the_navigation_has_four_parts_and_every_page_once() -> None:
     ],
 )
 def test_a_dead_link_fails_the_build(tmp_path: Path, page: str, said: str) -> None:
-    """The build fails for a site of one page that has a dead link; the site has the rules of
-    mkdocs.yml."""
+    """With the rules of mkdocs.yml, the build fails for a site whose only page has a dead link."""
     (tmp_path / "docs").mkdir()
     (tmp_path / "docs" / "index.md").write_text(f"# Page\n\n{page}\n", encoding="utf-8")
     text = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")

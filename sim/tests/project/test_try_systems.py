@@ -1,5 +1,5 @@
-"""Tests of the commands, records and messages of scripts/try_systems.sh; stand-ins replace the
-programs that need root."""
+"""Tests the commands, records and messages of scripts/try_systems.sh, with stand-ins for programs
+that need root."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ ROOT = Path(__file__).resolve().parents[3]
 BAD_INPUT = 2
 SYSTEMS = {"debian12": "Debian 12", "debian13": "Debian 13", "ubuntu2404": "Ubuntu 24.04"}
 
-# Stand-in for debootstrap: it makes the files that debootstrap makes, and writes its arguments to a
-# file.
+# Stand-in for debootstrap, which makes the files that debootstrap makes, and writes its arguments
+# to a file.
 DEBOOTSTRAP = """
 echo "$@" >> "$SAID"
 for word; do case $word in */systems/*[0-9]) root=$word;; esac; done
@@ -46,7 +46,8 @@ esac
 
 @dataclass
 class Machine:
-    """A source tree of one commit, and a PATH in which no command changes this machine."""
+    """A source tree with one commit, and a PATH of stand-ins that change nothing on this
+    machine."""
 
     tree: Path
     commands: Path
@@ -171,7 +172,7 @@ def test_a_set_up_that_fails_is_reported(machine: Machine) -> None:
     assert done.returncode == 1
     assert "Debian 13: the set-up FAILED" in done.stderr
     assert "demo" not in done.stderr.split("FAILED")[0]
-    # After a failed set-up packages may be half installed; therefore the script makes the system
+    # After a failed set-up, packages may be partly installed; therefore the script makes the system
     # again.
     machine.command("chroot", CHROOT)
     assert machine("debian13", "demo").returncode == 0
@@ -197,8 +198,8 @@ def test_it_ends_at_once_when_it_is_reported_to(machine: Machine, tmp_path: Path
         # The script ends without waiting for the command, which would take ten minutes.
         assert script.wait(timeout=300) == 128 + signal.SIGTERM
     finally:
-        # The stand-in has no process namespace whose first process would end the others; the test
-        # ends the processes itself.
+        # Without a process namespace, the stand-in's processes do not end with the script; the test
+        # ends them.
         os.killpg(script.pid, signal.SIGKILL)
     assert not (machine.tree / "build" / "systems" / "results" / "debian13.toml").exists()
 

@@ -159,7 +159,7 @@ class Daemon:
         return identifier
 
     def _opened_record(self) -> Recorder:
-        """Open the record; its retention deletes no turn that is missing in the daily files."""
+        """Open the record; retention deletes no turn that the daily files do not contain yet."""
         recorder = Recorder(self._settings.record, self._settings.retention)
         recorder.deletable = self._in_files
         return recorder

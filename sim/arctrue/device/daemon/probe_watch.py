@@ -17,14 +17,13 @@ class ProbeWatch:
     answer to ``found``.
 
     The requests read the queue of events, or the latch of the probe if the device has no queue.
-    Events that an operator reads from the queue are found as well, in the lines of the operator's
-    answer.
+    Events that an operator reads from the queue are found, too, in the answer to the operator.
     """
 
     def __init__(
         self, send: Callable[[bytes], None], found: Callable[[Sequence[Latch]], None]
     ) -> None:
-        """Begin without any values from the device."""
+        """Store the callbacks; nothing is known about the device yet."""
         self._send, self._found = send, found
         self._asked_s: float | None = None
         self._answer: dict[str, float] = {}
@@ -32,8 +31,7 @@ class ProbeWatch:
         self.forget()
 
     def forget(self) -> None:
-        """Discard clock and counts, so that they are requested again after the port was lost or the
-        board was restarted."""
+        """Discard clock frequency and counts per turn after a restart, to request them again."""
         self._clock_hz = self._counts_per_rev = 0.0
         self._edge: int | None = None
         self._asked_s = None
@@ -43,7 +41,7 @@ class ProbeWatch:
         """Whether the device may have a queue; False after it has refused the command."""
 
     def look(self, now_s: float) -> None:
-        """Request missing values, or else events, unless an answer is still expected."""
+        """Request missing values, or events if none is missing, unless an answer is pending."""
         if self._asked_s is not None and now_s < self._asked_s + ANSWER_S:
             return
         self._asked_s, self._answer = now_s, {}

@@ -31,7 +31,7 @@ MOST_CLIENTS = 64
 MOST_HEADERS = 100
 MOST_LATEST = 5_000
 _LATEST_S = 10.0
-"""Longest time in seconds in which a watcher may read the earlier turns."""
+"""Longest time in seconds that a watcher may take to read the earlier turns."""
 Answer = Callable[[], Awaitable[dict[str, Any]]]
 Writer = asyncio.StreamWriter
 
@@ -81,7 +81,8 @@ class Server:
     def to_operator(self, data: bytes) -> None:
         """Send the device's bytes to the operator's console.
 
-        Refusals wait for the next end of a line, because within a line they would damage it.
+        A refusal waits for the end of the device's line; in the middle of the line it would damage
+        the line.
         """
         line, end, others = data.partition(b"\n")
         if self._refusals and end:

@@ -14,7 +14,7 @@ def notify(state: str) -> None:
     if not address:
         return
     if address.startswith("@"):
-        address = "\0" + address[1:]  # Linux abstract socket: it has a name but no file
+        address = "\0" + address[1:]  # abstract socket of Linux: it has a name but no file
     try:
         with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as manager:
             manager.setblocking(False)

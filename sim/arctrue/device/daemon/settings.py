@@ -45,8 +45,7 @@ class DaemonSettings:
 
     @property
     def machine_alarms(self) -> Path:
-        """Return the path of the file that keeps the alarms of ``arctrue life`` during a
-        restart."""
+        """Return the path of the file with the alarms of ``arctrue life``, for the next start."""
         return self.store / "machine_alarms.json"
 
     @property

@@ -117,8 +117,7 @@ class _Rows:
         self._places.append(np.array([line for line, _ in lines], dtype=np.int64))
 
     def _plain(self, fields: Sequence[Iterable[object]]) -> bool:
-        """Tell whether the first number field of every line is a number; then the block contains no
-        line of words."""
+        """Tell whether the first numeric column has a number in every line of the block."""
         form = self.shape.form
         return all(form.weight(str(text)) for text in fields[min(self.shape.numeric)])
 
@@ -132,8 +131,7 @@ class _Rows:
                 self._back.append((line, text))
                 continue
             if len(fields) != self.shape.width:
-                # The last line of the file may be cut off, so a line with too few fields is held
-                # back.
+                # A line with too few fields may be the last line, cut off; the line is held back.
                 self._back.append((line, text))
                 continue
             yield from self._kept_back()

@@ -40,8 +40,8 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
                 if isinstance(item, h5py.Dataset) and item.ndim in (1, 2):
                     refuse_other_files(path, name, item)
                     parent, _, own = name.rpartition("/")
-                    # A table is selected like a group; any other dataset is a column of the group
-                    # that contains it.
+                    # The user selects a table like a group; any other dataset is a column of its
+                    # group.
                     table = item.ndim == 2 or item.dtype.names
                     found.setdefault(name if table else parent, {})["" if table else own] = item
 

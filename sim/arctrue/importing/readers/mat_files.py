@@ -21,8 +21,8 @@ from arctrue.measurement import MeasurementError
 
 LEVEL_5, LEVEL_73 = b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file"
 MOST_ROWS_LYING = 16
-"""Number of rows from which a matrix has one quantity per column; a matrix with fewer rows, and
-with fewer rows than columns, has one quantity per row."""
+"""A matrix with fewer rows than this, and with fewer rows than columns, has one quantity per row;
+any other matrix has one quantity per column."""
 NUMBER_BYTES = 8
 """Bytes of a number in memory; the file may store a number in one byte."""
 TOP = "/"
@@ -34,7 +34,7 @@ _OBJECTS = (
 )
 
 Tree = dict[str, Any]
-"""Arrays by name, or structs of arrays, nested."""
+"""Arrays and structs by name; a struct contains arrays and structs in the same way."""
 
 
 def recognises(path: Path, head: bytes) -> bool:

@@ -154,9 +154,9 @@ def _error(
     rate = section.rate_px_s
     sent = np.copysign(duration_s * (rate or 0.0), guide)
     moved = (duration_s > 0.0) & (guide != 0.0)
-    # The length of a pulse is limited, so the correction is the duration of the pulse times the
-    # guide rate. Old logs state the rate in pixels per millisecond, which does not agree with the
-    # corrections.
+    # PHD2 limits pulses, so that a correction is the pulse's duration times the guide rate. Old
+    # logs state the rate in pixels per millisecond; the products then disagree with
+    # RAGuideDistance, which is used instead.
     agrees = moved.any() and 0.5 < float(np.median(np.abs(sent[moved] / guide[moved]))) < 2.0
     if not (rate and agrees):
         sent = guide

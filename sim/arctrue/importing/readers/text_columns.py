@@ -107,6 +107,6 @@ def _without_plus(texts: pa.Array) -> pa.Array:
 
 def _as_text(part: NDArray[Any] | pa.Array) -> NDArray[np.str_]:
     if isinstance(part, np.ndarray):
-        # This block has only numbers, but another block of the column has text.
+        # This block contains numbers, but another block of the same column contains text.
         return np.array(["" if value != value else repr(value) for value in part.tolist()])
     return np.array(part.to_pylist(), dtype=np.str_)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
-// What Python calls, in C. Every function that can fail returns a code; the text is that of
-// instrument_message().
+// Declares the C functions that Python calls. A function that can fail returns a code;
+// instrument_message() then returns the text.
 
 #include <cmath>
 #include <cstring>
@@ -169,7 +169,7 @@ EXPORTED int64_t instrument_traced(const Harness *harness, const uint16_t **leve
     return static_cast<int64_t>(harness->trace.size());
 }
 
-// The firmware's accesses: it knows no errors of the bus, so the first one is kept.
+// Bus of the firmware. The firmware cannot handle a bus error, so the first error is stored for Python.
 struct FirmwareBus {
     Harness *harness;
     int64_t accesses;
@@ -221,7 +221,7 @@ static const volatile int32_t *read_bank(void *context, std::vector<int32_t> *ba
     return bank->data();
 }
 
-// Word by word over the bus; then the time of the calculation passes, before its result is used.
+// Reads the capture bank word by word over the bus, then lets the time of the calculation pass.
 EXPORTED const volatile int32_t *firmware_bus_capture(void *context, uint32_t number) {
     static const uint32_t CAPTURE = CAPTURE_ADDRESS;
     auto *bus = static_cast<FirmwareBus *>(context);

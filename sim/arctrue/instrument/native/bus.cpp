@@ -47,7 +47,8 @@ void Bus::silence() {
     core.s_axil_request_wstrb = 0;
 }
 
-// A valid that has been raised stays until its handshake, as AXI demands: waits only count down.
+// Sets the channels. AXI requires that a valid signal stays high until its handshake; it does, because the
+// wait counters only count down.
 void Bus::drive() {
     bool asks = busy && !address_done && address_wait == 0;
     bool gives = busy && writing && !data_done && data_wait == 0;

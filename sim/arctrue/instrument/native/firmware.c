@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The firmware's application and console as one object for Python. */
+/* Provides the firmware's application and console to Python as one object. */
 
 #include <stdlib.h>
 #include <string.h>
@@ -19,7 +19,7 @@ struct processor {
     struct application application;
     struct console console;
     struct text_sink sink;
-    /* Survives a fault. */
+    /* Operator's settings, which survive a restart after a fault. */
     struct kept_settings kept;
     char *said;
     size_t length;
@@ -29,7 +29,7 @@ struct processor {
     double thermometer_c;
     struct capture_copy copy;
     struct save save;
-    /* Two records, each in a sector of its own; they survive a loss of power. */
+    /* Flash with two records, each in its own sector; its content survives a loss of power. */
     uint32_t flash[2][SAVED_WORDS_MOST];
 };
 
@@ -135,7 +135,7 @@ EXPORTED void firmware_power_on(struct processor *processor) {
     application_begin(&processor->application);
 }
 
-/* Restarts the program after a fault: of its memory, only the operator's settings survive. */
+/* Restarts the firmware as after a fault; only the operator's settings stay in its memory. */
 EXPORTED void firmware_fault(struct processor *processor) {
     struct core_access core = processor->application.core;
     prepare(processor, &core, 1);
@@ -173,7 +173,7 @@ EXPORTED void firmware_type(struct processor *processor, const char *line) {
     }
 }
 
-/* Returns the output since the previous call; valid until the next one. */
+/* Returns the console's output since the previous call; the text is valid until the next call. */
 EXPORTED const char *firmware_said(struct processor *processor) {
     put(processor, "", 1);
     processor->length = 0;

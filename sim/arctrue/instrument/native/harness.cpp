@@ -4,14 +4,14 @@
 
 #include <cmath>
 
-// Verilator renames the port: `interrupt` is a word of its C++.
+// Name of the port `interrupt` in the C++ model; the build defines another name if Verilator renames the port.
 #ifndef INTERRUPT_PORT
 #define INTERRUPT_PORT interrupt
 #endif
 
 namespace instrument {
 
-// Far beyond any stall that a test asks for.
+// Clocks after which an access without a response fails; much longer than any delay that a test sets.
 static constexpr int64_t BUS_PATIENCE_CLOCKS = 100000;
 
 Harness::Harness() : core(&context), bus(core) {

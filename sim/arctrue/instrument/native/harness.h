@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 
-// The compiled core with its clock, its bus, the stimulus of its heads and the recorder of its output.
+// Connects the compiled core to its clock, its bus, the stimulus of its heads and the recorder of its output.
 
 #ifndef ARCTRUE_INSTRUMENT_HARNESS_H
 #define ARCTRUE_INSTRUMENT_HARNESS_H
@@ -19,7 +19,7 @@ enum RunEnd { CLOCKS = 0, TRUE_ANGLE = 1, INTERRUPT = 2, STIMULUS_END = 3, FAILE
 
 struct Wish {
     int64_t clocks;
-    double true_angle; // NaN: do not stop there
+    double true_angle; // true angle that ends the run; NaN: none
     bool interrupt;
     bool stimulus_end;
 };
@@ -32,15 +32,15 @@ class Harness {
   public:
     Harness();
 
-    // Runs one clock. False: it failed, see `message`.
+    // Runs one clock; returns false if the run failed, see `message`.
     bool step();
     RunEnd run(const Wish &wish);
-    // Returns the response of the bus; -1 if the clock cannot continue or no response comes.
+    // Returns the response of the bus; -1 if the run failed or no response comes.
     int access(bool write, uint32_t address, uint32_t *word);
     void hold_reset(bool held);
     bool interrupt_line();
 
-    int64_t clock = 0; // rising edges so far
+    int64_t clock = 0; // number of rising edges since power-on
     Stimulus stimulus;
     Bus bus;
     Track output, head1;

@@ -54,7 +54,7 @@ void Track::see(int64_t clock, uint8_t levels, const std::function<double(double
         index_position.push_back(position);
     }
     if (step != 0) {
-        // The reading passes a count's lower end when it rises to it, its upper end when it falls.
+        // A rising reading enters the count `position` at its lower end, a falling reading at its upper end.
         note(clock, step > 0 ? position : position + 1, true_angle);
     }
 }

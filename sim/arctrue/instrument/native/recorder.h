@@ -16,12 +16,12 @@ namespace instrument {
 class Track {
   public:
     struct Settings {
-        int64_t bins = 0;  // equal parts of the turn; 0: none
-        int64_t every = 0; // every how many edges one is kept; 0: none
+        int64_t bins = 0;  // number of equal parts of the turn; 0: none
+        int64_t every = 0; // N: every N-th edge is kept; 0: none
         int64_t most = 0;  // largest number of kept edges
         double counts_per_rev = 4;
-        double travel = 0.0; // true angle in radians after which it ends; 0: never
-        // Clocks from a change of the table to the edge. The change is somewhere within a clock; its middle is assumed.
+        double travel = 0.0; // rotation in radians after which the recording ends; 0: never
+        // Clocks from a change of the table to its edge; by default, the change is in the middle of a clock.
         double age_clocks = 0.5;
     };
 
@@ -29,7 +29,7 @@ class Track {
     void stop() {
         recording = false;
     }
-    // Takes the levels after a clock. `true_angle` returns the angle at an instant, NaN if unknown.
+    // Records the levels after a clock. `true_angle` returns the angle at an instant, NaN if unknown.
     void see(int64_t clock, uint8_t levels, const std::function<double(double)> &true_angle);
 
     int64_t position = 0;

@@ -33,7 +33,7 @@ bool Piece::holds(double clock) const {
     return clock >= static_cast<double>(first_clock) && clock <= static_cast<double>(end_clock());
 }
 
-// Lagrange's cubic through the knots -1, 0, 1 and 2 in powers of the share of the interval.
+// Computes Lagrange's cubic through the knots -1, 0, 1 and 2, in powers of the fraction of the interval.
 static void lagrange(const double *knot, double *power) {
     power[0] = knot[1];
     power[1] = -knot[0] / 3 - knot[1] / 2 + knot[2] - knot[3] / 6;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
-// The stimulus of the pins. Heads: readings of two to four heads as curves over the clocks, or levels of the six pins
-// of heads 1 and 2. Disturbances act on the wires between heads and core; the pins sync_in and probe_in change only by
-// disturbances.
+// Sets the levels of the core's input pins. The pins of the heads follow the readings of two to four heads, given as
+// curves over the clocks, or given levels of the six pins of heads 1 and 2. Disturbances act on the wires between heads
+// and core; the pins sync_in and probe_in change only by disturbances.
 
 #ifndef ARCTRUE_INSTRUMENT_STIMULUS_H
 #define ARCTRUE_INSTRUMENT_STIMULUS_H
@@ -28,8 +28,8 @@ uint8_t pins_of_count(int64_t count, int64_t counts_per_rev, int64_t index_width
 // Returns the step of the count from one pair of levels of A and B to the next: -1, 0, 1; 2 is illegal.
 int quadrature_step(uint8_t before, uint8_t after);
 
-// A curve over a range of clocks for each head, and one for the true angle, given at knots. A value is that of the
-// cubic through the four nearest knots.
+// Curves of each head and of the true angle over a range of clocks, given at knots. Between two knots, a cubic through
+// the four nearest knots is used.
 struct Piece {
     int64_t first_clock = 0;
     int64_t knot_clocks = 1;
@@ -46,7 +46,7 @@ struct Piece {
     double at(int which, double clock) const;
 };
 
-// Inverts or holds pins for some clocks; in each clock it acts with `probability`, drawn anew.
+// Disturbance that inverts or holds pins for some clocks; whether it acts is drawn at random in each clock.
 struct Disturbance {
     int64_t first_clock;
     int64_t clocks;
@@ -74,7 +74,7 @@ class Stimulus {
     void detach();
     void disturb(std::vector<Disturbance> disturbances, uint64_t seed);
 
-    // Sets the levels of this clock; call it once per clock, in order. False: see `message`.
+    // Sets the levels of this clock; call it once per clock, in order. Returns false after a fault, see `message`.
     bool advance(int64_t clock, uint16_t *levels);
 
     bool has_curves() const {
@@ -108,7 +108,7 @@ class Stimulus {
     bool has_present = false, has_last = false;
     bool counted = false;
     int64_t count[HEADS_MOST] = {};
-    // Cubic of the present interval for each head, and the end of the interval.
+    // Cubic of each head in the present interval, and the clocks at which this interval begins and ends.
     double cubic[HEADS_MOST][4] = {};
     int64_t interval_first = 0, interval_end = 0;
 
