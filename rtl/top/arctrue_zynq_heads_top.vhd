@@ -2,12 +2,13 @@
 --
 -- # arctrue_zynq_heads_top
 --
--- Connects arctrue_device, the whole device, to the pins of a Zynq-7000 for three or four heads, whose weighted mean is
--- corrected. Encoder pins are single ended, as RS-422 receivers give them.
+-- Connects arctrue_device, the whole device, to the pins of a Zynq-7000, for three or four heads. The device corrects
+-- the weighted mean of the heads. The encoder pins are single-ended, for external RS-422 receivers and drivers.
 --
--- **Latency.** The latency of arctrue_core; no register stands between it and the pins.
+-- **Latency.** The latency equals that of arctrue_core; there is no register between arctrue_core and the pins.
 --
--- **Number formats.** None: bits. Registers: see the register map, at 0x4000_0000 for the processor.
+-- **Number formats.** All ports are single bits. The register map describes the registers, which start at 0x4000_0000
+-- for the processor.
 
 library ieee;
   use ieee.std_logic_1164.all;
