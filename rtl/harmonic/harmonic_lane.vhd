@@ -2,9 +2,10 @@
 --
 -- # harmonic_lane
 --
--- Computes one term amplitude · cos(phase) of equation (9). quadrant_fold and cordic_rotation compute the cosine, which
--- is rounded once, to COSINE_WIDTH bits; one DSP48E1 multiplies it by the amplitude and can also add the product of a
--- partner lane. With ROTATION = table, table_rotation replaces cordic_rotation; latency and formats do not change.
+-- Computes one term amplitude · cos(phase) of equation (9). The entities quadrant_fold and cordic_rotation compute the
+-- cosine, which is rounded once, to COSINE_WIDTH bits; one DSP48E1 multiplies it by the amplitude and can also add the
+-- product of a partner lane. With ROTATION = table, table_rotation replaces cordic_rotation; latency and formats do not
+-- change.
 --
 -- **Latency.** The product comes CORDIC_ITERATIONS + 3 (19) clocks after `phase`: 1 clock for the fold,
 -- CORDIC_ITERATIONS − 1 (15) for the rotation, 1 for the rounding, 2 for the multiplication. With ADD_PARTNER the

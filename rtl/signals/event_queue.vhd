@@ -3,8 +3,8 @@
 -- # event_queue
 --
 -- Stores events, that is edges of a probe and pulses of position_compare, each with its time, corrected position, angle
--- and number, until the processor takes them. position_latch keeps only the last edge; the queue keeps 2**DEPTH_LOG2
--- events, so that edges may come in bursts that are faster than the processor.
+-- and number, until the processor takes them. The entity position_latch keeps only the last edge; the queue keeps
+-- 2**DEPTH_LOG2 events, so that edges may come in bursts that are faster than the processor.
 --
 -- **Latency.** An event enters the queue in the clock of its values: DELAY clocks after `probe`, COMPARE_DELAY clocks
 -- after `compare`. If the queue was empty, the outputs show the event 2 clocks later. `take` (pulse) removes the oldest
