@@ -1,4 +1,4 @@
-"""Tests that processor_watch reports a silent processor exactly after the limit."""
+"""Tests that processor_watch reports a missing processor exactly after the limit."""
 
 from __future__ import annotations
 
