@@ -1,4 +1,4 @@
-"""Tests that the VHDL decoders show the counts of the simulated table."""
+"""Tests that the decoders in VHDL output the counts of the simulated table."""
 
 from pathlib import Path
 
