@@ -14,9 +14,9 @@
 -- than the rounded cosine of harmonic_lane. z is in units of 2⁻²¹ turn (COSINE_WIDTH + 3 fraction bits, 24 at most);
 -- each stage has as many bits as its largest z requires: 19 bits in the first stage, 6 in the last.
 --
--- **z** is the angle that is still to be rotated. The bits of the phase below 2⁻²¹ turn are truncated. z stands for the
--- middle of the truncated interval, that is for its value plus half a unit. This half unit is not stored, so it needs
--- no logic, and it does not change the sign.
+-- **z** is the angle that is still to be rotated. The bits of the phase below 2⁻²¹ turn are truncated. A value of z
+-- stands for the middle of the truncated interval, that is for this value plus half a unit. The half unit is not
+-- stored: it needs no logic, and it does not change the sign.
 --
 -- **Mirrored angles.** The complement of an angle has the complement of z in every stage (because of the half unit that
 -- is not stored), and every iteration turns in the opposite direction. So z is always computed from `place`, and

@@ -17,10 +17,10 @@
 -- words of the new active bank into it: the place in one clock, then the points one after the other, 2 clocks each. An
 -- access waits until the copy has ended, at most LOCAL_TABLE_LATENCY + 2 · 4,096 + 1 clocks.
 --
--- **Access.** Pulse `read_enable` or `write_enable` with address and data; one pulse of `done` answers. Keep address
--- and data, and start no other access, until `done`. A write waits while `hold` is high: keep `hold` high from the
--- request of a swap until the swap has taken place, so that the swap takes over exactly the writes that were answered
--- before.
+-- **Access.** Pulse `read_enable` or `write_enable` with address and data; a pulse of `done` ends the access. Keep
+-- address and data, and start no other access, until `done`. A write waits while `hold` is high: keep `hold` high from
+-- the request of a swap until the swap has taken place, so that the swap takes over exactly the writes that `done` has
+-- confirmed.
 --
 -- **Latency.** LOCAL_TABLE_LATENCY clocks from `angle` to `value`; the entity accepts one angle per clock. `done`
 -- follows an access by 3 clocks if the access need not wait.

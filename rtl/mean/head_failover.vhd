@@ -15,11 +15,11 @@
 -- after the time `failover.return_after`; the set of all heads is then loaded. A dead head gives no index, so it
 -- remains left out.
 --
--- **Processor.** `heads_command.take_set` loads a set. A swap of the processor's own words makes `heads_status.set` 7.
--- After a swap a left-out head is still left out. Words that use this head are refused, and so is a set that uses it
--- before its index; a refusal sets `heads_status.swap_refused`, and the active words stay active. If the head comes
--- back while the processor's words are active, it is no longer left out, but no set is loaded: the processor must write
--- words that use the head.
+-- **Processor.** `heads_command.take_set` loads a set. A swap to words that the processor has written sets
+-- `heads_status.set` to 7. A swap does not end the state of a left-out head. Words that use this head are refused, and
+-- so is a set that uses it before its index; a refusal sets `heads_status.swap_refused`, and the active words stay
+-- active. If the head comes back while the processor's words are active, it is no longer left out, but no set is
+-- loaded: the processor must write words that use the head.
 --
 -- **Allowed words.** `may_activate` is high while both conditions hold. First, the idle words do not use the left-out
 -- head or, while a set is being loaded, the head that is missing in this set. Second, while a set is being loaded or a

@@ -9,8 +9,8 @@
 -- **Position.** The count of the output continues when the carrier changes: `position` is the carrier's position plus a
 -- base. With the first angle of a new set of words, `position` and angle jump by the same number of counts, the shorter
 -- way round. `jump` is this number; the ramp uses it to absorb the jump, so that the corrected position makes no step.
--- A jump beyond ±32,767 counts comes from a head that was never set up; `position` then jumps by this limit only, and
--- stays off from the angle by the remainder until the next reset.
+-- A jump beyond ±32,767 counts comes from a head that was never set up; `position` then jumps only by this limit, and
+-- from then on differs from the angle by the remainder, until the next reset.
 --
 -- **Zero.** `zero_moved` toggles when the zero of any head moves, because each head's zero moves the mean; the ramp
 -- absorbs this change. `put_back` is the value of the carrier, because `position` continues the carrier's count.

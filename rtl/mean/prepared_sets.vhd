@@ -7,9 +7,9 @@
 -- word by word, and then swaps the banks: all words become active in the same clock, and the ramp absorbs the change of
 -- the output. All sets of four heads and 32 lanes fit into one block RAM of 36 Kbit.
 --
--- **Words.** `access_word` is the number of a word in a set, counted in 4 bytes as in the register map: lane * 4 + word
--- for a lane, 512 + place for a word of `mean`, where place 15 is the coefficient offset. Access one word at a time. A
--- word that is not stored reads as 0.
+-- **Words.** `access_word` is the number of a word in a set, with words of 4 bytes in the order of the register map:
+-- lane * 4 + word for a lane, 512 + place for a word of `mean`, where place 15 is the coefficient offset. Access one
+-- word at a time. A word that is not stored reads as 0.
 --
 -- **Processor.** The processor's writes to the idle bank pass through this entity, because processor and entity write
 -- the same bank. While a set is being loaded, these writes wait; the entity performs them afterwards. If the processor
@@ -17,8 +17,8 @@
 -- processor had written before, so no mixture of words becomes active.
 --
 -- **Refusal.** A swap, requested by the processor or for a set, takes place only if `may_activate` is high, that is, if
--- the idle words may be used (see head_failover). Otherwise `refused` pulses, the active words stay active, and loading
--- ends without a swap.
+-- the idle words may be used (see head_failover). Otherwise `refused` pulses and the active words stay active; a set
+-- that was loaded for this swap is dropped.
 --
 -- **Latency.** `swap_out` follows `load` by at most 4 * (4 * LANES + 10) + 4 clocks, 5.6 µs with 32 lanes at 100 MHz,
 -- if no write of the processor is under way and coefficient_memory is not filling its idle bank. `loaded` comes with

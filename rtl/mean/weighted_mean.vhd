@@ -6,8 +6,8 @@
 -- = r_s + Σ wᵢ·(rᵢ − r_s) − E(r_s) with rᵢ = Rᵢ − oᵢ. The correction E and the term are added and then subtracted from
 -- the reading of head_mean, which lacks only the fraction f_s of o_s; so the term is f_s − Σ wᵢ·(rᵢ − r_s). If Σ
 -- wᵢ·e^{jβᵢ} = 0, where βᵢ are the places of the heads, a translation of the axis does not change the mean. The
--- carrier's weight has no effect, because the carrier's difference is 0; it is always the weight that makes the sum of
--- all weights 1.
+-- carrier's weight has no effect, because the carrier's difference is 0: the mean is formed as if this weight made the
+-- sum of all weights 1.
 --
 -- **Turn.** Differences are taken the shorter way round (turn_difference); the fractions of the offsets are applied
 -- after that.

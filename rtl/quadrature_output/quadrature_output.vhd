@@ -17,7 +17,7 @@
 -- **Edges.** Two edges of A and B are at least `minimum_spacing` clocks apart (0 acts as 1: an edge in every clock); a
 -- change of minimum_spacing applies from the next edge on. A and B never change together. After a reversal the output
 -- waits until the position is 2 counts away from the output's count: a position that vibrates between two neighbouring
--- counts gives no edges. After that the output equals the position again.
+-- counts gives no edges. Once the position has moved by these 2 counts, the output equals the position again.
 --
 -- **Phase.** At each count, A and B have the levels that the head's own A and B have at this count: the index of (A, B)
 -- in 00, 10, 11, 01 is the output's count + `phase_of_zero`, modulo 4. So the zero lies in the same state of A and B
@@ -25,7 +25,7 @@
 -- not follow the position; counts that the head loses while the output follows do not change the sampled value.
 -- `phase_of_zero` belongs to the head's latest count, which is ahead of `corrected_position` by the latency of the
 -- pipeline. Counts that are put back within this latency reach the output by the ramp; after that the output's levels
--- equal the head's levels. (If `phase_of_zero` were delayed like the position, the levels would stay off by these
+-- equal the head's levels. (If `phase_of_zero` were delayed like the position, the levels would stay wrong by these
 -- counts.)
 --
 -- **Z** marks the zero of the output's angle, which is corrected_angle - following error, modulo counts_per_rev. Z is
@@ -35,7 +35,8 @@
 -- with an edge of A or B. If corrected_angle jumps relative to corrected_position (first index), Z follows the new
 -- angle 3 clocks later, without an edge of A and B. Z is low while `referenced` is low, because the angle then has no
 -- zero on the table: before the first index of the head, and from a re-arm to the next index. (Z is correct even for
--- the smallest turn, 4 counts, at an edge every clock: 4 counts are then in the pipeline, and 1 count is held.)
+-- the smallest turn, 4 counts, at an edge every clock, when 4 counts are in the pipeline and 1 more count is held
+-- back.)
 --
 -- **Pins.** `invert_a`, `invert_b` and `invert_z` invert the levels of their pins; `swap_ab` exchanges A and B before
 -- the inversion, so that the receiver counts in the other direction. The rules above for edges, phase and Z apply to
