@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 #
-# Pins of arctrue_zynq_top on a board of your own: copy this file to constraints/my_board.xdc, write the
-# package's pins where it says PIN, and the standard of their bank's supply (LVCMOS33 at 3.3 V, LVCMOS25 at
-# 2.5 V, LVCMOS18 at 1.8 V) where it says STANDARD. Then
+# Assigns the ports of arctrue_zynq_top to pins of your own board. Copy this file to constraints/my_board.xdc. Replace
+# each PIN by a pin of the package, and each STANDARD by the I/O standard for the supply of the pin's bank (LVCMOS33 at
+# 3.3 V, LVCMOS25 at 2.5 V, LVCMOS18 at 1.8 V). Then run
 #
 #     make bitstream BOARD=my_board PART=xc7z020clg484-1
 #

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 #
-# Assigns pins of the ChipKit header of the Digilent Arty Z7-20 to heads 3 and 4 of arctrue_zynq_heads_top. All pins of
-# both Pmods are in use; ../arty_z7_20.xdc assigns them to the other ports. make bitstream HEADS=4 reads both files. The
-# heads use IO3 to IO8, because no two of these pins form a differential pair. IO2 is not used, because it selects the
-# pull-ups during the configuration (PUDC_B). Pull-downs hold unconnected inputs low, so that no edges are counted
-# there.
+# Assigns pins of the ChipKit header of the Digilent Arty Z7-20 to heads 3 and 4 of arctrue_zynq_heads_top. The Pmods
+# have no room for these heads; ../arty_z7_20.xdc assigns the pins of the other ports. make bitstream HEADS=4 reads both
+# files. The heads use IO3 to IO8, because no two of these pins form a differential pair. IO2 is not used, because it
+# selects the pull-ups during the configuration (PUDC_B). Pull-downs hold unconnected inputs low, so that no edges are
+# counted there.
 
 # Head 3: connect the receivers' outputs to IO3, IO4, IO5.
 set_property LOC V13 [get_ports head3_a]

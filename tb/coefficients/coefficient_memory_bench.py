@@ -116,8 +116,8 @@ def check_met(
 
 
 async def write(dut: Any, address: int | None, data: int) -> int:
-    """Write a word of the idle bank (``address`` None: the offset); return the clocks until the
-    acknowledge."""
+    """Write a word of the idle bank, or the offset if ``address`` is None; return the number of
+    clocks until the acknowledge."""
     dut.write_enable.value = int(address is not None)
     dut.write_offset.value = int(address is None)
     dut.write_address.value = address or 0

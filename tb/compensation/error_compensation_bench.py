@@ -165,7 +165,7 @@ async def every_fraction_rounds_once(dut: Any) -> None:
     pair_sums = np.zeros((total.size, PAIRS), dtype=np.int64)
     pair_sums[:, -1] = total
     zeros = np.zeros(total.size, dtype=np.int64)
-    # `apply` rises while the correction is 0, so that the ramp starts without a remainder.
+    # `apply` rises while the correction is 0, so that the ramp has nothing to remove.
     before = np.zeros(HOLD, dtype=np.int64)
     model = await compare(
         dut,

@@ -70,8 +70,8 @@ async def every_clock_as_the_model(dut: Any) -> None:
 
 @cocotb.test()
 async def a_new_width_makes_it_unknown(dut: Any) -> None:
-    """After a travel of 2W to one side, `place` is W and `known` is high; a new width makes `known`
-    low again."""
+    """After a travel of twice the width W to one side, `place` is W and `known` is high; a new
+    width makes `known` low again."""
     await start(dut, 16 * 10, 0)
     found = await follow(dut, list(range(1, 21)), [0] * 20)
     assert found[-1] == (160, True)

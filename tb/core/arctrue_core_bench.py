@@ -34,7 +34,7 @@ CLOCKS_PER_COUNT = 5.0
 FASTEST_RAMP = 0xFFFF_FFFF
 
 HEAD_PINS = ("head1_a", "head1_b", "head1_z", "head2_a", "head2_b", "head2_z")
-OUTPUT_STEP = {0b00: 0, 0b01: 1, 0b11: 2, 0b10: 3}  # number of each level B, A in counting order
+OUTPUT_STEP = {0b00: 0, 0b01: 1, 0b11: 2, 0b10: 3}  # index of levels (B, A) in counting order
 
 
 class Machine:
@@ -141,7 +141,7 @@ def check_samples(machine: Machine, start_time: int, samples: NDArray[np.int32])
     after the sample before it."""
     reading = np.array(machine.reading)
     first = start_time - machine.first_time
-    for delay in range(12):  # possible latencies from the pins to the position
+    for delay in range(12):  # the possible latencies from pins to position
         expected = reading[first - delay :: SAMPLE_PERIOD][: len(samples)]
         if len(expected) == len(samples) and np.array_equal(expected, samples):
             return

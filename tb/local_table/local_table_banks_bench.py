@@ -75,8 +75,7 @@ class Unit:
             await self.clock()
 
     async def access(self, *, place: bool, address: int, word: int | None) -> tuple[int, int]:
-        """Read a word, or write ``word``; return the answer and the number of clocks that the
-        access took."""
+        """Write ``word``, or read if it is None; return the word read and the access' clocks."""
         dut = self.dut
         dut.of_place.value, dut.address.value = int(place), address
         dut.write_data.value = (word or 0) & 0xFFFF_FFFF

@@ -74,8 +74,8 @@ class Bank:
         self.clock = 0
 
     async def run(self) -> None:
-        """Answer each write after at least two clocks and each swap after a random time; answer no
-        write while a swap waits."""
+        """Acknowledge each write after two clocks or more, and make each swap come after a random
+        time; acknowledge no write while a swap waits."""
         dut = self.dut
         while True:
             asked = dut.swap_out.value == 1

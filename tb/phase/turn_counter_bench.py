@@ -79,8 +79,8 @@ async def tremble_on_the_wrap(dut: Any) -> None:
 
 @cocotb.test()
 async def jumps_take_the_shorter_way(dut: Any) -> None:
-    """If the zero moves, the angle jumps and the turn number follows the shorter way; a jump of
-    exactly half a turn is no wrap."""
+    """If the angle jumps because the zero moves, the turn number follows the jump the shorter way
+    round; a jump by exactly half a turn is no wrap."""
     rng = np.random.default_rng(3)
     angles = rng.integers(0, COUNTS_PER_REV, 2000)
     half = COUNTS_PER_REV // 2

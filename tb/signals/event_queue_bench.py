@@ -16,7 +16,7 @@ DEPTH = 2 ** int(os.environ["DEPTH_LOG2"])
 CLOCKS = 6000
 RESET_CLOCKS = 64
 FIRST_TIME = 2**64 - 2000
-"""First value of the time, which wraps during the test."""
+"""First time stamp of the test, during which the time wraps."""
 PHASES = ((0.05, 0.5), (0.5, 0.05), (0.0, 0.3), (0.9, 0.9), (0.02, 0.02))
 """Probabilities per clock of a probe strobe, a compare strobe and a `take`, for the phases of the
 test: the queue is empty, full, being emptied, read while it is written, and rarely used."""

@@ -16,7 +16,7 @@ from arctrue.generated.registers import MAP_BYTES
 BASE = 0x4000_0000
 FIXED, INCR, WRAP = 0, 1, 2
 OKAY, SLVERR, DECERR = 0, 2, 3
-BAD_WORDS = {0x0A4: SLVERR, 0x1A8: DECERR}  # the model slave refuses these words in every KiB
+BAD_WORDS = {0x0A4: SLVERR, 0x1A8: DECERR}  # words that the model slave refuses in every KiB
 LONGEST_WAIT = 4000  # in clocks; 16 beats take about 1000 if nine of ten clocks are stalls
 
 

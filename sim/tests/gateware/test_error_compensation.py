@@ -1,4 +1,4 @@
-"""Tests that the corrected angle is rounded, wrapped and limited like exact fractions."""
+"""Tests that rounding, wrap and limit of the corrected angle equal exact arithmetic."""
 
 from __future__ import annotations
 

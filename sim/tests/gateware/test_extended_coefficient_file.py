@@ -1,4 +1,4 @@
-"""Tests that each part of coefficient file schema 3 is read, and that errors name a generic."""
+"""Tests that each part of a schema 3 file is read, and that errors name the missing generic."""
 
 from __future__ import annotations
 

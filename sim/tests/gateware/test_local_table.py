@@ -61,7 +61,8 @@ def test_a_scratch_is_taken_away() -> None:
     table = LocalTable(TURN, (start,), 6, 8, points)
     angle = np.arange(0, TURN, 101)
     left = scratch(angle) - local_table(angle, table) * 2.0**-VALUE_FRACTION
-    # Only the errors of the rounded points and of the interpolation remain, of 259 counts.
+    # The bump has 259 counts; only the errors of the rounded points and of the interpolation
+    # remain.
     assert np.abs(left).max() < 0.05
     assert scratch(angle).max() > 250
 

@@ -53,7 +53,7 @@ def true_marks(scenario: Scenario, given: Stimuli) -> tuple[np.ndarray, np.ndarr
 
 def reported_within(given: Stimuli, marks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the first and the last clock in which the decoder may report each mark: from the mark
-    to INDEX_SKEW clocks after the step, or the next step."""
+    until INDEX_SKEW clocks after its step, or until the next step if that is earlier."""
     steps = np.append(np.flatnonzero(np.diff(given.count)) + 1, 2 * len(given.count))
     step = np.searchsorted(steps, marks)
     settled = np.minimum(steps[step] + INDEX_SKEW, steps[np.minimum(step + 1, len(steps) - 1)])
@@ -186,7 +186,7 @@ def test_every_edge_after_the_last_clock_of_reset_counts(way: int, stages: int) 
 
 def test_illegal_transitions_are_reported_and_not_counted() -> None:
     _, given, trace = played("illegal_in_every_clock")
-    # The disc jumps by half a period thirteen times, eight times of these before the clear.
+    # The disc jumps by half a period thirteen times, eight of them before the clear.
     assert trace.illegal_count.max() == 8
     assert (trace.position == 0).all()
     assert not trace.step.any()
