@@ -95,8 +95,8 @@ async def every_turn_is_exact(dut: Any) -> None:
     turns = [0, 1, -1, 1_000_000, -1_000_000, 2**23 - 2, -(2**23) + 1]
     for turn in turns + [rng.randrange(-(2**23) + 1, 2**23 - 1) for _ in range(10)]:
         dut.turn.value = turn
-        # The header's time also contains 2 clocks until `turn` and 2 clocks of a read, which do not
-        # occur here.
+        # The time in the header includes 2 clocks until `turn` and 2 clocks of a read, which this
+        # bench does not need.
         await memory.clocks(ready_clocks(LANES) - 4)
         check(memory, 0, turn, steps, offsets)
         for lane in range(LANES):

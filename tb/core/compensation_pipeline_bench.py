@@ -270,10 +270,10 @@ def banks_of_angles(
 ) -> tuple[list[Coefficients], list[int]]:
     """Return the banks in use one after the other, and for each angle the number of its bank.
 
-    In each clock, ``markers`` has whether the angle is the first of a new bank, ``swaps`` whether a
-    swap is requested and whether a write is pending, and ``acknowledged`` the write that ends. The
-    function also checks that each requested swap takes place once and in time: with the next
-    accepted angle, unless a write or a previous swap delays it.
+    For each clock, ``markers`` states whether the angle is the first of a new bank, ``swaps``
+    whether a swap is requested and whether a write is pending, and ``acknowledged`` which write
+    ends. The function also checks that each requested swap takes place once and in time: with the
+    next accepted angle, unless a write or a previous swap delays it.
     """
     memory = CoefficientMemory(COUNTS_PER_REV, LANES)
     banks, bank = [memory.active], []

@@ -43,11 +43,11 @@ STEP_LIMIT, so that this check finds a dead head first."""
 LOAD_CLOCKS = 4 * (4 * LANES + 10) + 4
 """Largest number of clocks from a failure to the swap, as the header of prepared_sets states."""
 DECODER_CLOCKS = 20
-"""Number of clocks from the pins to the fault, from the fault to the load, and from the first angle
-of the new set to the interrupt, in total."""
+"""Total number of clocks from the pins to the fault, from the fault to the load, and from the first
+angle of the new set to the interrupt."""
 SWAP_WAITS = 12
 """Allowance in clocks for a swap that waits for the idle bank or for a head's zero; no swap waits
-so in these tests."""
+in these tests."""
 CARRIERS = {0: 1, 1: 2, 2: 1, 3: 1, 4: 1}
 LANES_ERROR = 2.0
 """Allowance in counts for the difference between the corrections E of two sets; the amplitudes of
@@ -146,7 +146,7 @@ async def left_out(
 
 
 async def illegal_step(machine: Table, head: int) -> None:
-    """Change A and B of a head in the same clock, so that it does not count two counts."""
+    """Change A and B of a head in the same clock, by which it loses two counts."""
     before = machine.shown[head - 1]
     while machine.shown[head - 1] == before:
         await RisingEdge(machine.dut.clock)

@@ -369,8 +369,8 @@ async def further_heads_have_registers(dut: Any) -> None:
 
 @cocotb.test(skip=HEADS == 2)
 async def a_fault_of_a_further_head_raises_the_alarm(dut: Any) -> None:
-    """A fault of the last head raises alarm, release of the drivers and interrupt only by this
-    head's own bits."""
+    """A fault of the last head raises the alarm, releases the drivers and raises the interrupt,
+    each only if this head's bit is set."""
     machine = await prepared(dut)
     names = machine.registers
     cocotb.start_soon(machine.run())

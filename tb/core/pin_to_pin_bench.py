@@ -17,8 +17,7 @@ MEASURED = Path(os.environ["MEASURED"])
 LEVELS = ((0, 0), (1, 0), (1, 1), (0, 1))
 """Levels (A, B) in counting order."""
 BETWEEN_CLOCKS = 97
-"""Number of clocks between edges. It is odd, so that over the edges every slot of the FOLD clocks
-occurs."""
+"""Number of clocks between edges. It is odd, so that edges occur in each of the FOLD slots."""
 
 
 def _outputs(dut: Any) -> tuple[int, int]:

@@ -53,7 +53,8 @@ LATCHES = (*(f"head{head}.index" for head in range(1, HEADS + 1)), "snapshot.tim
 """Registers whose low word latches the other words of their group when it is read."""
 
 Access = tuple[bool, int, int, int]
-"""Access of the processor: whether it is a write, address, word and strobes."""
+"""Access of the processor: a flag that is true for a write, the address, the word and the
+strobes."""
 
 
 def address(path: str) -> int:

@@ -77,7 +77,7 @@ async def prepared(
     for latching in (
         *model_map.GROUPS,
         *model_map.WIDE,
-    ):  # define the words that they latch
+    ):  # a first read defines the latched words
         await bus.read(latching)
         model.read(latching)
     # Coefficients and other words survive a reset, so an earlier test may have left values.

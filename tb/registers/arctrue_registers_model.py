@@ -161,7 +161,7 @@ def driven_ports() -> dict[str, int]:
 @dataclass
 class RegisterModel:
     """Answers reads and writes as the description of the map states. The answer to a read is a pair
-    (accepted, word), to a write whether it is accepted."""
+    (accepted, word); the answer to a write is True if it is accepted."""
 
     lanes: int
     capture_depth: int

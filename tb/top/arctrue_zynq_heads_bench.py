@@ -75,7 +75,7 @@ async def each_head_has_its_pins(dut: Any) -> None:
     assert await names.read("status.capture_ready") == 1
     bank = await names.read_capture(HEADS)
     # The number of samples may be larger by the sample that closes the turn, and may vary by one
-    # because of the error of head 1, which is less than the counts between two samples.
+    # because of the error of head 1, which is smaller than the distance of two samples.
     assert abs(len(bank.samples) - COUNTS * CLOCKS_PER_COUNT / SAMPLE_PERIOD) <= 2
     known = {tuple(row) for row in (readings(angle) % COUNTS).tolist()}
     assert all(tuple(row) in known for row in (bank.samples % COUNTS).tolist())

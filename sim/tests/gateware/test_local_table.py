@@ -1,4 +1,4 @@
-"""Tests of the local table's model against float64, and of its parts in the coefficient file."""
+"""Tests of the local table's model against float64, and of the table of a coefficient file."""
 
 from __future__ import annotations
 

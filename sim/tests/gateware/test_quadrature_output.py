@@ -48,8 +48,8 @@ def without_reset(names: dict[str, Scenario]) -> list[str]:
 def test_edges_are_legal_and_spaced(name: str) -> None:
     columns, trace = played(SCENARIOS[name])
     at = edges(trace)
-    # The minimum spacing of the clock in which the output decides on an edge applies, three clocks
-    # before the edge.
+    # The output decides on an edge three clocks before the edge, with the minimum spacing of that
+    # clock.
     spacing = np.maximum(columns["minimum_spacing"], 1)[at[:-1] - 3]
     assert (np.diff(at) >= spacing).all()
 
