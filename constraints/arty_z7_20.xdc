@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 #
-# Pins of arctrue_zynq_top on the Digilent Arty Z7-20 (XC7Z020-1CLG400C).
-# RS-422 receivers and drivers stand between the Pmods and the encoders: docs/device.md.
-# This file contains only what every tool reads: LOC, IOSTANDARD and PULLTYPE of ports. All other constraints are in
-# vivado/.
-# An open input is pulled low, so that it counts no edges.
+# Assigns the ports of arctrue_zynq_top to pins of the Digilent Arty Z7-20 (XC7Z020-1CLG400C). RS-422 receivers and
+# drivers are needed between the Pmods and the encoders: docs/device.md. This file contains only constraints that every
+# tool reads: LOC, IOSTANDARD and PULLTYPE of ports. All other constraints are in vivado/. Pull-downs hold unconnected
+# inputs low, so that no edges are counted there.
 
-# Reference head: receivers' outputs on the upper row of Pmod JA.
+# Reference head: connect the receivers' outputs to the upper row of Pmod JA.
 set_property LOC Y18 [get_ports head1_a]
 set_property IOSTANDARD LVCMOS33 [get_ports head1_a]
 set_property PULLTYPE PULLDOWN [get_ports head1_a]
@@ -17,7 +16,7 @@ set_property LOC Y17 [get_ports head1_z]
 set_property IOSTANDARD LVCMOS33 [get_ports head1_z]
 set_property PULLTYPE PULLDOWN [get_ports head1_z]
 
-# Calibration head: receivers' outputs on the lower row of Pmod JA.
+# Calibration head: connect the receivers' outputs to the lower row of Pmod JA.
 set_property LOC U18 [get_ports head2_a]
 set_property IOSTANDARD LVCMOS33 [get_ports head2_a]
 set_property PULLTYPE PULLDOWN [get_ports head2_a]
@@ -28,7 +27,7 @@ set_property LOC W19 [get_ports head2_z]
 set_property IOSTANDARD LVCMOS33 [get_ports head2_z]
 set_property PULLTYPE PULLDOWN [get_ports head2_z]
 
-# Corrected encoder signal: drivers' inputs on the upper row of Pmod JB.
+# Corrected encoder signal: connect the drivers' inputs to the upper row of Pmod JB.
 set_property LOC W14 [get_ports out_a]
 set_property IOSTANDARD LVCMOS33 [get_ports out_a]
 set_property LOC T11 [get_ports out_b]
@@ -36,8 +35,9 @@ set_property IOSTANDARD LVCMOS33 [get_ports out_b]
 set_property LOC T10 [get_ports out_z]
 set_property IOSTANDARD LVCMOS33 [get_ports out_z]
 
-# Enable of the line drivers, alarm, and the instruments beside the table: the other pins of Pmod JB, and one of JA. The
-# pins that are coupled with those of A have signals that do not change while the table turns.
+# The enable of the line drivers, the alarm and the signals of external instruments use the other pins of Pmod JB and
+# one pin of JA. The pin that is coupled with a pin of A (docs/device.md) carries a signal that rarely changes while
+# the table turns, so that no crosstalk disturbs A.
 set_property LOC Y14 [get_ports driver_enable]
 set_property IOSTANDARD LVCMOS33 [get_ports driver_enable]
 set_property LOC V16 [get_ports alarm]
@@ -53,8 +53,8 @@ set_property PULLTYPE PULLDOWN [get_ports probe_in]
 set_property LOC V12 [get_ports compare_out]
 set_property IOSTANDARD LVCMOS33 [get_ports compare_out]
 
-# I2C bus of the table's thermometer: SCL and SDA of the ChipKit header. The pull-ups of the chip hold a bus
-# without a thermometer high; they are too weak for one with a cable (docs/device.md).
+# The I2C bus of the table's thermometer uses SCL and SDA of the ChipKit header. The pull-ups in the chip hold the wires
+# high if no thermometer is connected; they are too weak for a bus with a cable (docs/device.md).
 set_property LOC P16 [get_ports i2c_scl]
 set_property IOSTANDARD LVCMOS33 [get_ports i2c_scl]
 set_property PULLTYPE PULLUP [get_ports i2c_scl]
@@ -62,7 +62,7 @@ set_property LOC P15 [get_ports i2c_sda]
 set_property IOSTANDARD LVCMOS33 [get_ports i2c_sda]
 set_property PULLTYPE PULLUP [get_ports i2c_sda]
 
-# LEDs of the board.
+# LEDs on the board.
 set_property LOC R14 [get_ports led_alive]
 set_property IOSTANDARD LVCMOS33 [get_ports led_alive]
 set_property LOC P14 [get_ports led_capture]

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 #
-# Pins of encoder_source_top, for a PYNQ-Z2 or an Arty Z7-20: the oscillator, and both heads on the first
-# Pmod (PMODA, JA) where arctrue_zynq_top takes them in.
+# Assigns the pins of encoder_source_top on a PYNQ-Z2 or an Arty Z7-20: the board's oscillator, and both heads on the
+# first Pmod (PMODA, JA), at the pins at which arctrue_zynq_top, on the other board, receives them.
 
 set_property LOC H16 [get_ports oscillator]
 set_property IOSTANDARD LVCMOS33 [get_ports oscillator]

@@ -1,19 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
 #
-# Pins of arctrue_zynq_top on a board of your own: copy this file to constraints/my_board.xdc, write the
-# package's pins where it says PIN, and the standard of their bank's supply (LVCMOS33 at 3.3 V, LVCMOS25 at
-# 2.5 V, LVCMOS18 at 1.8 V) where it says STANDARD. Then
+# Assigns the ports of arctrue_zynq_top to pins of your own board. Copy this file to constraints/my_board.xdc. Replace
+# each PIN by a pin of the package, and each STANDARD by the I/O standard for the supply of the pin's bank (LVCMOS33 at
+# 3.3 V, LVCMOS25 at 2.5 V, LVCMOS18 at 1.8 V). Then run
 #
 #     make bitstream BOARD=my_board PART=xc7z020clg484-1
 #
-# Every port must have both, each pin may appear once; make bitstream checks that first. A signal that your board does
-# not use still needs a pin. For pairs (TOP=arctrue_zynq_differential_top) each encoder port is two: head1_a_p and
-# head1_a_n, out_a_p and out_a_n; both get the standard (LVDS_25 or TMDS_33), and the pins must be the two of one pair.
+# Every port needs a pin and a standard, and a pin may appear only once; make bitstream checks this before it starts. A
+# signal that your board does not use needs a pin too. For differential pairs (TOP=arctrue_zynq_differential_top)
+# replace each encoder port by two ports, for example head1_a by head1_a_p and head1_a_n; both get the standard of the
+# pair (LVDS_25 or TMDS_33), and their pins must be the two pins of one pair.
 #
-# An open input is pulled low, so that it counts no edges; pairs have no pull-down: leave PULLTYPE out there.
-# Write nothing else in here: the open tools ignore other commands, so the two flows would differ.
+# Pull-downs hold unconnected inputs low, so that no edges are counted there. Pairs have no pull-down: delete the lines
+# with PULLTYPE for them. Write no other commands into this file: the open tools ignore them, so the results of the two
+# flows would differ.
 
-# Reference head.
+# Reference head
 set_property LOC PIN [get_ports head1_a]
 set_property IOSTANDARD STANDARD [get_ports head1_a]
 set_property PULLTYPE PULLDOWN [get_ports head1_a]
@@ -43,7 +45,8 @@ set_property IOSTANDARD STANDARD [get_ports out_b]
 set_property LOC PIN [get_ports out_z]
 set_property IOSTANDARD STANDARD [get_ports out_z]
 
-# Enable of the line drivers (pull it to disabled outside), alarm, and the instruments beside the table.
+# Enable of the line drivers (an external resistor must pull it to its inactive level), alarm, and the signals of
+# external instruments.
 set_property LOC PIN [get_ports driver_enable]
 set_property IOSTANDARD STANDARD [get_ports driver_enable]
 set_property LOC PIN [get_ports alarm]
@@ -59,7 +62,7 @@ set_property PULLTYPE PULLDOWN [get_ports probe_in]
 set_property LOC PIN [get_ports compare_out]
 set_property IOSTANDARD STANDARD [get_ports compare_out]
 
-# I2C bus of the table's thermometer; each wire needs a pull-up outside as well.
+# I2C bus of the table's thermometer; each wire needs an external pull-up too.
 set_property LOC PIN [get_ports i2c_scl]
 set_property IOSTANDARD STANDARD [get_ports i2c_scl]
 set_property PULLTYPE PULLUP [get_ports i2c_scl]
@@ -67,7 +70,7 @@ set_property LOC PIN [get_ports i2c_sda]
 set_property IOSTANDARD STANDARD [get_ports i2c_sda]
 set_property PULLTYPE PULLUP [get_ports i2c_sda]
 
-# LEDs; high is lit.
+# LEDs, lit while the pin is high.
 set_property LOC PIN [get_ports led_alive]
 set_property IOSTANDARD STANDARD [get_ports led_alive]
 set_property LOC PIN [get_ports led_capture]

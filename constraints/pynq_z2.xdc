@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 #
-# Pins of arctrue_zynq_top on the TUL PYNQ-Z2 (XC7Z020-1CLG400C).
-# RS-422 receivers and drivers stand between the Pmods and the encoders: docs/device.md.
-# PMODA shares its pins with the Raspberry Pi header: leave that one free.
-# This file contains only what every tool reads: LOC, IOSTANDARD and PULLTYPE of ports. All other constraints are in
-# vivado/.
-# An open input is pulled low, so that it counts no edges.
+# Assigns the ports of arctrue_zynq_top to pins of the TUL PYNQ-Z2 (XC7Z020-1CLG400C). RS-422 receivers and drivers are
+# needed between the Pmods and the encoders: docs/device.md. PMODA shares its pins with the Raspberry Pi header: connect
+# nothing to that header. This file contains only constraints that every tool reads: LOC, IOSTANDARD and PULLTYPE of
+# ports. All other constraints are in vivado/. Pull-downs hold unconnected inputs low, so that no edges are counted
+# there.
 
-# Reference head: receivers' outputs on the upper row of Pmod PMODA.
+# Reference head: connect the receivers' outputs to the upper row of PMODA.
 set_property LOC Y18 [get_ports head1_a]
 set_property IOSTANDARD LVCMOS33 [get_ports head1_a]
 set_property PULLTYPE PULLDOWN [get_ports head1_a]
@@ -18,7 +17,7 @@ set_property LOC Y17 [get_ports head1_z]
 set_property IOSTANDARD LVCMOS33 [get_ports head1_z]
 set_property PULLTYPE PULLDOWN [get_ports head1_z]
 
-# Calibration head: receivers' outputs on the lower row of Pmod PMODA.
+# Calibration head: connect the receivers' outputs to the lower row of PMODA.
 set_property LOC U18 [get_ports head2_a]
 set_property IOSTANDARD LVCMOS33 [get_ports head2_a]
 set_property PULLTYPE PULLDOWN [get_ports head2_a]
@@ -29,7 +28,7 @@ set_property LOC W19 [get_ports head2_z]
 set_property IOSTANDARD LVCMOS33 [get_ports head2_z]
 set_property PULLTYPE PULLDOWN [get_ports head2_z]
 
-# Corrected encoder signal: drivers' inputs on the upper row of Pmod PMODB.
+# Corrected encoder signal: connect the drivers' inputs to the upper row of PMODB.
 set_property LOC W14 [get_ports out_a]
 set_property IOSTANDARD LVCMOS33 [get_ports out_a]
 set_property LOC T11 [get_ports out_b]
@@ -37,8 +36,9 @@ set_property IOSTANDARD LVCMOS33 [get_ports out_b]
 set_property LOC T10 [get_ports out_z]
 set_property IOSTANDARD LVCMOS33 [get_ports out_z]
 
-# Enable of the line drivers, alarm, and the instruments beside the table: the other pins of Pmod PMODB, and one of
-# PMODA. The pins that are coupled with those of A have signals that do not change while the table turns.
+# The enable of the line drivers, the alarm and the signals of external instruments use the other pins of PMODB and one
+# pin of PMODA. The pin that is coupled with a pin of A (docs/device.md) carries a signal that rarely changes while the
+# table turns, so that no crosstalk disturbs A.
 set_property LOC Y14 [get_ports driver_enable]
 set_property IOSTANDARD LVCMOS33 [get_ports driver_enable]
 set_property LOC V16 [get_ports alarm]
@@ -54,8 +54,8 @@ set_property PULLTYPE PULLDOWN [get_ports probe_in]
 set_property LOC V12 [get_ports compare_out]
 set_property IOSTANDARD LVCMOS33 [get_ports compare_out]
 
-# I2C bus of the table's thermometer: SCL and SDA of the Arduino header. The pull-ups of the chip hold a bus
-# without a thermometer high; they are too weak for one with a cable (docs/device.md).
+# The I2C bus of the table's thermometer uses SCL and SDA of the Arduino header. The pull-ups in the chip hold the wires
+# high if no thermometer is connected; they are too weak for a bus with a cable (docs/device.md).
 set_property LOC P16 [get_ports i2c_scl]
 set_property IOSTANDARD LVCMOS33 [get_ports i2c_scl]
 set_property PULLTYPE PULLUP [get_ports i2c_scl]
@@ -63,7 +63,7 @@ set_property LOC P15 [get_ports i2c_sda]
 set_property IOSTANDARD LVCMOS33 [get_ports i2c_sda]
 set_property PULLTYPE PULLUP [get_ports i2c_sda]
 
-# LEDs of the board.
+# LEDs on the board.
 set_property LOC R14 [get_ports led_alive]
 set_property IOSTANDARD LVCMOS33 [get_ports led_alive]
 set_property LOC P14 [get_ports led_capture]

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 #
-# Pins of heads 3 and 4 of encoder_source_heads_top, for a PYNQ-Z2 or an Arty Z7-20: on the Arduino (ChipKit) header where
-# arctrue_zynq_heads_top takes them in. Its other ports have the pins of ../encoder_source.xdc.
+# Assigns the pins of heads 3 and 4 of encoder_source_heads_top on a PYNQ-Z2 or an Arty Z7-20. They are the pins of the
+# Arduino (ChipKit) header at which arctrue_zynq_heads_top, on the other board, receives these heads.
+# ../encoder_source.xdc assigns the pins of the other ports.
 
 set_property LOC V13 [get_ports head3_a]
 set_property IOSTANDARD LVCMOS33 [get_ports head3_a]

@@ -10,7 +10,8 @@ library ieee;
 
 package cordic_pkg is
 
-  -- A table of 6-input functions replaces the first iterations, because they have few outcomes.
+  -- Number of iterations, from iteration 0 on, that a table replaces. Iteration 0 has one outcome and the others two
+  -- each, so the table has 64 entries and fits functions of 6 inputs.
   constant TABULATED_ITERATIONS : positive := 7;
   -- Number of bits of x and y below the cosine's last bit.
   constant GUARD_WIDTH          : positive := 2;
@@ -37,20 +38,21 @@ package cordic_pkg is
     fraction : positive
   ) return naturals;
 
-  -- Returns 1 / gain of all iterations, which is x0 of equation (11).
+  -- Returns 1 / (gain of all iterations), the start value x0 of equation (11).
   function start_radius (
     iterations : positive
   ) return real;
 
-  -- Returns x (or y if `of_y`) after the tabulated iterations of a vector that starts with x0 = radius, y0 = 0. The
-  -- first iteration turns to the left; bit TABULATED_ITERATIONS - 1 - i of the index is high if iteration i turned to
-  -- the right.
+  -- Returns one coordinate, y if `of_y` is true and x otherwise, of the vector after the tabulated iterations, for all
+  -- directions of the iterations. The vector starts at x = radius, y = 0. Iteration 0 always turns to the left; bit
+  -- TABULATED_ITERATIONS - 1 - i of the table's index is high if iteration i turns to the right.
   function tabulated_vectors (
     radius : real;
     of_y   : boolean
   ) return reals;
 
-  -- Returns a + b, or a - b, rounded, on one carry chain. b has one fraction bit more than a.
+  -- Returns a + b, or a - b if `subtract` is high, rounded to the last bit of a, with one carry chain. b has one
+  -- fraction bit more than a.
   function add_or_subtract (
     a, b     : u_signed;
     subtract : std_ulogic
@@ -97,7 +99,7 @@ package body cordic_pkg is
     fraction : positive
   ) return naturals is
 
-    -- z lies within -bound <= z < bound; the bound is an eighth of a turn after iteration 0.
+    -- z lies within -bound <= z < bound. After iteration 0 the bound is an eighth of a turn.
     variable bound  : natural := 2 ** (fraction - 3);
     variable widths : naturals(1 to steps'length);
 
@@ -178,9 +180,10 @@ package body cordic_pkg is
 
   begin
 
-    -- The lowest bit provides the carry. When b is subtracted, it is the fraction bit of b as a borrow. When b is added, it is the
-    -- complement of that bit, which makes the two's complement of a rounded b. The sum is written as a difference,
-    -- because Yosys may swap the operands of a sum; so a enters the carry chain without a LUT.
+    -- The appended lowest bit generates the carry. If b is subtracted, b's fraction bit there causes a borrow. If b is
+    -- added, all bits of b are complemented before the subtraction; the complement of the fraction bit then completes
+    -- the two's complement and rounds b. The sum is written as a difference, because Yosys may swap the operands of a
+    -- sum: so the operand that enters the carry chain without a LUT is always a.
     difference := (a & '0') - (b xor (b'range => not subtract));
     return difference(a'length downto 1);
 

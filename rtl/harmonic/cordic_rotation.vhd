@@ -2,30 +2,34 @@
 --
 -- # cordic_rotation
 --
--- Computes the cosine of an angle of the first quadrant by rotating a vector, equations (10) to (12) of the
--- paper, in CORDIC_ITERATIONS iterations, with signs and start value corrected (see the errata).
--- It omits the logic that only the sine would need.
+-- Computes the cosine of an angle of the first quadrant: it rotates a vector in CORDIC_ITERATIONS iterations, by
+-- equations (10) to (12) of the paper with corrected signs and a corrected start value (see the errata). It omits the
+-- logic that only the sine would need.
 --
--- **Latency.** CORDIC_ITERATIONS − 1 = 15 clocks, because iteration 0 always turns to the left by an eighth
--- of a turn and needs no adder. One angle per clock.
+-- **Latency.** The cosine comes CORDIC_ITERATIONS − 1 = 15 clocks after the angle: one clock per iteration, except
+-- iteration 0, which always turns to the left by an eighth of a turn and needs no adder. The entity accepts one angle
+-- per clock.
 --
--- **Number formats.** place 22 bits, 2⁻²⁴ turn; x s1.COSINE_WIDTH, two bits more than the cosine at the end;
--- y s1.(COSINE_WIDTH − 4), because it changes x by at most 2⁻⁷ of its value; z in 2⁻²¹ turn (COSINE_WIDTH + 3
--- fraction bits, 24 at most), each stage as wide as its largest z requires: 19 bits at first, 6 in the last stage.
+-- **Number formats.** place has 22 bits in units of 2⁻²⁴ turn. x is s1.COSINE_WIDTH, with two fraction bits more than
+-- the rounded cosine of harmonic_lane. y is s1.(COSINE_WIDTH − 4), because it changes x by at most 2⁻⁷ of its value.
+-- z is in units of 2⁻²¹ turn (COSINE_WIDTH + 3 fraction bits, 24 at most); each stage has as many bits as its largest z
+-- requires: 19 bits in the first stage, 6 in the last.
 --
--- **z.** The bits of the phase below 2⁻²¹ turn are truncated. z represents the middle of the truncated
--- interval: an implicit half unit is added throughout, which needs no logic and does not change the sign.
+-- **z** is the angle that is still to be rotated. The bits of the phase below 2⁻²¹ turn are truncated. A value of z
+-- stands for the middle of the truncated interval, that is for this value plus half a unit. The half unit is not
+-- stored: it needs no logic, and it does not change the sign.
 --
--- **Mirrored angles.** The z of the complement of an angle is the complement of z, because of the implicit half
--- unit. So the adder of iteration 1 also forms the complement: each of its LUTs has an input left for `mirrored`.
+-- **Mirrored angles.** The complement of an angle has the complement of z in every stage, because of the half unit that
+-- is not stored. The adder of iteration 1 also forms this complement: each of its LUTs has an input left for `mirrored`.
 --
--- **x and y.** After the iterations 0 to 6 each of them is one of 64 constants, rounded from exact values. From then on
--- one adder performs each addition or subtraction, and its carry input rounds the shifted operand. The iterations from
--- 10 on do not rotate y, because its change would move x by less than half a unit: the square of the remaining angle is
--- below 2⁻¹⁸.
+-- **x and y.** After the iterations 0 to 6, x and y are each one of 64 constants, rounded from exact values. Each later
+-- addition or subtraction takes one adder, whose carry input rounds the shifted operand. After iteration 9 y keeps its
+-- value: the square of the remaining angle is then below 2⁻¹⁸, so a further rotation of y would change x by less than
+-- half a unit.
 --
--- **Error.** By an exhaustive sweep, including the subsequent rounding to s1.16: at most 5.4·10⁻⁵ over all phases of 20
--- bits and 5.6·10⁻⁵ over all phases of 24 bits; (A.1) + (A.5) as printed give 1.18·10⁻⁴.
+-- **Error.** Exhaustive sweeps, which include the later rounding to s1.16, show errors of the cosine of at most
+-- 5.4·10⁻⁵ over all phases of 20 bits and 5.6·10⁻⁵ over all phases of 24 bits. The bounds (A.1) + (A.5) of the paper,
+-- as printed, give 1.18·10⁻⁴.
 --
 -- There is no reset, because no register holds state.
 
@@ -45,7 +49,7 @@ entity cordic_rotation is
   port (
     clock    : in    std_ulogic;
     place    : in    u_unsigned(PHASE_WIDTH - 3 downto 0);                                -- 2⁻²⁴ turn
-    mirrored : in    std_ulogic;                                                          -- the angle is the complement of place
+    mirrored : in    std_ulogic;                                                          -- level: the angle is the complement of place
     cosine   : out   u_signed(COSINE_WIDTH + GUARD_WIDTH - 1 downto 0) := (others => '0') -- s1.COSINE_WIDTH
   );
 end entity cordic_rotation;
@@ -115,7 +119,8 @@ begin
 
   rotate : process (clock) is
 
-    -- Registers before the iteration of their index. turned(i)(j): z of iteration j was negative.
+    -- Registers; each index is the iteration that reads the register. turned(i)(j) is high if z of iteration j was
+    -- negative.
     variable x      : x_coordinates(T to LAST) := (others => (others => '0'));
     variable y      : y_coordinates(T to LAST) := (others => (others => '0'));
     variable z      : remainders(2 to LAST)    := (others => (others => '0'));
@@ -130,7 +135,7 @@ begin
 
     if rising_edge(clock) then
 
-      -- The last iteration comes first, so that each variable is read before it takes its new value.
+      -- The loop begins with the last iteration, so that each variable is read before it takes its new value.
       for i in LAST downto 1 loop
         if i > 1 then
           old_z := z(i);

@@ -2,22 +2,23 @@
 --
 -- # harmonic_lane
 --
--- Computes one term amplitude · cos(phase) of equation (9): quadrant_fold, cordic_rotation, one rounding of
--- the cosine to COSINE_WIDTH bits, and the multiplication by the amplitude in one DSP48E1, which
--- can also add the product of a partner lane. With ROTATION = table, table_rotation replaces
--- cordic_rotation; latency and formats do not change.
+-- Computes one term amplitude · cos(phase) of equation (9). The entities quadrant_fold and cordic_rotation compute the
+-- cosine, which is rounded once, to COSINE_WIDTH bits; one DSP48E1 multiplies it by the amplitude and can also add the
+-- product of a partner lane. With ROTATION = table, table_rotation replaces cordic_rotation; latency and formats do not
+-- change.
 --
--- **Latency.** One angle per clock, from `phase`: fold 1 clock, rotation CORDIC_ITERATIONS − 1 (15),
--- rounding 1, multiplication 2; in all CORDIC_ITERATIONS + 3 (19) clocks to `product`. With
--- ADD_PARTNER it is one clock more, CORDIC_ITERATIONS + 4 (20), so that the product of a partner without
--- ADD_PARTNER arrives when it is added. `amplitude` belongs to the phase that came CORDIC_ITERATIONS
--- (16, AMPLITUDE_CLOCK) clocks before, `partner` to the phase that came CORDIC_ITERATIONS + 3 (19) clocks before.
+-- **Latency.** The product comes CORDIC_ITERATIONS + 3 (19) clocks after `phase`: 1 clock for the fold,
+-- CORDIC_ITERATIONS − 1 (15) for the rotation, 1 for the rounding, 2 for the multiplication. With ADD_PARTNER the
+-- latency is CORDIC_ITERATIONS + 4 (20) clocks, so that the product of a partner lane without ADD_PARTNER is ready in
+-- the clock in which it is added. The entity accepts one phase per clock. `amplitude` belongs to the phase that came
+-- CORDIC_ITERATIONS (16, AMPLITUDE_CLOCK) clocks before, `partner` to the phase that came CORDIC_ITERATIONS + 3 (19)
+-- clocks before.
 --
--- **Number formats.** phase u0.24 turn; cosine sign, integer bit and COSINE_WIDTH − 2 fraction bits
--- (s1.16); amplitude s13.11 counts; products s15.(COSINE_WIDTH + 9) counts (s15.27), exact.
+-- **Number formats.** phase u0.24 turn; cosine s1.(COSINE_WIDTH − 2) (s1.16); amplitude s13.11 counts; products
+-- s15.(COSINE_WIDTH + 9) counts (s15.27), exact.
 --
--- **Rounding.** The rotation's two extra bits are rounded half up, then the sign of the quadrant
--- is applied, so that −cos and cos have the same magnitude.
+-- **Rounding.** The cosine of the rotation, which has two extra bits, is rounded half up before the sign of the
+-- quadrant is applied. So two phases whose cosines differ only in sign get rounded cosines of the same magnitude.
 --
 -- **Error.** cordic_rotation and table_rotation state the error of the cosine, swept over all phases.
 --
@@ -40,8 +41,8 @@ entity harmonic_lane is
   port (
     clock     : in    std_ulogic;
     phase     : in    u_unsigned(PHASE_WIDTH - 1 downto 0);                  -- turn, u0.24
-    amplitude : in    u_signed(AMPLITUDE_WIDTH - 1 downto 0);                -- counts, s13.11, in the clock of the cosine
-    partner   : in    u_signed(AMPLITUDE_WIDTH + COSINE_WIDTH - 1 downto 0); -- counts, s15.27, in the clock of the product
+    amplitude : in    u_signed(AMPLITUDE_WIDTH - 1 downto 0);                -- counts, s13.11, AMPLITUDE_CLOCK clocks after its phase
+    partner   : in    u_signed(AMPLITUDE_WIDTH + COSINE_WIDTH - 1 downto 0); -- counts, s15.27, product of the partner lane
     product   : out   u_signed(AMPLITUDE_WIDTH + COSINE_WIDTH - 1 downto 0) := (others => '0') -- counts, s15.27
   );
 end entity harmonic_lane;
@@ -112,7 +113,7 @@ begin
 
     if rising_edge(clock) then
 
-      -- Multiplication: product register, then the register inside the multiplier.
+      -- Multiplication, the last register first: the product, then the register inside the multiplier.
       if ADD_PARTNER then
         product      <= unadded + partner;
         unadded      := later_cosine * later_factor;
@@ -124,8 +125,8 @@ begin
       end if;
       factor := amplitude;
 
-      -- Rounding. -x equals (not x) + 1. Only the complement is formed, guard bits included: their rounding compensates
-      -- for the missing unit, so the result is the negative of the rounded value.
+      -- Rounding. -x equals (not x) + 1. The code forms only the complement, guard bits included; the rounding of the
+      -- guard bits compensates for the missing 1, so the result is the negative of the rounded value.
       signed_bits := rotated xor (rotated'range => negative(negative'right));
       sum         := signed_bits(rotated'high downto GUARD_WIDTH - 1) + ('0' & signed_bits(GUARD_WIDTH - 1));
       cosine      := sum(COSINE_WIDTH downto 1);

@@ -2,19 +2,19 @@
 --
 -- # harmonic_unit
 --
--- Computes the terms amplitude · cos(phase) of equation (9) for all lanes in parallel and adds them in pairs. Each lane is one
--- harmonic_lane; the second lane of a pair adds the product of the first in its DSP48E1. Figure 9
--- and section 3.3 of the paper.
+-- Computes the terms amplitude · cos(phase) of equation (9) for all lanes in parallel and adds the terms in pairs. Each
+-- lane is one harmonic_lane; the second lane of a pair adds the product of the first lane in its DSP48E1. Source:
+-- figure 9 and section 3.3 of the paper.
 --
 -- **Latency.** CORDIC_ITERATIONS + 4 = 20 clocks from `phases` to `pair_sums`, one angle per clock.
 -- `amplitudes` belong to the phases that came CORDIC_ITERATIONS = 16 clocks (AMPLITUDE_CLOCK) before.
 --
--- **Number formats.** phases u0.24 turn; amplitudes s13.11 counts; pair sums s15.27 counts. Flat
--- ports carry lane 0 in the low bits; pair i consists of the lanes 2i and 2i + 1; if the number of lanes is odd, the last
--- lane is a pair alone.
+-- **Number formats.** phases u0.24 turn; amplitudes s13.11 counts; pair sums s15.27 counts. Flat ports carry lane 0 in
+-- the low bits; pair i consists of the lanes 2i and 2i + 1. If the number of lanes is odd, the last pair consists of
+-- the last lane only.
 --
--- **Rounding.** Only the cosines are rounded, to COSINE_WIDTH bits. Up to 18 bits the pair sums are exact; with a
--- wider cosine they are truncated to PAIR_FRACTION = 27 fraction bits.
+-- **Rounding.** Only the cosines are rounded, to COSINE_WIDTH bits. With a COSINE_WIDTH of up to 18 the pair sums are
+-- exact; with a wider cosine the pair sums are truncated to PAIR_FRACTION = 27 fraction bits.
 --
 -- There is no reset, because no register holds state.
 
@@ -34,7 +34,7 @@ entity harmonic_unit is
   port (
     clock      : in    std_ulogic;
     phases     : in    std_ulogic_vector(LANES * PHASE_WIDTH - 1 downto 0);           -- turn, u0.24
-    amplitudes : in    std_ulogic_vector(LANES * AMPLITUDE_WIDTH - 1 downto 0);       -- counts, s13.11, in the clock of the cosines
+    amplitudes : in    std_ulogic_vector(LANES * AMPLITUDE_WIDTH - 1 downto 0);       -- counts, s13.11, AMPLITUDE_CLOCK clocks later
     pair_sums  : out   std_ulogic_vector(((LANES + 1) / 2) * PAIR_WIDTH - 1 downto 0) -- counts, s15.27, pair 0 in the low bits
   );
 end entity harmonic_unit;
@@ -44,7 +44,7 @@ architecture rtl of harmonic_unit is
   constant PRODUCT_WIDTH    : positive := AMPLITUDE_WIDTH + COSINE_WIDTH;
   constant PRODUCT_FRACTION : positive := AMPLITUDE_FRACTION + COSINE_WIDTH - 2;
 
-  -- Number of surplus, or missing, fraction bits of the sums.
+  -- Numbers of fraction bits by which a product has more, or fewer, than a pair sum.
   constant CUT_OFF          : natural  := maximum(PRODUCT_FRACTION, PAIR_FRACTION) - PAIR_FRACTION;
   constant APPENDED         : natural  := maximum(PRODUCT_FRACTION, PAIR_FRACTION) - PRODUCT_FRACTION;
 
@@ -52,7 +52,7 @@ architecture rtl of harmonic_unit is
 
   type products is array (natural range <>) of product;
 
-  -- Products from lane to lane; the first lane of a pair adds 0.
+  -- Products that the lanes add: the second lane of a pair adds the product of the first lane, the first lane adds 0.
   signal partners : products(0 to LANES - 1);
   signal sums     : products(0 to LANES - 1);
 

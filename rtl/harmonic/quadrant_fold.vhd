@@ -7,11 +7,12 @@
 --
 -- **Latency.** 1 clock.
 --
--- **Number formats.** phase u0.24 turn; folded and place 22 bits, 2⁻²⁴ turn, 0 to a quarter turn.
+-- **Number formats.** phase u0.24 turn; folded and place have 22 bits in units of 2⁻²⁴ turn, 0 to a quarter turn.
 --
--- A phase p of the second or fourth quadrant is mirrored by the complement of its bits. The complement
--- is one unit (2⁻²⁴ turn) below half a turn − p, so that no adder is needed and the cosine is off by less
--- than 4·10⁻⁷. A rotation that mirrors by itself uses `place` and `mirrored` instead of `folded`.
+-- **Mirroring.** The place within the second or fourth quadrant is mirrored: `folded` is the complement of its bits.
+-- The complement needs no adder; it is one unit (2⁻²⁴ turn) less than the exact mirrored angle, a quarter turn − place,
+-- which changes the cosine by less than 4·10⁻⁷. A rotation that mirrors the angle itself uses `place` and `mirrored`
+-- instead of `folded`.
 --
 -- There is no reset, because no register holds state.
 
@@ -27,8 +28,8 @@ entity quadrant_fold is
     phase    : in    u_unsigned(PHASE_WIDTH - 1 downto 0);                    -- turn, u0.24
     folded   : out   u_unsigned(PHASE_WIDTH - 3 downto 0) := (others => '0'); -- 2⁻²⁴ turn
     place    : out   u_unsigned(PHASE_WIDTH - 3 downto 0) := (others => '0'); -- 2⁻²⁴ turn, from the start of the quadrant
-    mirrored : out   std_ulogic                           := '0';             -- folded is the complement of place
-    negative : out   std_ulogic                           := '0'              -- cos(phase) = −cos(folded)
+    mirrored : out   std_ulogic                           := '0';             -- level: folded is the complement of place
+    negative : out   std_ulogic                           := '0'              -- level: cos(phase) = −cos(folded)
   );
 end entity quadrant_fold;
 

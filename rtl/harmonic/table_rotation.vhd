@@ -2,25 +2,29 @@
 --
 -- # table_rotation
 --
--- Computes the cosine of an angle of the first quadrant from a table of straight lines. It replaces cordic_rotation, with the
--- same output and latency, 40 % of a lane's look-up tables and less than half of the error. It uses no multiplier and no
--- block memory. The paper rotates a vector; this is another way to the cosine of equation (9).
+-- Computes the cosine of an angle of the first quadrant from a table of straight lines. It can replace cordic_rotation
+-- (the method of the paper) for the cosine of equation (9): with the same output format and latency, a lane needs only
+-- 40 % as many look-up tables, and the error is less than half as large. It uses no multiplier and no block memory.
 --
--- **Latency.** 15 clocks, as cordic_rotation; 8 of them compute, the other 7 delay the angle. One angle per clock.
+-- **Latency.** 15 clocks, as in cordic_rotation: in the first 7 the angle is only delayed, in the last 8 the cosine is
+-- computed. The entity accepts one angle per clock.
 --
--- **Number formats.** folded 22 bits, 2⁻²⁴ turn; value s1.20; slope u3.8 a turn; cosine s1.18.
+-- **Number formats.** folded has 22 bits in units of 2⁻²⁴ turn; value s1.20; slope u3.8 per turn; cosine s1.18.
 --
--- **Table.** The quadrant has 128 intervals of 2¹⁵ units. In the interval with the middle m and the half width h (rad) the cosine
--- is approximated by the line (1 − h²/4)·cos m − sin m·z, |z| ≤ h, halfway between tangent and chord. The table holds the
--- line's value at the beginning of the interval, and its slope.
+-- **Table.** The quadrant has 128 intervals of 2¹⁵ units. In an interval with the middle m and the half width h (rad),
+-- the line (1 − h²/4)·cos m − z·sin m, |z| ≤ h, approximates the cosine; z is the angle from the middle. The line lies
+-- halfway between tangent and chord. For each interval the table holds the slope of the line and its value at the
+-- beginning of the interval.
 --
--- **Product.** Five rows multiply the slope by the 10 upper bits of the 15-bit place in the interval: each row
--- adds 0, 1, 2 or 3 slopes to a quarter of the row before, truncated. The table's values include the mean of
--- the truncated part: half a unit of the 10 bits, and half a unit of the last row.
+-- **Product.** Five rows of adders multiply the slope by the 10 upper bits of the 15-bit place in the interval: each
+-- row takes two of these bits and adds 0, 1, 2 or 3 slopes to a quarter of the previous row's sum, truncated. The
+-- values in the table are corrected for the mean of the truncated parts: half a unit of the 10 bits, and half a unit of
+-- the last row.
 --
--- **Error**, of a cosine of size 1, with the rounding to s1.16 that follows: line h²/4 = 9.5·10⁻⁶; sine for its angle h³/6 = 4·10⁻⁸;
--- slope rounded 2⁻⁹·2⁻¹⁰ = 1.9·10⁻⁶; 5 bits of the angle 2π·2⁻²⁰ = 6.0·10⁻⁶; value rounded 2⁻²¹ = 4.8·10⁻⁷; rows 2⁻²⁰ = 9.6·10⁻⁷; fold
--- 2π·2⁻²⁴ = 3.8·10⁻⁷; rounding 2⁻¹⁷ = 7.7·10⁻⁶: together at most 2.7·10⁻⁵. Swept over all 2²⁴ phases: 2.1·10⁻⁵.
+-- **Error.** The largest errors of the cosine add up to 2.7·10⁻⁵: line in place of the cosine h²/4 = 9.5·10⁻⁶; angle in
+-- place of its sine h³/6 = 4·10⁻⁸; rounding of the slope 2⁻⁹·2⁻¹⁰ = 1.9·10⁻⁶; 5 truncated bits of the angle 2π·2⁻²⁰ =
+-- 6.0·10⁻⁶; rounding of the value 2⁻²¹ = 4.8·10⁻⁷; truncation in the rows 2⁻²⁰ = 9.6·10⁻⁷; fold 2π·2⁻²⁴ = 3.8·10⁻⁷;
+-- later rounding to s1.16 2⁻¹⁷ = 7.7·10⁻⁶. A sweep over all 2²⁴ phases shows at most 2.1·10⁻⁵.
 --
 -- There is no reset, because no register holds state.
 
@@ -43,14 +47,14 @@ end entity table_rotation;
 architecture rtl of table_rotation is
 
   constant ADDRESS_WIDTH  : positive := 7;
-  constant OFFSET_WIDTH   : positive := folded'length - ADDRESS_WIDTH; -- place in an interval
+  constant OFFSET_WIDTH   : positive := folded'length - ADDRESS_WIDTH; -- bits of the place in an interval
   constant ROWS           : positive := 5;
   constant DIGITS_WIDTH   : positive := 2 * ROWS;                      -- bits of the place that the rows multiply
   constant SLOPE_FRACTION : positive := 8;
   constant SLOPE_WIDTH    : positive := SLOPE_FRACTION + 3;
   constant VALUE_FRACTION : positive := 20;
   constant VALUE_WIDTH    : positive := VALUE_FRACTION + 2;
-  -- Every row except the first drops two fraction bits of the product.
+  -- Number of fraction bits of the last row: every row except the first drops two fraction bits of the product.
   constant ROW_FRACTION   : positive := SLOPE_FRACTION + PHASE_WIDTH - OFFSET_WIDTH + DIGITS_WIDTH - 2 * (ROWS - 1);
   -- The last row is below 4 slopes.
   constant ROW_WIDTH      : positive := SLOPE_WIDTH + 2;
@@ -115,7 +119,7 @@ architecture rtl of table_rotation is
   -- Returns the values of the lines at the beginnings of their intervals.
   function values_of_all return value_table is
 
-    -- Half an interval and half a unit of the digits, turns
+    -- REACH is half an interval, UNIT half a unit of the digits, both in turns.
     constant REACH : real := 2.0 ** (OFFSET_WIDTH - 1 - PHASE_WIDTH);
     constant UNIT  : real := 2.0 ** (OFFSET_WIDTH - DIGITS_WIDTH - 1 - PHASE_WIDTH);
     constant SCALE : real := 1.0 - (MATH_2_PI * REACH) ** 2 / 4.0;
@@ -140,7 +144,8 @@ architecture rtl of table_rotation is
 
 begin
 
-  -- The amplitude comes in a fixed clock, so no other width or latency is possible.
+  -- harmonic_lane receives the amplitude a fixed number of clocks after the phase, so no other width or latency is
+  -- possible.
   assert COSINE_WIDTH = 18 and WAITING >= 1
     report "table_rotation: built for a cosine of 18 bits and 10 clocks at least; choose ROTATION = cordic"
     severity failure;
@@ -167,7 +172,7 @@ begin
   begin
 
     if rising_edge(clock) then
-      -- The last register comes first, so that each variable is read before it takes its new value.
+      -- The code begins with the last register, so that each variable is read before it takes its new value.
       product    := signed(shift_left(resize(row(ROWS), VALUE_WIDTH), VALUE_FRACTION - ROW_FRACTION));
       difference := value - product;
       cosine     <= difference(difference'high downto VALUE_FRACTION - (COSINE_WIDTH - 2 + GUARD_WIDTH));

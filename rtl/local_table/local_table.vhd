@@ -2,33 +2,34 @@
 --
 -- # local_table
 --
--- Computes a correction that a sum of orders cannot describe, from 4,096 points over the turn, or over one, two or four
--- windows of 1/2 to 1/64 of the turn, with straight lines between the points. Outside of every window the value is 0.
--- Two banks store the points and the place of the windows; `bank` travels with the angle, so that all stages use the
--- same bank for an angle. The register map fixes the formats.
+-- Computes a correction that a sum of orders cannot describe: it interpolates linearly between 4,096 points. The points
+-- cover the whole turn, or one, two or four windows of 1/2 to 1/64 of the turn; outside of every window the value is 0.
+-- Two banks store the points and the places of the windows. `bank` is delayed with the angle, so that all stages use
+-- the same bank for an angle. The register map specifies the formats.
 --
--- **Latency.** LOCAL_TABLE_LATENCY = 17 clocks from `angle` and `bank` to `value`, one angle per clock: 4 to the window, 5 to the
--- place in it (phase_lane), 3 for the points, 5 for the line.
+-- **Latency.** LOCAL_TABLE_LATENCY = 17 clocks from `angle` and `bank` to `value`: 4 clocks to find the window, 5 for
+-- the place in the window (phase_lane), 3 to read the points, 5 to interpolate. The entity accepts one angle per clock.
 --
--- **Number formats.** angle and starts u24.0 counts, below counts_per_rev; step u0.48 window a count,
--- round(2⁴⁸·2^width / counts_per_rev); a point s(17 − F).F counts; value s13.22 counts, exact for the place at which
--- the line is read.
+-- **Number formats.** angle and starts u24.0 counts, below counts_per_rev; step u0.48 windows per count,
+-- round(2⁴⁸·2^width / counts_per_rev); points s(17 − F).F counts; value s13.22 counts: the interpolation itself is not
+-- rounded.
 --
--- **Windows.** The first enabled window that contains the angle gives the value; windows should not overlap. The points
--- of window j are the j-th half or quarter of all points. After the last point of a window the line leads to its first
--- point.
+-- **Windows.** The first enabled window that contains the angle gives the value; windows should not overlap. With two
+-- (four) windows, the j-th half (quarter) of all points belongs to window j. From the last point of a window on, the
+-- value is interpolated towards the window's first point.
 --
--- **Error.** The place is rounded to 2⁻²⁴ window, its step is off by 2⁻⁴⁹ window a count, and 12 bits of the place between two
--- points are used. The value differs from the exact line by at most the largest difference of two neighbouring points
--- times (2⁻¹³ + 2⁻¹³) with one window; with two or four windows this factor is larger by 2⁻¹².
+-- **Error.** The place in the window is rounded to 2⁻²⁴ window, the error of its step is at most 2⁻⁴⁹ window per count,
+-- and the interpolation uses 12 bits of the place between two points. With one window, the value differs from the exact
+-- interpolation by at most (2⁻¹³ + 2⁻¹³) times the largest difference of two neighbouring points; with two or four
+-- windows this factor is larger by 2⁻¹².
 --
--- **Size.** 893 LUT, 507 FF, 4 DSP48E1 and 4 RAMB36 for both banks (Yosys).
+-- **Size.** Yosys reports 893 LUT, 507 FF, 4 DSP48E1 and 4 RAMB36 for both banks.
 --
 -- **Access.** `write_bank` and `write_address` choose a point of either bank: `write_enable` writes this point, and
--- `read_word` shows it one clock later, while bank and address do not change. A point that is written while an angle
--- reads it may give the old or the new value.
+-- `read_word` shows it one clock later, as long as bank and address do not change. If a point is written while an angle
+-- reads it, the angle may get the old or the new value.
 --
--- There is no reset: it would only affect angles in the pipeline.
+-- There is no reset: no register keeps a state beyond the angles in the pipeline.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -43,7 +44,7 @@ entity local_table is
     angle          : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
     bank           : in    std_ulogic;                                    -- bank that applies to this angle
     counts_per_rev : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
-    -- Place of the windows, by bank
+    -- Places of the windows, one record per bank
     bank0_place    : in    local_place;
     bank1_place    : in    local_place;
     -- Points
@@ -111,15 +112,15 @@ architecture rtl of local_table is
   signal step          : u_unsigned(PHASE_STEP_WIDTH - 1 downto 0);
   signal in_window     : u_unsigned(PHASE_WIDTH - 1 downto 0);
 
-  -- Last count of a window of each bank. It does not change while angles use it.
+  -- Last count of a window, for each bank. It does not change while the bank's angles use it.
   signal last_of_bank  : last_counts := (others => (others => '0'));
 
-  -- Points at `write_address`, a clock later
+  -- Address in the memories for `write_address`, and the points there, one clock later
   signal half_place    : half_index;
   signal even_there    : point := (others => '0');
   signal odd_there     : point := (others => '0');
 
-  -- Bank and window of the angles in the pipeline, by stage
+  -- Bank of the angle in each stage; the two points that were read, and their addresses
   signal banks     : std_ulogic_vector(1 to LOCAL_TABLE_LATENCY - 1) := (others => '0');
   signal even_word : point                                          := (others => '0');
   signal odd_word  : point                                          := (others => '0');
@@ -145,7 +146,7 @@ begin
 
   even_points : process (clock) is
 
-    -- This is a variable: as a signal it would be 73,728 signals for the simulator.
+    -- The memory is a variable, because a simulator would treat it as 73,728 signals if it were a signal.
     variable memory : half_of_points := (others => (others => '0'));
     variable word   : point          := (others => '0');
 
@@ -188,7 +189,7 @@ begin
     variable offset3     : angles                                       := (others => (others => '0'));
     variable inside3     : std_ulogic_vector(1 to LOCAL_WINDOWS)        := (others => '0');
     variable starts      : angles;
-    -- Window that contains the angle, and whether any window contains it, from clock 4 on
+    -- Number of the window that contains the angle, and whether any window contains it; from stage 4 on
     variable window      : u_unsigned(1 downto 0);
     variable windows     : u_unsigned(2 * LOCAL_TABLE_LATENCY - 1 downto 0) := (others => '0');
     variable are_inside  : std_ulogic_vector(4 to LOCAL_TABLE_LATENCY - 1) := (others => '0');
@@ -197,7 +198,7 @@ begin
     variable following   : u_unsigned(LOCAL_INDEX_WIDTH - 1 downto 0);
     variable part        : u_unsigned(LINE_WIDTH - 1 downto 0);
     variable place       : local_place;
-    -- Place between two points, and whether the first of them is odd
+    -- Place between two points, and whether the number of the first point is odd
     variable part10      : u_unsigned(LINE_WIDTH - 1 downto 0)          := (others => '0');
     variable part11      : u_unsigned(LINE_WIDTH - 1 downto 0)          := (others => '0');
     variable part12      : u_unsigned(LINE_WIDTH - 1 downto 0)          := (others => '0');
@@ -216,14 +217,15 @@ begin
   begin
 
     if rising_edge(clock) then
-      -- 17: apply the fraction of the points; 0 outside of the windows.
+      -- 17: align the value by the points' number of fraction bits; the value is 0 outside of the windows.
       place := place_of_bank(number_of(banks(16)));
       value <= (others => '0');
       if are_inside(16) = '1' then
         value <= shift_left(resize(sum16, LOCAL_VALUE_WIDTH), 6 - 2 * to_integer(place.fraction));
       end if;
 
-      -- 16 to 13: interpolate. The value lies between its two points, so the sum needs no more bits than they have.
+      -- 16 to 13: interpolate. The value lies between its two points, so the sum needs no more integer bits than a
+      -- point.
       sum16     := resize(shift_left(resize(first15, product15'length), LINE_WIDTH) + product15, sum16'length);
       first15   := first14;
       product15 := rise14 * signed('0' & part14);
@@ -242,7 +244,7 @@ begin
       part11 := part10;
       odd(11 to 12) := odd(10 to 11);
 
-      -- 10: select the points. With several windows, the number of the window is in the upper bits.
+      -- 10: select the points. With several windows, the upper bits of the point's number are the number of the window.
       place   := place_of_bank(number_of(banks(9)));
       window9 := windows(2 * 9 + 1 downto 2 * 9);
 
@@ -296,7 +298,7 @@ begin
       for number in 1 to LOCAL_WINDOWS loop
         inside3(number) := place.enable(number - 1) and (offset2(number) ?<= last_of_bank(number_of(banks(2))));
         offset3(number) := offset2(number);
-        -- The turn or 0 is added, which takes no look-up tables besides those of the carry chain.
+        -- Adding either the turn or 0 takes only the look-up tables of the carry chain.
         offset2(number) := u_unsigned(difference1(number)(ANGLE_WIDTH - 1 downto 0))
                            + (counts_per_rev(ANGLE_WIDTH - 1 downto 0) and (angle'range => difference1(number)(ANGLE_WIDTH)));
       end loop;

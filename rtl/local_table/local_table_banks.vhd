@@ -2,32 +2,34 @@
 --
 -- # local_table_banks
 --
--- Connects the local table to the processor: stores the place of the windows for both banks, gives the processor access
--- to the words of the idle bank, and makes the idle bank the active one at a swap. The table itself is local_table.
+-- Connects the local table (local_table) to the processor: stores the places of the windows for both banks, gives the
+-- processor access to the words of the idle bank, and makes the idle bank active at a swap.
 --
--- **Words of the place**, by `address`: 0 choice: enable in bits 3 to 0, windows in 5 to 4, width in 10 to 8, fraction in 13 to 12;
--- 1 to 4 start of window 1 to 4; 5 and 6 step, its lower 32 bits and its upper 16. Only these bits are stored; word 7 reads as 0.
+-- **Words of the place.** `address` selects a word. Word 0 is `choice`: enable in bits 3 to 0, windows in bits 5 to 4,
+-- width in bits 10 to 8, fraction in bits 13 to 12. Words 1 to 4 are the starts of windows 1 to 4. Word 5 is the lower
+-- 32 bits of step, word 6 its upper 16. Only these bits are stored; word 7 reads as 0.
 --
--- **Swap.** A write of the word `choice` requests a swap of the table: the next swap of the lanes also makes the
--- table's idle bank active, beginning with the angle of the clock after `swap_comes`. Other swaps leave the table as it
--- is. Write the choice last.
+-- **Swap.** A write of the word `choice` requests a swap of the table: the next swap of the lanes then also makes the
+-- table's idle bank active, from the angle of the clock after `swap_comes` on. Without this request a swap of the lanes
+-- does not change the table. Write `choice` after all other words.
 --
--- **Copy.** After the swap, once no angle in the pipeline uses the former active bank, this bank gets the same words:
--- its place at once, its points one after the other, 2 clocks each. An access waits until the copy has ended,
--- LOCAL_TABLE_LATENCY + 2 · 4,096 + 1 clocks at the most.
+-- **Copy.** After the swap, as soon as no angle in the pipeline uses the formerly active bank, the entity copies the
+-- words of the new active bank into it: the place in one clock, then the points one after the other, 2 clocks each. An
+-- access waits until the copy has ended, at most LOCAL_TABLE_LATENCY + 2 · 4,096 + 1 clocks.
 --
--- **Access.** Pulse `read_enable` or `write_enable` with address and data; the answer is one pulse of `done`. Keep
--- address and data until `done`, and start no other access before. A write waits while `hold` is high: keep it high
--- from the request of a swap until the swap took place, so that a swap takes over exactly the finished writes.
+-- **Access.** Pulse `read_enable` or `write_enable` with address and data; a pulse of `done` ends the access. Keep
+-- address and data, and start no other access, until `done`. A write waits while `hold` is high: keep `hold` high from
+-- the request of a swap until the swap has taken place, so that the swap takes over exactly the writes that `done` has
+-- confirmed.
 --
--- **Latency.** LOCAL_TABLE_LATENCY clocks from `angle` to `value`, one angle per clock. 3 clocks to `done` if nothing
--- waits.
+-- **Latency.** LOCAL_TABLE_LATENCY clocks from `angle` to `value`; the entity accepts one angle per clock. `done`
+-- follows an access by 3 clocks if the access need not wait.
 --
--- **Number formats.** angle and starts u24.0 counts; step u0.48 window a count; points s(17 − F).F counts, written and read
--- sign-extended; value s13.22 counts.
+-- **Number formats.** angle and starts u24.0 counts; step u0.48 windows per count; points s(17 − F).F counts, written
+-- and read sign-extended; value s13.22 counts.
 --
--- **Reset** drops an access and a requested table. It keeps both banks and lets a copy end. At power-up no window is
--- enabled.
+-- **Reset** drops an access and a requested swap of the table. It does not change the banks, and a copy continues. At
+-- power-up no window is enabled.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -42,12 +44,12 @@ entity local_table_banks is
     reset          : in    std_ulogic;
     angle          : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
     counts_per_rev : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
-    swap_comes     : in    std_ulogic;                                    -- the angle of the next clock is the first of a new bank
-    hold           : in    std_ulogic;                                    -- a swap is requested or waits
+    swap_comes     : in    std_ulogic;                                    -- pulse: the next angle is the first of the new bank
+    hold           : in    std_ulogic;                                    -- level: a swap is requested or waits
     -- The processor's side
     read_enable    : in    std_ulogic;                                    -- pulse
     write_enable   : in    std_ulogic;                                    -- pulse
-    of_place       : in    std_ulogic;                                    -- a word of the place, not a point
+    of_place       : in    std_ulogic;                                    -- level: the access is to a word of the place, not to a point
     address        : in    u_unsigned(LOCAL_INDEX_WIDTH - 1 downto 0);    -- number of the word or of the point
     write_data     : in    std_ulogic_vector(31 downto 0);
     done           : out   std_ulogic := '0';                             -- pulse
@@ -79,7 +81,7 @@ architecture rtl of local_table_banks is
     step     => (others => '0')
   );
 
-  -- Returns the place with one word changed.
+  -- Returns the place with word `number` replaced by `word`.
   function changed (
     place  : local_place;
     number : u_unsigned(2 downto 0);
@@ -182,7 +184,7 @@ architecture rtl of local_table_banks is
   signal copied     : point_index          := (others => '0');
   signal left_clear : natural range 0 to LOCAL_TABLE_LATENCY := 0;
 
-  -- An access that waits, and a read in progress
+  -- Flags: a read waits, a write waits, a read is in progress; the word of the place that was read
   signal to_read    : std_ulogic                     := '0';
   signal to_write   : std_ulogic                     := '0';
   signal looked_up  : std_ulogic                     := '0';
@@ -209,8 +211,8 @@ architecture rtl of local_table_banks is
 
 begin
 
-  -- takes: this table swaps. starts: an access may begin. stores: a write takes place. copies: a copied point is
-  -- written.
+  -- takes: the table swaps its banks. starts: an access may begin. stores: a write of the processor takes place.
+  -- copies: a copied point is written.
   takes  <= swap_comes and asked;
   starts <= '1' when copy = FREE and swap_comes = '0' else
             '0';
@@ -251,7 +253,7 @@ begin
       done      <= stores or looked_up;
       looked_up <= '0';
 
-      -- The address is stable: one clock later the memory has read the point.
+      -- The address does not change until `done`, so the memory has read the point one clock later.
       if to_read = '1' and starts = '1' then
         looked_up  <= '1';
         place_word <= word_of(place(number_of(not active)), address(2 downto 0));
@@ -264,7 +266,8 @@ begin
         end if;
       end if;
 
-      -- A loop over the banks gives each register its own enable, without a choice of banks before it.
+      -- The loop over the banks gives each bank's registers their own enable; no multiplexer between the banks is
+      -- needed.
       for bank in 0 to 1 loop
         if number_of(active) /= bank then
           if stores = '1' and of_place = '1' then

@@ -2,7 +2,8 @@
 --
 -- # local_table_pkg
 --
--- Declares the record with the place of a local table on the turn, for one bank, and the widths of the table's numbers.
+-- Declares the widths of the local table's numbers, and the record that states, for one bank, which windows of the turn
+-- the table covers.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -15,20 +16,20 @@ package local_table_pkg is
   constant LOCAL_WINDOWS        : positive := 4;
   constant LOCAL_INDEX_WIDTH    : positive := 12; -- 4,096 points
   constant LOCAL_POINT_WIDTH    : positive := 18;
-  constant LOCAL_VALUE_FRACTION : positive := 22; -- 10 bits of a point and 12 of the place between two points
+  constant LOCAL_VALUE_FRACTION : positive := 22; -- 10 of a point plus 12 of the place between two points
   constant LOCAL_VALUE_WIDTH    : positive := 36; -- s13.22
   constant LOCAL_TABLE_LATENCY  : positive := 17;
 
   type local_place is record
     enable   : std_ulogic_vector(LOCAL_WINDOWS - 1 downto 0);     -- one bit per window
-    windows  : u_unsigned(1 downto 0);                            -- 0 one of 4,096 points, 1 two of 2,048, 2 four of 1,024
-    width    : u_unsigned(2 downto 0);                            -- a window is 2**-width turn, 0 to 6
-    fraction : u_unsigned(1 downto 0);                            -- fraction bits of the points: F = 4, 6, 8 or 10
-    start1   : u_unsigned(ANGLE_WIDTH - 1 downto 0);              -- counts, where window 1 begins
+    windows  : u_unsigned(1 downto 0);                            -- 0: 1 window of 4,096 points, 1: 2 of 2,048, 2: 4 of 1,024
+    width    : u_unsigned(2 downto 0);                            -- a window is 2**-width turn long; width is 0 to 6
+    fraction : u_unsigned(1 downto 0);                            -- fraction bits of the points: 0 to 3 for F = 4, 6, 8, 10
+    start1   : u_unsigned(ANGLE_WIDTH - 1 downto 0);              -- counts, first count of window 1
     start2   : u_unsigned(ANGLE_WIDTH - 1 downto 0);              -- counts
     start3   : u_unsigned(ANGLE_WIDTH - 1 downto 0);              -- counts
     start4   : u_unsigned(ANGLE_WIDTH - 1 downto 0);              -- counts
-    step     : u_unsigned(PHASE_STEP_WIDTH - 1 downto 0);         -- window per count, u0.48
+    step     : u_unsigned(PHASE_STEP_WIDTH - 1 downto 0);         -- windows per count, u0.48
   end record local_place;
 
 end package local_table_pkg;

@@ -2,33 +2,34 @@
 --
 -- # head_failover
 --
--- Leaves a failed head out of the mean, and includes it again: head_watch finds the head, prepared_sets activates the
--- set without it, parity_sum monitors the parity of the heads. The entity serves the registers of all three units.
+-- Leaves a failed head out of the mean, and includes it again later. The unit head_watch finds the failed head,
+-- prepared_sets activates the set of words without this head, and parity_sum monitors the parity of the heads. The
+-- entity contains head_watch and parity_sum, and the registers of all three units.
 --
--- **Failure.** The first failure loads the set without the failed head, provided that `failover.enable` is set, the
+-- **Failure.** When a head fails, the set without this head is loaded, provided that `failover.enable` is set, the
 -- active words use all heads and no head is left out. Failures of other heads are then ignored, because only sets with
--- one missing head are prepared. With the first angle of the new set the head is left out and its decoder forgets the
--- index (`rearm_heads`), so that its next index defines its zero again.
+-- one missing head are prepared. From the first angle of the new set on the head is left out, and `rearm_heads` makes
+-- its decoder forget the index, so that its next index defines its zero again.
 --
 -- **Return.** A head that is left out comes back after its next index, either on request (`heads_command.come_back`) or
--- once the time `failover.return_after` has passed: the set of all heads is loaded. A dead head shows no index, so it
+-- after the time `failover.return_after`; the set of all heads is then loaded. A dead head gives no index, so it
 -- remains left out.
 --
--- **Processor.** `heads_command.take_set` loads a set. A swap of the processor's own words makes `heads_status.set` 7.
--- A swap does not end the state of a head that is left out: words that use this head, and a set that uses it before its
--- index, are refused and set `heads_status.swap_refused`; the active words stay active. While the processor's words are
--- active, a head that comes back is no longer left out, but no set is loaded: the processor must include the head by
--- words of its own.
+-- **Processor.** `heads_command.take_set` loads a set. A swap to words that the processor has written sets
+-- `heads_status.set` to 7. A swap does not end the state of a left-out head. Words that use this head are refused, and
+-- so is a set that uses it before its index; a refusal sets `heads_status.swap_refused`, and the active words stay
+-- active. If the head comes back while the processor's words are active, it is no longer left out, but no set is
+-- loaded: the processor must write words that use the head.
 --
--- **Allowed words.** `may_activate` is high while both conditions hold. First, the idle words use no head that is left
--- out or, while a set is loaded, that is missing in this set. Second, in a set or while a head is left out, the carrier
--- of the idle words is a used head. `may_activate` follows its inputs by a clock.
+-- **Allowed words.** `may_activate` is high while both conditions hold. First, the idle words do not use the left-out
+-- head or, while a set is being loaded, the head that is missing in this set. Second, while a set is being loaded or a
+-- head is left out, the carrier of the idle words is a used head. `may_activate` follows its inputs by one clock.
 --
--- **Latency.** From a failure that head_watch reports to the first angle of the set: the latency of prepared_sets plus
--- 3 clocks. 1 clock from `read_enable` to `read_data`, which is 0 for words of other units in the window;
--- head_registers signals `done` for the words of both entities.
+-- **Latency.** The first angle of the set comes 3 clocks plus the latency of prepared_sets after head_watch has
+-- reported a failure. `read_data` follows `read_enable` by 1 clock and is 0 for words of other units in the window.
+-- head_registers signals `done` for its own words and for the words of this entity.
 --
--- **Number formats.** Those of the registers; differences s16.4 counts, head 1 in the low bits.
+-- **Number formats.** The formats of the registers; differences s16.4 counts, head 1 in the low bits.
 --
 -- **Reset.** No set is active, no head is left out, and every setting is 0.
 
@@ -71,7 +72,7 @@ entity head_failover is
     idle_used        : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- level: used by the idle words
     idle_carrier_used : in    std_ulogic;                                               -- level: the idle words' carrier is a used head
     differences      : in    std_ulogic_vector(HEADS * HEAD_DIFFERENCE_WIDTH - 1 downto 0); -- counts, s16.4
-    is_settled       : in    std_ulogic;                                                -- level: readings do not jump
+    is_settled       : in    std_ulogic;                                                -- level: no reading jumps (may_swap of head_mean)
     -- The banks
     swap_comes       : in    std_ulogic;                                                -- pulse
     busy             : in    std_ulogic;                                                -- level: a set is being loaded
@@ -84,7 +85,7 @@ entity head_failover is
     rearm_heads      : out   std_ulogic_vector(HEADS - 1 downto 0);                     -- level
     left_out         : out   std_ulogic_vector(HEADS - 1 downto 0) := (others => '0');  -- level
     parity_beyond    : out   std_ulogic                     := '0';                     -- sticky
-    changed          : out   std_ulogic                     := '0'                      -- pulse: a head was left out, or came back
+    changed          : out   std_ulogic                     := '0'                      -- pulse: a set was loaded, or a head came back
   );
 end entity head_failover;
 
@@ -104,7 +105,7 @@ architecture rtl of head_failover is
 
   subtype heads_bits is std_ulogic_vector(HEADS - 1 downto 0);
 
-  -- Tells whether a set uses one of these heads.
+  -- Tells whether the set `set` uses a head whose bit in `chosen` is high.
   function uses_one (
     set    : u_unsigned(2 downto 0);
     chosen : heads_bits

@@ -6,29 +6,30 @@
 -- time) minus the whole counts of its offset, and the term that turns this reading into the mean (weighted_mean). The
 -- words of the mean (mean_words) are swapped together with the coefficients of the lanes.
 --
--- **Position.** The output's count continues from carrier to carrier. `position` is the carrier's position plus a base.
--- With the first angle of a new set of words `position` jumps by as much as the angle, the shorter way round. `jump` is
--- the size of this jump; the ramp uses it to absorb the jump: the corrected position makes no step. A jump beyond
--- ±32,767 counts comes from a head that was never set up; the position then jumps by that limit, and angle and position
--- differ by the remainder until the next reset.
+-- **Position.** The count of the output continues when the carrier changes: `position` is the carrier's position plus a
+-- base. With the first angle of a new set of words, `position` and angle jump by the same number of counts, the shorter
+-- way round. `jump` is this number; the ramp uses it to absorb the jump, so that the corrected position makes no step.
+-- A jump beyond ±32,767 counts comes from a head that was never set up; `position` then jumps only by this limit, and
+-- from then on differs from the angle by the remainder, until the next reset.
 --
--- **Zero.** `zero_moved` toggles when the zero of any head moves, because each zero moves the mean; the ramp absorbs
--- this change. `put_back` is the carrier's, because `position` continues the carrier's count.
+-- **Zero.** `zero_moved` toggles when the zero of any head moves, because each head's zero moves the mean; the ramp
+-- absorbs this change. `put_back` is the value of the carrier, because `position` continues the carrier's count.
 --
--- **Apply.** The mean may be corrected while every used head has seen its index. `referenced` belongs to the carrier.
+-- **Apply.** `apply` is high while the processor requests the correction and every used head has seen its index.
+-- `referenced` is high while the carrier has seen its index.
 --
--- **Swap.** `may_swap` is low when the zero of a head moves, a head sees its first index or a word is written, and for
--- 8 clocks after that, so that the base of the next carrier is computed from later readings.
+-- **Swap.** `may_swap` goes low when the zero of a head moves, a head sees its first index or a word is written. It
+-- stays low for 8 clocks, so that the base of the next carrier is computed from readings after this change.
 --
--- **Latency.** With two heads, no clock from the heads to angle, position and the values that belong to them; with more
--- heads 1 clock, in which the offsets are subtracted. MEAN_LATENCY clocks from the angle to `mean_term`, `limited`,
--- `jumped` and `jump`.
+-- **Latency.** Angle, position and the values that belong to them follow the heads by 0 clocks with two heads, and with
+-- more heads by 1 clock, in which the offsets are subtracted. `mean_term`, `limited`, `jumped` and `jump` follow the
+-- angle by MEAN_LATENCY clocks.
 --
 -- **Number formats.** angles u24.0 counts below counts_per_rev; positions s31.0 counts modulo 2³²; put_backs s15.0 counts modulo
 -- 2¹⁶; mean_term s19.20 counts; differences s16.4 counts, 5 clocks after the angle; jump s15.0
 -- counts. Flat ports carry head 1 in the low bits.
 --
--- **Reset.** The base is 0. The words keep their values.
+-- **Reset** sets the base to 0. The words keep their values.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -45,8 +46,8 @@ entity head_mean is
     reset             : in    std_ulogic;
     -- The heads
     angles            : in    std_ulogic_vector(HEADS * ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
-    positions         : in    std_ulogic_vector(HEADS * POSITION_WIDTH - 1 downto 0);       -- counts, including those put back
-    phases_of_zero    : in    std_ulogic_vector(HEADS * 2 - 1 downto 0);                    -- place of (A, B) at such a position 0
+    positions         : in    std_ulogic_vector(HEADS * POSITION_WIDTH - 1 downto 0);       -- counts, including counts put back
+    phases_of_zero    : in    std_ulogic_vector(HEADS * 2 - 1 downto 0);                    -- place of (A, B) at position 0
     put_backs         : in    std_ulogic_vector(HEADS * 16 - 1 downto 0);                   -- counts in position without an edge
     zeros_moved       : in    std_ulogic_vector(HEADS - 1 downto 0);                        -- toggles when the zero of a head moves
     indices_seen      : in    std_ulogic_vector(HEADS - 1 downto 0);                        -- level
@@ -58,28 +59,28 @@ entity head_mean is
     write_address     : in    u_unsigned(3 downto 0);                                       -- number of the word
     write_data        : in    std_ulogic_vector(31 downto 0);                               -- the word
     write_acknowledge : out   std_ulogic;                                                   -- pulse: the word is written
-    hold_writes       : in    std_ulogic;                                                   -- a swap is requested, waits or takes effect
+    hold_writes       : in    std_ulogic;                                                   -- level: a swap is requested or waits
     read_address      : in    u_unsigned(3 downto 0);                                       -- number of the word
-    read_data         : out   std_ulogic_vector(31 downto 0);                               -- the idle word, a clock later
-    swap_comes        : in    std_ulogic;                                                   -- the next clock has the idle words
-    may_swap          : out   std_ulogic;                                                   -- a swap is allowed
+    read_data         : out   std_ulogic_vector(31 downto 0);                               -- the idle word, one clock later
+    swap_comes        : in    std_ulogic;                                                   -- pulse: the next clock has the idle words
+    may_swap          : out   std_ulogic;                                                   -- level: a swap is allowed
     -- To the pipeline
     angle             : out   u_unsigned(ANGLE_WIDTH - 1 downto 0);                         -- counts, below counts_per_rev
     position          : out   u_signed(POSITION_WIDTH - 1 downto 0);                        -- counts
     phase_of_zero     : out   u_unsigned(1 downto 0);                                       -- place of (A, B) at position 0
     put_back          : out   u_signed(15 downto 0);                                        -- counts in position without an edge
     zero_moved        : out   std_ulogic;                                                   -- toggles when the zero of a head moves
-    referenced        : out   std_ulogic;                                                   -- the angle counts from an index
-    apply             : out   std_ulogic;                                                   -- correct this reading
+    referenced        : out   std_ulogic;                                                   -- level: the angle counts from an index
+    apply             : out   std_ulogic;                                                   -- level: this reading is to be corrected
     carrier           : out   u_unsigned(1 downto 0);                                       -- number of the head - 1
     used              : out   std_ulogic_vector(HEADS - 1 downto 0);                        -- heads that the active words use
     idle_used         : out   std_ulogic_vector(HEADS - 1 downto 0);                        -- heads that the idle words use
-    idle_carrier_used : out   std_ulogic;                                                   -- the carrier of the idle words is a used head
-    differences       : out   std_ulogic_vector(HEADS * HEAD_DIFFERENCE_WIDTH - 1 downto 0); -- counts, s16.4, minus the carrier's reading
+    idle_carrier_used : out   std_ulogic;                                                   -- level: the idle words' carrier is a used head
+    differences       : out   std_ulogic_vector(HEADS * HEAD_DIFFERENCE_WIDTH - 1 downto 0); -- counts, s16.4, reading - carrier's
     mean_term         : out   u_signed(MEAN_TERM_WIDTH - 1 downto 0);                       -- counts, s19.20
-    limited           : out   std_ulogic;                                                   -- a difference in this term is limited
-    jumped            : out   std_ulogic;                                                   -- the first angle of other words
-    jump              : out   u_signed(15 downto 0)                                         -- counts by which the reading jumps with jumped
+    limited           : out   std_ulogic;                                                   -- level: a difference in this term is limited
+    jumped            : out   std_ulogic;                                                   -- pulse: the first angle of new words
+    jump              : out   u_signed(15 downto 0)                                         -- counts by which reading jumps with jumped
   );
 end entity head_mean;
 
@@ -89,7 +90,7 @@ architecture rtl of head_mean is
   constant WEIGHTS_FIRST : positive := HEADS * HEAD_OFFSET_WIDTH;
   constant USED_FIRST    : positive := WEIGHTS_FIRST + HEADS * HEAD_WEIGHT_WIDTH;
   constant CARRIER_FIRST : positive := USED_FIRST + HEADS;
-  -- Two heads keep the latency; with more heads, the offsets take an additional clock.
+  -- With two heads the offsets are subtracted without a register; with more heads, the subtraction takes a clock.
   constant HAS_CLOCK     : boolean  := HEADS > 2;
   constant JUMP_CLOCKS   : positive := DIFFERENCE_LATENCY + 1;
   constant SETTLE_CLOCKS : positive := 8;
@@ -102,7 +103,7 @@ architecture rtl of head_mean is
 
   type position_counts is array (1 to JUMP_CLOCKS) of position_count;
 
-  -- Returns word `place` of words of equal width side by side; the first word if there are fewer.
+  -- Returns word `place` of a vector of words of equal width, or the first word if `place` is not below HEADS.
   function word_at (
     words : std_ulogic_vector;
     place : u_unsigned(1 downto 0);
@@ -127,7 +128,7 @@ architecture rtl of head_mean is
 
   end function word_at;
 
-  -- Returns an angle minus the whole counts of an offset, within the turn.
+  -- Returns an angle minus the whole counts of an offset, modulo a turn.
   function whole_reading (
     reading : std_ulogic_vector;
     offset  : std_ulogic_vector;
@@ -159,11 +160,11 @@ architecture rtl of head_mean is
   signal this_head    : u_unsigned(1 downto 0);
   signal next_head    : u_unsigned(1 downto 0);
 
-  -- Readings of all heads, and the reading of the next carrier with the idle words
+  -- Readings of all heads with the words in force, and the reading of the idle words' carrier with the idle words
   signal wholes     : std_ulogic_vector(HEADS * ANGLE_WIDTH - 1 downto 0);
   signal whole_next : std_ulogic_vector(ANGLE_WIDTH - 1 downto 0);
 
-  -- The same readings, and the values that belong to them, in the clock of the output angle
+  -- The readings and the heads' other values in the clock of the output angle
   signal wholes_now     : std_ulogic_vector(wholes'range)         := (others => '0');
   signal whole_next_now : std_ulogic_vector(whole_next'range)     := (others => '0');
   signal positions_now  : std_ulogic_vector(positions'range)      := (others => '0');
@@ -208,7 +209,7 @@ begin
       next_words        => next_words
     );
 
-  -- With a register between offsets and angle, the words are needed one clock earlier.
+  -- If a register follows the subtraction of the offsets, the words are needed one clock earlier.
   words_met <= next_words when HAS_CLOCK else
                active_words;
   this_head <= u_unsigned(active_words(CARRIER_FIRST + 1 downto CARRIER_FIRST));
@@ -332,7 +333,7 @@ begin
 
       next_base <= base + count_1_to_4(JUMP_CLOCKS) + resize(jump_4, POSITION_WIDTH);
 
-      -- If the bits above the format are not copies of the sign, the jump is limited, to the same size up and down.
+      -- If the bits above the format are not copies of the sign, the jump is limited to +32,767 or -32,767.
       sign   := to_next(to_next'high);
       jump_4 := to_next(jump_4'range);
       if (or (to_next(to_next'high downto jump_4'high) xor (to_next'high downto jump_4'high => sign))) = '1' then

@@ -2,31 +2,31 @@
 --
 -- # head_watch
 --
--- Finds the head that has failed, while the mean uses all heads: by a fault that its decoder reports, by edges that are
--- missing, or by a step of its reading that no other head shows.
+-- Finds a failed head while the mean uses all heads. A head has failed if its decoder reports a fault, if its edges are
+-- missing, or if its reading makes a step that no other head shows.
 --
 -- **Faults of a decoder.** A head fails in the clock in which its flag `illegal`, `overspeed`, `swallowed` or
--- `index_error` rises or its counter increments; the lowest bit of the counter shows the increment. A full counter
--- shows no further fault: clear it. Flags that were set before `watching` rose do not count.
+-- `index_error` rises or its counter increments; the lowest bit of the counter shows the increment. A counter at its
+-- maximum shows no further fault, so clear it in time. Flags that were set before `watching` rose do not count.
 --
 -- **Missing edges.** A head counts as dead if every other head has moved by `missing_counts` counts or more since this
--- head's last edge; motions up and down are added. No head counts as dead while the table stands still. The value 0
+-- head's last edge; counts up and counts down cancel. No head counts as dead while the table stands still. The value 0
 -- turns this check off.
 --
--- **Step.** The difference of each reading to the carrier's reading is compared with its value 7 to 8 intervals of
--- 2**INTERVAL_BITS clocks earlier (1.15 to 1.31 ms at 100 MHz). Head k has stepped if the changes of all other heads
--- agree within less than `step_limit` counts, and if this holds for no other head than k. A motion of the axis that
--- changes no difference of two heads by step_limit counts in that time never counts as a step, and the entity never
--- names a wrong head because of it; a step of one head by 2 * step_limit counts is then always found, because the other
--- heads agree without head k, and differ by more than step_limit from head k. The value 0 turns this check off. If two
--- heads step, the entity names neither.
+-- **Step.** The entity compares the difference between each reading and the carrier's reading with its value 7 to 8
+-- intervals of 2**INTERVAL_BITS clocks earlier (1.15 to 1.31 ms at 100 MHz). Head k has stepped if the changes of all
+-- other heads agree within less than `step_limit` counts, and if this is true for no other head in place of k. Assume
+-- that the motion of the axis changes every difference of two heads by less than step_limit counts in that time. Then
+-- this motion never counts as a step and never leads to a wrong head. The entity then also finds every step of one head
+-- by 2 * step_limit counts or more: the other heads agree with each other, and differ from head k by more than
+-- step_limit. If two heads step, the entity reports neither. The value 0 turns this check off.
 --
--- **Restart.** While `restart` is high, and for 16 clocks after that, no step is searched for; then the comparison
--- restarts with the readings at the end of this time. Hold it high while readings jump without a fault, that is after a
--- swap of the words or a move of a zero.
+-- **Restart.** While `restart` is high, and for 16 clocks after that, the entity does not search for steps; it then
+-- stores the readings anew and compares later readings with these. Hold `restart` high while readings jump without a
+-- fault, that is after a swap of the words or a move of a zero.
 --
--- **Latency.** A fault of a decoder: 2 clocks to `failed`. Missing edges: 3 clocks after the last of the counted steps. A step:
--- at most 20 clocks.
+-- **Latency.** `failed` follows a decoder's fault by 2 clocks, the last of the counted steps (missing edges) by 3
+-- clocks, and a step of a reading by at most 20 clocks.
 --
 -- **Number formats.** differences s16.0 counts, head 1 in the low bits; missing_counts u8.0 counts; step_limit u16.0 counts.
 -- `failed` has one bit per head; `causes` has the bits of the register `failover`: illegal, overspeed, swallowed,
@@ -170,7 +170,7 @@ begin
 
     type ways_of_heads is array (0 to HEADS - 1) of ways;
 
-    -- ahead(i)(j): counts that head j has moved since the last edge of head i
+    -- ahead(i)(j) is the number of counts that head j has moved since the last edge of head i.
     variable ahead   : ways_of_heads := (others => (others => 0));
     variable reached : heads_bits;
     variable one     : integer range -1 to 1;
@@ -190,7 +190,7 @@ begin
           if steps(head) = '1' or watching = '0' then
             ahead(head)(other) := 0;
           elsif steps(other) = '1' then
-            -- One adder counts both ways.
+            -- One adder counts both up and down.
             one  := 1 when steps_up(other) = '1' else -1;
             last := AHEAD_MOST when steps_up(other) = '1' else -AHEAD_MOST;
             if ahead(head)(other) /= last then
@@ -218,7 +218,7 @@ begin
     variable is_begun    : std_ulogic                         := '0';
     variable elapsed     : u_unsigned(INTERVAL_BITS - 1 downto 0) := (others => '0');
     variable settling    : natural range 0 to SETTLE_CLOCKS   := SETTLE_CLOCKS;
-    -- Comparison: its clock, the changes of the readings, and the heads without which all others agree
+    -- Comparison: its clock, the changes of the readings, and one bit per head, high if all other heads agree
     variable phase       : natural range 0 to PAIRS + 1       := 0;
     variable moved       : moved_counts                       := (others => (others => '0'));
     variable agree       : heads_bits                         := (others => '0');
@@ -233,7 +233,7 @@ begin
 
     if rising_edge(clock) then
       stepped <= (others => '0');
-      -- One address, so that the readings are in look-up table memory.
+      -- Only one address is read per clock, so that the readings are stored in look-up tables used as memory.
       oldest_place := place when is_full = '1' else "000";
       oldest       := stored(to_integer(oldest_place));
 
@@ -269,7 +269,7 @@ begin
         phase := phase + 1;
       else
 
-        -- Tells whether exactly one bit is high.
+        -- Head k has stepped if exactly one bit is high, bit k.
         for head in 0 to HEADS - 1 loop
           alone       := (others => '0');
           alone(head) := '1';

@@ -2,27 +2,28 @@
 --
 -- # mean_words
 --
--- Stores the words of the weighted mean twice: offsets, weights, and the choice of the carrier and of the used heads.
--- The active words apply to the angles; the processor writes the idle ones, and `swap_comes` makes them active with the
--- same angle as the coefficients of the lanes. Afterwards the idle words equal the active words, except that the active
--- weight of an unused head is 0, whatever weight was written.
+-- Stores two sets of words of the weighted mean: offsets, weights, and the choice of the carrier and of the used heads.
+-- The active words apply to the angles; the processor writes the idle words. `swap_comes` copies the idle words to the
+-- active words, at the same angle at which the lanes' coefficients change. Only the weight of an unused head is not
+-- copied: its active weight is 0.
 --
--- **Words.** 0 to 3: offset of head 1 to 4; 4 to 7: weight of head 1 to 4; 8: choice, with the carrier (head number -
--- 1) in bits 1 to 0 and one bit per used head from bit 4 on. Only the bits of the formats are stored. Words of heads
--- that are not built are not stored; they read as 0. A carrier that is not built is head 1.
+-- **Words.** Words 0 to 3 are the offsets of heads 1 to 4, words 4 to 7 their weights. Word 8 is the choice: the
+-- carrier (head number - 1) in bits 1 to 0 and one bit per used head from bit 4 on. Only the bits of the formats are
+-- stored. Words of a head above HEADS are not stored and read as 0. If the carrier is above HEADS, head 1 is the
+-- carrier.
 --
--- **Writing.** Pulse `write_enable` with address and data; the word is written, and `write_acknowledge` pulses,
--- 2 clocks later, or when `hold_writes` has fallen: hold it high while a swap waits, so that a swap takes over exactly
--- the acknowledged writes. Start no other write before the acknowledge.
+-- **Writing.** Pulse `write_enable` with address and data. `write_acknowledge` pulses when the word is written: 2
+-- clocks later, or after `hold_writes` has fallen. Hold `hold_writes` high while a swap waits, so that the swap takes
+-- over exactly the acknowledged writes. Start no other write before the acknowledge.
 --
 -- **Latency.** 1 clock from `swap_comes` to the new active words; `next_words` are the active words of the next clock.
--- 1 clock from `read_address` to `read_data`, the idle word with its sign extended.
+-- `read_data`, the idle word with its sign extended, follows `read_address` by 1 clock.
 --
--- **Number formats.** offset u24.4 counts, weight s1.16. Flat words hold, from the low bits on: offsets of all heads, then
--- weights, then used heads, then the carrier.
+-- **Number formats.** offset u24.4 counts, weight s1.16. Each port with a whole set of words holds, from the low bits
+-- on, the offsets of all heads, the weights of all heads, one bit per used head, and the carrier.
 --
--- **Reset** drops a pending write. It keeps the words, as the banks of the lanes do. At power-up head 1 is the carrier
--- and the only used head: the output follows head 1.
+-- **Reset** drops a pending write. The words keep their values, as the banks of the lanes do. At power-up head 1 is the
+-- carrier and the only used head, so the output follows head 1.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -45,7 +46,7 @@ entity mean_words is
     read_address      : in    u_unsigned(3 downto 0);         -- number of the word
     read_data         : out   std_ulogic_vector(31 downto 0); -- the idle word
     swap_comes        : in    std_ulogic;                     -- the idle words are active from the next clock on
-    is_written        : out   std_ulogic;                     -- an idle word changes with the next clock
+    is_written        : out   std_ulogic;                     -- pulse: an idle word changes in the next clock
     active_words      : out   std_ulogic_vector(HEADS * (HEAD_OFFSET_WIDTH + HEAD_WEIGHT_WIDTH + 1) + 1 downto 0); -- see above
     idle_words        : out   std_ulogic_vector(HEADS * (HEAD_OFFSET_WIDTH + HEAD_WEIGHT_WIDTH + 1) + 1 downto 0); -- see above
     next_words        : out   std_ulogic_vector(HEADS * (HEAD_OFFSET_WIDTH + HEAD_WEIGHT_WIDTH + 1) + 1 downto 0)  -- see above
@@ -73,7 +74,8 @@ architecture rtl of mean_words is
 
 begin
 
-  -- `hold_writes` covers `swap_comes`, which must not be read here: `is_written` decides whether a swap is allowed.
+  -- `hold_writes` is high whenever `swap_comes` is. `swap_comes` itself must not be used here, because it depends on
+  -- `is_written`: that would be a combinational loop.
   write_now    <= pending and not hold_writes and not reset;
   is_written   <= write_now;
   active_words <= active;
@@ -128,7 +130,8 @@ begin
 
       if address = 2 * HEADS_MAX and write_now = '1' then
         idle(CARRIER_FIRST - 1 downto USED_FIRST) <= data(HEADS + 3 downto 4);
-        -- Three bits are compared: GHDL's synthesis cuts HEADS to the width of the other operand, and 4 would become 0.
+        -- The comparison uses three bits: GHDL's synthesis cuts HEADS to the width of the other operand, and with two
+        -- bits HEADS = 4 would become 0.
         idle(CARRIER_FIRST + 1 downto CARRIER_FIRST) <= data(1 downto 0) when u_unsigned('0' & data(1 downto 0)) < HEADS else "00";
       end if;
 

@@ -3,17 +3,17 @@
 -- # parity_sum
 --
 -- Computes the parity of the heads' readings, Σ cᵢ·rᵢ with Σ cᵢ = 0 and Σ cᵢ·e^{jβᵢ} = 0, where βᵢ are the places of
--- the heads. The parity contains neither the angle of the table nor a translation of the axis, but every error of a
--- single head. Because Σ cᵢ = 0, the parity equals the same sum over the differences to the carrier, which the mean
--- computes anyway. One multiplier serves the heads one after the other.
+-- the heads. The parity depends neither on the angle of the table nor on a translation of the axis, but shows every
+-- error of a single head. Because Σ cᵢ = 0, the parity equals the same sum over the differences to the carrier, which
+-- the mean computes anyway. One multiplier computes the products of the heads one after the other.
 --
--- **Latency.** 7 clocks from `differences` to `parity`, which is renewed every 8 clocks; all its readings belong to one
+-- **Latency.** `parity` is renewed every 8 clocks. It comes 7 clocks after its `differences`, which all belong to one
 -- clock.
 --
 -- **Number formats.** differences s16.4 counts, weights s1.16, parity s19.11 counts, rounded down; limit u16.0 counts;
 -- 0 turns the limit off. `beyond` is high while the magnitude of the parity is `limit` or more.
 --
--- **Reset.** None: the parity follows its readings.
+-- There is no reset: the parity depends only on the latest differences.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -31,7 +31,7 @@ entity parity_sum is
     weights     : in    std_ulogic_vector(HEADS * HEAD_WEIGHT_WIDTH - 1 downto 0);     -- s1.16
     limit       : in    u_unsigned(15 downto 0);                                       -- counts, 0: off
     parity      : out   u_signed(CORRECTION_WIDTH - 1 downto 0) := (others => '0');    -- counts, s19.11
-    beyond      : out   std_ulogic                              := '0'                 -- level
+    beyond      : out   std_ulogic                              := '0'                 -- level: |parity| >= limit
   );
 end entity parity_sum;
 
@@ -45,7 +45,8 @@ begin
 
     variable turn      : u_unsigned(2 downto 0)                                              := "000";
     variable held      : std_ulogic_vector(differences'range)                                := (others => '0');
-    -- Registers; the number in a name is the number of clocks from the clock of their head until the register is valid.
+    -- Registers; the number in a name is the number of clocks from the clock in which `turn` selects a head until the
+    -- register holds this head's value.
     variable factor_1  : u_signed(HEAD_DIFFERENCE_WIDTH - 1 downto 0)                        := (others => '0');
     variable weight_1  : u_signed(HEAD_WEIGHT_WIDTH - 1 downto 0)                            := (others => '0');
     variable product_2 : u_signed(HEAD_DIFFERENCE_WIDTH + HEAD_WEIGHT_WIDTH - 1 downto 0)    := (others => '0');
@@ -57,7 +58,7 @@ begin
     if rising_edge(clock) then
       beyond <= (or limit) and (abs (resize(shift_right(parity, CORRECTION_FRACTION), CORRECTION_WIDTH)) ?>= signed('0' & limit));
 
-      -- Head h is read when `turn` is h; its product is added when `turn` is h + 2.
+      -- Head h (from 0 on) is read when `turn` is h; its product is added when `turn` is h + 2.
       head := to_integer(turn);
       if head = HEADS + 2 then
         parity <= resize(shift_right(sum_3, ROUNDED), parity'length);

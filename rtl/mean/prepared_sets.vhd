@@ -3,24 +3,26 @@
 -- # prepared_sets
 --
 -- Stores complete sets of words, one for all heads and one for each missing head. A set consists of the words of the
--- lanes, the words of the mean, and the coefficient offset. On request it writes one set into the idle bank, word by
--- word, and swaps: all words of the bank change in the same clock, and the ramp absorbs the change of the output. All
--- sets of four heads and 32 lanes fill one block RAM of 36 Kbit.
+-- lanes, the words of the mean, and the coefficient offset. On request the entity writes one set into the idle bank,
+-- word by word, and then swaps the banks: all words become active in the same clock, and the ramp absorbs the change of
+-- the output. All sets of four heads and 32 lanes fit into one block RAM of 36 Kbit.
 --
--- **Words.** `access_word` is a word of a set as the register map lays it out, in units of 4 bytes: lane * 4 + word, and 512 + place in
--- `mean`, of which place 15 is the coefficient offset. One word is accessed at a time; a word that is not stored reads as 0.
+-- **Words.** `access_word` is the number of a word in a set, with words of 4 bytes in the order of the register map:
+-- lane * 4 + word for a lane, 512 + place for a word of `mean`, where place 15 is the coefficient offset. Access one
+-- word at a time. A word that is not stored reads as 0.
 --
--- **Processor.** The processor's writes to the idle bank pass through this entity, since both write the same bank:
--- while a set is being loaded these writes wait, and this entity performs them afterwards. A `swap` of the processor in
--- that time counts as the swap of the set: the words that the processor had written before are overwritten, and no
--- mixture of words becomes active.
+-- **Processor.** The processor's writes to the idle bank pass through this entity, because processor and entity write
+-- the same bank. While a set is being loaded, these writes wait; the entity performs them afterwards. If the processor
+-- requests a `swap` in that time, only the swap of the set takes place: the set has overwritten the words that the
+-- processor had written before, so no mixture of words becomes active.
 --
--- **Refusal.** A swap, of the processor or of a set, takes place only while `may_activate` is high: the idle words use no head
--- that is left out. Otherwise `refused` pulses, the active words stay active, and the loaded set is dropped.
+-- **Refusal.** A swap, requested by the processor or for a set, takes place only if `may_activate` is high, that is, if
+-- the idle words may be used (see head_failover). Otherwise `refused` pulses and the active words stay active; a set
+-- that was loaded for this swap is dropped.
 --
--- **Latency.** From `load` to `swap_out` 4 * (4 * LANES + 10) + 4 clocks at most, once no write of the processor is under way and
--- coefficient_memory is not filling its idle bank: 5.6 µs with 32 lanes at 100 MHz. `loaded` comes with `swap_comes`.
--- 2 clocks from an access to its answer while nothing is loaded.
+-- **Latency.** `swap_out` follows `load` by at most 4 * (4 * LANES + 10) + 4 clocks, 5.6 µs with 32 lanes at 100 MHz,
+-- if no write of the processor is under way and coefficient_memory is not filling its idle bank. `loaded` comes with
+-- `swap_comes`. The answer to an access follows it by 2 clocks if no set is being loaded.
 --
 -- **Number formats.** The formats of the registers; the entity does no arithmetic.
 --
@@ -55,7 +57,7 @@ entity prepared_sets is
     write_turn_step   : in    std_ulogic := '0';              -- pulse
     write_address     : in    u_unsigned(7 downto 0);         -- lane * 4 + word, the place in the mean, or lane * 2 + word
     write_data        : in    std_ulogic_vector(31 downto 0); -- the word
-    acknowledge_lane  : out   std_ulogic;                     -- pulse: written, a lane's word, the offset or a turn step
+    acknowledge_lane  : out   std_ulogic;                     -- pulse: a lane's word, the offset or a turn step is written
     acknowledge_mean  : out   std_ulogic;                     -- pulse: the word is written
     swap              : in    std_ulogic;                     -- pulse
     -- Request to load a set
@@ -85,7 +87,8 @@ architecture rtl of prepared_sets is
   constant SET_WORDS    : positive := LANE_WORDS + MEAN_WORDS;
   constant STORED_WORDS : positive := (HEADS + 1) * SET_WORDS;
   constant OFFSET_PLACE : natural  := SET_WORDS - 1;
-  -- The words of the mean end with the choice of heads; nothing is stored between the choice and the offset.
+  -- Place of the last word of the mean, the choice of heads; the words between the choice and the offset are not
+  -- loaded.
   constant LAST_OF_MEAN : natural  := LANE_WORDS + 2 * HEADS_MAX;
 
   subtype word is std_ulogic_vector(31 downto 0);
@@ -149,7 +152,7 @@ begin
                      or (access_word(9) = '1' and access_word(8 downto 0) < MEAN_WORDS) else
  '0';
 
-  -- The memory has one port: it serves the set that is loaded, otherwise the access.
+  -- The memory has one port: while a set is being loaded it reads the set, otherwise it serves the access.
   choose_word : process (all) is
   begin
 
@@ -242,7 +245,7 @@ begin
 
         when FETCH =>
 
-          -- The memory reads the word; a processor's write in progress ends first.
+          -- The memory reads the first word. Loading continues when the processor's write in progress has ended.
           if in_flight = NOTHING then
             now <= HAND_OVER;
           end if;

@@ -2,10 +2,11 @@
 --
 -- # turn_difference
 --
--- Computes the difference of two angles the shorter way round: minuend - subtrahend, plus or minus a turn if it is half
--- a turn or more. So the difference of two heads makes no step when one head passes its zero before the other head.
+-- Computes the difference of two angles the shorter way round: minuend - subtrahend, plus or minus a turn if necessary
+-- to bring it within half a turn. So the difference of two heads makes no step when one head passes its zero before the
+-- other head.
 --
--- **Latency.** 3 clocks from the angles to `difference`, one pair a clock.
+-- **Latency.** 3 clocks from the angles to `difference`; the entity accepts one pair of angles per clock.
 --
 -- **Number formats.** Angles u24.0 counts below counts_per_rev; difference s24.0 counts with
 -- -counts_per_rev <= 2 * difference < counts_per_rev.
@@ -30,7 +31,7 @@ end entity turn_difference;
 
 architecture rtl of turn_difference is
 
-  -- Twice a difference, plus or minus a turn.
+  -- Width of twice a difference, plus or minus a turn.
   subtype wide_count is u_signed(ANGLE_WIDTH + 2 downto 0);
 
 begin
@@ -60,7 +61,8 @@ begin
         difference <= straight_2;
       end if;
 
-      -- Second clock. The turn has one bit more than a difference, but the chosen sum fits.
+      -- Second clock. The sums are computed in the width of a difference; the sum that is chosen in the third clock
+      -- fits in it.
       turn       := resize(u_signed('0' & counts_per_rev), turn'length);
       twice      := shift_left(resize(straight_1, twice'length), 1);
       above_2    := twice - turn;

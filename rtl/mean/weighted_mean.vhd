@@ -2,30 +2,30 @@
 --
 -- # weighted_mean
 --
--- Computes the term that the weighted mean of the heads adds to the correction of the carrier s: the output is
--- θ = r_s + Σ wᵢ·(rᵢ − r_s) − E(r_s) with rᵢ = Rᵢ − oᵢ, so the term is f_s − Σ wᵢ·(rᵢ − r_s); it is added to E and
--- subtracted with E. f_s is the fraction of o_s; head_mean has subtracted its whole counts from the reading. With Σ
--- wᵢ·e^{jβᵢ} = 0, where βᵢ are the places of the heads, the mean contains no translation of the axis. The carrier's own
--- weight is not used, because its difference is 0; so the mean is formed as if this weight made the sum of all weights
--- 1.
+-- Computes the term by which the weighted mean of the heads differs from the reading of the carrier s. The output is θ
+-- = r_s + Σ wᵢ·(rᵢ − r_s) − E(r_s) with rᵢ = Rᵢ − oᵢ. The correction E and the term are added and then subtracted from
+-- the reading of head_mean, which lacks only the fraction f_s of o_s; so the term is f_s − Σ wᵢ·(rᵢ − r_s). If Σ
+-- wᵢ·e^{jβᵢ} = 0, where βᵢ are the places of the heads, a translation of the axis does not change the mean. The
+-- carrier's weight has no effect, because the carrier's difference is 0: the mean is formed as if this weight made the
+-- sum of all weights 1.
 --
 -- **Turn.** Differences are taken the shorter way round (turn_difference); the fractions of the offsets are applied
 -- after that.
 --
 -- **Limit.** A difference beyond ±65,536 counts comes from a head that is lost or was never set up. It is limited to
--- the range of s16.4, which bounds the term to ±2¹⁹ counts; `limited` is high with a term for which the difference of a
--- `used` head was limited.
+-- the range of s16.4, so that the term stays within ±2¹⁹ counts. `limited` is high with a term for which the difference
+-- of a `used` head was limited.
 --
--- **Rounding.** None: products and their sum have all their bits.
+-- **Rounding.** Products and their sum are exact.
 --
--- **Latency.** MEAN_LATENCY = 10 clocks from the readings and words to `mean_term` and `limited`, one set of
--- readings a clock; DIFFERENCE_LATENCY = 3 clocks to `differences`, 2 more to `fine_differences`, which have the fractions of the offsets
--- and the limit.
+-- **Latency.** `mean_term` and `limited` follow the readings and words by MEAN_LATENCY = 10 clocks, `differences` by
+-- DIFFERENCE_LATENCY = 3 clocks, `fine_differences` (which include the fractions of the offsets and are limited) by 5
+-- clocks. The entity accepts one set of readings per clock.
 --
 -- **Number formats.** readings u24.0 counts below counts_per_rev; fractions u0.4 counts; weights s1.16; differences
 -- s24.0 counts; fine_differences s16.4 counts; mean_term s19.20 counts. Flat ports carry head 1 in the low bits.
 --
--- There is no reset: terms follow their readings.
+-- There is no reset, because no register holds state.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -44,12 +44,12 @@ entity weighted_mean is
     fractions        : in    std_ulogic_vector(HEADS * HEAD_OFFSET_FRACTION - 1 downto 0); -- counts, u0.4, fraction of each offset o
     carrier_fraction : in    u_unsigned(HEAD_OFFSET_FRACTION - 1 downto 0);                -- counts, u0.4, of the carrier's offset o
     weights          : in    std_ulogic_vector(HEADS * HEAD_WEIGHT_WIDTH - 1 downto 0);    -- s1.16
-    used             : in    std_ulogic_vector(HEADS - 1 downto 0);                        -- one bit per head
+    used             : in    std_ulogic_vector(HEADS - 1 downto 0);                        -- one bit per head: the active words use it
     counts_per_rev   : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);                -- counts
     differences      : out   std_ulogic_vector(HEADS * (ANGLE_WIDTH + 1) - 1 downto 0);    -- counts, s24.0
     fine_differences : out   std_ulogic_vector(HEADS * HEAD_DIFFERENCE_WIDTH - 1 downto 0) := (others => '0'); -- counts, s16.4
     mean_term        : out   u_signed(MEAN_TERM_WIDTH - 1 downto 0) := (others => '0');    -- counts, s19.20
-    limited          : out   std_ulogic                             := '0'                 -- a difference in this term is limited
+    limited          : out   std_ulogic                             := '0'                 -- level: a difference in this term is limited
   );
 end entity weighted_mean;
 
@@ -59,7 +59,7 @@ architecture rtl of weighted_mean is
   constant FINE_WIDTH       : positive := DIFFERENCE_WIDTH + HEAD_OFFSET_FRACTION + 1;
   constant PRODUCT_WIDTH    : positive := HEAD_DIFFERENCE_WIDTH + HEAD_WEIGHT_WIDTH;
   constant FRACTION_SHIFT   : natural  := MEAN_TERM_FRACTION - HEAD_OFFSET_FRACTION;
-  -- Clocks by which the carrier's fraction is delayed, so that it meets the sum of the products.
+  -- Number of clocks by which the carrier's fraction is delayed, so that it arrives with the sum of the products.
   constant LAST_FRACTION    : positive := MEAN_LATENCY - 2;
 
   subtype fraction_count is u_unsigned(HEAD_OFFSET_FRACTION - 1 downto 0);
@@ -120,7 +120,7 @@ begin
     begin
 
       if rising_edge(clock) then
-        -- Sixth and seventh clock: register in the multiplier's middle, product register.
+        -- Sixth and seventh clock: the register inside the multiplier and the product register, the last one first.
         products(head) <= product_6;
         product_6      := limited_5 * weight_1_to_5(5);
 

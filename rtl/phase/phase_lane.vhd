@@ -2,25 +2,23 @@
 --
 -- # phase_lane
 --
--- Computes the phase n·θ + Φ of one lane of equation (9), in turns; section 3.3 of the paper. The phase step
--- K = round(n·2⁴⁸ / counts_per_rev) contains the order n, so that n·θ is θ·K modulo 2⁴⁸, for any
--- order and any `counts_per_rev`, without a division.
+-- Computes the phase n·θ + Φ of one lane of equation (9), in turns. Source: section 3.3 of the paper. The phase step K
+-- = round(n·2⁴⁸ / counts_per_rev) contains the order n: n·θ equals θ·K modulo 2⁴⁸, in units of 2⁻⁴⁸ turn. So the entity
+-- needs no division, for any order and any counts_per_rev.
 --
--- **Latency.** 5 clocks from `angle` and `phase_step` to `phase`, one angle per clock.
--- `phase_offset` is used in the third clock: apply it PHASE_OFFSET_CLOCK = 2 clocks after its angle.
+-- **Latency.** 5 clocks from `angle` and `phase_step` to `phase`; the entity accepts one angle per clock. It reads
+-- `phase_offset` in the third clock: apply it PHASE_OFFSET_CLOCK = 2 clocks after its angle.
 --
--- **Number formats.** angle u24.0 counts; phase step u0.48 turn a count; phase offset and phase
--- u0.24 turn.
+-- **Number formats.** angle u24.0 counts; phase step u0.48 turn per count; phase offset and phase u0.24 turn.
 --
--- **Error.** K is off by at most 2⁻⁴⁹ turn per count and the angle is below 2²⁴, so θ·K is off by
--- less than 2⁻²⁵ turn at every order. θ·K + Φ is rounded once, half up, to 24 bits, which adds at most
--- 2⁻²⁵ turn.
+-- **Error.** The error of K is at most 2⁻⁴⁹ turn per count and the angle is below 2²⁴ counts, so the error of θ·K is
+-- less than 2⁻²⁵ turn for every order. θ·K + Φ is rounded once, half up, to 24 bits, which adds at most 2⁻²⁵ turn.
 --
--- **Multipliers.** Three DSP48E1 in cascade, for 17, 17 and 14 bits of K. The lowest 17 bits of
--- every partial sum belong to the result; the other bits go to the adder of the next multiplier. Bits of a full turn
--- and above are never computed. The first adder adds the phase offset and the half unit for rounding. Each multiplier
--- has registers at its inputs, its product and its sum, and starts one clock after the previous one; so the phase takes
--- five clocks and no other adder.
+-- **Multipliers.** Three cascaded DSP48E1 multiply the angle by 17, 17 and 14 bits of K. The lowest 17 bits of every
+-- partial sum belong to the result; the other bits go to the adder of the next multiplier. Bits with the weight of a
+-- full turn or more are never computed. The first adder adds the phase offset and the half unit for rounding. Each
+-- multiplier has registers at its inputs, its product and its sum, and starts one clock after the previous one; so the
+-- phase takes five clocks and no adder outside the multipliers.
 --
 -- There is no reset, because no register holds state.
 
@@ -35,7 +33,7 @@ entity phase_lane is
     clock        : in    std_ulogic;
     angle        : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);                   -- counts
     phase_step   : in    u_unsigned(PHASE_STEP_WIDTH - 1 downto 0);              -- turn per count, u0.48
-    phase_offset : in    u_unsigned(PHASE_WIDTH - 1 downto 0);                   -- turn, u0.24, 2 clocks later
+    phase_offset : in    u_unsigned(PHASE_WIDTH - 1 downto 0);                   -- turn, u0.24, 2 clocks after its angle
     phase        : out   u_unsigned(PHASE_WIDTH - 1 downto 0) := (others => '0') -- turn, u0.24
   );
 end entity phase_lane;
@@ -49,7 +47,7 @@ architecture rtl of phase_lane is
   constant HIGH_WIDTH   : positive := PHASE_STEP_WIDTH - 2 * PART_WIDTH;
   -- The lowest bit of the middle sum that belongs to the phase.
   constant LOWEST_BIT   : natural  := PHASE_STEP_WIDTH - PHASE_WIDTH - PART_WIDTH;
-  -- Half a unit of the phase, for rounding.
+  -- Half a unit of the phase, added for rounding.
   constant REST_WIDTH   : positive := PHASE_STEP_WIDTH - PHASE_WIDTH;
   constant HALF         : u_unsigned(REST_WIDTH - 1 downto 0) := (REST_WIDTH - 1 => '1', others => '0');
 
@@ -74,12 +72,12 @@ begin
   begin
 
     if rising_edge(clock) then
-      -- Fifth clock: the sum that is the high part of the phase.
+      -- Fifth clock: the third sum is the high part of the phase.
       phase(PHASE_WIDTH - 1 downto PHASE_WIDTH - HIGH_WIDTH) <= high_product_4(HIGH_WIDTH - 1 downto 0)
                                                                 + middle_4(MIDDLE_WIDTH - 1 downto PART_WIDTH);
       phase(PHASE_WIDTH - HIGH_WIDTH - 1 downto 0)           <= middle_4(PART_WIDTH - 1 downto LOWEST_BIT);
 
-      -- Fourth clock. Bits that affect only whole turns are left out.
+      -- Fourth clock. Bits that would only add whole turns are not computed.
       high_product_4 := high_step_3 * angle_3;
       middle_4       := middle_product_3(MIDDLE_WIDTH - 1 downto 0) + low_3(PHASE_STEP_WIDTH - 1 downto PART_WIDTH);
 

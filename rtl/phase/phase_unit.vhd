@@ -2,15 +2,15 @@
 --
 -- # phase_unit
 --
--- Computes the phases n·θ + Φ of all lanes in parallel, with one phase_lane each. Figure 8 and section 3.3
--- of the paper.
+-- Computes the phases n·θ + Φ of all lanes in parallel; each lane has its own phase_lane. Source: figure 8 and section
+-- 3.3 of the paper.
 --
--- **Latency.** 5 clocks from `angle` and `phase_steps` to `phases`, one angle per clock.
--- `phase_offsets` are used in the third clock: apply them PHASE_OFFSET_CLOCK = 2 clocks after their
--- angle, as coefficient_memory does.
+-- **Latency.** 5 clocks from `angle` and `phase_steps` to `phases`; the entity accepts one angle per clock. It reads
+-- `phase_offsets` in the third clock: apply them PHASE_OFFSET_CLOCK = 2 clocks after their angle, as coefficient_memory
+-- does.
 --
--- **Number formats.** angle u24.0 counts; phase steps u0.48 turn a count; phase offsets and
--- phases u0.24 turn. Flat ports carry lane 0 in the low bits.
+-- **Number formats.** angle u24.0 counts; phase steps u0.48 turn per count; phase offsets and phases u0.24 turn. Flat
+-- ports carry lane 0 in the low bits.
 --
 -- There is no reset, because no register holds state.
 

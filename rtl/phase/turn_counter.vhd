@@ -2,19 +2,20 @@
 --
 -- # turn_counter
 --
--- Counts the turns of the angle. The entity takes each angle as the continuation of the previous angle, the shorter way
--- round: a wrap forwards adds a turn, a wrap backwards subtracts one. An angle that jumps, because the zero moves or
--- another head becomes the carrier, is continued the same way, and exactly half a turn counts as no wrap. Turn number
--- and angle together give the angle over many turns. If no count is lost, a rearm keeps the number too: the angle
--- restarts at 0, the next index sets it to 0 again, and the two shifts cancel.
+-- Counts the turns of the angle, so that turn number and angle together give the angle over many turns. The entity
+-- assumes that the table went from the previous angle to the new angle the shorter way round: a wrap forwards adds a
+-- turn, a wrap backwards subtracts one. This rule also applies when the angle jumps because the zero moves or another
+-- head becomes the carrier. A change by exactly half a turn counts as no wrap. If no count is lost, the turn number is
+-- also correct after a rearm: the rearm sets the angle to 0, the next index sets it to 0 again, and the two shifts
+-- cancel.
 --
--- **Latency.** `turn_select`, the two low bits of an angle's turn number, is valid in the clock after its angle and
--- keeps its value until the clock after the next angle that is taken. `turn` follows a clock later.
+-- **Latency.** `turn_select` holds the two low bits of the turn number of an angle. It is valid one clock after the
+-- angle, until one clock after the next angle that is taken. `turn` is valid two clocks after the angle.
 --
 -- **Number formats.** angle u24.0 counts below counts_per_rev; turn s23.0 turns, wraps modulo 2²⁴.
 --
--- **Reset.** The turn number is 0. Hold the reset until two angles have been taken. While `counts_per_rev` changes,
--- angles must be below the old and the new value.
+-- **Reset.** The reset sets the turn number to 0. Hold the reset until two angles have been taken. While
+-- `counts_per_rev` changes, angles must be below the old and the new value.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -29,7 +30,7 @@ entity turn_counter is
     take           : in    std_ulogic;                                    -- strobe: the angle of this clock is taken
     angle          : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
     counts_per_rev : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
-    turn_select    : out   u_unsigned(1 downto 0);                        -- turn number modulo 4, a clock after the angle
+    turn_select    : out   u_unsigned(1 downto 0);                        -- turn number modulo 4, one clock after the angle
     turn           : out   u_signed(TURN_NUMBER_WIDTH - 1 downto 0)       -- turns, two clocks after the angle
   );
 end entity turn_counter;
@@ -39,7 +40,7 @@ architecture rtl of turn_counter is
   subtype limit is u_signed(ANGLE_WIDTH + 1 downto 0);
 
   signal half    : limit                              := (others => '0');
-  -- The next angle has wrapped if it is below `lowest` or above `highest`.
+  -- The next angle has wrapped if it is below `lowest` (forwards) or above `highest` (backwards).
   signal lowest  : limit                              := (others => '0');
   signal highest : limit                              := (others => '0');
   signal up      : std_ulogic                         := '0';
@@ -49,7 +50,7 @@ architecture rtl of turn_counter is
 begin
 
   turn        <= number;
-  -- down & (up or down) is 1, 0 or -1.
+  -- The two bits down & (up or down) are 1, 0 or -1.
   turn_select <= u_unsigned(number(1 downto 0)) + u_unsigned'(down & (up or down));
 
   count : process (clock) is

@@ -2,60 +2,61 @@
 --
 -- # quadrature_output
 --
--- Generates the A, B and Z signals of an encoder that follow the corrected position, one count per step, so
--- that a servo drive reads the compensated angle. A leads B while the position rises:
--- (A, B) = 00, 10, 11, 01. Source: the end of section 3.3 of the paper (output of the
--- compensated signal) and figure 4 (order of the levels).
+-- Generates the encoder signals A, B and Z from the corrected position, one edge of A or B per count, so that a servo
+-- drive reads the compensated angle. While the position rises, A leads B: (A, B) = 00, 10, 11, 01. Source: the end of
+-- section 3.3 of the paper (output of the compensated signal) and figure 4 (order of the levels).
 --
--- **Latency.** 6 clocks from `corrected_position` to the edge, if no rule delays the edge.
--- `following_error` comes 2 clocks after the position, `cannot_keep_up` 3; the last edge comes at most 3 clocks after
--- `cannot_keep_up` rises. `enable` and a change of `following_limit` or `counts_per_rev` affect these two outputs 1 to
--- 3 clocks late, `phase_of_zero` and the settings of a gated Z take effect 1 clock late.
+-- **Latency.** 6 clocks from `corrected_position` to the edge, if no rule below delays the edge. `following_error`
+-- follows the position by 2 clocks and `cannot_keep_up` by 3; the last edge comes at most 3 clocks after
+-- `cannot_keep_up` rises. A change of `enable`, `following_limit` or `counts_per_rev` affects these two outputs 1 to 3
+-- clocks later; a change of `phase_of_zero` or of the settings of a gated Z takes effect 1 clock later.
 --
--- **Number formats.** corrected_position s31.0 counts, multi-turn; corrected_angle u24.0 counts,
--- of the same clock; minimum_spacing u16.0 clocks; following_limit u16.0 counts; following_error
--- s31.0 counts.
+-- **Number formats.** corrected_position s31.0 counts, multi-turn; corrected_angle u24.0 counts, the angle of the same
+-- reading; minimum_spacing u16.0 clocks; following_limit u16.0 counts; following_error s31.0 counts.
 --
--- **Edges.** Two edges of A and B are at least `minimum_spacing` clocks apart (0 acts as 1: an edge
--- in every clock); a change applies from the next edge on. A and B never change together. After a reversal the output
+-- **Edges.** Two edges of A and B are at least `minimum_spacing` clocks apart (0 acts as 1: an edge in every clock); a
+-- change of minimum_spacing applies from the next edge on. A and B never change together. After a reversal the output
 -- waits until the position is 2 counts away from the output's count: a position that vibrates between two neighbouring
--- counts gives no edges. Then the output follows exactly.
+-- counts gives no edges. Once the position has moved by these 2 counts, the output equals the position again.
 --
--- **Phase.** A and B have the levels that the head's own A and B have at the same count: the index of (A, B) in
--- 00, 10, 11, 01 is the output's count + `phase_of_zero`, modulo 4. So the zero lies in the same state of A and
--- B after every power-up, if counts_per_rev is a multiple of 4. `phase_of_zero` is sampled
--- while the output is not following; counts that the head loses meanwhile do not change it. It belongs to the
--- head's latest count, which is ahead of `corrected_position` by the latency of the pipeline. Counts that are put back
--- meanwhile reach the output by the ramp, and then the levels equal the levels of the head. (A phase delayed like the
--- position would stay off by these counts.)
+-- **Phase.** At each count, A and B have the levels that the head's own A and B have at this count: the index of (A, B)
+-- in 00, 10, 11, 01 is the output's count + `phase_of_zero`, modulo 4. So the zero lies in the same state of A and B
+-- after every power-up, if counts_per_rev is a multiple of 4. The entity samples `phase_of_zero` while the output does
+-- not follow the position; counts that the head loses while the output follows do not change the sampled value.
+-- `phase_of_zero` belongs to the head's latest count, which is ahead of `corrected_position` by the latency of the
+-- pipeline. Counts that are put back within this latency reach the output by the ramp; after that the output's levels
+-- equal the head's levels. (If `phase_of_zero` were delayed like the position, the levels would stay wrong by these
+-- counts.)
 --
--- **Z** marks the zero of the output's angle, which is corrected_angle - following error, modulo
--- counts_per_rev. It is high for 1, 2 or 4 counts (`z_width` 0, 1, 2: a quarter, half, or a whole period of A
--- and B). With `z_gated` low it begins at the zero. With `z_gated` high it begins in the state `z_state` (index in
--- 00, 10, 11, 01) of A and B: at the count with this state among the four counts from 2 before the zero to 1 after it.
--- Z changes together with an edge of A or B. If corrected_angle jumps relative to corrected_position (first index), Z
--- follows the new angle 3 clocks later, without an edge of A and B. While `referenced` is low the angle has no zero on
--- the table, and Z is low: before the first index of the head, and from a re-arm to the next index. (The smallest turn,
--- 4 counts at an edge every clock, works: 4 counts are in the pipeline, and 1 count is held.)
+-- **Z** marks the zero of the output's angle, which is corrected_angle - following error, modulo counts_per_rev. Z is
+-- high for 1, 2 or 4 counts (`z_width` 0, 1, 2: a quarter, half, or a whole period of A and B). If `z_gated` is low, Z
+-- begins at the zero. If `z_gated` is high, Z begins in the state `z_state` of A and B (index in 00, 10, 11, 01), at
+-- the only count with this state in the range from 2 counts before the zero to 1 count after it. Z changes together
+-- with an edge of A or B. If corrected_angle jumps relative to corrected_position (first index), Z follows the new
+-- angle 3 clocks later, without an edge of A and B. Z is low while `referenced` is low, because the angle then has no
+-- zero on the table: before the first index of the head, and from a re-arm to the next index. (Z is correct even for
+-- the smallest turn, 4 counts, at an edge every clock, when 4 counts are in the pipeline and 1 more count is held
+-- back.)
 --
--- **Pins.** `invert_a`, `invert_b` and `invert_z` invert the level of a pin; `swap_ab` exchanges A and B before
--- the inversion, so that the receiver counts in the other direction. Phase, gate and edge spacing refer to the signals before
--- these changes. Change these settings only while no receiver counts: a change causes one edge, or two at once.
+-- **Pins.** `invert_a`, `invert_b` and `invert_z` invert the levels of their pins; `swap_ab` exchanges A and B before
+-- the inversion, so that the receiver counts in the other direction. The rules above for edges, phase and Z apply to
+-- the signals before exchange and inversion. Change these settings only while no receiver counts: a change causes one
+-- edge, or two edges in the same clock.
 --
--- **Enable.** While `enable` is low, A, B and Z keep their levels (an edge already decided may still
--- come within 3 clocks) and the following error is 0. When `enable` rises, the output goes to the present
--- position by at most 2 edges, which lead from the held levels to the levels of the position; Z takes the level of the
--- present angle.
+-- **Enable.** While `enable` is low, A, B and Z keep their levels (an edge already decided may still come within 3
+-- clocks) and the following error is 0. When `enable` rises, at most 2 edges lead from the held levels of A and B to
+-- the levels of the present position; Z takes the level of the present angle.
 --
--- **Following error** is position - output; edges that are still in the 4 clocks of the
--- pipeline count as outstanding: 4 counts at one edge per clock. It reads 0 while disabled and after a fault.
+-- **Following error** is the position minus the output's count. An edge that is decided but still within the 4 clocks
+-- of the pipeline is not yet in the output's count: at one edge per clock, these are 4 counts. The following error is 0
+-- while the output is disabled and after a fault.
 --
--- **Fault.** `cannot_keep_up` is set, while enabled, when |following error| exceeds `following_limit`
--- or 2 * counts_per_rev - 1. From then on the output stands still as if disabled. It does not catch up the missed
--- counts, so it never moves on by itself after a standstill. `clear` ends the fault: the output starts from the present
--- position as at a rise of `enable`. The receiver loses the counts in between and has to find its zero again. Disabling
--- does not clear the fault. Below the limit every count is sent, at `minimum_spacing`: at most following_limit *
--- minimum_spacing clocks late.
+-- **Fault.** While `enable` is high, `cannot_keep_up` is set when |following error| exceeds `following_limit` or 2 *
+-- counts_per_rev - 1. From then on the output stands still as if disabled. It does not make up for the missed counts,
+-- so it never moves on by itself after it has stopped. `clear` ends the fault: the output starts from the present
+-- position, as when `enable` rises. The receiver loses the counts in between and has to find its zero again. A low
+-- `enable` does not clear the fault. Below the limit every count is sent, at most following_limit * minimum_spacing
+-- clocks late.
 --
 -- **Reset** stops the output and clears the fault; Z is low. A and B keep their levels, so that no receiver
 -- sees both fall together. At power-up they are low.
@@ -81,7 +82,7 @@ entity quadrature_output is
     corrected_angle    : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
     referenced         : in    std_ulogic;                                    -- corrected_angle counts from an index
     phase_of_zero      : in    u_unsigned(1 downto 0);                        -- place of (A, B) at position 0 modulo 4
-    z_gated            : in    std_ulogic;                                    -- Z begins in z_state, else at the zero
+    z_gated            : in    std_ulogic;                                    -- 1: Z begins in z_state, 0: at the zero
     z_state            : in    u_unsigned(1 downto 0);                        -- place of (A, B) in 00, 10, 11, 01
     z_width            : in    u_unsigned(1 downto 0);                        -- 0: 1 count, 1: 2 counts, 2: 4 counts
     counts_per_rev     : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
@@ -91,18 +92,18 @@ entity quadrature_output is
     b                  : out   std_ulogic := '0';
     z                  : out   std_ulogic := '0';
     following_error    : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts
-    cannot_keep_up     : out   std_ulogic := '0'                              -- sticky: the output stands still
+    cannot_keep_up     : out   std_ulogic := '0'                              -- sticky: the output has stopped
   );
 end entity quadrature_output;
 
 architecture rtl of quadrature_output is
 
-  -- The present lag does not include the steps of the last three clocks: two of them are subtracted when the lag is
-  -- narrowed, the last one in the decision on a step.
+  -- `lag` does not include the steps of the last three clocks: the first two are subtracted when the lag is narrowed,
+  -- the last one in the decision on a step.
   constant STEPS_UNDER_WAY : positive := 2;
 
-  -- A small number in thermometer code: bit k is high if the number is k or more. Subtracting a step is a
-  -- shift, so that the decision on a step needs no adder.
+  -- A small number in thermometer code: bit k is high if the number is k or more. To subtract a step is to shift the
+  -- bits by one place, so the decision on a step needs no adder.
   type thermometer is array (4 downto -3) of std_ulogic;
 
   -- Width of a limit of the lag: -2 to +2 turns in counts.
@@ -123,8 +124,7 @@ architecture rtl of quadrature_output is
 
   end function counts_of;
 
-  -- Tables of the level of Z: if Z is not gated, by the counts after the zero; if it is gated, by the distance of (A,
-  -- B) from z_state.
+  -- Level of a Z that is not gated, by the number of counts after the zero.
   function is_high_ungated (behind_zero : u_signed(3 downto 0); width : u_unsigned(1 downto 0)) return std_ulogic is
   begin
 
@@ -137,8 +137,9 @@ architecture rtl of quadrature_output is
 
   type gate_table is array (0 to 63) of std_ulogic;
 
-  -- High from 2 counts before z_state to 1 count after it; index: behind_zero and behind_state, 4 and 2 bits. This is a table,
-  -- because a difference would need a carry chain.
+  -- For a gated Z: high if the count at which (A, B) entered z_state, behind_zero - behind_state, lies from 2 counts
+  -- before the zero to 1 count after it. The index is behind_zero (4 bits) and behind_state (2 bits). A table replaces
+  -- the subtraction, which would need a carry chain.
   function gate_of_place return gate_table is
 
     variable table  : gate_table;
@@ -194,8 +195,8 @@ begin
 
   follow : process (clock) is
 
-    -- `following`: enable one clock ago. `enabled`: enable in the two clocks before that clock, (0) the later of the
-    -- two
+    -- `following` is the enable (without a fault) one clock ago; `enabled` holds the two values before that, (0) the
+    -- later one.
     variable following   : std_ulogic                               := '0';
     variable a_level     : std_ulogic;
     variable b_level     : std_ulogic;
@@ -204,18 +205,18 @@ begin
     variable z_follows   : std_ulogic;
     variable z_held      : std_ulogic;
     variable enabled     : std_ulogic_vector(1 downto 0)            := (others => '0');
-    -- The output follows, and has followed for two clocks.
+    -- High if the output follows the position, and has followed it for two clocks.
     variable is_open     : std_ulogic                               := '0';
     variable output      : u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');
     variable lag         : u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');
     variable negative    : std_ulogic;
     variable is_far      : std_ulogic;
-    -- The lag without the step that the output makes now. One count of lag suffices for a step in the direction of the last
-    -- step (up: one_up, else down), two counts are needed for a step against it. If that last step is not
-    -- yet subtracted, the thresholds differ by that step.
+    -- The lag without the steps that are already subtracted. A step in the direction of the last step (up if one_up is
+    -- high, else down) needs one count of lag, a step in the opposite direction two. A last step that is not yet
+    -- subtracted is taken into account by the thresholds.
     variable remaining   : thermometer                              := (4 downto 1 => '0', others => '1');
     variable one_up      : std_ulogic                               := '1';
-    -- (0) the step that the output makes now, (1) the step before
+    -- Steps: (0) the step that the output makes now, (1) the step before
     variable up          : std_ulogic_vector(STEPS_UNDER_WAY - 1 downto 0) := (others => '0');
     variable down        : std_ulogic_vector(STEPS_UNDER_WAY - 1 downto 0) := (others => '0');
     variable step_up     : std_ulogic;
@@ -231,7 +232,8 @@ begin
     variable less_place  : u_signed(POSITION_WIDTH - 1 downto 0);
     variable started     : u_signed(POSITION_WIDTH - 1 downto 0);
     variable stepped     : u_signed(POSITION_WIDTH - 1 downto 0);
-    -- Counts from the position to the angle; to the angle of each turn; counts from the zero of each turn to the output
+    -- Counts from the position to the angle; the same for the angle plus each number of turns; counts from the zero of
+    -- each turn to the output
     variable angle_ahead  : u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');
     variable angles_ahead  : of_turns                                 := (others => (others => '0'));
     variable behind_zero : of_turns                                 := (others => (others => '0'));
@@ -240,7 +242,7 @@ begin
     variable beyond      : u_signed(POSITION_WIDTH - 1 downto 3);
     variable near        : u_signed(3 downto 0);
     variable gated       : std_ulogic;
-    -- Distance of phase_then from z_state, and whether a gated Z is still high at this distance
+    -- Counts since (A, B) was in z_state, and whether a gated Z is still high after this number of counts
     variable behind_state  : u_unsigned(1 downto 0)                 := "00";
     variable is_state_high : std_ulogic                             := '0';
     -- following_limit, or two turns minus one count if that is less
@@ -276,7 +278,7 @@ begin
         end if;
       end loop;
 
-      -- The held level has its own look-up table; a second table combines it with the four turns.
+      -- The held level of Z takes one look-up table; a second one combines it with the results of the four turns.
       z_follows := (or enabled) and not reset;
       z_held    := z_level and not z_follows and not reset;
       z_level   := z_held or (z_follows and is_at_zero);
@@ -300,7 +302,7 @@ begin
         too_far := above(above'high) & below(below'high);
       end if;
 
-      -- Settings: each clock does a part of the computation.
+      -- Compute the limit from the settings, in several clocks.
       limit := resize(signed('0' & following_limit), limit'length);
       if turns_are_less = '1' then
         limit := turn_limit;
@@ -331,8 +333,8 @@ begin
         spacing := spacing - 1;
       end if;
 
-      -- Narrow the lag for the next decision. Outside -4 .. 3 its sign decides, because two steps cannot
-      -- change it.
+      -- Convert the lag to thermometer code for the next decision. If the lag is outside -4 .. 3 only its sign matters,
+      -- because two steps cannot change the decision.
       negative  := lag(lag'high);
       is_far    := or (lag(lag'high - 1 downto 2) xor (lag'high - 1 downto 2 => negative));
       remaining := thermometer_of(negative & lag(1 downto 0));
@@ -358,8 +360,9 @@ begin
       referenced_then := referenced_then(1 downto 0) & referenced;
 
       lag := corrected_position - output;
-      -- While the output does not follow: the count nearest to the position that has the phase, from 2 before it to 1 after
-      -- it. It is the last one up to position + 1: place + 4 * floor((position + 1 - place) / 4). 1 - place is -2 to 1.
+      -- While the output does not follow, its count is the count at which (A, B) have the held levels and which lies
+      -- nearest to the position, from 2 counts before it to 1 count after it. This is the largest such count up to
+      -- position + 1: place + 4 * floor((position + 1 - place) / 4), where 1 - place is -2 to 1.
       less_place := (0 => not place_of_output(0), others => place_of_output(1));
       started    := corrected_position + less_place;
       stepped    := add_with_carry(output, (output'range => down(0)), up(0));

@@ -3,16 +3,17 @@
 -- # capture_memory
 --
 -- Stores both capture banks in one block RAM: 2 * DEPTH words of 64 bits, with one write port and one read port. Sample
--- i of bank b lies at the linear address b * DEPTH + i, so that 2 * 12,288 words fill 48 RAMB36 of the XC7Z020; banks
--- padded to a power of two would need 64.
+-- i of bank b lies at the address b * DEPTH + i, without a gap between the banks, so that 2 * 12,288 words fill 48
+-- RAMB36 of the XC7Z020; banks padded to a power of two would need 64.
 --
--- **Latency.** A word is written at the clock edge that ends its clock. 2 clocks from
--- `read_address` to `read_data`: the RAM's own register and its output register.
+-- **Latency.** A word is written at the clock edge at the end of the clock in which `write_enable` is high. `read_data`
+-- follows `read_address` by 2 clocks: one for the RAM's own register, one for its output register.
 --
--- **Number formats.** A word is head 2 in bits 63..32, head 1 in bits 31..0, each s31.0 counts.
+-- **Number formats.** A word holds the position of head 2 in bits 63..32 and of head 1 in bits 31..0, each s31.0
+-- counts.
 --
--- There is no reset and no initial content: a word is undefined until it is written. A read of the
--- address that is being written gives the old word. Addresses from 2 * DEPTH on are an error.
+-- There is no reset and no initial content: a word is undefined until it is written. A read of the address that is
+-- being written gives the old word. Addresses from 2 * DEPTH on are not allowed.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -42,7 +43,7 @@ begin
 
   access_memory : process (clock) is
 
-    -- This is a variable: as a signal it would be 1.5 million signals for the simulator.
+    -- The memory is a variable, because a simulator would treat it as 1.5 million signals if it were a signal.
     variable memory : memory_words;
     variable word   : std_ulogic_vector(2 * POSITION_WIDTH - 1 downto 0);
 

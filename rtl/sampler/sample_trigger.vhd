@@ -2,40 +2,41 @@
 --
 -- # sample_trigger
 --
--- Generates the trigger of each sample. Mode 0, equal time: a trigger every `sample_period` clocks (100000 is the
--- paper's 1 kHz at 100 MHz). Mode 1, equal angle: a trigger each time the turn position of head 1 reaches the next
--- multiple of `angle_step` above or below the last multiple reached. Source: section 3.2 of the paper (sampling clock
--- of 1 kHz); the Fourier transform D21[n] of its equation (7) assumes equal angle steps.
+-- Generates the trigger of each sample. Mode 0, equal time, gives a trigger every `sample_period` clocks (100000 clocks
+-- at 100 MHz are the paper's 1 kHz). Mode 1, equal angle, gives a trigger each time the turn position of head 1 reaches
+-- the next multiple of `angle_step` above or below the multiple that it reached last. Mode 2 takes each strobe of
+-- `external` as a trigger. Mode 3 gives no trigger. Source: section 3.2 of the paper (sampling clock of 1 kHz); the
+-- Fourier transform D21[n] of its equation (7) assumes equal angle steps.
 --
--- **Latency.** `trigger` is high one clock after the clock that it belongs to: a unit that delays its values by one
--- clock and latches them with `trigger` gets the values of the crossing itself.
+-- **Latency.** `trigger` is high one clock after the clock to which it belongs. So a unit that delays its values by one
+-- clock and latches them with `trigger` gets the values of the clock in which the multiple was reached.
 --
 -- **Number formats.** turn_position s31.0 counts; angle_step u24.0 counts; sample_period u32.0
 -- clocks.
 --
--- **Equal time.** The first trigger belongs to the clock `sample_period` - 1 clocks after the
--- first enabled one. A change of `sample_period` applies to the present interval: an
--- interval already longer than the new period ends at once. A period of 0 acts as 1.
+-- **Equal time.** The first trigger belongs to the clock that comes `sample_period` - 1 clocks after the first clock in
+-- which `enable` is high. A change of `sample_period` applies to the present interval: if this interval is already
+-- longer than the new period, it ends at once. A period of 0 acts as 1.
 --
--- **Equal angle.** The multiples are m * angle_step from the zero of the index, computed exactly:
--- no error accumulates. A multiple is reached at the same count from below and from above,
--- so samples of both directions lie on the same grid. The multiple that was reached last gives no trigger again before
--- one of its neighbours was reached: a table that vibrates at a multiple gives one sample, and after a reversal the
--- table passes that multiple without a sample. The first multiple after the start is reached from either side; a table
--- that stands on a multiple at the start has to reach a neighbour first. A division finds the grid, even while the
--- table moves: there is no trigger in the first 36 enabled clocks, and in at most the 38 clocks after a change of
+-- **Equal angle.** The multiples lie exactly m * angle_step counts from the zero that the index defines, so no error
+-- accumulates. A multiple is reached at the same count from below and from above, so the samples of both directions lie
+-- on the same grid. The multiple that was reached last gives no trigger again before one of its neighbours has been
+-- reached: a table that vibrates at a multiple gives one sample, and after a reversal the table passes this multiple
+-- without a sample. The first multiple after the start is reached from either side; a table that stands on a multiple
+-- at the start has to reach a neighbour first. The entity finds the grid by a division, even while the table moves. So
+-- there is no trigger in the first 36 clocks in which `enable` is high, nor in up to 38 clocks after a change of
 -- angle_step. An angle_step of 0 gives no trigger. turn_position wraps modulo 2**32; the grid continues evenly across
 -- the wrap.
 --
--- From the start on the entity counts the movement modulo angle_step; the division only gives the value
--- of that counter at the multiples. So turn_position may move by at most one count per clock, as the decoder's
+-- From the start on the entity counts the movement modulo angle_step; the division only yields the value that this
+-- counter has at the multiples. So turn_position may move by at most one count per clock, as the decoder's
 -- turn_position does. If it jumps because its zero moves, `zero_moved` toggles with the first position from the new
 -- zero, and the grid is computed again as after a change of angle_step: no trigger in that clock and the next 38.
 --
--- **External**, mode 2: a strobe of `external` is a trigger that belongs to the strobe's clock. Mode 3 gives no trigger.
+-- **External.** A trigger belongs to the clock of its strobe.
 --
--- **Reset and enable.** `reset` and a low `enable` have the same effect: no trigger, and every counter starts again.
--- Without a change of `zero_moved`, turn_position may jump (as at the first index) only while `enable` is low.
+-- **Reset and enable.** `reset` and a low `enable` have the same effect: there is no trigger, and every counter starts
+-- anew. Without a change of `zero_moved`, turn_position may jump (as at the first index) only while `enable` is low.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -49,7 +50,7 @@ entity sample_trigger is
     reset         : in    std_ulogic;
     enable        : in    std_ulogic;
     mode          : in    u_unsigned(1 downto 0);                    -- 0 equal time, 1 equal angle, 2 external
-    external      : in    std_ulogic := '0';                         -- strobe: a sample is requested from outside
+    external      : in    std_ulogic := '0';                         -- strobe: an external sample request
     sample_period : in    u_unsigned(31 downto 0);                   -- clocks
     angle_step    : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);      -- counts
     turn_position : in    u_signed(POSITION_WIDTH - 1 downto 0);     -- counts from the index, head 1
@@ -64,7 +65,7 @@ architecture rtl of sample_trigger is
 
   subtype count is u_unsigned(ANGLE_WIDTH - 1 downto 0);
 
-  -- Returns the count plus 1, modulo last + 1.
+  -- Returns place plus 1, modulo last + 1.
   function one_up (place, last : count) return count is
   begin
 
@@ -82,7 +83,7 @@ architecture rtl of sample_trigger is
 
 begin
 
-  -- Only the selected mode triggers.
+  -- Only the trigger of the selected mode can be high.
   trigger <= time_trigger or angle_trigger or external_trigger;
 
   from_outside : process (clock) is
@@ -99,8 +100,8 @@ begin
 
   equal_time : process (clock) is
 
-    -- Number of clocks of the interval, including the present clock. At the start of an interval is_first is set in
-    -- place of `elapsed`, that is 1 bit in place of 32.
+    -- `elapsed` is the number of clocks of the interval, including the present clock. At the start of an interval
+    -- is_first, 1 bit, is set instead of the 32 bits of `elapsed`.
     variable elapsed  : u_unsigned(31 downto 0) := to_unsigned(1, 32);
     variable is_first : std_ulogic              := '1';
     variable ends     : std_ulogic;
@@ -129,7 +130,7 @@ begin
 
   equal_angle : process (clock) is
 
-    -- is_idle repeats the state in a register, because the bits of `moved` depend on it.
+    -- is_idle is high in the state IDLE; it is a register of its own, because every bit of `moved` depends on it.
     variable state       : grid_state := IDLE;
     variable is_idle     : std_ulogic := '1';
     variable step        : count      := (others => '0');
@@ -145,10 +146,10 @@ begin
     variable remainder   : count                                   := (others => '0');
     variable shifted     : u_unsigned(ANGLE_WIDTH downto 0);
     variable reduced     : u_unsigned(ANGLE_WIDTH + 1 downto 0);
-    -- Counts moved since the start, modulo step; the value of this counter one count below a multiple, at the multiple
-    -- and one count above
+    -- `moved` is the number of counts moved since the start, modulo step. `below`, `multiple` and `above` are its
+    -- values one count below a multiple, at the multiple and one count above.
     variable moved       : count := (others => '0');
-    -- Flags: the counter is 0, or `last`; they are registered, so that its wrap needs no comparison
+    -- Flags: `moved` is 0, or `last`. They are registers, so that the wrap of `moved` needs no comparison.
     variable is_zero     : std_ulogic := '1';
     variable is_last     : std_ulogic := '0';
     variable rises       : std_ulogic;
@@ -184,14 +185,14 @@ begin
       stood         := moved ?= multiple;
       arrives       := (up and (moved ?= below)) or (down and (moved ?= above));
 
-      -- The cases exclude each other: a bit needs one look-up table after the carry chains.
+      -- Only one of these cases holds at a time, so a bit of `moved` needs one look-up table after the carry chains.
       rises      := up and not is_last;
       falls      := down and not is_zero;
       wraps_down := down and is_zero;
       if (up or down) = '1' then
         is_zero := (up and is_last) or (falls and (moved ?= 1)) or is_single;
         is_last := wraps_down or (rises and (moved ?= before_last)) or is_single;
-        -- not (not x + 1) = x - 1, on the same carry chain as x + 1.
+        -- not (not x + 1) equals x - 1; its carry chain has the form of that of x + 1.
         moved   := ((moved + 1) and (moved'range => rises))
                    or ((not (not moved + 1)) and (moved'range => falls))
                    or (last and (moved'range => wraps_down));
@@ -213,7 +214,8 @@ begin
           last      := angle_step - 1;
           is_single := angle_step ?= 1;
           before_last := angle_step - 2;
-          -- The sign bit has the weight -2**31: the long division starts with the remainder of -1.
+          -- The sign bit has the weight -2**31. So for a negative position the long division starts with the remainder
+          -- of -1, that is step - 1.
           remainder := (others => '0');
           if turn_position(POSITION_WIDTH - 1) = '1' then
             remainder := last;
@@ -272,13 +274,14 @@ begin
 
       end case;
 
-      -- The step 0 differs from angle_step, so the division restarts a clock later, as after a change of angle_step.
+      -- A `step` of 0 differs from angle_step, so the division restarts one clock later, as after a change of
+      -- angle_step.
       if jumps = '1' then
         step          := (others => '0');
         angle_trigger <= '0';
       end if;
 
-      -- This runs in every state, which saves a case; START sets the initial value.
+      -- This statement is executed in every state; START sets the initial value.
       on_multiple := arrives or (on_multiple and not (up or down));
 
       if reset = '1' or enable = '0' or mode /= 1 or changes = '1' then

@@ -2,55 +2,54 @@
 --
 -- # sampler
 --
--- Stores the turn positions of all heads in the same clock, at every trigger of `sample_trigger`, in
--- one of two banks of `capture_memory`, turn by turn, and hands each full turn to the processor
--- with a header. Source: section 3.2 of the paper (1 kHz, 12,000 points per turn, both heads latched
--- at one clock edge).
+-- Stores the turn positions of all heads, latched in the same clock, at every trigger of `sample_trigger`. It fills the
+-- two banks of `capture_memory` alternately, one turn of the table at a time, and hands each complete turn to the
+-- processor with a header. Source: section 3.2 of the paper (1 kHz, 12,000 points per turn, both heads latched at one
+-- clock edge).
 --
 -- **Latency.** The trigger belongs to one clock; its positions, time stamp and flags are the values in that clock. The
--- sample is in the memory 3 clocks later, and `capture_ready` with `bank_ready` follows 3 clocks after the clock of the
--- sample that closed the turn. 4 clocks from `read_enable` with `read_address` to `read_valid` with `read_data`; a read
--- may start in every clock.
+-- sample is in the memory 3 clocks later. `capture_ready` and `bank_ready` rise 3 clocks after the clock of the sample
+-- that closes the turn. `read_valid` and `read_data` follow `read_enable` and `read_address` by 4 clocks; a read may
+-- start in every clock.
 --
 -- **Number formats.** turn_position1/2 s31.0 counts; timestamp u64.0 clocks; counts_per_rev u25.0
 -- counts; read_address u15.0 = sample * 2 + (head - 1).
 --
--- **A turn** starts with its first sample and ends with the first sample that lies
--- counts_per_rev or more away from it in head 1, in either direction; that sample is stored and
--- counted. The sample after it starts the next turn. The distance is checked from the second clock
--- after the first sample on, which suffices: a turn has at least 4 counts, and a decoder counts at most one per clock.
--- If DEPTH samples do not complete a turn, the bank is handed over with the flag
--- `full_before_turn`.
+-- **A turn** starts with its first sample. The closing sample is the first one at which head 1 is counts_per_rev or
+-- more away from the first sample, in either direction; it is stored and counted. The sample after it starts the next
+-- turn. The distance is checked from the second clock after the first sample on; this suffices, because a turn has at
+-- least 4 counts and a decoder counts at most one count per clock. If the turn is not complete after DEPTH samples, the
+-- bank is handed over with the flag `full_before_turn`.
 --
--- **Ownership.** A bank that is handed over is READY: it belongs to the processor until `release_bank` pulses, and
--- the sampler does not write it in that time. `bank_ready` is high while a bank is READY, `ready_bank` is its number,
--- and `capture_ready` pulses when a bank becomes READY. At most one bank is READY; the sampler fills the other bank. If
--- the turn in that bank is complete before the release, this turn is dropped and the sampler fills the same bank again:
--- `capture_overrun` pulses, `overrun_count` increments, and the next header carries `overrun`. A release is in time
--- until the clock after the clock of the closing sample. A release without a READY bank has no effect. Release the bank
--- after the last read has been answered.
+-- **Ownership.** A bank that has been handed over is READY: it belongs to the processor, and the sampler does not write
+-- it until `release_bank` pulses. `bank_ready` is high while a bank is READY, `ready_bank` is its number, and
+-- `capture_ready` pulses when a bank becomes READY. At most one bank is READY; the sampler fills the other bank. If the
+-- turn in the other bank is complete before the release of the READY bank, this turn is dropped and the sampler fills
+-- the same bank again: `capture_overrun` pulses, `overrun_count` increments, and the next header carries `overrun`. The
+-- latest release that avoids this comes one clock after the clock of the closing sample. A release without a READY bank
+-- has no effect. Release the bank after the last read has been answered.
 --
--- **Header.** `header_start_time` is the time stamp of the first sample, `header_sequence` counts
--- the banks handed over, from 0; `header_sample_count` is the number of stored pairs.
--- `header_flags`: 0 index_seen1, 1 index_seen2, 2 index_error1, 3 index_error2, 4 illegal1,
--- 5 illegal2, 6 overspeed1, 7 overspeed2, 8 overrun, 9 full_before_turn. Flags 2 to 7 are set if
--- the decoder's flag was high in any clock from the first to the last sample. A flag that the decoder still
--- holds from an earlier fault counts too; a flag that it raises some clocks after the fault may appear in the
--- next bank only. The header keeps its values while `bank_ready` is high.
+-- **Header.** `header_start_time` is the time stamp of the first sample, `header_sequence` counts the banks handed
+-- over, from 0; `header_sample_count` is the number of stored pairs. `header_flags`: 0 index_seen1, 1 index_seen2, 2
+-- index_error1, 3 index_error2, 4 illegal1, 5 illegal2, 6 overspeed1, 7 overspeed2, 8 overrun, 9 full_before_turn.
+-- Flags 2 to 7 are set if the decoder's flag was high in any clock from the first to the last sample. So a flag that is
+-- still high from an earlier fault sets its header flag too; a flag that the decoder raises some clocks after a fault
+-- may appear only in the next bank. The header keeps its values while `bank_ready` is high.
 --
 -- **Enable.** Sampling runs while `enable`, `index_seen1` and `index_seen2` are all high. If one of these signals goes
--- low, the unfinished turn is dropped and not counted as an overrun; a READY bank stays READY. Change counts_per_rev
--- only while `enable` is low. mode, sample_period and angle_step may change at any time (see `sample_trigger`); the
--- present turn then contains samples of both settings.
+-- low, the unfinished turn is dropped, which is not an overrun; a READY bank stays READY. Change counts_per_rev only
+-- while `enable` is low. mode, sample_period and angle_step may change at any time (see `sample_trigger`); the present
+-- turn then contains samples of both settings.
 --
--- **Reading.** The read port reads only the samples of the READY bank. Without a READY bank, and from sample
--- header_sample_count on, it gives 0.
+-- **Reading.** The read port reads only the samples of the READY bank. `read_data` is 0 if no bank is READY, and for
+-- samples from header_sample_count on.
 --
--- **More heads.** With HEADS = 3 or 4 a second memory stores the positions of the other heads in the same clocks; a read with
--- `read_further` high reads head 3 or 4 in place of head 1 or 2. A unit outside selects the reference head, whose turns
--- are captured and whose angle triggers the samples: `reference_position` and `reference_zero_moved` belong to this
--- head, and sampling runs while `enable` is high, whichever indices were seen. Change the reference only while `enable`
--- is low. `header_further_flags` are flags 0 to 7 of heads 3 and 4. A core of two heads does not contain this part.
+-- **More heads.** With HEADS = 3 or 4 a second memory stores the positions of the other heads in the same clocks; a
+-- read with `read_further` high reads head 3 or 4 in place of head 1 or 2. Another unit selects the reference head,
+-- whose position replaces that of head 1 for the turns and for the triggers of mode 1: `reference_position` and
+-- `reference_zero_moved` belong to the reference head. Sampling then runs while `enable` is high, even if some heads
+-- have not seen their index. Change the reference head only while `enable` is low. `header_further_flags` are flags 0
+-- to 7 for heads 3 and 4 in place of 1 and 2. With HEADS = 2 this logic is not built.
 --
 -- **Reset** frees both banks and clears the sequence, `overrun_count` (which wraps) and a pending
 -- overrun flag; the memory keeps its words, and the header is undefined until `bank_ready`.
@@ -113,7 +112,7 @@ entity sampler is
     -- Read port, READY bank
     read_enable         : in    std_ulogic;                                          -- starts a read
     read_address        : in    u_unsigned(14 downto 0);                             -- sample * 2 + head - 1
-    read_further        : in    std_ulogic := '0';                                   -- reads heads 3 and 4
+    read_further        : in    std_ulogic := '0';                                   -- 1: reads head 3 or 4
     read_valid          : out   std_ulogic;                                          -- 4 clocks after read_enable
     read_data           : out   std_ulogic_vector(POSITION_WIDTH - 1 downto 0)       -- counts
   );
@@ -134,7 +133,7 @@ architecture rtl of sampler is
   signal position2_then      : u_signed(POSITION_WIDTH - 1 downto 0);
   signal timestamp_then      : u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);
   signal flags_then          : std_ulogic_vector(FLAG_COUNT - 1 downto 0);
-  -- A turn up and a turn down from the first sample, and whether the position lies beyond one of these two places
+  -- The positions one turn above and one turn below the first sample, and whether the position has reached one of them
   signal turn_above          : u_signed(POSITION_WIDTH - 1 downto 0) := (others => '0');
   signal turn_below          : u_signed(POSITION_WIDTH - 1 downto 0) := (others => '0');
   signal is_away_then        : std_ulogic := '0';
@@ -171,10 +170,11 @@ begin
       trigger       => triggered
     );
 
-  -- The trigger comes one clock late, so all values that it latches are delayed by one clock too.
+  -- The trigger comes one clock after the clock to which it belongs, so all values that it latches are delayed by one
+  -- clock too.
   align : process (clock) is
 
-    -- These are differences, not comparisons: they are correct across the wrap of turn_position.
+    -- The signs of these differences replace comparisons, because they stay correct across the wrap of turn_position.
     variable above : u_signed(POSITION_WIDTH - 1 downto 0);
     variable below : u_signed(POSITION_WIDTH - 1 downto 0);
 
@@ -205,11 +205,11 @@ begin
     variable filling_bank  : std_ulogic := '0';
     variable samples       : u_unsigned(14 downto 0) := (others => '0');
     variable first_before  : std_ulogic := '1';                                      -- `first`, one clock ago
-    -- Values for the next clock: turn_above and turn_below have belonged to this turn for a clock; the next sample
-    -- fills the bank
+    -- Values for the next clock: high if turn_above and turn_below have belonged to this turn for a clock; high if the
+    -- next sample fills the bank
     variable was_judged    : std_ulogic := '0';
     variable is_last       : std_ulogic := '0';
-    variable is_before     : std_ulogic; -- the sample after the next fills the bank
+    variable is_before     : std_ulogic; -- high if the sample after the next fills the bank
     variable start_time    : u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);
     variable flags         : std_ulogic_vector(FLAG_COUNT - 1 downto 0);
     variable closed        : std_ulogic;
@@ -226,13 +226,13 @@ begin
         owned := '0';
       end if;
 
-      -- One clock after the last word was written, so that a READY bank is never written.
+      -- The bank becomes READY one clock after its last word was written, so that a READY bank is never written.
       capture_ready   <= handing_over;
       owned           := owned or handing_over;
       handing_over    := '0';
       capture_overrun <= '0';
 
-      -- These values belong to the first sample if the next sample starts a turn.
+      -- While no turn has started, set the values that belong to the first sample of the next turn.
       if first = '1' then
         flags      := (others => '0');
         start_time := timestamp_then;
@@ -254,7 +254,7 @@ begin
       write_data    <= std_ulogic_vector(position2_then) & std_ulogic_vector(position1_then);
       further_write_data <= further_then;
 
-      -- A trigger belongs to a clock in which sampling ran.
+      -- A trigger always belongs to a clock in which sampling was enabled.
       if triggered = '1' then
         write_enable <= '1';
         closed       := was_judged and is_away_then;
@@ -382,7 +382,7 @@ begin
         readable(0) := '1';
       end if;
 
-      -- Without a read any valid address may be applied.
+      -- If no read is in progress, any valid address may be applied.
       memory_read_address <= (others => '0');
       is_inside           := is_at_most(sample, DEPTH - 1);
       if is_inside and ready_bank = '1' then

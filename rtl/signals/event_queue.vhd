@@ -2,21 +2,22 @@
 --
 -- # event_queue
 --
--- Keeps the edges of a probe and the pulses of the position compare, each with its time, corrected position, angle and
--- number, until the processor takes them. The latch of the probe keeps only the last edge; the queue keeps 2**DEPTH_LOG2
--- events, so that edges may come in bursts that are faster than the processor.
+-- Stores events, that is edges of a probe and pulses of position_compare, each with its time, corrected position, angle
+-- and number, until the processor takes them. The entity position_latch keeps only the last edge; the queue keeps
+-- 2**DEPTH_LOG2 events, so that edges may come in bursts that are faster than the processor.
 --
--- **Latency.** An event enters the queue in the clock of its values: DELAY clocks after `probe`, COMPARE_DELAY clocks after
--- `compare`. If the queue was empty, the fields of the event are at the outputs 2 clocks later. `take` (pulse) removes
--- the oldest event; the outputs show the next event 2 clocks later. `take` of an empty queue does nothing.
+-- **Latency.** An event enters the queue in the clock of its values: DELAY clocks after `probe`, COMPARE_DELAY clocks
+-- after `compare`. If the queue was empty, the outputs show the event 2 clocks later. `take` (pulse) removes the oldest
+-- event; the outputs show the next event 2 clocks later. `take` of an empty queue does nothing.
 --
--- **Number formats.** position s31.0 counts; angle u24.0 counts; timestamp u64.0 clocks, the time of the values minus
--- DELAY, for both kinds; number, lost u16.0, both wrap.
+-- **Number formats.** position s31.0 counts; angle u24.0 counts; event_time u64.0 clocks, for both kinds of events the
+-- time of the values minus DELAY; number and lost u16.0, both wrap.
 --
--- **Events.** `kind` bit 0: an edge of the probe; bit 1: a pulse of the compare; both bits: an edge and a pulse at the
--- same time. `kind` 0: the queue is empty and the other fields are meaningless. `recorded` selects the kinds that
--- enter. Each event increases the number by 1. An event that finds the queue full increases it too but is lost, and
--- `lost` counts it. So a gap in the numbers shows where events are missing.
+-- **Events.** Bit 0 of `kind` is high for an edge of the probe, bit 1 for a pulse of the compare, both bits for an edge
+-- and a pulse in the same clock. A `kind` of 0 states that the queue is empty; the other outputs then have no meaning.
+-- `recorded` selects the kinds of events that enter the queue. Each event increases the number by 1. If the queue is
+-- full, a new event is lost: it increases the number too, and `lost` counts it. So a gap in the numbers shows where
+-- events are missing.
 --
 -- **Reset** empties the queue and clears both counts. It must last at least DELAY and at least COMPARE_DELAY clocks to
 -- drop events that are still delayed.
@@ -69,7 +70,7 @@ architecture rtl of event_queue is
   signal enters      : std_ulogic;
   signal leaves      : std_ulogic;
 
-  -- The strobes of the last clocks; without a reset each is a shift register in one or two look-up tables.
+  -- The strobes of the last clocks. They have no reset, so that each is a shift register in one or two look-up tables.
   signal probes      : std_ulogic_vector(DELAY - 1 downto 0)         := (others => '0');
   signal compares    : std_ulogic_vector(COMPARE_DELAY - 1 downto 0) := (others => '0');
 

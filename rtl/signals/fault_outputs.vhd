@@ -2,25 +2,26 @@
 --
 -- # fault_outputs
 --
--- Reports faults at two pins, `alarm` and `driver_enable`; a fault switches `driver_enable` off, so that a drive
--- detects a broken encoder and does not take it for one that stands still.
+-- Reports faults at two pins, `alarm` and `driver_enable`. A fault switches `driver_enable` off: a drive then detects a
+-- broken encoder, and does not conclude from constant signals that the table stands still.
 --
 -- **Latency.** 1 clock; from `clear` to `driver_enable` 2 clocks.
 --
--- **Alarm.** `alarm` is high while a fault is `present` whose bit in `alarm_sources` is set.
+-- **Alarm.** `alarm` is high while a bit is high in both `present` and `alarm_sources`.
 --
--- **Driver enable.** `driver_enable` is high while `enable` is high, until a fault is `present` whose bit in
--- `release_sources` is set. From then on it is low, and `released` high, until `enable` is low, or until no such fault
--- is `present` a clock after a `clear` (pulse). So one pulse can clear both the fault and the release, a fault that
--- persists keeps the drivers released, and the end of a fault alone does not enable the drivers again. `causes` shows
--- the faults that released the drivers and the faults that came later; after a `clear` that did not end the release, it
--- shows the faults that are still present.
+-- **Driver enable.** `driver_enable` is high while `enable` is high, until a fault releases the drivers: a bit is high
+-- in both `present` and `release_sources`. From then on `driver_enable` is low and `released` is high, until `enable`
+-- is low, or until no such fault is present one clock after a pulse of `clear`. So one pulse can clear both the fault
+-- and the release, a fault that persists keeps the drivers released, and the end of a fault alone does not enable the
+-- drivers again. `causes` shows the faults that released the drivers and the faults that came later; after a `clear`
+-- that did not end the release, it shows the faults that are still present.
 --
--- **Reset** clears the alarm and the release, and holds `driver_enable` at its level: a reset of the core, in which A
--- and B stand still, does not trip a drive that watches its lines. `enable` falls with the reset. The hold ends,
--- without a gap, when `enable` is high again, or else 2**HOLD_LOG2 clocks after the first clock of the reset: then
--- `driver_enable` falls, so that the drivers release the lines if the processor does not set the output up again.
--- Drivers that were released stay released until `enable` is high. A reset within a hold does not make it longer.
+-- **Reset** clears the alarm and the release, and holds `driver_enable` at its level: so a reset of the core, during
+-- which A and B do not change, does not trip a drive that monitors its lines. `enable` falls with the reset. The hold
+-- of `driver_enable` ends when `enable` is high again; `driver_enable` then stays high without a gap. If `enable` stays
+-- low, the hold ends 2**HOLD_LOG2 clocks after the first clock of the reset: `driver_enable` then falls, so that the
+-- drivers release the lines if the processor does not set up the output again. Drivers that were released before the
+-- reset stay released until `enable` is high. A reset within a hold does not prolong the hold.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -38,7 +39,7 @@ entity fault_outputs is
     clear           : in    std_ulogic;                            -- pulse: ends `released`
     present         : in    std_ulogic_vector(KINDS - 1 downto 0); -- faults, levels
     alarm_sources   : in    std_ulogic_vector(KINDS - 1 downto 0); -- faults that raise the alarm
-    release_sources : in    std_ulogic_vector(KINDS - 1 downto 0); -- faults that release the outputs
+    release_sources : in    std_ulogic_vector(KINDS - 1 downto 0); -- faults that release the drivers
     released        : out   std_ulogic := '0';                     -- level, sticky
     causes          : out   std_ulogic_vector(KINDS - 1 downto 0) := (others => '0'); -- faults that caused or followed `released`
     driver_enable   : out   std_ulogic := '0';                     -- pin
@@ -53,9 +54,10 @@ begin
   tell : process (clock) is
 
     variable fatal    : std_ulogic_vector(KINDS - 1 downto 0);
-    -- `clear`, one clock later, when a fault that it has cleared elsewhere is no longer present.
+    -- `clear` of one clock ago: a fault that this pulse has cleared in another unit is no longer present now.
     variable cleared  : std_ulogic := '0';
-    -- Clocks of the hold so far, with the highest bit set when it is over, and the reset one clock ago
+    -- `held` is the number of clocks of the hold so far; its highest bit is set when the hold is over. `resets` is the
+    -- reset one clock ago.
     variable held     : u_unsigned(HOLD_LOG2 downto 0) := '1' & (HOLD_LOG2 - 1 downto 0 => '0');
     variable resets   : std_ulogic := '0';
 

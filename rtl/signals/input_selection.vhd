@@ -5,8 +5,8 @@
 -- Adapts an encoder's signals to the decoder: inverts A, B or Z, and exchanges A and B, which reverses the counting
 -- direction. Each head has one instance.
 --
--- **Latency.** None: one level of logic in front of the synchroniser. Each output depends on one pin at a time, so that
--- one edge of a pin causes one edge of an output.
+-- **Latency.** The entity is one level of logic in front of the synchroniser, without a register. Each output depends
+-- on one pin at a time, so one edge of a pin causes one edge of an output.
 --
 -- **Changes.** A change of a setting while the decoder works may look like an edge or an illegal transition: re-arm and
 -- clear the head afterwards.

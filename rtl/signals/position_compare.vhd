@@ -2,22 +2,24 @@
 --
 -- # position_compare
 --
--- Gives a strobe when the corrected position reaches a given count or a multiple of an interval from this count. The
--- strobe triggers a camera or a laser at even angles.
+-- Gives a strobe when the corrected position reaches a given count, and then at every interval from this count. The
+-- strobe triggers a camera or a laser at evenly spaced angles.
 --
 -- **Latency.** 2 clocks from `position` to `strobe`.
 --
--- **Number formats.** position, first s31.0 counts; interval u24.0 counts, 0: `first` alone. Differences are correct
--- across the wrap of the position as long as it is within 2**31 counts.
+-- **Number formats.** position, first s31.0 counts; interval u24.0 counts; with an interval of 0 only `first` gives a
+-- strobe. The comparison is correct across the wrap of the position if the distance between position and place is below
+-- 2**31 counts.
 --
--- **Arming.** `arm` (pulse) restarts with `first` and `interval`. `first` is reached when the position comes to it, or
--- passes it, from the side on which it was at the arming; if the position stood at `first`, this place is reached when
--- the position leaves it in either direction. From then on the next place is reached when the position is a whole
--- interval away from the last place reached, in either direction. So a position that vibrates at a place gives one
--- strobe. A position that jumps further gives a strobe every third clock until it has caught up. `disarm` (pulse) ends
--- the comparison, even in the clock of an `arm`.
+-- **Arming.** A pulse of `arm` starts the comparison with new values of `first` and `interval`. The place `first` is
+-- reached when the position comes to it, or passes it, from the side on which the position was in the clock of `arm`;
+-- if the position was at `first`, this place is reached when the position leaves it in either direction. After that,
+-- the next place is reached when the position is a whole interval away from the last place reached, in either
+-- direction. So a position that vibrates at a place gives one strobe. If the position jumps by several intervals, a
+-- strobe comes every third clock until all places passed have had their strobe. A pulse of `disarm` ends the
+-- comparison, even in the clock of an `arm`.
 --
--- **Reset** disarms.
+-- **Reset** ends the comparison.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -34,7 +36,7 @@ entity position_compare is
     disarm   : in    std_ulogic;                              -- pulse
     position : in    u_signed(POSITION_WIDTH - 1 downto 0);   -- counts
     first    : in    u_signed(POSITION_WIDTH - 1 downto 0);   -- counts
-    interval : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);    -- counts, 0: once
+    interval : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);    -- counts; 0: one strobe only
     armed    : out   std_ulogic := '0';                       -- level: the comparison waits for a place
     strobe   : out   std_ulogic := '0'
   );
@@ -51,21 +53,21 @@ begin
   compare : process (clock) is
 
     variable state    : compare_state := IDLE;
-    variable place    : count         := (others => '0'); -- the first place
+    variable place    : count         := (others => '0'); -- the first place, `first` of the last `arm`
     variable step     : count         := (others => '0');
     variable distance : count         := (others => '0');
-    variable below    : std_ulogic    := '0';             -- the position's side at the arming
-    variable stood    : std_ulogic    := '0';             -- at the arming the position was at the place
+    variable below    : std_ulogic    := '0';             -- when armed, the position was below `place`
+    variable stood    : std_ulogic    := '0';             -- when armed, the position was at `place`
     variable is_there : std_ulogic;
-    -- The next places upwards and downwards; the distances from these places to the position, the lower distance minus
-    -- a count
+    -- The next places upwards and downwards, and the position minus these places (from_lower: minus one count more)
     variable upper      : count       := (others => '0');
     variable lower      : count       := (others => '0');
     variable upper_then : count;
     variable lower_then : count;
     variable from_upper : count       := (others => '0');
     variable from_lower : count       := (others => '0');
-    -- A place was reached one clock ago. For two clocks the distances still belong to the previous places.
+    -- rose, fell: a place was reached one clock ago, upwards or downwards. is_stale: for two clocks after that,
+    -- from_upper and from_lower still belong to the previous places.
     variable rose      : std_ulogic   := '0';
     variable fell      : std_ulogic   := '0';
     variable goes_up   : std_ulogic;

@@ -2,19 +2,19 @@
 --
 -- # position_latch
 --
--- Latches the corrected position, the angle and the time of a probe's edge, for a touch probe or a camera.
+-- Latches the corrected position, the angle and the time at each edge of a probe, which is a touch probe or a camera.
 --
--- **Latency.** The entity latches the values DELAY clocks after `strobe`. With the DELAY of the core they belong to the
--- levels of head 1's pins at the probe's edge, if both have the same input filter: the values then come as many clocks
--- after the probe's edge as the corrected position after the pins. `latched` is a strobe and comes 1 clock after the
--- values' clock, with the new values.
+-- **Latency.** The entity latches position, angle and time DELAY clocks after `strobe`. The core chooses DELAY so that
+-- the probe's edge takes as many clocks to the latch as head 1's pins take to the corrected position. So the latched
+-- values belong to head 1's levels at the probe's edge, if probe and head have the same input filter. `latched` is a
+-- strobe and comes 1 clock after the latch, together with the new values.
 --
--- **Number formats.** position s31.0 counts; angle u24.0 counts; timestamp u64.0 clocks, the time of the values minus
--- DELAY; count u16.0, wraps.
+-- **Number formats.** position s31.0 counts; angle u24.0 counts; latched_time u64.0 clocks, the time of the latch minus
+-- DELAY; count u16.0, the number of edges, wraps.
 --
 -- **Edges** may come in consecutive clocks; the values of each edge replace those of the previous edge.
 --
--- **Reset** drops edges in progress and clears the count.
+-- **Reset** drops edges that are still delayed and clears the count.
 
 library ieee;
   use ieee.std_logic_1164.all;

@@ -4,12 +4,13 @@
 --
 -- Gives a strobe for each active edge of an asynchronous pin, such as a probe or a request for a sample.
 --
--- **Latency.** SYNCHRONISER_STAGES + filter_length + 1 clocks from the pin's edge to `strobe`, 4 with the filter off.
+-- **Latency.** SYNCHRONISER_STAGES + filter_length + 1 clocks from the pin's edge to `strobe`, that is 4 clocks with 2
+-- stages and the filter off.
 --
 -- **Number formats.** filter_length u8.0 clocks: the entity accepts a level after this number of equal samples; 1 turns
 -- the filter off.
 --
--- **Reset.** The level in the last clock of the reset gives no strobe.
+-- **Reset.** The level that the pin has at the end of the reset gives no strobe.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -23,7 +24,7 @@ entity pulse_input is
     clock         : in    std_ulogic;
     reset         : in    std_ulogic;
     pin           : in    std_ulogic;             -- asynchronous
-    falling_edge  : in    std_ulogic;             -- '1': falling edges count, '0': rising ones
+    falling_edge  : in    std_ulogic;             -- '1': falling edges give a strobe, '0': rising edges
     filter_length : in    u_unsigned(7 downto 0); -- clocks
     strobe        : out   std_ulogic := '0'
   );
@@ -36,7 +37,8 @@ architecture rtl of pulse_input is
   signal pins     : std_ulogic_vector(0 downto 0);
   signal levels   : std_ulogic_vector(0 downto 0);
   signal filtered : std_ulogic_vector(0 downto 0);
-  -- High during the reset and the clocks after it in which the synchroniser still outputs earlier levels.
+  -- Bits are high during the reset, and in the clocks after it in which the synchroniser still outputs levels from
+  -- before.
   signal settling : std_ulogic_vector(SETTLED_AFTER - 1 downto 0) := (others => '1');
 
 begin

@@ -4,8 +4,8 @@
 --
 -- Converts each strobe to a pulse of `width` clocks, long enough for the instrument at the pin.
 --
--- **Latency.** 1 clock from `strobe` to the pulse. A strobe during a pulse restarts the time of the pulse: the pin
--- shows one longer pulse.
+-- **Latency.** 1 clock from `strobe` to the pulse. A strobe during a pulse prolongs it: the pulse then ends `width`
+-- clocks after the new strobe.
 --
 -- **Number formats.** width u16.0 clocks; 0 acts as 1.
 --
@@ -31,7 +31,7 @@ begin
 
   stretch : process (clock) is
 
-    variable remaining : u_unsigned(15 downto 0) := (others => '0'); -- clocks after this one
+    variable remaining : u_unsigned(15 downto 0) := (others => '0'); -- clocks of the pulse after this one
 
   begin
 

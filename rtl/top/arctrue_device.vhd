@@ -4,19 +4,20 @@
 --
 -- Connects the processor side of a Zynq-7000 (zynq_processor), the core (arctrue_core) and four LEDs (status_leds), for
 -- two to four heads. The top levels connect its ports to pins: arctrue_zynq_top for two heads, arctrue_zynq_heads_top
--- for three and four, arctrue_zynq_differential_top for pairs. The only pins of the processor side that are ports here
--- are those of the I2C controller; the others need no port.
+-- for three and four, arctrue_zynq_differential_top for pairs. Of the processor's pins, only those of the I2C
+-- controller are ports of this entity; the other pins need no port.
 --
--- **Latency.** The latency of arctrue_core; no register stands between it and the pins.
+-- **Latency.** The latency equals that of arctrue_core; there is no register between arctrue_core and the pins.
 --
--- **Number formats.** None: bits. Registers: see the register map, at 0x4000_0000 for the processor.
+-- **Number formats.** All ports are single bits. The register map describes the registers, which start at 0x4000_0000
+-- for the processor.
 --
 -- **Clock and reset** come from the processor, see zynq_processor. Until the firmware releases the reset, the outputs
 -- are low and the LEDs are off.
 --
--- **LEDs.** Alive blinks; capture is lit while a turn is captured; fault is lit while a head has an index error,
--- illegal transition or overspeed that was not cleared, or the output cannot keep up, or a correction was clipped;
--- compensation is lit while the output is corrected. See status_leds.
+-- **LEDs.** The LED alive blinks; capture is lit while a turn is captured; compensation is lit while the output is
+-- corrected. The LED fault is lit while an index error, illegal transition or overspeed of a head has not been cleared,
+-- the output cannot keep up, or a correction was clipped. See status_leds.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -30,15 +31,15 @@ entity arctrue_device is
     CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples per bank
     FOLD          : positive range 1 to 8         := 1;                     -- lanes that share a pipeline: 1, 2, 4 or 8
     HEADS         : positive range 2 to HEADS_MAX := 2;
-    MEAN          : boolean                       := false;                 -- correct the mean of two heads (more heads: always)
+    MEAN          : boolean                       := false;                 -- true: correct the mean of two heads (more heads: always)
     ROTATION      : string                        := "cordic";              -- or "table": method of computing the cosine
     MODULATORS    : boolean                       := false;                 -- amplitudes of lanes follow conditions
-    FAILOVER      : boolean                       := false;                 -- a failed head of three or four is left out of the mean
+    FAILOVER      : boolean                       := false;                 -- true: a failed head of three or four is left out of the mean
     LOCAL_TABLE   : boolean                       := false;                 -- a table corrects errors that are no sum of orders
     REAL_ORDERS   : boolean                       := false;                 -- phases of lanes continue from turn to turn
     EVENTS        : boolean                       := false;                 -- events of probe and compare wait in a queue
-    LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the clocks that an LED is lit at least
-    DNA_PORTS     : natural range 0 to 1          := 1                      -- 0: for tools that lack the primitive
+    LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the clocks for which an LED is lit at least
+    DNA_PORTS     : natural range 0 to 1          := 1                      -- 0: for tools without the primitive DNA_PORT
   );
   port (
     -- Reference head, asynchronous

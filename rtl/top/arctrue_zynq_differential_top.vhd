@@ -5,9 +5,9 @@
 -- Connects the encoder signals of arctrue_zynq_top to differential pairs of pins (IBUFDS, OBUFDS). The chip's pairs are
 -- LVDS_25 or TMDS_33, not RS-422: a board that uses them must convert the levels.
 --
--- **Latency.** The latency of arctrue_zynq_top.
+-- **Latency.** The latency equals that of arctrue_zynq_top.
 --
--- **Number formats.** None: bits. `_p` and `_n` are the two wires of a pair.
+-- **Number formats.** All ports are single bits. `_p` and `_n` mark the two wires of a pair.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -25,8 +25,8 @@ entity arctrue_zynq_differential_top is
     LOCAL_TABLE   : boolean                       := false;                 -- a table corrects errors that are no sum of orders
     REAL_ORDERS   : boolean                       := false;                 -- phases of lanes continue from turn to turn
     EVENTS        : boolean                       := false;                 -- events of probe and compare wait in a queue
-    LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the clocks that an LED is lit at least
-    DNA_PORTS     : natural range 0 to 1          := 1                      -- 0: for tools that lack the primitive
+    LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the clocks for which an LED is lit at least
+    DNA_PORTS     : natural range 0 to 1          := 1                      -- 0: for tools without the primitive DNA_PORT
   );
   port (
     -- Reference head, asynchronous
@@ -50,7 +50,7 @@ entity arctrue_zynq_differential_top is
     out_b_n          : out   std_ulogic;
     out_z_p          : out   std_ulogic;
     out_z_n          : out   std_ulogic;
-    -- Single ended: line drivers of A, B and Z; external instruments
+    -- Single-ended pins: line drivers of A, B and Z; external instruments
     driver_enable    : out   std_ulogic;
     alarm            : out   std_ulogic;
     sync_in          : in    std_ulogic; -- asynchronous
@@ -89,7 +89,7 @@ architecture rtl of arctrue_zynq_differential_top is
   end component OBUFDS;
   -- vsg_on
 
-  -- a, b, z of head 1, then of head 2
+  -- Bits, from the highest on: a, b, z of head 1, then of head 2
   signal heads_p : std_ulogic_vector(5 downto 0);
   signal heads_n : std_ulogic_vector(5 downto 0);
   signal heads   : std_ulogic_vector(5 downto 0);

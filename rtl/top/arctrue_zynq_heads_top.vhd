@@ -2,12 +2,13 @@
 --
 -- # arctrue_zynq_heads_top
 --
--- Connects arctrue_device, the whole device, to the pins of a Zynq-7000 for three or four heads, whose weighted mean is
--- corrected. Encoder pins are single ended, as RS-422 receivers give them.
+-- Connects arctrue_device, the whole device, to the pins of a Zynq-7000, for three or four heads. The device corrects
+-- the weighted mean of the heads. The encoder pins are single-ended, for external RS-422 receivers and drivers.
 --
--- **Latency.** The latency of arctrue_core; no register stands between it and the pins.
+-- **Latency.** The latency equals that of arctrue_core; there is no register between arctrue_core and the pins.
 --
--- **Number formats.** None: bits. Registers: see the register map, at 0x4000_0000 for the processor.
+-- **Number formats.** All ports are single bits. The register map describes the registers, which start at 0x4000_0000
+-- for the processor.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -26,8 +27,8 @@ entity arctrue_zynq_heads_top is
     LOCAL_TABLE   : boolean                       := false;                 -- a table corrects errors that are no sum of orders
     REAL_ORDERS   : boolean                       := false;                 -- phases of lanes continue from turn to turn
     EVENTS        : boolean                       := false;                 -- events of probe and compare wait in a queue
-    LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the clocks that an LED is lit at least
-    DNA_PORTS     : natural range 0 to 1          := 1                      -- 0: for tools that lack the primitive
+    LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the clocks for which an LED is lit at least
+    DNA_PORTS     : natural range 0 to 1          := 1                      -- 0: for tools without the primitive DNA_PORT
   );
   port (
     -- Reference head, asynchronous

@@ -2,28 +2,30 @@
 --
 -- # axi3_to_axi_lite
 --
--- Splits the AXI3 transfers of a processor port (M_AXI_GP0 of the Zynq-7000) into single
--- AXI4-Lite accesses: bursts of up to 16 beats, of kind FIXED, INCR and WRAP, with IDs, and beats
--- narrower than the bus. Source: AMBA AXI protocol specification, issue D, chapters A3 to A5.
+-- Splits the AXI3 bursts of a processor port (M_AXI_GP0 of the Zynq-7000) into single AXI4-Lite accesses. A burst has
+-- up to 16 beats, the kind FIXED, INCR or WRAP, and an ID; its beats may be narrower than the bus. Source: AMBA AXI
+-- protocol specification, issue D, chapters A3 to A5.
 --
--- **Latency.** With a slave that answers in the next clock a write beat takes 4 clocks and a read
--- beat 4. Reads and writes do not wait for each other; in each direction one burst is under way
--- at a time, so answers come in order and carry the ID of their burst.
+-- **Latency.** If the slave answers in the next clock, each beat, write or read, takes 4 clocks. Reads and writes do
+-- not wait for each other. In each direction the entity handles one burst at a time, so answers come in order; they
+-- carry the ID of their burst.
 --
--- **Number formats.** Addresses in bytes; `size` log2 of the bytes in a beat; `len` beats - 1.
+-- **Number formats.** Addresses are in bytes; `size` is log2 of the number of bytes in a beat; `len` is the number of
+-- beats minus 1.
 --
--- **Beats.** A read beat reads the whole word round its address. A write beat is passed on with its strobes; a write
--- beat without any strobe makes no access. Addresses of INCR stay within their 4 KiB, which no burst may cross.
+-- **Beats.** A read beat reads the whole word that contains its address. A write beat is passed on with its strobes; a
+-- write beat without any strobe makes no access. An INCR burst must not cross a 4 KiB boundary, so only the lower 12
+-- address bits change within it.
 --
--- **Errors.** The response of a write burst is the first response of its beats that is not OKAY; every read beat
--- carries its own response. The entity answers SLVERR without any access to burst kind 3, to `size` above 2, and to a
--- WRAP burst that is not 2, 4, 8 or 16 beats long or does not start at a multiple of its size. It answers SLVERR also
--- to a write whose WLAST is not at the last beat, and accepts as many beats as AWLEN states. It answers DECERR without
--- access to an address outside of BASE .. BASE + 2**AXI_LITE_ADDRESS_WIDTH - 1. An exclusive access is answered OKAY,
--- which shows the master that there is no exclusive monitor.
+-- **Errors.** The response to a write burst is the first response among its beats that is not OKAY, or else OKAY; every
+-- read beat carries its own response. The entity makes no access and answers SLVERR if the burst kind is 3, if `size`
+-- is above 2, or if a WRAP burst is not 2, 4, 8 or 16 beats long or does not start at a multiple of its size. It makes
+-- no access and answers DECERR if an address is outside of BASE .. BASE + 2**AXI_LITE_ADDRESS_WIDTH - 1. It accepts as
+-- many write beats as AWLEN states, and answers SLVERR if WLAST is not at the last of them. It answers OKAY to an
+-- exclusive access, which tells the master that there is no exclusive monitor.
 --
--- **Reset** drops a burst under way on both sides, so master and slave must be reset with it. A
--- burst requested during the reset waits, because the entity accepts no address then.
+-- **Reset** drops a burst in progress, so master and slave must be reset together with the entity. A burst that is
+-- requested during the reset waits, because the entity then accepts no address.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -34,7 +36,7 @@ library ieee;
 entity axi3_to_axi_lite is
   generic (
     ID_WIDTH : positive range 1 to 16 := 12;
-    BASE     : natural                := 16#4000_0000# -- bytes, a multiple of the window's size
+    BASE     : natural                := 16#4000_0000# -- bytes, a multiple of 2**AXI_LITE_ADDRESS_WIDTH
   );
   port (
     clock           : in    std_ulogic;
@@ -96,7 +98,7 @@ architecture rtl of axi3_to_axi_lite is
 
   type burst is record
     address : u_unsigned(31 downto 0);
-    beats   : u_unsigned(3 downto 0);                     -- beats after this one
+    beats   : u_unsigned(3 downto 0);                     -- number of beats after this one
     size    : u_unsigned(1 downto 0);
     kind    : std_ulogic_vector(1 downto 0);
     mask    : u_unsigned(WRAP_WIDTH - 1 downto 0);        -- address bits that a WRAP burst changes

@@ -2,18 +2,19 @@
 --
 -- # chip_dna
 --
--- Reads the chip's fixed identifier (device DNA) from the primitive DNA_PORT, once after the reset, and holds it. READ
--- loads the identifier into the primitive's shift register, whose bit 56 is at DOUT; SHIFT moves the next bit there.
--- Source: 7 series configuration user guide (UG470), chapter 5, "Device DNA".
+-- Reads the chip's fixed identifier (device DNA) from the primitive DNA_PORT, once after the reset, and outputs it from
+-- then on. READ loads the identifier into the primitive's shift register, whose bit 56 is connected to DOUT; SHIFT
+-- shifts the register, so that DOUT shows the next bit. Source: 7 series configuration user guide (UG470), chapter 5,
+-- "Device DNA".
 --
 -- **Latency.** 118 × CLOCKS_PER_HALF clocks from the end of the reset to `known`.
 --
 -- **Number formats.** `dna` u57.0.
 --
--- **Clock.** The primitive runs on a divided clock from a register of this entity, which is high for CLOCKS_PER_HALF
--- clocks and low for as many; READ and SHIFT change, and DOUT is sampled, at its falling edge. At 100 MHz and 8 clocks
--- the divided clock has 6.25 MHz (100 MHz are allowed), and each path has half a period, 80 ns.
--- constraints/vivado/chip_dna.xdc states this for Vivado.
+-- **Clock.** The primitive's clock comes from a register of this entity, which is high for CLOCKS_PER_HALF clocks and
+-- low for CLOCKS_PER_HALF clocks. At the falling edge of this divided clock READ and SHIFT change and DOUT is sampled.
+-- With `clock` at 100 MHz and CLOCKS_PER_HALF = 8 the divided clock has 6.25 MHz (up to 100 MHz are allowed), and each
+-- path has half a period, 80 ns. constraints/vivado/chip_dna.xdc states this for Vivado.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -26,7 +27,7 @@ entity chip_dna is
     clock : in    std_ulogic;
     reset : in    std_ulogic;
     dna   : out   std_ulogic_vector(56 downto 0);
-    known : out   std_ulogic -- high while `dna` is complete
+    known : out   std_ulogic -- level: `dna` is complete
   );
 end entity chip_dna;
 
@@ -83,7 +84,7 @@ begin
         if taken /= BITS then
           port_clock <= not port_clock;
           if port_clock = '1' then
-            -- The port's clock falls now. A bit is valid as soon as the identifier has been loaded.
+            -- The divided clock falls now. DOUT is a valid bit as soon as the identifier has been loaded.
             if load = '1' or shift = '1' then
               identifier <= identifier(BITS - 2 downto 0) & bit_out;
               taken      <= taken + 1;

@@ -6,11 +6,11 @@
 -- of a board. The processor is not used. This top level is for a second PYNQ-Z2 or Arty Z7-20 on the bench:
 -- docs/hardware.md.
 --
--- **Latency.** None: there is no data input.
+-- **Latency.** The entity has no data input and therefore no latency.
 --
--- **Number formats.** None: edges.
+-- **Number formats.** All ports are single bits.
 --
--- **Reset.** 64 clocks after configuration the table starts to turn.
+-- **Reset.** The simulated table starts to turn 64 clocks after the configuration of the chip.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -35,7 +35,8 @@ end entity encoder_source_heads_top;
 
 architecture rtl of encoder_source_heads_top is
 
-  -- Counts, 64.3 deg at 2**24 counts per turn. At these places any three heads are equally good (docs/heads.md).
+  -- Angle between neighbouring heads, counts: 64.3 deg at 2**24 counts per turn. If one of the four heads fails, the
+  -- other three are equally good whichever head it is (docs/heads.md).
   constant HEAD2_AHEAD : natural := 2996597;
 
   signal reset : std_ulogic;

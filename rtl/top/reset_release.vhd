@@ -2,16 +2,17 @@
 --
 -- # reset_release
 --
--- Generates the core's synchronous reset from the processor's reset, which comes at any time: synchronises it to the
--- clock, and ends the core's reset CLOCKS clocks after the synchronised reset has ended.
+-- Generates the core's synchronous reset from the processor's reset, which may come at any time. The entity
+-- synchronises the processor's reset to the clock, and ends the core's reset CLOCKS clocks after the synchronised reset
+-- has ended.
 --
 -- **Latency.** `reset` rises 3 clocks after `asynchronous_reset_n` falls and falls 3 + CLOCKS clocks after
--- `asynchronous_reset_n` rises; one clock more if the register at the pin samples the edge late.
+-- `asynchronous_reset_n` rises; each latency is one clock longer if the first register samples the edge late.
 --
--- **Number formats.** None: bits.
+-- **Number formats.** All ports are single bits.
 --
--- **Power-up.** The registers start with the reset active, so no edge of `asynchronous_reset_n` is needed.
--- A pulse shorter than a clock may be missed. Without a clock nothing changes.
+-- **Power-up.** At power-up `reset` is active, so no edge of `asynchronous_reset_n` is needed. The entity may miss a
+-- pulse shorter than a clock period. While the clock does not run, `reset` does not change.
 
 library ieee;
   use ieee.std_logic_1164.all;

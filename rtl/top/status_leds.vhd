@@ -5,13 +5,15 @@
 -- Drives four LEDs: alive, capture, fault, compensation. It lights an LED long enough for a person to see a state that
 -- lasts only one clock.
 --
--- **Latency.** A state shows at the next window boundary: windows are 2**HOLD_LOG2 clocks long. An LED is lit for a
--- whole window if its state was high in any clock of the previous window.
+-- **Latency.** Time is divided into windows of 2**HOLD_LOG2 clocks. An LED is lit for a whole window if its state was
+-- high in any clock of the previous window.
 --
--- **Number formats.** None: bits, high is lit.
+-- **Number formats.** All ports are single bits; an LED is lit while its output is high.
 --
--- **Alive** changes every 8 windows, 336 ms at 100 MHz and HOLD_LOG2 = 22, while the clock runs and the
--- reset is off. **Reset** puts all LEDs out.
+-- **Alive.** While the clock runs and the reset is inactive, the LED alive changes every 8 windows, that is every 336
+-- ms at 100 MHz and HOLD_LOG2 = 22.
+--
+-- **Reset** switches all LEDs off.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -36,7 +38,7 @@ end entity status_leds;
 
 architecture rtl of status_leds is
 
-  -- 8 windows lit and 8 windows out.
+  -- The LED alive is lit for 8 windows, then off for 8 windows.
   constant COUNTER_WIDTH : positive := HOLD_LOG2 + 4;
 
   constant WINDOW_END : u_unsigned(HOLD_LOG2 - 1 downto 0) := (others => '1');

@@ -9,7 +9,7 @@
 --
 -- **Latency.** See axi3_to_axi_lite for the bus and reset_release for the reset.
 --
--- **Number formats.** Addresses in bytes, from the start of the window at 0x4000_0000.
+-- **Number formats.** Addresses on the AXI4-Lite bus are in bytes, counted from 0x4000_0000.
 --
 -- **Clock.** The clock is FCLK 0 through one global buffer; the firmware sets it to 100 MHz. M_AXI_GP0 runs on this
 -- clock too.
@@ -17,14 +17,15 @@
 -- **Interrupt.** `interrupt` is level sensitive and goes to IRQF2P(0), which is interrupt 61 of the
 -- generic interrupt controller. The other lines stay low.
 --
--- **I2C.** The signals of controller 0 go through the fabric (EMIO). `scl_low` and `sda_low` request that a wire is
--- pulled low; a wire is never driven high. PS7's outputs …TN are active-low tri-state controls: while …TN is 1, the pin
--- is driven with the level of …O. General-purpose pins 54 (SCL) and 55 (SDA) are on the same wires: through these pins
--- the firmware clocks a device that holds SDA low, until the device releases SDA.
+-- **I2C.** The signals of controller 0 go through the fabric (EMIO). While `scl_low` or `sda_low` is high, the wire SCL
+-- or SDA is pulled low; no wire is ever driven high. PS7's outputs …TN are active-low tri-state controls: while …TN is
+-- 1, the pin is driven with the level of …O. The general-purpose pins 54 (SCL) and 55 (SDA) of the processor are
+-- connected to the same wires: with these pins the firmware clocks a device that holds SDA low, until the device
+-- releases SDA.
 --
--- **Reset** is FCLKRESETN(0), which software sets (FPGA_RST_CTRL). No access may be under way when the reset begins: it
--- would get no answer, and the processor would wait for ever. An access that begins during the reset, or in the
--- RESET_CLOCKS clocks after it, waits until the reset is over.
+-- **Reset** is FCLKRESETN(0), which software sets (FPGA_RST_CTRL). Software must not begin the reset during an access
+-- to the registers: the access would get no answer, and the processor would wait for ever. An access that begins during
+-- the reset, or in the RESET_CLOCKS clocks after it, waits until the reset is over.
 --
 -- **Write data** are taken in the order of their addresses; WID is ignored.
 
@@ -35,7 +36,7 @@ library ieee;
 
 entity zynq_processor is
   generic (
-    RESET_CLOCKS : positive range 1 to 65535 := 64 -- clocks of reset after the processor's reset
+    RESET_CLOCKS : positive range 1 to 65535 := 64 -- number of clocks for which the reset lasts longer than the processor's
   );
   port (
     clock           : out   std_ulogic;
@@ -57,8 +58,7 @@ architecture rtl of zynq_processor is
   constant ID_WIDTH : positive := 12;
 
   -- Primitives of the 7 series, named as the vendor's and the open tools' libraries name them. Inputs that are not
-  -- listed stay open; both tools tie them to 0.
-  -- vsg_off
+  -- listed here stay open; the vendor's and the open tools tie them to 0. vsg_off
   component PS7 is
     port (
       EMIOGPIOI       : in    std_ulogic_vector(63 downto 0);

@@ -23,7 +23,7 @@ OFFSET_DELAY = int(os.environ.get("OFFSET_DELAY", "25"))
 LAST_COPY = max(PHASE_OFFSET_DELAY, AMPLITUDE_DELAY, OFFSET_DELAY)
 COUNTS_PER_REV = 2**24
 WRITE_CLOCKS = 3
-# FILLED: the entity's header states the clocks from a swap to a filled idle bank.
+# FILLED: number of clocks from a swap until the idle bank is filled, from the entity's header.
 FILLED = LAST_COPY + 4 * LANES + 2
 LONGEST_WRITE = LAST_COPY + 4 * LANES + 5
 BUILT = LANES // FOLD
@@ -40,15 +40,16 @@ async def start(dut: Any) -> None:
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     if FOLD > 1:
         cocotb.start_soon(count_slots(dut))
-    # The previous test may have left a swap that waits for the end of another swap.
+    # The previous test may have left a swap that waits for the end of an earlier swap: wait for
+    # both.
     for _ in range(2 * (FILLED + FOLD) + 2):
         await RisingEdge(dut.clock)
     dut.reset.value = 0
 
 
 async def count_slots(dut: Any) -> None:
-    """Drive the count of slots: a new angle comes every FOLD clocks, and a swap is allowed in the
-    clock before the angle."""
+    """Drive `slot`, which counts from an angle to the next one FOLD clocks later, and
+    `swap_allowed`, which is high in the clock before an angle."""
     slot = 0
     while True:
         await RisingEdge(dut.clock)
@@ -72,7 +73,8 @@ def flat(words: Any, width: int) -> int:
 
 
 def outputs(dut: Any) -> tuple[int, int, int, int]:
-    """Return the outputs for the four parts of the active bank in the clock that is ending."""
+    """Return the outputs phase steps, phase offsets, amplitudes and offset in the clock that is
+    ending."""
     return (
         dut.phase_steps.value.to_unsigned(),
         dut.phase_offsets.value.to_unsigned(),
@@ -82,11 +84,11 @@ def outputs(dut: Any) -> tuple[int, int, int, int]:
 
 
 DELAYS = (0, PHASE_OFFSET_DELAY, AMPLITUDE_DELAY, OFFSET_DELAY)
-"""Number of clocks from an angle in slot 0 to the output of each of the four parts of its bank."""
+"""Number of clocks from an angle until each of the four outputs has the words for its slot 0."""
 
 
 def expected(bank: Coefficients, block: int = 0) -> tuple[int, int, int, int]:
-    """Return the outputs that an angle must meet in slot ``block``: the words of this block of
+    """Return the outputs that an angle must get in slot ``block``: the words of this block of
     lanes."""
     lanes = slice(block * BUILT, (block + 1) * BUILT)
     return (
@@ -100,10 +102,10 @@ def expected(bank: Coefficients, block: int = 0) -> tuple[int, int, int, int]:
 def check_met(
     first: int, seen: list[tuple[int, int, int, int]], bank_of_clock: list[Coefficients]
 ) -> None:
-    """Check that every angle meets one bank.
+    """Check that every angle gets all its words from one bank.
 
-    ``first`` is the slot of the first clock, ``seen`` the outputs, ``bank_of_clock`` the bank that
-    an angle of each clock must meet.
+    ``first`` is the slot of the first clock, ``seen`` has the outputs in each clock, and
+    ``bank_of_clock`` the bank from which an angle in this clock must get its words.
     """
     for clock in range(-first % FOLD, len(seen) - LAST_COPY - FOLD, FOLD):
         for slot in range(FOLD):
@@ -114,8 +116,8 @@ def check_met(
 
 
 async def write(dut: Any, address: int | None, data: int) -> int:
-    """Write a word of the idle bank (``address`` None: the offset); return the clocks until the
-    acknowledge."""
+    """Write a word of the idle bank, or the offset if ``address`` is None; return the number of
+    clocks until the acknowledge."""
     dut.write_enable.value = int(address is not None)
     dut.write_offset.value = int(address is None)
     dut.write_address.value = address or 0
@@ -141,7 +143,8 @@ async def load(dut: Any, bank: Coefficients) -> None:
 
 
 async def start_with_idle_bank(dut: Any, seed: int) -> tuple[random.Random, Coefficients]:
-    """Start the test and write a random idle bank; return the random generator, and the bank."""
+    """Start the test and write a random bank into the idle bank; return the random generator and
+    this bank."""
     await start(dut)
     rng = random.Random(seed)
     bank = random_bank(rng)
@@ -163,7 +166,7 @@ async def clock_and_see(dut: Any, seen: list[tuple[int, int, int, int]], slots: 
 
 
 async def check_active(dut: Any, bank: Coefficients) -> None:
-    """Check that all angles meet the bank while nothing is swapped."""
+    """Check that all angles get the words of ``bank`` while no swap takes place."""
     seen: list[tuple[int, int, int, int]] = []
     slots: list[int] = []
     for _ in range(LAST_COPY + 3 * FOLD):
@@ -173,7 +176,8 @@ async def check_active(dut: Any, bank: Coefficients) -> None:
 
 @cocotb.test()
 async def swap_takes_effect_in_one_clock(dut: Any) -> None:
-    """Each part of the bank changes as a whole, after the delay of its place in the pipeline."""
+    """Each part of the bank changes in one clock, after the delay that its stage of the pipeline
+    needs."""
     rng, before = await start_with_idle_bank(dut, 1)
     await pulse_swap_and_settle(dut)
     after = random_bank(rng)
@@ -189,8 +193,8 @@ async def swap_takes_effect_in_one_clock(dut: Any) -> None:
         markers.append(int(dut.swap_marker.value))
         assert int(dut.swap_busy.value) == int(1 <= clock <= FILLED)
         dut.swap.value = 0
-    # Clock 0 is the clock of the swap; the first angle that meets the new bank comes with the
-    # marker.
+    # Clock 0 is the clock of the swap; the first angle that gets the words of the new bank comes
+    # with the marker.
     assert [clock for clock, marker in enumerate(markers) if marker] == [1]
     check_met(slots[0], seen, [before] + [after] * (len(seen) - 1))
 
@@ -206,8 +210,8 @@ async def pulse_swap_and_settle(dut: Any) -> None:
 
 @cocotb.test(skip=FOLD > 1)
 async def a_swap_waits_until_it_is_allowed(dut: Any) -> None:
-    """While a swap waits, no write reaches the idle bank, and a second request is joined with the
-    waiting swap."""
+    """While a swap waits, no write reaches the idle bank, and a second request causes no second
+    swap."""
     rng, before = await start_with_idle_bank(dut, 5)
     await pulse_swap_and_settle(dut)
     after = random_bank(rng)
@@ -240,8 +244,8 @@ async def a_swap_waits_until_it_is_allowed(dut: Any) -> None:
 
 @cocotb.test()
 async def swaps_one_after_the_other(dut: Any) -> None:
-    """A swap that comes while the idle bank is filled waits; no word of an earlier bank becomes
-    active again."""
+    """A swap that is requested while the idle bank is being filled waits; no word of an earlier
+    bank becomes active again."""
     _, bank = await start_with_idle_bank(dut, 6)
     markers = 0
     for clock in range(2 * (FILLED + FOLD) + 10):
@@ -254,7 +258,7 @@ async def swaps_one_after_the_other(dut: Any) -> None:
 
 @cocotb.test()
 async def read_back_shows_what_is_stored(dut: Any) -> None:
-    """The memory stores neither bits outside the formats nor words of lanes that are not built."""
+    """The memory stores neither bits outside the formats nor words of lanes beyond LANES."""
     await start(dut)
     rng = random.Random(2)
     model = CoefficientMemory(COUNTS_PER_REV, LANES)
@@ -284,8 +288,8 @@ async def read_back_shows_what_is_stored(dut: Any) -> None:
 
 @cocotb.test()
 async def every_angle_meets_one_bank(dut: Any) -> None:
-    """Each angle meets the words that the idle bank had at one instant, while swaps and writes come
-    at random instants."""
+    """Each angle gets words that the idle bank held all at the same time, while swaps and writes
+    come at random instants."""
     await start(dut)
     rng = random.Random(3)
     model = CoefficientMemory(COUNTS_PER_REV, LANES)
@@ -316,7 +320,7 @@ async def every_angle_meets_one_bank(dut: Any) -> None:
         dut.write_data.value = data
         await clock_and_see(dut, seen, slots)
         if dut.swap_marker.value == 1:
-            # The idle bank was filled before the swap was requested; the swap activates all
+            # The idle bank was filled before the swap was requested, so the swap activates all
             # acknowledged words.
             assert asked
             assert last < 0 or clock - last >= FILLED
@@ -337,15 +341,14 @@ async def every_angle_meets_one_bank(dut: Any) -> None:
                 model.write(address, data)
             pending = None
     assert met > 15
-    # Count the clocks from the start of the write or from the swap before the write, whichever is
-    # later.
+    # The clocks of a write count from its start, or from the previous swap if that is later.
     assert FILLED < longest_wait <= LONGEST_WRITE
     check_met(slots[0], seen, bank_of_clock)
 
 
 @cocotb.test()
 async def reset_leaves_whole_banks(dut: Any) -> None:
-    """A reset during a swap drops only the pending write; both banks stay whole."""
+    """A reset during a swap drops only the pending write; no bank gets a mixture of words."""
     _, bank = await start_with_idle_bank(dut, 4)
     dut.swap.value = 1
     await RisingEdge(dut.clock)

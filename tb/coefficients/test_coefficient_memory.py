@@ -1,4 +1,4 @@
-"""Tests the coefficient memory: stored words, read-back, and that each angle meets one bank."""
+"""Tests that coefficient_memory stores words, reads them back, and gives each angle one bank."""
 
 from __future__ import annotations
 

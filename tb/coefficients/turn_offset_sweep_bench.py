@@ -23,7 +23,7 @@ PULSES = ("write_low", "write_high", "write_offset", "take_over")
 
 
 class Memory:
-    """Content of the pipeline's memory: the prepared offsets by bank, place and lane."""
+    """Simulates the pipeline's memory of the prepared offsets, by bank, place and lane."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut
@@ -74,7 +74,8 @@ async def load(memory: Memory, steps: list[int], offsets: list[int]) -> None:
 def random_words(seed: int) -> tuple[list[int], list[int]]:
     rng = random.Random(seed)
     steps = [rng.getrandbits(48) for _ in range(LANES)]
-    # The steps belong to an integer order, a half order, and the largest and the smallest fraction.
+    # The first four steps belong to an integer order, a half order, and orders with the largest and
+    # the smallest fraction.
     steps[:4] = [0, 1 << 47, (1 << 48) - 1, 1]
     return steps, [rng.getrandbits(24) for _ in range(LANES)]
 
@@ -86,8 +87,7 @@ def check(memory: Memory, bank: int, turn: int, steps: list[int], offsets: list[
 
 @cocotb.test()
 async def every_turn_is_exact(dut: Any) -> None:
-    """The offsets of any turn number in s23.0 are ready in the stated time and correct to 2⁻²⁵
-    turn."""
+    """For any turn number in s23.0 the offsets are ready in time and correct to 2⁻²⁵ turn."""
     memory = await start(dut)
     steps, offsets = random_words(1)
     await load(memory, steps, offsets)
@@ -95,7 +95,8 @@ async def every_turn_is_exact(dut: Any) -> None:
     turns = [0, 1, -1, 1_000_000, -1_000_000, 2**23 - 2, -(2**23) + 1]
     for turn in turns + [rng.randrange(-(2**23) + 1, 2**23 - 1) for _ in range(10)]:
         dut.turn.value = turn
-        # Subtract 2 clocks until `turn` and 2 clocks of a read.
+        # The time in the header includes 2 clocks until `turn` and 2 clocks of a read, which this
+        # bench does not need.
         await memory.clocks(ready_clocks(LANES) - 4)
         check(memory, 0, turn, steps, offsets)
         for lane in range(LANES):
@@ -106,7 +107,7 @@ async def every_turn_is_exact(dut: Any) -> None:
 
 @cocotb.test()
 async def tremble_keeps_the_neighbours(dut: Any) -> None:
-    """While the table trembles in any rhythm, the offsets of the turns in use never change."""
+    """While the table vibrates over a wrap, the offsets of the turns on both sides never change."""
     memory = await start(dut)
     steps, offsets = random_words(3)
     await load(memory, steps, offsets)
@@ -120,7 +121,7 @@ async def tremble_keeps_the_neighbours(dut: Any) -> None:
             dut.turn.value = turn + rng.choice([0, side])
             await memory.clocks(rng.choice([1, 2, 3, 7, 50]))
             for place, of_turn in enumerate(wanted):
-                # This tremble does not use the offsets of the turn on the other side.
+                # The vibration does not use the offsets of the turn on the other side.
                 if place - 1 != -side:
                     assert memory.of(0, turn + place - 1) == of_turn
         dut.turn.value = turn
@@ -130,8 +131,8 @@ async def tremble_keeps_the_neighbours(dut: Any) -> None:
 
 @cocotb.test()
 async def a_write_during_a_tremble_is_complete(dut: Any) -> None:
-    """After a write, the offsets of the turns on both sides of a trembling wrap are new when
-    `swept` rises."""
+    """After a write, while the table vibrates over a wrap, the offsets of the turns on both sides
+    are new when `swept` rises."""
     memory = await start(dut)
     rng = random.Random(8)
     for seed in range(6):
@@ -148,8 +149,8 @@ async def a_write_during_a_tremble_is_complete(dut: Any) -> None:
 
 @cocotb.test()
 async def turns_one_after_the_other(dut: Any) -> None:
-    """The offsets of the next turn are ready in the stated time after a wrap, at the highest speed,
-    in both directions."""
+    """After each wrap, in either direction, the offsets of the following turn are ready in the time
+    that the header states."""
     memory = await start(dut)
     steps, offsets = random_words(5)
     await load(memory, steps, offsets)
@@ -166,7 +167,7 @@ async def turns_one_after_the_other(dut: Any) -> None:
 @cocotb.test()
 async def banks_and_take_over(dut: Any) -> None:
     """Writes change only the idle bank, `take_over` copies the steps to the other bank, and `swept`
-    rises after a write and after a copy."""
+    rises once the offsets of the writes or of the copy are computed."""
     memory = await start(dut)
     steps, offsets = random_words(6)
     await load(memory, steps, offsets)
@@ -188,7 +189,7 @@ async def banks_and_take_over(dut: Any) -> None:
         await write(memory, "write_offset", lane, offset)
     copied = LANES + 1
     while dut.copies.value == 1:
-        # The read-back shows the bank that is active since the swap, also during the copy.
+        # Even during the copy, a read returns the step of the bank that the swap has activated.
         dut.read_address.value = 2 * (copied % LANES) + copied % 2
         step = steps[copied % LANES]
         await memory.clocks(2)

@@ -18,7 +18,7 @@ LATENCY = 1
 @cocotb.test()
 @cocotb.parametrize(scenario=SCENARIOS)
 async def equals_the_model(dut: Any, scenario: RampScenario) -> None:
-    """Total, clip flag and busy flag equal the model's in every clock."""
+    """Total, `limited` and `busy` equal the model's in every clock."""
     dut.reset.value = 1
     dut.marker.value = 0
     dut.correction.value = 0

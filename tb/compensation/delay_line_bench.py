@@ -19,7 +19,7 @@ CLOCKS = int(os.environ.get("CLOCKS", "25"))
 
 @cocotb.test()
 async def every_word_comes_out_once(dut: Any) -> None:
-    """The output is the word that came CLOCKS clocks before, and 0 before the first word."""
+    """The output is the input of CLOCKS clocks before; before the first word arrives it is 0."""
     rng = random.Random(1)
     words = [rng.getrandbits(WIDTH) for _ in range(300)]
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())

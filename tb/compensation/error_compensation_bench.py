@@ -26,7 +26,7 @@ FOLD = int(os.environ.get("FOLD", "1"))
 MEAN = os.environ.get("MEAN", "false") == "true"
 CLOCKS = 1500
 # PAIR_MAX is the sum of two terms with amplitudes at the end of s13.11 and a cosine of 1 + 2⁻¹³.
-# The error of a real cosine is at most an eighth of the excess 2⁻¹³.
+# The cosine of the gateware exceeds 1 by at most an eighth of 2⁻¹³.
 PAIR_MAX = 2 * (8192 + 1) << PAIR_FRACTION
 OFFSET_MAX = 2**24 - 1
 
@@ -75,7 +75,7 @@ async def compare(
     counts_per_rev: int,
     ramp_rate: int,
 ) -> Any:
-    """Run VHDL and model over the same clocks and compare their outputs; return the model's
+    """Run VHDL and model with the same inputs and compare their outputs; return the model's
     outputs."""
     await start(dut, counts_per_rev, ramp_rate)
     seen = []
@@ -138,8 +138,8 @@ async def random_input(dut: Any, counts_per_rev: int) -> None:
 @cocotb.test()
 @cocotb.parametrize(sign=[1, -1])
 async def extremes(dut: Any, sign: int) -> None:
-    """Outputs equal the model's with terms at the ends of their formats and readings at both ends
-    of the turn; the position wraps."""
+    """Outputs equal the model's for terms at the ends of their formats and angles at both ends of
+    the turn; the position wraps."""
     counts_per_rev = 2**24
     model = await compare(
         dut,
@@ -157,14 +157,15 @@ async def extremes(dut: Any, sign: int) -> None:
 
 @cocotb.test()
 async def every_fraction_rounds_once(dut: Any) -> None:
-    """Angle and position round to the same count for totals around each rounding boundary."""
+    """Angle and position are rounded in the same direction for corrections around each rounding
+    boundary."""
     near = np.array([-2, -1, 0, 1, 2], dtype=np.int64)
     half = 1 << (PAIR_FRACTION - 1)
     total = np.concatenate([near + part * half for part in range(-7, 8)])
     pair_sums = np.zeros((total.size, PAIRS), dtype=np.int64)
     pair_sums[:, -1] = total
     zeros = np.zeros(total.size, dtype=np.int64)
-    # `apply` rises while the correction is 0, so that the ramp starts without a remainder.
+    # `apply` rises while the correction is 0, so that the ramp has nothing to remove.
     before = np.zeros(HOLD, dtype=np.int64)
     model = await compare(
         dut,
@@ -185,8 +186,8 @@ async def every_fraction_rounds_once(dut: Any) -> None:
 @cocotb.test()
 @cocotb.parametrize(fold=[FOLD])
 async def folded_sums(dut: Any, fold: int) -> None:
-    """If pair sums arrive over FOLD clocks, the outputs equal the outputs of a model in which each
-    angle is repeated for FOLD clocks."""
+    """If the pair sums of an angle arrive in FOLD clocks, the outputs equal those of a model that
+    gets their sum, with the angle repeated for FOLD clocks."""
     angles = 300
     counts_per_rev = 12_345_678
     rng = np.random.default_rng(fold)
@@ -209,7 +210,7 @@ async def folded_sums(dut: Any, fold: int) -> None:
         dut.pair_sums.value = flat(pair_sums[now, slot])
         dut.first_sums.value = int(slot == 0 and clock < fold * angles)
         dut.last_sums.value = int(last)
-        # The entity ignores these inputs until the last sums of an angle arrive.
+        # The entity reads these inputs only together with the last pair sums of an angle.
         dut.offset.value = int(offset[now]) if last else -1
         dut.angle.value = int(angle[now]) if last else 0
         dut.position.value = int(position[now]) if last else 0
@@ -251,10 +252,10 @@ async def folded_sums(dut: Any, fold: int) -> None:
 
 @cocotb.test(skip=not MEAN)
 async def mean_joins_before_the_rounding(dut: Any) -> None:
-    """The mean's term joins the correction before the rounding, as in the model; every term is
-    random or at an end of its format, and carriers change with swaps while the ramp acts.
+    """The mean's term is added to the correction before the rounding, as in the model; terms are
+    random or at the ends of their format, and the carrier changes at swaps, even during a ramp.
 
-    The jump of the reading at a change of the carrier never shows in the corrected position.
+    The jump of the reading at a change of the carrier does not appear in the corrected position.
     """
     rng = np.random.default_rng(LANES)
     counts_per_rev = 2**24
@@ -263,7 +264,7 @@ async def mean_joins_before_the_rounding(dut: Any) -> None:
     pair_sums = np.full((clocks, PAIRS), quarter) + rng.integers(0, 2, (clocks, PAIRS))
     term_max = 3 * 2 * 2**16 << MEAN_TERM_FRACTION
     term = rng.integers(-(2**26), 2**26, clocks)
-    term[:600] = 0  # so that one ramp ends
+    term[:600] = 0  # a constant term, so that one ramp ends
     term[600:1200] = rng.integers(-term_max, term_max + 1, 600)
     term[1200:1204] = -term_max, term_max, term_max, -term_max
     swap = (rng.random(clocks) < 0.01) | (np.arange(clocks) == 100)
@@ -308,8 +309,8 @@ async def mean_joins_before_the_rounding(dut: Any) -> None:
     expected = list(zip(*(output.tolist() for output in model[:3]), strict=True))
     for clock, found in enumerate(seen[COMPENSATION_LATENCY:]):
         assert found == expected[clock], f"clock {clock}: {found}, expected {expected[clock]}"
-    # Before the mean's term changes, only the ramp moves the output: by 255 * 2^-11 count a clock,
-    # rounded.
+    # Until the mean's term changes, only the ramp moves the output, by at most 255 * 2^-11 count
+    # per clock plus the rounding, although the reading jumps by more than 1000 counts.
     steps = np.diff([row[1] for row in seen[COMPENSATION_LATENCY : COMPENSATION_LATENCY + 590]])
     assert np.abs(jump[:590]).max() > 1000
     assert np.abs(steps[5:]).max() <= 1
@@ -317,7 +318,7 @@ async def mean_joins_before_the_rounding(dut: Any) -> None:
 
 @cocotb.test()
 async def latency_is_four_clocks(dut: Any) -> None:
-    """The output follows reading and pair sums after four clocks, counted at the ports."""
+    """At the ports, the outputs follow angle, position and pair sums by four clocks."""
     await start(dut, 2**24, 2**24)
     dut.apply.value = 1
     for _ in range(10):

@@ -9,7 +9,7 @@ from tb.support.simulation import simulate
 
 @pytest.mark.parametrize("lanes", [1, 4, 9, 32, 64])
 def test_error_compensation(lanes: int) -> None:
-    """The test covers all numbers of groups in the adder tree, and an odd number of lanes."""
+    """The cases cover every number of groups in the adder tree, and an odd number of lanes."""
     simulate(
         "error_compensation",
         "tb.compensation.error_compensation_bench",
@@ -31,7 +31,8 @@ def test_folded_sums(lanes: int, fold: int) -> None:
 
 @pytest.mark.parametrize("lanes", [1, 9, 32, 64])
 def test_mean_of_the_heads(lanes: int) -> None:
-    """The adder tree adds the mean as one more addend; the test covers all numbers of groups."""
+    """The adder tree adds the mean's term as one more addend; the cases cover every number of
+    groups."""
     simulate(
         "error_compensation",
         "tb.compensation.error_compensation_bench",

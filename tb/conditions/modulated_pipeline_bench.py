@@ -1,4 +1,4 @@
-"""Compares compensation_pipeline with modulators to its model, clock by clock, in cocotb tests."""
+"""Compares compensation_pipeline with modulators with its model, clock by clock, in cocotb."""
 
 from __future__ import annotations
 
@@ -31,15 +31,16 @@ from tb.core.compensation_pipeline_bench import (
 )
 
 ANGLES = 1200
-# WRITE_CLOCKS: clocks from a step of the sweep to the first read that returns the step's write.
+# WRITE_CLOCKS: number of clocks from a step of the sweep to the first read that returns the word
+# which this step writes.
 WRITE_CLOCKS = 6
-# READ_CLOCKS: clocks from an angle to the read of its amplitude.
+# READ_CLOCKS: number of clocks from an angle to the clock in which its amplitude is read.
 READ_CLOCKS = PHASE_LATENCY + AMPLITUDE_CLOCK - 1
 NAMES = ("direction", "speed", "word_a", "word_b")
 
 
 def bank_of(seed: int) -> Coefficients:
-    """Return a bank that has lanes with every modulator; one of the lanes has order 0."""
+    """Return a bank with lanes for every modulator and lanes without; lane 0 has order 0."""
     rng = np.random.default_rng(seed)
     orders = rng.integers(0, 90, LANES)
     orders[0] = 0
@@ -64,7 +65,7 @@ def bank_of(seed: int) -> Coefficients:
 
 
 class Sweep:
-    """Drives and records the sweep's step and the modulators in every clock."""
+    """Drives the step of the sweep and the modulators in every clock, and records them."""
 
     def __init__(self, dut: Any, seed: int) -> None:
         self.dut = dut
@@ -131,8 +132,8 @@ async def begin(dut: Any, seed: int) -> Sweep:
 
 @cocotb.test()
 async def held_modulators(dut: Any) -> None:
-    """With constant modulators, the outputs equal the outputs of plain lanes whose amplitudes are
-    multiplied by the modulators, for each FOLD."""
+    """With constant modulators, the outputs equal those of lanes without modulators whose
+    amplitudes are multiplied by the modulators, for each FOLD."""
     sweep = await begin(dut, 1)
     rng = np.random.default_rng(3)
     one = MODULATOR_ONE
@@ -141,8 +142,8 @@ async def held_modulators(dut: Any) -> None:
         sweep.put(held)
         dut.angle.value = 0
         waited = await sweep.load(bank)
-        # The swap waits for the end of the present sweep and for one whole sweep; subtract the
-        # clocks until the last write's acknowledge.
+        # The swap waits for the end of the present sweep and for one more sweep; the clocks until
+        # the acknowledge of the last write are subtracted.
         assert SWEEP_CLOCKS - 8 <= waited <= 2 * SWEEP_CLOCKS + FOLD + 8
         await sweep.settle()
         angles = rng.integers(0, COUNTS_PER_REV, 150)
@@ -161,8 +162,8 @@ async def held_modulators(dut: Any) -> None:
 
 @cocotb.test()
 async def the_read_back_is_nominal(dut: Any) -> None:
-    """Words that are read back equal the written words, also words that a swap copies to the idle
-    bank."""
+    """Words that are read back equal the written words, even after a swap has copied them to the
+    idle bank."""
     sweep = await begin(dut, 2)
     bank = bank_of(5)
     sweep.put(sweep.random())
@@ -186,7 +187,8 @@ async def the_read_back_is_nominal(dut: Any) -> None:
 
 @cocotb.test()
 async def moving_modulators(dut: Any) -> None:
-    """Each angle meets the amplitudes that the sweep had written when the pipeline read them."""
+    """Each angle is corrected with the amplitudes that the sweep had written when the pipeline read
+    them."""
     sweep = await begin(dut, 4)
     bank = bank_of(9)
     dut.angle.value = 0
@@ -204,7 +206,8 @@ async def moving_modulators(dut: Any) -> None:
         if clock == 0:
             step_of_first = int(dut.sweep_step.value)
         seen.append(outputs(dut))
-    # cocotb decides which of the two coroutines is resumed first at an edge.
+    # cocotb decides which of the two coroutines it resumes first at an edge, so the clock numbers
+    # may differ by one.
     first = next(c for c in (near - 1, near, near + 1) if sweep.steps[c] == step_of_first)
     effective = effective_history(sweep, bank)
     accepted = np.arange(0, ANGLES, FOLD)

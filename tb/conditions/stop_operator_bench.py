@@ -26,8 +26,8 @@ async def start(dut: Any, width: int, dead_zone: int) -> None:
 
 
 async def follow(dut: Any, positions: list[int], put_backs: list[int]) -> list[tuple[int, bool]]:
-    """Drive the readings; return the outputs ``place`` and ``known`` for each reading, shifted by
-    the latency."""
+    """Drive one reading in each clock; return the outputs ``place`` and ``known`` that belong to
+    each reading."""
     found = []
     last = len(positions) - 1
     for clock in range(len(positions) + STOP_LATENCY):
@@ -40,8 +40,8 @@ async def follow(dut: Any, positions: list[int], put_backs: list[int]) -> list[t
 
 @cocotb.test()
 async def every_clock_as_the_model(dut: Any) -> None:
-    """The outputs equal the model's in every clock, with trembles, steps of up to 8 counts, jumps,
-    and lost counts that are restored."""
+    """The outputs equal the model's in every clock, while the position vibrates, steps by up to 8
+    counts, jumps, and has lost counts put back."""
     generator = random.Random(28)
     for width, dead_zone in ((0, 0), (16 * 40, 0), (16 * 25 + 5, 4), (16 * 60, 255), (3, 1)):
         await start(dut, width, dead_zone)
@@ -60,7 +60,7 @@ async def every_clock_as_the_model(dut: Any) -> None:
                 position += generator.choice([-1, 1]) * generator.randint(9, 30_000)
             positions.append(position & 0xFFFF_FFFF)
             put_backs.append(put_back)
-        # The entity counts modulo 2^16, the model without a limit; both get the same steps.
+        # The entity counts modulo 2^16, the model without a wrap; both get the same positions.
         signed = [(p ^ 1 << 31) - (1 << 31) for p in positions]
         expected = [model.move(p, b) for p, b in zip(signed, put_backs, strict=True)]
         found = await follow(dut, signed, put_backs)
@@ -70,8 +70,8 @@ async def every_clock_as_the_model(dut: Any) -> None:
 
 @cocotb.test()
 async def a_new_width_makes_it_unknown(dut: Any) -> None:
-    """After a travel of 2W to one side, `place` is W and `known` is high; a new width makes `known`
-    low again."""
+    """After a travel of twice the width W to one side, `place` is W and `known` is high; a new
+    width makes `known` low again."""
     await start(dut, 16 * 10, 0)
     found = await follow(dut, list(range(1, 21)), [0] * 20)
     assert found[-1] == (160, True)

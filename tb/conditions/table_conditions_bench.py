@@ -1,5 +1,4 @@
-"""Tests table_conditions in cocotb: its registers, and its modulators, which follow the motion of a
-table."""
+"""Tests the registers and modulators of table_conditions in cocotb; a simulated table moves."""
 
 from __future__ import annotations
 
@@ -19,7 +18,8 @@ KNOWN = 1 << 31
 
 
 class Window:
-    """Drives the table's reading clock by clock, and accesses the registers of table_conditions."""
+    """Drives the reading of a moving table clock by clock, and accesses the registers of the
+    entity."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut
@@ -64,7 +64,7 @@ class Window:
 
 
 def signed(word: int) -> int:
-    """Return bits 17 to 0 of a word as a signed number in s1.16."""
+    """Return bits 17 to 0 of a word as a signed integer, in units of 2⁻¹⁶."""
     return (word & 0x3FFFF ^ 0x20000) - 0x20000
 
 
@@ -93,7 +93,7 @@ async def words_are_kept_and_limited(dut: Any) -> None:
 
 @cocotb.test()
 async def words_come_by_slew(dut: Any) -> None:
-    """A word moves to its target by SLEW in each sweep of 144 clocks."""
+    """A word moves towards its written target by at most SLEW in each sweep of 144 clocks."""
     window = Window(dut)
     await window.start()
     await window.write(SLEW, 1 << 26)
@@ -150,8 +150,8 @@ async def direction_follows_and_is_led_in(dut: Any) -> None:
 
 @cocotb.test()
 async def speed_of_a_table(dut: Any) -> None:
-    """In steady motion the speed ratio is right to one clock per window; at standstill the ratio
-    decays to 0."""
+    """At constant speed the relative error of the speed ratio is at most one clock per window; at
+    standstill the ratio decays to 0."""
     window = Window(dut)
     await window.start()
     nominal = round(0.5 * 2**32)
@@ -174,7 +174,7 @@ async def speed_of_a_table(dut: Any) -> None:
     falls = [a - b for a, b in pairwise(stopped)]
     assert min(falls[WINDOW:]) >= 0
     assert stopped[-1] == 0
-    # While the table trembles over the edge of a period, the speed stays 0.
+    # While the table vibrates over the border between two periods, the speed stays 0.
     edge = 4.0 * (window.place // 4)
     for clock in range(10 * WINDOW):
         window.place = edge + (0.5 if clock // 97 % 2 else -0.5)

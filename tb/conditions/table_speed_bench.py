@@ -16,8 +16,8 @@ NOMINAL = 123_456_789
 
 
 def drive(generator: random.Random, clocks: int) -> list[tuple[int, int]]:
-    """Return a list of corrected position and correction in each clock, with all speeds,
-    standstill, tremble and reversals."""
+    """Return corrected position and correction for each clock; the motion has many speeds,
+    standstills with and without vibration, and reversals."""
     rows, place, speed, left, error = [], 1000.0, 0.0, 0, 0.0
     for _ in range(clocks):
         if left == 0:
@@ -61,7 +61,8 @@ async def every_clock_as_the_model(dut: Any) -> None:
             )
         )
     model = TableSpeed(NOMINAL, WINDOW, LONGEST)
-    # The entity counts time from the end of the reset; the first row arrives two clocks later.
+    # The entity counts the clocks from the end of the reset; it gets the first row two clocks
+    # later.
     for _ in range(SPEED_LATENCY - 1):
         model.move(*rows[0])
     expected = [model.move(*row) for row in rows]

@@ -1,5 +1,4 @@
-"""Tests that the VHDL of the conditions that modulate amplitudes (direction, speed, words) equals
-the models."""
+"""Tests that the VHDL of the modulators (direction, speed, words) equals their models."""
 
 from __future__ import annotations
 
@@ -36,7 +35,7 @@ def test_table_conditions() -> None:
 
 @pytest.mark.parametrize("fold", [1, 2, 4, 8])
 def test_modulated_pipeline(fold: int) -> None:
-    """Amplitudes that follow conditions equal the model in every clock, for each FOLD."""
+    """A pipeline with modulated amplitudes equals its model in every clock, for each FOLD."""
     simulate(
         "compensation_pipeline",
         "tb.conditions.modulated_pipeline_bench",

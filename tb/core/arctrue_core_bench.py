@@ -1,5 +1,4 @@
-"""Tests the whole core in cocotb: drives its input pins, accesses its registers over AXI4-Lite, and
-decodes its output pins."""
+"""Tests the whole core in cocotb, from its input pins and AXI4-Lite bus to its output pins."""
 
 from __future__ import annotations
 
@@ -35,11 +34,11 @@ CLOCKS_PER_COUNT = 5.0
 FASTEST_RAMP = 0xFFFF_FFFF
 
 HEAD_PINS = ("head1_a", "head1_b", "head1_z", "head2_a", "head2_b", "head2_z")
-OUTPUT_STEP = {0b00: 0, 0b01: 1, 0b11: 2, 0b10: 3}  # number of each level B, A in counting order
+OUTPUT_STEP = {0b00: 0, 0b01: 1, 0b11: 2, 0b10: 3}  # index of levels (B, A) in counting order
 
 
 class Machine:
-    """Drives the core with a turning table, decodes the core's output, and logs one entry per
+    """Drives the core's pins with a turning table, decodes its output pins, and logs both in every
     clock."""
 
     def __init__(self, dut, bus: Bus) -> None:
@@ -57,14 +56,14 @@ class Machine:
         self.output: list[int] = []
         self.z: list[int] = []
         self.stuck_at: int | None = None
-        """Reading of head 1 at which its wires begin to hold their levels for one period of four
-        counts."""
+        """Reading of head 1 from which on its wires keep their levels for a period of four counts;
+        None if never."""
         self.head2_stands = False
         self.head2 = 0
         self.first_time = -1
 
     async def turn(self, angle: NDArray[np.float64]) -> None:
-        """Play a motion, one angle a clock."""
+        """Drive the readings for ``angle``, the table's angle in counts in each clock."""
         for now, pair in zip(angle.tolist(), table.readings(angle).tolist(), strict=True):
             if tuple(pair) != self.pair:
                 self.pair = tuple(pair)
@@ -74,7 +73,7 @@ class Machine:
             await FallingEdge(self.dut.clock)
 
     def shown(self, reading: int) -> int:
-        """Return the reading that the wires of head 1 show."""
+        """Return the reading that the levels on the wires of head 1 show."""
         if self.stuck_at is not None and self.stuck_at <= reading < self.stuck_at + 4:
             return self.stuck_at
         return reading
@@ -112,8 +111,8 @@ def drive(dut, pair: tuple[int, int], index_scatter: Sequence[int] = (0,)) -> No
 
 
 async def prepared(dut, *, stall: float = 0.0, seed: int = 0) -> Machine:
-    """Reset the core with the pins at the start of the motion, and set the short turn of the
-    table."""
+    """Reset the core while the pins have their first levels, and set the turn and the ramp of the
+    test."""
     drive(dut, readings_at(table.START_COUNTS))
     bus = await start(dut, reset_clocks=64)
     if stall:
@@ -132,16 +131,17 @@ async def prepared(dut, *, stall: float = 0.0, seed: int = 0) -> Machine:
 
 
 async def clear_coefficients(machine: Machine) -> None:
-    """Load zero coefficients, because the coefficient banks survive a reset."""
+    """Load coefficients of zero, because the coefficient banks survive a reset."""
     await machine.registers.write_coefficients(Coefficients.zero(table.COUNTS_PER_REV, LANES))
     await machine.registers.command("swap")
 
 
 def check_samples(machine: Machine, start_time: int, samples: NDArray[np.int32]) -> None:
-    """Check that each sample has both readings of one clock, ``SAMPLE_PERIOD`` clocks apart."""
+    """Check that each sample has the readings of both heads in one clock, ``SAMPLE_PERIOD`` clocks
+    after the sample before it."""
     reading = np.array(machine.reading)
     first = start_time - machine.first_time
-    for delay in range(12):  # possible latencies from the pins to the position
+    for delay in range(12):  # the possible latencies from pins to position
         expected = reading[first - delay :: SAMPLE_PERIOD][: len(samples)]
         if len(expected) == len(samples) and np.array_equal(expected, samples):
             return
@@ -159,8 +159,8 @@ async def wait_for_interrupt(machine: Machine, clocks: int) -> None:
 
 @cocotb.test(skip=QUICK)
 async def from_edges_to_corrected_edges(dut):
-    """Pins, decoder, capture over AXI, coefficients over AXI, swap and corrected edges work
-    together."""
+    """The core captures over AXI what the pins show, gets coefficients over AXI, and outputs
+    corrected edges."""
     machine = await prepared(dut, stall=0.2, seed=1)
     names = machine.registers
     await clear_coefficients(machine)
@@ -199,8 +199,8 @@ async def from_edges_to_corrected_edges(dut):
     assert status["ramp_busy"] == 0
 
     # After the ramp the corrected position equals the model's bit by bit, 29 clocks after the
-    # decoder's position. A folded core corrects the last position that it accepted, 28 + FOLD
-    # clocks after that position.
+    # decoder's position. A folded core outputs the correction of the position that it accepted
+    # last, 28 + FOLD clocks after this position.
     reading = np.array(machine.reading)[:, 0]
     model = compensate(reading % table.COUNTS_PER_REV, reading, coefficients, rotation=ROTATION)
     corrected = np.array(machine.corrected)[settled_at:]
@@ -215,8 +215,8 @@ async def from_edges_to_corrected_edges(dut):
     assert len(matches) == 1, f"equal to the model at delays {matches}"
     dut._log.info("pins to corrected position: %d clocks", matches[0])
 
-    # The output is compared with the table's own angle. The mean of the difference (a0) is
-    # arbitrary; the difference minus its mean is the error.
+    # The error of the output is its difference to the table's true angle minus the mean of this
+    # difference (a0), which is arbitrary.
     angle, output = np.array(machine.angle), np.array(machine.output)
     late = 6 + matches[0]
     turn_clocks = int(table.COUNTS_PER_REV * CLOCKS_PER_COUNT)
@@ -239,7 +239,8 @@ async def from_edges_to_corrected_edges(dut):
 
 @cocotb.test(skip=QUICK)
 async def capture_under_stalls_loses_nothing(dut):
-    """A slow processor with stalls reads complete turns, and every missed turn is counted."""
+    """A slow processor with stalls on the bus reads only complete turns, and every turn that it
+    misses is counted."""
     machine = await prepared(dut, stall=0.5, seed=2)
     names = machine.registers
     await names.update("control", capture_enable=1)
@@ -266,11 +267,12 @@ async def capture_under_stalls_loses_nothing(dut):
 
 @cocotb.test(skip=QUICK)
 async def a_scattered_index_changes_no_capture(dut):
-    """If index marks repeat to ±1 count, every capture is complete, and no fault is reported."""
+    """If the places of the index marks scatter by ±1 count, every capture is complete and no fault
+    is reported."""
     machine = await prepared(dut)
     names = machine.registers
     assert await names.read("index_tolerance") == 2
-    machine.index_scatter = (0, 1, -1, 0, -1, 1)  # neighbouring marks differ by up to 2
+    machine.index_scatter = (0, 1, -1, 0, -1, 1)  # places of successive marks differ by up to 2
     await names.update("control", capture_enable=1)
     turning = cocotb.start_soon(machine.turn(table.motion(6.0, CLOCKS_PER_COUNT)))
     lengths = []
@@ -292,7 +294,8 @@ async def a_scattered_index_changes_no_capture(dut):
         assert await names.read(f"{head}.faults.index_errors") == 0
         fields = await names.read_fields(f"{head}.index")
         assert 0 < abs(fields["interval"] - table.COUNTS_PER_REV) <= 2
-    # With the same marks and a tolerance of 1, the core reports each difference of 2.
+    # With a tolerance of 1 and the same marks, the core reports a difference of 2 counts as an
+    # index error.
     await names.write("index_tolerance", 1)
     end = table.motion(6.0, CLOCKS_PER_COUNT).size
     await machine.turn(table.motion(9.0, CLOCKS_PER_COUNT)[end:])
@@ -328,21 +331,23 @@ async def correction_waits_for_the_index(dut):
         snapshot.correction / 2048
     )
     assert 14 * 2048 <= snapshot.correction <= 26 * 2048
-    # The exact position differs from R - ε(R) in float64 by at most 2^-12 count for the amplitude,
-    # 2^-11 for the truncation, and 6 counts times the error of a cosine, 5.6e-5.
+    # The core's correction differs from ε(R) in float64 by at most 2^-12 count because of the
+    # rounded amplitude, 2^-11 because of the truncation, and 6 counts times 5.6e-5 because of the
+    # cosine's error.
     exact = snapshot.head1_position - coefficients.error_counts(np.array([snapshot.head1_angle]))
     assert abs(snapshot.exact_position_counts - exact[0]) < 2**-12 + 2**-11 + 6 * 5.6e-5
-    # The output passed the index and the start of the correction without losing a count. Its first
-    # levels equalled head 1's levels at the same count.
+    # The output has lost no count at the index and at the start of the correction, because at first
+    # its levels were those of head 1 at the same count.
     corrected = machine.corrected
     to_phase = machine.output[-1] - machine.output[0] - (corrected[-1] - corrected[0])
     assert abs(to_phase) <= 2
     place = corrected[-1] - snapshot.head1_position + machine.reading[-1][0]
     assert (machine.output[-1] - place) % 4 == 0
-    # A count of the head and a count of the ramp may coincide, which gives 2 counts; without the
-    # ramp the output would step by 14 or more.
+    # A count of the head and a count of the ramp may fall into one clock, so 2 counts are
+    # permitted; without the ramp the output would step by at least 14.
     assert np.abs(np.diff(corrected)).max() <= 2, "the corrected position made a step"
-    # When `compensate` is off, the correction decays and the output returns to head 1's position.
+    # When `compensate` is off, the ramp removes the correction, and the output returns to head 1's
+    # position.
     await names.update("control", compensate=0)
     await ClockCycles(dut.clock, 400)
     snapshot = await names.snapshot()
@@ -352,8 +357,8 @@ async def correction_waits_for_the_index(dut):
 
 @cocotb.test()
 async def z_waits_for_the_index(dut):
-    """No Z comes before the first index or between a re-arm and the next index; all other Z are a
-    turn apart."""
+    """Z does not rise before the first index or between a re-arm and the next index; all other
+    pulses of Z are a turn apart."""
     machine = await prepared(dut)
     names = machine.registers
     await names.update("control", output_enable=1)
@@ -421,7 +426,7 @@ async def turn_length_and_rearm(dut):
 
 @cocotb.test()
 async def a_shorter_turn_sends_no_burst(dut):
-    """If a new, shorter turn clips the correction at once, the output does not follow that step."""
+    """A new, shorter turn limits the correction at once; the output does not follow this step."""
     machine = await prepared(dut)
     names = machine.registers
     coefficients = Coefficients.from_harmonics(
@@ -433,7 +438,8 @@ async def a_shorter_turn_sends_no_burst(dut):
     await machine.turn(table.motion(0.5, CLOCKS_PER_COUNT))
     await ClockCycles(dut.clock, 2000)
     assert (await names.snapshot()).correction == 120 * 2048
-    # The ramp holds the correction, so that only the limit of 31 counts changes it.
+    # With a rate of 0 the ramp does not change the correction, so only the limit of 31 counts
+    # changes it.
     await names.write("ramp_rate", 0)
     before = machine.output[-1]
     await names.write("counts_per_rev", 64)
@@ -449,11 +455,11 @@ async def a_shorter_turn_sends_no_burst(dut):
 @cocotb.test()
 @cocotb.parametrize((("heal", "head2_dead"), LOSSES))
 async def lost_counts_leave_the_correction_on(dut, heal: int, head2_dead: bool):
-    """After the wires lose a period (four counts), the correction stays on, and position and Z
+    """After head 1's wires lose a period (four counts), the correction stays on, and position and Z
     become right again.
 
-    Head 2 proves the loss at the first mark; without head 2 the second mark proves it. After the
-    core has restored the counts, the output's count equals the table's again.
+    The core recognises the loss at the first mark if head 2 works, otherwise at the second mark. If
+    it puts the counts back, the output's count equals the table's again.
     """
     machine = await prepared(dut)
     names = machine.registers
@@ -496,7 +502,8 @@ async def lost_counts_leave_the_correction_on(dut, heal: int, head2_dead: bool):
     assert snapshot.head1_turn_position % table.COUNTS_PER_REV == snapshot.head1_angle
     rises = np.flatnonzero(np.diff(machine.z) == 1)
     at_z = np.array(machine.output)[rises + 1]
-    # Two Z are a turn apart minus the four lost counts, which the output did not receive either.
+    # The distance between two pulses of Z is a turn minus the four lost counts, because the output
+    # lacks these counts too.
     assert at_z[1] - at_z[0] == table.COUNTS_PER_REV
     assert at_z[-1] - at_z[0] == 4 * table.COUNTS_PER_REV - 4 * (1 - heal)
     assert np.abs(np.diff(machine.corrected)).max() <= 2
@@ -505,8 +512,8 @@ async def lost_counts_leave_the_correction_on(dut, heal: int, head2_dead: bool):
 
 @cocotb.test()
 async def samples_at_equal_angles_lie_on_the_grid_of_a_zero_that_moved(dut):
-    """Head 1 loses four counts; in the turn after the core has moved head 1's zero, samples lie on
-    multiples of the spacing again."""
+    """Head 1 loses four counts and the core moves its zero back; in the next turn the samples lie
+    on multiples of the angle step again."""
     step = 32
     machine = await prepared(dut)
     names = machine.registers
@@ -525,7 +532,7 @@ async def samples_at_equal_angles_lie_on_the_grid_of_a_zero_that_moved(dut):
         if await names.read("status.capture_ready"):
             captures.append((await names.read_capture()).samples[:, 0])
             await names.command("capture_release")
-    # The first turn comes before the zero moves; in the second turn it moves.
+    # The first capture ends before the zero moves; during the second capture it moves.
     samples = captures[-1]
     assert samples.size > table.COUNTS_PER_REV // step
     assert not np.any(samples % step), samples
@@ -533,8 +540,8 @@ async def samples_at_equal_angles_lie_on_the_grid_of_a_zero_that_moved(dut):
 
 @cocotb.test()
 async def a_mark_out_of_its_place_moves_nothing(dut):
-    """If one mark is 20 counts late and all later marks are in place, the core reports the late
-    mark and keeps the zero."""
+    """If one mark comes 20 counts late and all later marks come in place, the core reports the late
+    mark and does not move the zero."""
     machine = await prepared(dut)
     names = machine.registers
     await names.update("control", compensate=1, output_enable=1)
@@ -551,8 +558,8 @@ async def a_mark_out_of_its_place_moves_nothing(dut):
 @cocotb.test()
 @cocotb.parametrize(swaps=[0, 1])
 async def polarity_and_direction_of_the_pins(dut, swaps: int):
-    """The input settings undo an inverted A and, with ``swaps``, exchanged A and B; the output has
-    such settings, too."""
+    """The input settings undo an inverted A and, with ``swaps``, exchanged A and B; the output's
+    settings invert and exchange its pins."""
     machine = await prepared(dut)
     names = machine.registers
     await names.update("head1_input.pins", invert_a=1, invert_z=1, swap_ab=swaps)
@@ -567,7 +574,7 @@ async def polarity_and_direction_of_the_pins(dut, swaps: int):
     await show(1)
     await names.command("rearm", "clear_head1", "clear_head2")
     await ClockCycles(dut.clock, 300)
-    # When the output begins to follow, it takes the levels of head 1.
+    # When the output is enabled, its levels become those of head 1.
     await names.update("control", output_enable=1)
     before = await names.snapshot()
     for reading in range(1, 42):
@@ -578,7 +585,7 @@ async def polarity_and_direction_of_the_pins(dut, swaps: int):
     assert await names.read("head1.flags.index_seen") == 0
     assert await names.read("head1.flags.illegal") == 0
     first, second = int(dut.out_a.value), int(dut.out_b.value)
-    # If the settings of the output are undone, its levels equal those of the encoder at the same
+    # Apart from its inversion and exchange, the output has the levels of the encoder at the same
     # count.
     assert ((1 - second, first) if swaps else (first, 1 - second)) == (
         table.pins(41) & 1,
@@ -650,8 +657,8 @@ async def one_clear_brings_an_output_back_that_could_not_keep_up(dut):
 @cocotb.test()
 @cocotb.parametrize(releases=[0, 1])
 async def edges_that_the_filter_swallows_are_a_fault_at_the_output_where_asked_for(dut, releases):
-    """If the filter suppresses all edges while the table turns, output and head 1 stand still; the
-    core raises an alarm and, if so set, releases the drivers."""
+    """If the filter suppresses all edges while the table turns, the output stands still; the core
+    raises an alarm and, with ``releases``, releases the drivers."""
     machine = await prepared(dut)
     names = machine.registers
     await names.write("filter_length", 12)
@@ -675,7 +682,7 @@ async def edges_that_the_filter_swallows_are_a_fault_at_the_output_where_asked_f
     await ClockCycles(dut.clock, 4)
     assert (int(dut.alarm.value), int(dut.driver_enable.value)) == (0, 1)
     assert await names.read("head1.flags.swallowed") == 0
-    # The filter does not suppress edges that are counted but too close to each other.
+    # Edges that the filter passes, but that are too close to each other, are no fault of this kind.
     await names.write("filter_length", 1)
     await names.write("minimum_edge_spacing", 50)
     await machine.turn(fast[-1] + np.arange(60 * CLOCKS_PER_COUNT) / CLOCKS_PER_COUNT)
@@ -685,7 +692,8 @@ async def edges_that_the_filter_swallows_are_a_fault_at_the_output_where_asked_f
 
 @cocotb.test()
 async def a_reset_of_the_core_does_not_drop_the_line_drivers(dut):
-    """A and B keep their levels, the drivers stay on, and the processor sets the core up again."""
+    """After a reset of the core, `driver_enable` stays high until the processor has set up the
+    output again."""
     machine = await prepared(dut)
     names = machine.registers
     await names.update("control", output_enable=1)
@@ -714,8 +722,8 @@ async def a_reset_of_the_core_does_not_drop_the_line_drivers(dut):
 
 @cocotb.test()
 async def instruments_beside_the_table(dut):
-    """Each edge of sync_in requests a sample, and each sample gives a pulse; probe_in latches the
-    position; compare_out has a pulse every 64 counts."""
+    """An edge of sync_in requests a sample, each sample gives a pulse of trigger_out, an edge of
+    probe_in latches the position, and compare_out has a pulse every 64 counts."""
     machine = await prepared(dut)
     names = machine.registers
     await names.update("control", capture_enable=1, capture_mode=2, output_enable=1)
@@ -761,14 +769,14 @@ async def instruments_beside_the_table(dut):
     at = np.array(machine.corrected)[-len(compared) :][place]
     assert place.size > 3
     assert np.all(np.diff(at) == 64)
-    # Without a correction the latched position is the count of the pins at the probe's edge, from
-    # the reset on.
+    # Without a correction the latched position is the number of counts on the pins from the reset
+    # to the probe's edge.
     latched = await names.read("probe.position")
     assert abs(latched + zero - probed[-1]) <= 1
 
 
 async def waiting_events(names: RegisterMap) -> NDArray[np.int64]:
-    """Take all waiting events; return a row of kind, number, time, position and angle for each."""
+    """Take all events from the queue; return kind, number, time, position and angle of each."""
     rows = []
     while (state := await names.read_fields("events.state"))["kind"]:
         low, high = [await names.read(f"events.time_{half}") for half in ("low", "high")]
@@ -780,8 +788,8 @@ async def waiting_events(names: RegisterMap) -> NDArray[np.int64]:
 
 @cocotb.test(skip=not EVENTS)
 async def events_wait_for_the_processor(dut):
-    """If compare_out is wired to probe_in, each compare pulse gives one event of kind compare and
-    one of kind probe, at its clock."""
+    """If compare_out is connected to probe_in, each compare pulse gives an event of kind compare
+    and one of kind probe, with the right times."""
     machine = await prepared(dut)
     names = machine.registers
     assert await names.read("events.recorded.compare") == 0
@@ -820,8 +828,8 @@ async def events_wait_for_the_processor(dut):
     await names.read("probe.time")
     assert await names.read("probe.position") == found[-1, 3]
     assert await names.read("probe.edges") == rises.size
-    # If more events come than the queue holds, the first events stay, and `events_lost` counts the
-    # others.
+    # If more events come than the queue can hold, the first events stay in it, and `events_lost`
+    # counts the others.
     await machine.turn(motion[60 * interval * int(CLOCKS_PER_COUNT) :])
     await ClockCycles(dut.clock, 100)
     more = int(np.count_nonzero(np.diff(compared) == 1)) - rises.size

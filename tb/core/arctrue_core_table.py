@@ -1,8 +1,7 @@
-"""Simulates a small turning table for the core's test: the pins of two heads with a known error,
-clock by clock.
+"""Simulates a small table for tests of the core: the pins of two heads and a disc's known error.
 
-All values are in counts of a short turn; angles of the table are real numbers, readings are
-rounded.
+All values are in counts of a turn of 600 counts. Angles of the table are real numbers; readings are
+rounded to whole counts.
 """
 
 from __future__ import annotations
@@ -13,23 +12,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 COUNTS_PER_REV = 600
-"""Counts of a turn: a small number that is no power of two."""
+"""Number of counts per turn, which is small and not a power of two."""
 
 SEPARATION_COUNTS = 55.0
-"""Separation of the heads: 33 degrees."""
+"""Angle between the heads in counts, 33 degrees."""
 
 HARMONICS = ((1, 6.0, 0.4), (2, 2.5, -1.1), (5, 0.8, 2.0))
-"""Order, amplitude in counts, phase in radians of the error of the disc."""
+"""Order, amplitude in counts and phase in radians of each harmonic of the disc's error."""
 
 START_COUNTS = -130.0
-"""Angle in counts at which the table starts: both heads pass their index in the first quarter turn,
-head 2 first."""
+"""Angle in counts at which the table starts. In the first quarter turn both heads pass their index,
+head 2 before head 1."""
 
-_PHASE_PINS = (0b00, 0b01, 0b11, 0b10)  # A in bit 0, B in bit 1; A leads while counting up
+_PHASE_PINS = (0b00, 0b01, 0b11, 0b10)  # A in bit 0, B in bit 1; A leads upwards
 
 
 def error_counts(angle_counts: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the error of the disc under a head at an angle in counts, (n,) to (n,)."""
+    """Return the disc's error in counts at these angles (n,) between disc and head."""
     turn = 2.0 * np.pi / COUNTS_PER_REV
     return sum(
         (amplitude * np.cos(order * turn * angle_counts + phase))
@@ -46,8 +45,8 @@ def readings(angle_counts: NDArray[np.float64]) -> NDArray[np.int64]:
 
 
 def motion(turns: float, clocks_per_count: float) -> NDArray[np.float64]:
-    """Return the table angle in counts at each clock: up from the start, with a speed ripple of 10
-    %."""
+    """Return the table's angle in counts in each clock: it rises from START_COUNTS; the speed
+    varies by 10 %."""
     clocks = int(turns * COUNTS_PER_REV * clocks_per_count)
     travelled = np.arange(clocks) / clocks_per_count
     ripple = 0.1 * COUNTS_PER_REV / (2.0 * np.pi * 7)
@@ -55,8 +54,8 @@ def motion(turns: float, clocks_per_count: float) -> NDArray[np.float64]:
 
 
 def pins(reading: int, index_scatter: Sequence[int] = (0,)) -> int:
-    """Return A, B and Z in bits 0 to 2; ``index_scatter`` has the displacement, in counts, of the
-    index mark in each turn."""
+    """Return A, B and Z in bits 0 to 2. ``index_scatter`` has the displacements, in counts, of the
+    index marks in successive turns."""
     turn = (reading + COUNTS_PER_REV // 2) // COUNTS_PER_REV
     at_index = reading - turn * COUNTS_PER_REV == index_scatter[turn % len(index_scatter)]
     return _PHASE_PINS[reading % 4] | (0b100 if at_index else 0)
@@ -65,9 +64,9 @@ def pins(reading: int, index_scatter: Sequence[int] = (0,)) -> int:
 def harmonics_from_capture(samples: NDArray[np.int64]) -> list[tuple[int, float, float]]:
     """Return order, amplitude (counts) and phase (rad) of the error as a function of the reading.
 
-    R2 - R1 - separation is the error at R2 minus the error at R1; ordinary least squares fits it to
-    ``samples`` (n, 2). The fit has one order more than the disc; this order absorbs the difference
-    between reading and angle.
+    R2 - R1 minus the heads' separation equals the error at R2 minus the error at R1. Ordinary least
+    squares fits this equation to ``samples``, the readings (n, 2). The fit has one order more than
+    the disc; this order absorbs the difference between reading and angle.
     """
     turn = 2.0 * np.pi / COUNTS_PER_REV
     orders = sorted({order for order, _, _ in HARMONICS} | {3})

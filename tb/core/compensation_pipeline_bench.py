@@ -34,13 +34,13 @@ FOLD = int(os.environ.get("FOLD", "1"))
 LATENCY = PIPELINE_LATENCY + FOLD - 1
 COSINE_WIDTH = int(os.environ.get("COSINE_WIDTH", "18"))
 ROTATION: Rotation = "table" if os.environ.get("ROTATION") == "table" else "cordic"
-# SUM_COUNTS: sum of the amplitudes in counts; the default is 250 arcsec, like the paper's table.
+# SUM_COUNTS: sum of the amplitudes in counts; the default is 250 arcsec, as for the paper's table.
 ARCSEC_250 = 250 / 1_296_000
 SUM_COUNTS = float(os.environ.get("SUM_COUNTS", "0"))
 COUNTS_PER_REV = int(os.environ.get("COUNTS_PER_REV", str(2**24)))
 RATE_ONE = 1 << 24
 RATE_MAX = 2**32 - 1
-# RAMP_UNITS: speed of the ramp at RATE_MAX, in whole units of 2⁻¹¹ count a clock.
+# RAMP_UNITS: change of the ramp per clock at RATE_MAX, in whole units of 2⁻¹¹ count.
 RAMP_UNITS = 255
 UNIT = 2**CORRECTION_FRACTION
 
@@ -72,7 +72,7 @@ async def start(dut: Any, ramp_rate: int = RATE_MAX) -> None:
 
 
 async def align(dut: Any) -> None:
-    """Wait until the next clock is one in which the pipeline accepts an angle."""
+    """Wait until the pipeline accepts an angle in the next clock."""
     while True:
         await RisingEdge(dut.clock)
         if dut.accept.value == 1:
@@ -117,8 +117,8 @@ def outputs(dut: Any) -> tuple[int, int, int]:
 
 
 def random_bank(rng: np.random.Generator, sum_counts: float) -> Coefficients:
-    """Return a bank of low orders, a random order up to 65535, and 16,384 with more than two lanes.
-    The sizes of the amplitudes add up to ``sum_counts``."""
+    """Return a bank with random orders below 120, one random order up to 65535, and order 16,384 if
+    there are more than two lanes. The magnitudes of the amplitudes add up to ``sum_counts``."""
     orders = rng.integers(1, 120, LANES)
     orders[0] = 1
     orders[-1] = rng.integers(0, 65536)
@@ -137,8 +137,7 @@ def random_bank(rng: np.random.Generator, sum_counts: float) -> Coefficients:
 
 
 async def settle(dut: Any) -> None:
-    """Switch the correction on with amplitudes of zero, so that the ramp starts without a
-    remainder."""
+    """Switch the correction on with amplitudes of zero, so that the ramp has nothing to remove."""
     await load(dut, Coefficients.zero(COUNTS_PER_REV, LANES))
     dut.apply.value = 1
     for _ in range(LATENCY + FOLD + 2):
@@ -219,10 +218,10 @@ async def a_turn_of_angles(dut: Any) -> None:
 
 @cocotb.test()
 async def latencies_of_table_1(dut: Any) -> None:
-    """The phase takes 5 clocks, the harmonics 20, the compensation 4, together 29; the delay line
-    takes 25.
+    """The phase takes 5 clocks, the harmonics 20, the compensation 4, in total 29; the delay line
+    25.
 
-    In a folded pipeline the reading waits FOLD - 1 clocks more for the last sums.
+    In a folded pipeline the reading waits FOLD - 1 more clocks for the last pair sums.
     """
     await start(dut)
     await load(dut, Coefficients.from_harmonics([1], [10.0], [0.0], COUNTS_PER_REV, LANES))
@@ -237,7 +236,7 @@ async def latencies_of_table_1(dut: Any) -> None:
         "corrected_referenced": dut.corrected_referenced,
         "correction": dut.correction,
     }
-    if FOLD == 1:  # In a folded pipeline the phases change with the lane.
+    if FOLD == 1:  # folded: the phases change with the lanes
         watched |= {"phases": dut.phases, "pair_sums": dut.pair_sums}
     await align(dut)
     before = {name: signal.value for name, signal in watched.items()}
@@ -269,12 +268,12 @@ def banks_of_angles(
     swaps: list[tuple[bool, bool]],
     acknowledged: list[tuple[int | None, int] | None],
 ) -> tuple[list[Coefficients], list[int]]:
-    """Return the banks, and for each angle the number of its bank, from the levels at the pins.
+    """Return the banks in use one after the other, and for each angle the number of its bank.
 
-    ``markers``: whether an angle is the first of a new bank; ``swaps``: whether a swap is
-    requested, and whether a write is pending; ``acknowledged``: the write that ends. The function
-    checks that each requested swap takes place once and in time: with the next accepted angle where
-    nothing delays it.
+    For each clock, ``markers`` states whether the angle is the first of a new bank, ``swaps``
+    whether a swap is requested and whether a write is pending, and ``acknowledged`` which write
+    ends. The function also checks that each requested swap takes place once and in time: with the
+    next accepted angle, unless a write or a previous swap delays it.
     """
     memory = CoefficientMemory(COUNTS_PER_REV, LANES)
     banks, bank = [memory.active], []
@@ -307,8 +306,8 @@ def banks_of_angles(
 
 @cocotb.test()
 async def swap_and_bypass_under_load(dut: Any) -> None:
-    """Each angle meets one bank, and the correction makes no step, while the angle moves in every
-    clock and writes, swaps and `apply` come at random instants."""
+    """Each angle is corrected with one bank, and the correction makes no step, while the angle
+    changes in every clock and writes, swaps and changes of `apply` come at random instants."""
     rng = np.random.default_rng(7)
     choose = random.Random(7)
     largest = min(COUNTS_PER_REV / 8, 2000.0)
@@ -376,8 +375,8 @@ async def swap_and_bypass_under_load(dut: Any) -> None:
     model = compensate_clocks(
         angle, position, banks, bank, markers, applied, ramp_rate, fold=FOLD, rotation=ROTATION
     )
-    # The pipeline had `apply` high before; with amplitudes of zero the state is the same, but the
-    # first clock then has no marker.
+    # The model starts with a change of `apply`; in the pipeline `apply` was high before. Since the
+    # amplitudes were zero then, both give the same correction.
     for name, column, expected in zip(
         ("angle", "position", "correction"), found.T, model[:3], strict=True
     ):
@@ -394,10 +393,10 @@ def check_continuity(
     applied: NDArray[np.bool_],
     ramp_rate: int,
 ) -> None:
-    """Check that the correction changes per clock by at most |Δε| of the active coefficients plus
-    the rate of the ramp.
+    """Check that the correction changes per clock by at most the rate of the ramp plus |Δε|, the
+    change of ε of the active bank.
 
-    In the first clock after a marker's hold, Δε is the change in two clocks.
+    In the clock in which the hold after a marker ends, Δε is the change over two clocks.
     """
     ideal = np.empty((2, angle.size))
     bounds = np.empty(angle.size)
@@ -417,12 +416,13 @@ def check_continuity(
     assert np.all(change[stepped[1:]] == 0), "a marker's clock changed the correction"
     rate = -(-ramp_rate // RATE_ONE) / UNIT
     moved = np.abs(ideal[0] - ideal[1])
-    # A marker holds the total for three clocks; then ε comes with its change in two clocks.
+    # A marker holds the correction for three clocks; after that ε changes at once by its change
+    # over two clocks.
     after_hold = np.flatnonzero(stepped[:-HOLD]) + HOLD
     moved[after_hold] += moved[after_hold - 1]
     allowed = moved[1:] + rate + 2 * bounds[1:] + 1 / UNIT
     assert np.all(np.abs(change) <= allowed), f"step in clock {np.argmax(np.abs(change) - allowed)}"
-    # Check that the correction changes at all, so that the test above is meaningful.
+    # Check that the correction changes, because otherwise the test above would prove nothing.
     assert np.abs(change).max() > rate
 
 
@@ -442,7 +442,8 @@ async def reset_under_load(dut: Any) -> None:
     for _ in range(1000):
         await RisingEdge(dut.clock)
         corrections.append(dut.correction.value.to_signed())
-    # Two clocks after the reset, the pipeline has output the totals that it still held.
+    # From two clocks after the reset on, no correction from before the reset is left in the
+    # pipeline.
     rising = np.array(corrections[1:])
     assert rising[0] == 0
     assert np.all(np.diff(rising) >= 0)

@@ -1,8 +1,8 @@
-"""Tests the core with FAILOVER in cocotb: each way in which a head fails, and the head's return.
+"""Tests the core with FAILOVER in cocotb: heads that fail in each possible way, and their return.
 
-Each test corresponds to a row of the table in docs/heads.md: the check that detects the fault, its
-time, and the error of the output until then. The output makes no step in any clock, and the mean
-without the head is right.
+Each test of a failure corresponds to a row of the table in docs/heads.md, which states the check
+that detects the fault, the time until it does, and the error of the output until then. The tests
+also check that the output never makes a step, and that the mean without the head is right.
 """
 
 from __future__ import annotations
@@ -35,27 +35,27 @@ from tb.core.mean_core_bench import (
 )
 
 STEP_LIMIT = 40
-"""Limit, in counts, of a step between heads; the axis changes a difference of two heads by at most
-36 counts (MOTION)."""
+"""Limit, in counts, above which a change between heads is a step; the motion of the axis (MOTION)
+changes a difference of two heads by at most 36 counts."""
 MISSING = 24
-"""Limit, in counts, of missing edges; it is below STEP_LIMIT, so that this check finds a dead head
-first."""
+"""Number of counts by which the other heads move before a head without edges is dead; it is below
+STEP_LIMIT, so that this check finds a dead head first."""
 LOAD_CLOCKS = 4 * (4 * LANES + 10) + 4
 """Largest number of clocks from a failure to the swap, as the header of prepared_sets states."""
 DECODER_CLOCKS = 20
-"""Sum of the clocks from the pins to a fault, from the fault to the load, and from the first angle
-with the set to the interrupt."""
+"""Total number of clocks from the pins to the fault, from the fault to the load, and from the first
+angle of the new set to the interrupt."""
 SWAP_WAITS = 12
-"""Allowance in clocks for a swap that waits for the idle bank or a head's zero; here no swap
-waits."""
+"""Allowance in clocks for a swap that waits for the idle bank or for a head's zero; no swap waits
+in these tests."""
 CARRIERS = {0: 1, 1: 2, 2: 1, 3: 1, 4: 1}
 LANES_ERROR = 2.0
-"""Allowance in counts for the difference of E between the sets of this table; the harmonics of the
-disc have 2.1 counts together."""
+"""Allowance in counts for the difference between the corrections E of two sets; the amplitudes of
+the disc's harmonics add up to 2.1 counts."""
 UNTIL_ZEROS = 190 + max(-place if place < 140 else COUNTS - place for place in PLACES)
-"""Counts from the start at -150 until every head has passed its index; the axis and the disc
-displace an index by up to 11 counts. With three heads the mean's error contains the axis, so a
-whole turn is awaited."""
+"""Number of counts from the start at -150 until every head has passed its index; axis and disc
+displace an index by up to 11 counts. Tests with three heads wait a whole turn and more, because
+their mean of two heads contains the motion of the axis."""
 if HEADS < 4:
     UNTIL_ZEROS = COUNTS + 150
 EVERYONE = tuple(range(1, HEADS + 1))
@@ -65,7 +65,7 @@ means every cause."""
 
 
 def set_of(missing: int) -> MeanSet:
-    """Return the mean without head ``missing``; a mean of two heads contains motion of the axis."""
+    """Return the words of the mean without head ``missing`` (0: of all heads)."""
     heads = tuple(head for head in EVERYONE if head != missing)
     return mean_of(heads, CARRIERS[missing])
 
@@ -105,7 +105,7 @@ async def take(names: RegisterMap, number: int) -> None:
 
 
 async def until_changed(machine: Table, most: float) -> int:
-    """Return the clocks until a prepared set became active; fail after ``most``."""
+    """Wait until a prepared set is active, for at most ``most`` clocks; return the clocks."""
     for clocks in range(round(most) + 1):
         if machine.dut.interrupt.value == 1:
             return clocks
@@ -116,9 +116,9 @@ async def until_changed(machine: Table, most: float) -> int:
 async def left_out(
     machine: Table, head: int, cause: str, began: int, most: float, off: float
 ) -> None:
-    """Check that ``head`` is found for ``cause`` within ``most`` clocks and the output stays right.
+    """Check that ``head`` is left out for ``cause`` in ``most`` clocks and the output stays right.
 
-    ``off`` is the allowed additional error of the output in counts until then.
+    ``off`` is the permitted additional error of the output in counts until the head is left out.
     """
     names = machine.registers
     clocks = await until_changed(machine, most)
@@ -146,7 +146,7 @@ async def left_out(
 
 
 async def illegal_step(machine: Table, head: int) -> None:
-    """Change A and B in one clock, in which the head does not count."""
+    """Change A and B of a head in the same clock, by which it loses two counts."""
     before = machine.shown[head - 1]
     while machine.shown[head - 1] == before:
         await RisingEdge(machine.dut.clock)
@@ -160,8 +160,8 @@ def share(head: int) -> float:
 
 @cocotb.test()
 async def an_illegal_step_leaves_a_head_out(dut: Any) -> None:
-    """A head whose A and B change in one clock, so that it loses two counts, is found
-    immediately."""
+    """A head whose A and B change in one clock, so that it loses two counts, is left out at
+    once."""
     machine = await guarded(dut)
     head = HEADS
     began = len(machine.corrected)
@@ -173,7 +173,7 @@ async def an_illegal_step_leaves_a_head_out(dut: Any) -> None:
 
 @cocotb.test()
 async def a_dead_carrier_is_left_out(dut: Any) -> None:
-    """A dead head is found once all others have moved by `missing_edges` counts, not at
+    """A dead head is found when all other heads have moved by `missing_edges` counts, but not at
     standstill."""
     machine = await guarded(dut)
     machine.moves = False
@@ -183,7 +183,8 @@ async def a_dead_carrier_is_left_out(dut: Any) -> None:
     assert dut.interrupt.value == 0, "found at standstill"
     machine.moves = True
     began = len(machine.corrected)
-    # The slowest of the other heads may lag by the motion of the axis, 18 counts to each side.
+    # Because of the motion of the axis, 18 counts to each side, one of the other heads may reach
+    # the limit later.
     counts = MISSING + 18
     most = counts * CLOCKS_PER_COUNT + DECODER_CLOCKS + LOAD_CLOCKS + SWAP_WAITS
     off = share(1) * (counts + (LOAD_CLOCKS + DECODER_CLOCKS) / CLOCKS_PER_COUNT)
@@ -192,7 +193,7 @@ async def a_dead_carrier_is_left_out(dut: Any) -> None:
 
 @cocotb.test()
 async def a_head_that_is_too_fast_is_left_out(dut: Any) -> None:
-    """The head is found at the first two edges that are closer to each other than
+    """A head is left out at the first two edges that are closer to each other than
     `minimum_edge_spacing`."""
     machine = await guarded(dut)
     await machine.registers.write("minimum_edge_spacing", 4)
@@ -205,8 +206,8 @@ async def a_head_that_is_too_fast_is_left_out(dut: Any) -> None:
 
 @cocotb.test()
 async def a_head_that_steps_against_the_others_is_left_out(dut: Any) -> None:
-    """A slip of twice the step limit is found for every motion of the axis; the slip takes two
-    clocks per count."""
+    """A slip by twice the step limit, one count every two clocks, is found in spite of the motion
+    of the axis."""
     machine = await guarded(dut)
     head = 3
     slip = 2 * STEP_LIMIT
@@ -220,7 +221,7 @@ async def a_head_that_steps_against_the_others_is_left_out(dut: Any) -> None:
 @cocotb.parametrize(slip=[4, 12])
 async def a_small_slip_is_found_at_the_index(dut: Any, slip: int) -> None:
     """A slip below the step limit changes the output by the slip times the head's weight, until the
-    index of that head shows the fault."""
+    head's next index shows the fault."""
     machine = await guarded(dut)
     head = 2
     began = len(machine.corrected)
@@ -231,8 +232,8 @@ async def a_small_slip_is_found_at_the_index(dut: Any, slip: int) -> None:
 
 @cocotb.test(skip=HEADS < 4)
 async def the_parity_shows_a_slip_at_once(dut: Any) -> None:
-    """A slip of 12 counts changes the parity by 12 times the head's weight at every position of the
-    axis; a parity beyond its limit raises the alarm."""
+    """A slip of 12 counts changes the parity by 12 times the head's parity weight; a parity beyond
+    its limit raises the alarm."""
     machine = await guarded(dut, index=0)
     names = machine.registers
     weights = parity_weights(turn_rad(PLACES))
@@ -249,7 +250,7 @@ async def the_parity_shows_a_slip_at_once(dut: Any) -> None:
     await names.update("alarm", sources=0x08)
     await ClockCycles(dut.clock, 20)
     assert (await names.read("heads_status.parity_beyond"), int(dut.alarm.value)) == (0, 0)
-    # Slip in the direction in which the magnitude of the parity grows.
+    # Choose the direction of the slip so that the magnitude of the parity grows.
     slip = 12 if before * int(weights[head - 1]) >= 0 else -12
     machine.bursts[head - 1] = slip
     await ClockCycles(dut.clock, 100)
@@ -263,7 +264,7 @@ async def the_parity_shows_a_slip_at_once(dut: Any) -> None:
 
 @cocotb.test()
 async def a_head_comes_back_after_its_index(dut: Any) -> None:
-    """A head returns on request, and not before its index; then the mean of all heads is right
+    """A head returns after a request and its next index; after that the mean of all heads is right
     again."""
     machine = await guarded(dut)
     names = machine.registers
@@ -288,9 +289,9 @@ async def a_head_comes_back_after_its_index(dut: Any) -> None:
 
 @cocotb.test()
 async def no_head_fails_without_a_fault(dut: Any) -> None:
-    """The axis moves for two turns, and a head slips by 2 counts, which the index tolerance allows.
+    """No head is left out while the axis moves and a head slips by 2 counts, the index tolerance.
 
-    Then a fault occurs whose kind is not enabled.
+    A fault of a kind that is not enabled has no effect either.
     """
     machine = await guarded(dut, illegal=0)
     machine.bursts[1] = 2
@@ -305,8 +306,8 @@ async def no_head_fails_without_a_fault(dut: Any) -> None:
 async def a_swap_does_not_bring_a_dead_head_back(dut: Any) -> None:
     """The core refuses the processor's words and a prepared set if they use a dead head.
 
-    Words without the head are accepted, and the head stays left out. After its index and a request
-    for its return, the words of all heads are accepted again.
+    It accepts words without this head; the head stays left out. After the head's index and a
+    request for its return, the core accepts words that use all heads again.
     """
     machine = await guarded(dut)
     names = machine.registers
@@ -348,8 +349,8 @@ async def a_swap_does_not_bring_a_dead_head_back(dut: Any) -> None:
     right(await swapped(everyone), swaps=0, left_out=1 << head - 1, set=7, swap_refused=1)
 
     machine.stands = set()
-    # The head's pins jump to the table's angle. A head that is left out may make such illegal
-    # steps.
+    # The head's pins jump to the table's angle. This may be an illegal transition, which has no
+    # effect for a left-out head.
     await machine.turn(COUNTS + 60)
     right(await names.read_fields("heads_status"), left_out=1 << head - 1, set=7)
     await names.write_raw("heads_command", 1 << (8 + head - 1))
@@ -365,8 +366,8 @@ async def a_swap_does_not_bring_a_dead_head_back(dut: Any) -> None:
 
 @cocotb.test()
 async def a_set_that_uses_the_failed_head_is_not_taken(dut: Any) -> None:
-    """If a prepared set uses the failed head, the active words stay, and a flag reports the
-    refusal."""
+    """If the set for a failed head uses this head, the active words stay active, and a flag reports
+    the refusal."""
     machine = await guarded(dut)
     names = machine.registers
     head = 3

@@ -1,8 +1,7 @@
-"""Tests in cocotb that the core with LOCAL_TABLE removes the errors of scratches on the disc from
-the position.
+"""Tests in cocotb that the core with LOCAL_TABLE corrects the errors of scratches on the disc.
 
-The correction is a local table of four windows plus a sum of orders. In every clock it equals the
-models' correction.
+The correction is the value of a local table with four windows plus a sum of orders. In every clock
+it equals the correction of the models.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ from tb.core.arctrue_core_bench import CLOCKS_PER_COUNT, FOLD, LANES, Machine, p
 
 COUNTS = table.COUNTS_PER_REV
 HEIGHT = 9.0
-"""Largest height, in counts, of the error of a scratch; each window has one scratch."""
+"""Height of the largest scratch in counts; each window has one scratch."""
 SIGNED = ("healed", "correction", "corrected_position")
 NAMES = ("angle_in", *SIGNED)
 LATENCY = PIPELINE_LATENCY + FOLD - 1
@@ -37,8 +36,8 @@ def coefficients() -> Coefficients:
 
 
 def scratches(sign: int) -> LocalTable:
-    """Return a smooth bump in each of four windows of a sixteenth of the turn, one of them over the
-    zero."""
+    """Return a table with a smooth bump in each of its four windows of 1/16 turn; one window
+    contains the zero."""
     place = np.arange(POINTS // 4) / (POINTS // 4)
     bump = sign * HEIGHT * np.sin(np.pi * place) ** 2
     points = np.rint(np.concatenate([bump, -bump, bump / 2.0, bump / 3.0]) * 2**10).astype(int)
@@ -47,14 +46,14 @@ def scratches(sign: int) -> LocalTable:
 
 
 async def settled(machine: Machine) -> None:
-    await ClockCycles(machine.dut.clock, 2 * LATENCY)  # the ramp starts with the first new output
+    await ClockCycles(machine.dut.clock, 2 * LATENCY)  # the ramp starts in this time
     while (await machine.registers.read_fields("status"))["ramp_busy"]:
         pass
 
 
 async def turn_and_compare(machine: Machine, dut: Any, loaded: LocalTable | None) -> None:
-    """Turn twice and compare the correction of every accepted angle with the model and its
-    table."""
+    """Turn the table 1.5 times and compare the correction of every accepted angle with the model
+    with ``loaded``."""
     seen: list[list[int]] = []
     turning = cocotb.start_soon(machine.turn(machine.now + turns(1.5)))
     while not turning.done():
@@ -72,13 +71,15 @@ async def turn_and_compare(machine: Machine, dut: Any, loaded: LocalTable | None
         assert np.array_equal(later[:, 2], model.correction)
         assert np.array_equal(later[:, 3], model.corrected_position)
     else:
-        # Every FOLDth angle is accepted; the outputs show which angles these are.
+        # Every FOLD-th angle is accepted; only for the right first angle do all outputs equal the
+        # model's.
         same = [
             np.mean(later[start::FOLD, 2] == model.correction[start::FOLD]) for start in range(FOLD)
         ]
         assert sum(share == 1.0 for share in same) == 1, same
     if loaded is not None:
-        # The sum of orders has no bump this high, so the local table caused it.
+        # Check that the local table acts: it changes the correction by almost the height of its
+        # largest bump.
         without = compensate(rows[:, 0], rows[:, 1], coefficients())
         added = (model.correction - without.correction) / 2.0**CORRECTION_FRACTION
         assert np.abs(added).max() > 0.9 * HEIGHT
@@ -91,8 +92,8 @@ def turns(number: float) -> NDArray[np.float64]:
 
 @cocotb.test()
 async def scratches_are_taken_away(dut: Any) -> None:
-    """The correction equals the model's after each swap: a table is loaded, only the lanes change,
-    the inverse table is loaded, the table is switched off."""
+    """The correction equals the model's after each swap: for a new table, for new lanes only, for
+    the inverse table, and after the windows are disabled."""
     machine = await prepared(dut)
     names = machine.registers
     assert (await names.read_fields("capability"))["local_table"] == 1
@@ -120,7 +121,7 @@ async def scratches_are_taken_away(dut: Any) -> None:
 
 @cocotb.test()
 async def words_of_the_table(dut: Any) -> None:
-    """Every word of the table can be read back; the core refuses writes of parts of a word, and
+    """The words of the table can be read back; the core refuses writes of parts of a word, and
     accesses beyond the table."""
     machine = await prepared(dut)
     bus = machine.bus

@@ -1,9 +1,8 @@
-"""Tests the core with the weighted mean in cocotb: drives the pins of all heads and checks the
-position of the mean.
+"""Tests the core with the weighted mean in cocotb: drives all heads' pins and checks the position.
 
-The table has heads at known places, a disc with an error, and an axis that moves. Each head reads
-the motion in its own direction, so that the reading of no head is right, but the mean of all
-readings is right.
+The table has heads at known places, a disc with an error, and an axis that moves. Each head
+measures the motion of the axis in its own direction, so that no single reading is right, but the
+mean is.
 """
 
 from __future__ import annotations
@@ -30,11 +29,11 @@ CAPTURE_DEPTH = 64
 COUNTS = table.COUNTS_PER_REV
 CLOCKS_PER_COUNT = 6.0
 PLACES = {2: (0, 300), 3: (0, 190, 410), 4: (0, 55, 271, 501)}[HEADS]
-"""Counts by which each head reads ahead of head 1; four heads stand at 0/33/162.5/300.5 degrees."""
+"""Counts by which each head reads ahead of head 1; four heads: 0, 33, 162.5 and 300.5 degrees."""
 if os.environ.get("ANY_HEAD_MAY_FAIL"):
     PLACES = {3: PLACES, 4: (0, 107, 295, 430)}[HEADS]
-    """Places in counts; with four heads 0/64.3/177/257.9 degrees, where the weights of any three
-    heads are within the gateware's range."""
+    """Places in counts; four heads are at 0, 64.3, 177 and 257.9 degrees, where the weights of any
+    three heads are within the gateware's range."""
 DISC = ((2, 1.5, -1.1), (5, 0.6, 2.0))
 MOTION = ((1, 5.0, 0.3), (3, 4.0, 1.7))
 """Order per turn, radius in counts and phase of each circle of the axis' motion."""
@@ -51,7 +50,7 @@ def turn_rad(counts: Any) -> Any:
 
 
 def readings(angle: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return readings (n, heads) from each head's index, for table angles in counts."""
+    """Return readings (n, heads), each from the head's index, at these table angles in counts."""
     columns = []
     for place in PLACES:
         seen = angle + place
@@ -62,8 +61,9 @@ def readings(angle: NDArray[np.float64]) -> NDArray[np.int64]:
 
 
 def mean_of(heads: tuple[int, ...], carrier: int) -> MeanSet:
-    """Return the words of a mean whose weights for the numbered ``heads`` suppress motion of the
-    axis. The weight of the carrier absorbs the rounding."""
+    """Return the words of the mean of ``heads`` (numbers from 1 on), in which a motion of the axis
+    cancels if there are at least three. The weight of the carrier absorbs the rounding of the
+    weights."""
     places = turn_rad([PLACES[head - 1] for head in heads])
     rows = np.array([np.ones(len(heads)), np.cos(places), np.sin(places)])
     words = [0] * HEADS
@@ -75,8 +75,8 @@ def mean_of(heads: tuple[int, ...], carrier: int) -> MeanSet:
 
 
 def lanes_of(mean: MeanSet) -> Coefficients:
-    """Return E, the error of the mean: for each harmonic of the disc the weighted sum of the heads'
-    errors."""
+    """Return the coefficients of E, the error of the mean: for each harmonic of the disc, the
+    weighted sum of the heads' errors."""
     shares = np.array(mean.weights) / WEIGHT_ONE
     seen = [
         (n, a * np.exp(1j * p) * np.sum(shares * np.exp(1j * n * turn_rad(PLACES))))
@@ -92,7 +92,8 @@ def lanes_of(mean: MeanSet) -> Coefficients:
 
 
 class Table:
-    """Drives the core with a turning table; logs the true and the output values in each clock."""
+    """Drives the core with a turning table; logs true angle, corrected position and output in each
+    clock."""
 
     def __init__(self, dut: Any, registers: RegisterMap) -> None:
         self.dut = dut
@@ -104,16 +105,17 @@ class Table:
         self.corrected: list[int] = []
         self.output: list[int] = []
         self.stands: set[int] = set()
-        """Heads that simulate a dead head: their pins hold their levels."""
+        """Numbers of the heads that are dead: their pins keep their levels."""
         self.shown: list[int] = [0] * HEADS
         self.moves = True
         self.slips: list[int] = [0] * HEADS
-        """Counts that are added to A and B, but not to the index."""
+        """Counts by which A and B of each head have slipped; the index does not slip."""
         self.bursts: list[int] = [0] * HEADS
-        """Counts that are still to be added, one every two clocks in which no head counts."""
+        """Counts by which each head has still to slip, one count every two clocks in which no head
+        counts."""
 
     def slip(self, head: int) -> None:
-        """Let the counts of a head slip further by one, as noise on its signal does."""
+        """Slip A and B of a head by one more count, as noise on its signals might."""
         if self.bursts[head]:
             way = 1 if self.bursts[head] > 0 else -1
             self.slips[head] += way
@@ -132,7 +134,7 @@ class Table:
                 self.levels[head] = levels
 
     async def run(self) -> None:
-        """Turn the table and log every clock."""
+        """Turn the table without end, unless ``moves`` is false, and log every clock."""
         last: list[int] = []
         falling = FallingEdge(self.dut.clock)
         corrected = self.dut.unit.corrected_position
@@ -193,7 +195,7 @@ async def prepared(dut: Any) -> Table:
 
 
 async def load(machine: Table, mean: MeanSet) -> None:
-    """Load the words of the mean and the lanes in one swap; return when the ramp is over."""
+    """Load the words of the mean and the lanes with one swap, and wait for the end of the ramp."""
     names = machine.registers
     await names.write_coefficients(lanes_of(mean))
     await names.write_mean(mean)
@@ -203,23 +205,24 @@ async def load(machine: Table, mean: MeanSet) -> None:
 
 
 LARGEST_STEP = 2
-"""Largest permitted step of the output, in counts a clock: one count of the carrier, and one from
-the rounding of the other heads.
+"""Largest permitted step of the corrected position per clock, in counts: one count of the carrier,
+and one from the rounding of the other heads.
 
-At six clocks per count, no head makes a further count during a marker's hold. Without the ramp a
-change of the carrier would step the output by the difference of the heads, 4 to 9 counts.
+At six clocks per count, no head counts a second time while the ramp holds the correction after a
+swap. Without the ramp, a change of the carrier would step the output by the difference of the
+heads, 4 to 9 counts.
 """
 POSITION_CLOCKS = 5
 """Number of clocks from the pins to a head's position."""
 
 
 def check_mean(machine: Table, first: int, mean: MeanSet) -> None:
-    """Check that the output is the table's angle up to a constant, within the rounding to counts.
+    """Check that the corrected position equals the table's angle up to a constant and the rounding.
 
-    The bound contains half a count times the weight for the rounding of each head, and half a count
-    for the rounding of the output. The lanes are evaluated at the carrier's reading, up to 10
-    counts from the table's angle, which adds 10 times their slope, 0.035. Amplitudes and phases are
-    rounded by less than 0.01.
+    The bound is the sum of four parts: the rounding of each head, half a count times its weight;
+    the rounding of the output, half a count; the evaluation of E at the carrier's reading, up to 10
+    counts from the table's angle, 10 counts times the slope of E; and 0.01 count for the rounding
+    of amplitudes and phases.
     """
     slope = sum(2.0 * np.pi * n * a / COUNTS for n, a, _ in DISC)
     bound = sum(map(abs, mean.weights)) / WEIGHT_ONE * 0.5 + 0.5 + 10.0 * slope + 0.01
@@ -232,8 +235,8 @@ def check_mean(machine: Table, first: int, mean: MeanSet) -> None:
 
 @cocotb.test()
 async def the_mean_is_blind_to_the_axis(dut: Any) -> None:
-    """Head 1 alone has the error of the axis' motion; the mean follows the table with every
-    carrier."""
+    """Head 1 alone has the error that the motion of the axis causes; the mean follows the table,
+    whichever head is the carrier."""
     machine = await prepared(dut)
     names = machine.registers
     assert await names.read_fields("capability") == {
@@ -270,8 +273,8 @@ async def the_mean_is_blind_to_the_axis(dut: Any) -> None:
 
 @cocotb.test(skip=len(os.environ.get("CARRIERS", "").split()) < 4)
 async def three_heads_go_on_without_the_first(dut: Any) -> None:
-    """The carrier's pins stop; the output with the set without head 1 is right and makes no
-    step."""
+    """Head 1, the carrier, dies; after a swap to words without head 1, the output is right and
+    makes no step."""
     machine = await prepared(dut)
     names = machine.registers
     cocotb.start_soon(machine.run())
@@ -279,7 +282,8 @@ async def three_heads_go_on_without_the_first(dut: Any) -> None:
     await machine.turn(COUNTS + 150)
     await load(machine, mean_of((1, 2, 3, 4), 1))
     without = mean_of((2, 3, 4), 3)
-    # As in a failover, the words are written before head 1 fails, and the swap follows at once.
+    # As in a failover, the words are written before head 1 fails, and the swap follows the failure
+    # at once.
     await names.write_coefficients(lanes_of(without))
     await names.write_mean(without)
     began = len(machine.corrected)
@@ -294,8 +298,8 @@ async def three_heads_go_on_without_the_first(dut: Any) -> None:
 
 @cocotb.test()
 async def a_head_is_delayed(dut: Any) -> None:
-    """Each sample contains the readings of all heads in one clock; only the last head's reading is
-    ``delay`` clocks older.
+    """With a delay of one head, each sample contains this head's reading of ``delay`` clocks before
+    the readings of the other heads.
 
     ``tb/top/arctrue_zynq_heads_bench.py`` captures all heads without a delay.
     """
@@ -323,7 +327,7 @@ async def a_head_is_delayed(dut: Any) -> None:
 
 @cocotb.test(skip=HEADS == 2)
 async def further_heads_have_registers(dut: Any) -> None:
-    """Heads 3 and 4 have snapshot, flags and pins like heads 1 and 2."""
+    """Heads 3 and 4 have registers for snapshot, flags and pin settings like heads 1 and 2."""
     machine = await prepared(dut)
     names = machine.registers
     cocotb.start_soon(machine.run())
@@ -365,7 +369,8 @@ async def further_heads_have_registers(dut: Any) -> None:
 
 @cocotb.test(skip=HEADS == 2)
 async def a_fault_of_a_further_head_raises_the_alarm(dut: Any) -> None:
-    """The bits of the last head alone control pin, release of the drivers and interrupt."""
+    """A fault of the last head raises the alarm, releases the drivers and raises the interrupt,
+    each only if this head's bit is set."""
     machine = await prepared(dut)
     names = machine.registers
     cocotb.start_soon(machine.run())

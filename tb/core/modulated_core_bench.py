@@ -1,9 +1,8 @@
-"""Tests in cocotb that the amplitudes of a core with MODULATORS follow the motion that the pins
-show.
+"""Tests in cocotb that the amplitudes of a core with MODULATORS follow the motion at its pins.
 
-The table turns up, reverses and turns down. In every clock the correction equals the models'
-correction, in which the amplitude of each lane is the nominal amplitude times the modulator of the
-last sweep.
+The table turns up, reverses and turns down. In every clock the correction equals that of the
+models, in which the amplitude of each lane is its nominal amplitude times its modulator of the last
+sweep.
 """
 
 from __future__ import annotations
@@ -34,27 +33,29 @@ from tb.core.arctrue_core_bench import CLOCKS_PER_COUNT, LANES, ROTATION, Machin
 WIDTH_COUNTS = 150
 DEAD_ZONE = 4
 NOMINAL = 0.25
-"""Nominal speed in counts a clock; the table's mean speed is a fifth of a count a clock."""
+"""Nominal speed in counts per clock; the table's mean speed is a fifth of a count per clock."""
 WORD_A = -40_000
 UP_TURNS, DOWN_TURNS = 12.0, 1.5
 """Numbers of turns up and down; the turns up last longer than two windows of the speed, 2·2¹⁴
 clocks."""
 WRITE_CLOCKS = 6
-"""Clocks from a step of the sweep to the first read that returns the step's write."""
+"""Number of clocks from a step of the sweep to the first read that returns the word which it
+writes."""
 READ_CLOCKS = PHASE_LATENCY + AMPLITUDE_CLOCK - 1
-"""Clocks from an angle to the read of its amplitude."""
+"""Number of clocks from an angle to the clock in which its amplitude is read."""
 FIRST_LANE_STEP = 64
-"""Step of the sweep that writes lane 0 of the bank in use."""
+"""Number of the step of the sweep that writes lane 0 of the bank in use."""
 
 
 def bank() -> Coefficients:
-    """Return a lane of each kind: plain, × direction, × speed, and order 0 × word A."""
+    """Return a bank with a lane of each kind: without a modulator, with direction, with speed, and
+    order 0 with word A."""
     made = Coefficients.from_harmonics(
         [1, 2, 3, 0], [5.0, 6.0, 4.0, 8.0], [0.4, -1.1, 2.0, 0.0], table.COUNTS_PER_REV, LANES
     )
     followed = ((1, "direction"), (2, "speed"), (3, "word_a"))
-    # The nominal speed of this table is written directly to the register, because no real table is
-    # as fast.
+    # The test writes the nominal speed of this table directly to the register, because it is faster
+    # than any real table.
     conditions = Conditions(16 * WIDTH_COUNTS, DEAD_ZONE, nominal_deg_per_s=90.0)
     extension = Extension(conditions=conditions, modulators=followed)
     return Coefficients(
@@ -69,7 +70,7 @@ def bank() -> Coefficients:
 
 
 class Log:
-    """Recorded inputs and outputs of the pipeline and the sweep, in each clock."""
+    """Records inputs and outputs of the pipeline and of the sweep in each clock."""
 
     INPUTS = ("angle_in", "healed", "sweep_step")
     SIGNED = ("healed", "correction", "corrected_position", "direction", "speed", "word_a")
@@ -97,8 +98,8 @@ class Log:
 
 
 def amplitudes_read(seen: dict[str, NDArray[np.int64]], loaded: Coefficients) -> NDArray[np.int64]:
-    """Return the amplitudes that a read in each clock would return, (clocks, lanes); they are valid
-    after a whole sweep."""
+    """Return the amplitudes (clocks, lanes) that a read in each clock would return; they are valid
+    from the end of the first whole sweep on."""
     clocks = seen["sweep_step"].size
     found = np.zeros((clocks + WRITE_CLOCKS, LANES), dtype=np.int64)
     held = Modulators()
@@ -133,8 +134,8 @@ async def set_up(machine: Machine) -> Coefficients:
 
 @cocotb.test()
 async def every_clock_is_the_models(dut: Any) -> None:
-    """From the end of the ramp on, the core equals the models in every clock, over several windows
-    of the speed and a reversal."""
+    """After the ramp, the core equals the models in every clock, during several windows of the
+    speed measurement and a reversal."""
     machine = await prepared(dut)
     loaded = await set_up(machine)
     log = Log(dut)
@@ -174,12 +175,12 @@ async def every_clock_is_the_models(dut: Any) -> None:
     assert set(seen["direction"][settled:]) == {-MODULATOR_ONE}
     assert set(seen["word_a"]) == {WORD_A}
     assert np.unique(amplitudes[SWEEP_CLOCKS * 2 :, 1]).size > 5, "over the reversal"
-    # A window of 2^14 clocks gives the mean speed over some 5.5 turns; the ripple has 7 periods a
-    # turn.
+    # A window of 2^14 clocks averages the speed over some 5.5 turns; the ripple of the speed has 7
+    # periods per turn.
     speed = seen["speed"][turned_at - 1] / MODULATOR_ONE
     assert abs(speed * NOMINAL * CLOCKS_PER_COUNT - 1.0) < 0.02, speed
-    # The core's position equals, up to a constant, the reading on the pins of head 1 a few clocks
-    # before.
+    # Up to a constant, the core's position equals the reading at the pins of head 1 a few clocks
+    # earlier.
     reading = np.array(machine.reading[-seen["healed"].size :])[:, 0]
     apart = [seen["healed"][20:] - reading[20 - lag : reading.size - lag] for lag in range(20)]
     assert sum(np.ptp(way) == 0 for way in apart) == 1, "the position is not that of the pins"

@@ -1,5 +1,4 @@
-"""Measures in cocotb the delay of an edge from head 1's pins to the output's pins through the whole
-core."""
+"""Measures in cocotb the delay of an edge from head 1's pins to the output's pins of the core."""
 
 from __future__ import annotations
 
@@ -18,7 +17,7 @@ MEASURED = Path(os.environ["MEASURED"])
 LEVELS = ((0, 0), (1, 0), (1, 1), (0, 1))
 """Levels (A, B) in counting order."""
 BETWEEN_CLOCKS = 97
-"""Clocks between edges: odd, so that the edges come at every place within FOLD clocks."""
+"""Number of clocks between edges. It is odd, so that edges occur in each of the FOLD slots."""
 
 
 def _outputs(dut: Any) -> tuple[int, int]:
@@ -27,8 +26,7 @@ def _outputs(dut: Any) -> tuple[int, int]:
 
 @cocotb.test()
 async def from_pin_to_pin(dut: Any) -> None:
-    """For each edge, count the rising clock edges from the change of the pin to the output's
-    change.
+    """Store the numbers of rising clock edges from an edge at head 1's pins to the output's edge.
 
     The pin changes half a clock before the first counted edge.
     """

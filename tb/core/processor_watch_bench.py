@@ -1,4 +1,4 @@
-"""Tests that processor_watch reports a silent processor exactly after the limit."""
+"""Tests that processor_watch raises `silent` exactly when the time limit has passed."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ async def silent_after_the_limit(dut, limit: int) -> None:
 
 @cocotb.test()
 async def a_long_limit_is_counted_whole(dut) -> None:
-    """The limit has more than 16 bits."""
+    """The same holds for a limit with more than 16 bits."""
     Clock(dut.clock, 10, unit="ns", impl="gpi").start()
     dut.reset.value = 1
     dut.alive.value = 0

@@ -1,7 +1,7 @@
-"""Tests in cocotb that the core with REAL_ORDERS removes lines of real orders from the position.
+"""Tests in cocotb that the core with REAL_ORDERS corrects errors of real (non-integer) orders.
 
-The table turns forwards and backwards over several turns. In every clock the correction equals the
-model's correction for the turn in which the position is.
+The table turns forwards and backwards over several turns. In every clock the correction equals that
+of the model for the turn in which the table then is.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def bank(orders: tuple[float, ...] = ORDERS) -> Coefficients:
 
 
 async def record(machine: Machine, dut: Any, angle: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Play a motion; return the values of the signals NAMES in every clock, (clocks, names)."""
+    """Turn the table by ``angle``; return the signals NAMES in every clock, (clocks, names)."""
     seen: list[list[int]] = []
     turning = cocotb.start_soon(machine.turn(angle))
     while not turning.done():
@@ -65,11 +65,11 @@ async def record(machine: Machine, dut: Any, angle: NDArray[np.float64]) -> NDAr
 
 
 def compare(rows: NDArray[np.int64], loaded: Coefficients) -> None:
-    """Check that the correction of every accepted angle equals the model's correction in the turn
-    of this angle."""
+    """Check that the correction of every accepted angle equals that of the model in this angle's
+    turn."""
     seen, later = rows[:-LATENCY], rows[LATENCY:]
-    # The turn number comes two clocks after its angle, so row 2·FOLD has the turn number of the
-    # first angle.
+    # The turn number comes two clocks after its angle, so row 2·FOLD contains that of the first
+    # angle.
     turns = turn_numbers(seen[:, 0], COUNTS, int(rows[2 * FOLD, 4]))
     model = compensate(seen[:, 0], seen[:, 1], loaded, turns=turns)
     same = [
@@ -89,8 +89,8 @@ async def settled(machine: Machine) -> None:
 
 @cocotb.test()
 async def lines_of_real_orders(dut: Any) -> None:
-    """The correction equals the model's over three turns forwards and four backwards, with another
-    bank, and with integer orders."""
+    """The correction equals the model's over three turns forwards and three backwards, over three
+    turns with another bank, and with integer orders."""
     machine = await prepared(dut)
     names = machine.registers
     assert (await names.read_fields("capability"))["real_orders"] == 1
@@ -126,7 +126,7 @@ async def lines_of_real_orders(dut: Any) -> None:
 
 @cocotb.test()
 async def rearm_keeps_the_turn(dut: Any) -> None:
-    """A re-arm loses no count: after the next index each turn has the same number as before."""
+    """After a re-arm and the next index, the turn numbers continue as without the re-arm."""
     machine = await prepared(dut)
     names = machine.registers
     turn = np.arange(int(COUNTS * CLOCKS_PER_COUNT)) / CLOCKS_PER_COUNT
@@ -138,14 +138,14 @@ async def rearm_keeps_the_turn(dut: Any) -> None:
         await ClockCycles(dut.clock, 200)
         await machine.turn(machine.now + turn)
         await machine.turn(machine.now + turn)
-        # After two turns of travel the turn number at the same angle is larger by two.
+        # The table has made two turns since, so the turn number is larger by two.
         assert (await names.read("turn_number")) == before + 2
 
 
 @cocotb.test()
 async def words_of_turn_steps(dut: Any) -> None:
-    """Words of turn steps can be read back; the core refuses other lanes, partial writes, and
-    writes of the turn number."""
+    """Words of turn steps can be read back; the core refuses lanes that are not built, writes of
+    parts of a word, and writes to the turn number."""
     machine = await prepared(dut)
     bus = machine.bus
     first = registers.TURN_STEPS_ADDRESS

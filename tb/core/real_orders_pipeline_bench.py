@@ -1,4 +1,4 @@
-"""Compares compensation_pipeline with REAL_ORDERS to its model, clock by clock, in cocotb tests."""
+"""Compares compensation_pipeline with REAL_ORDERS with its model, clock by clock, in cocotb."""
 
 from __future__ import annotations
 
@@ -31,13 +31,14 @@ from tb.core.compensation_pipeline_bench import (
 TURN = 1 << PHASE_STEP_WIDTH
 SWEEP_CLOCKS = 18 * LANES
 HALF_ORDERS = (0.5, 71.4, 3.0, 0.398, 70.4, 7.875, 12.5, 1.0)
-"""Orders of a belt, of a gear with a side line, of a bearing's cage, and integer orders."""
+"""Orders of a belt, of a gear with a side line, of a bearing's cage, and some integer orders."""
 
 
 def bank_of(
     seed: int, orders: tuple[float, ...] = HALF_ORDERS, largest_counts: int = 60
 ) -> Coefficients:
-    """Return lanes of these orders, with the words that a coefficient file would contain."""
+    """Return a bank with lanes of these orders; its words are those that a coefficient file would
+    contain."""
     rng = np.random.default_rng(seed)
     of_lanes = [orders[lane % len(orders)] for lane in range(LANES)]
     steps = tuple(round(order % 1 * TURN) for order in of_lanes)
@@ -110,8 +111,8 @@ async def play(dut: Any, total: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def motions(rng: np.random.Generator, size: int) -> NDArray[np.int64]:
-    """Return a motion forwards over a wrap, with a tremble on the second wrap, and back over
-    three."""
+    """Return positions: forwards over a wrap, vibration over the second wrap, and backwards over
+    three wraps."""
     fastest = np.arange(0, int(1.95 * COUNTS_PER_REV), FOLD)
     to_wrap = np.arange(fastest[-1], 2 * COUNTS_PER_REV, max(1, FOLD // 2))
     tremble = 2 * COUNTS_PER_REV + rng.integers(-2, 3, size)
@@ -121,7 +122,8 @@ def motions(rng: np.random.Generator, size: int) -> NDArray[np.int64]:
 
 @cocotb.test()
 async def both_ways_and_tremble(dut: Any) -> None:
-    """At one count a clock every correction equals the model's, and the model equals the line."""
+    """At one count per clock every correction equals the model's and is near the sum of the lines
+    in float64."""
     await begin(dut)
     bank = bank_of(1)
     dut.angle.value = dut.position.value = 0
@@ -135,19 +137,20 @@ async def both_ways_and_tremble(dut: Any) -> None:
     assert np.array_equal(turns, total // COUNTS_PER_REV)
     model = compensate(angles, total, bank, turns=turns)
     assert np.array_equal(found, np.column_stack(model))
-    # The line in float64 over all turns has no step at a wrap and no drift.
+    # The sum of the lines in float64 is computed from the unwrapped position, so it has no step at
+    # a wrap and no drift.
     line = np.zeros(total.size)
     for lane in range(LANES):
         cycles = HALF_ORDERS[lane % len(HALF_ORDERS)] * (total / COUNTS_PER_REV)
         phase = 2.0 * np.pi * (cycles + bank.phase_offsets[lane] / 2.0**PHASE_WIDTH)
         line += bank.amplitudes_counts[lane] * np.cos(phase)
-    # CORDIC and phases err by less than 2⁻¹³ of each amplitude.
+    # The errors of CORDIC and phase are together below 2⁻¹³ of each amplitude.
     assert np.abs(found[:, 2] / 2048 - line).max() < bank.amplitudes_counts.sum() * 2.0**-13
 
 
 @cocotb.test()
 async def whole_orders_as_without(dut: Any) -> None:
-    """Lanes without a turn step act as in a core without REAL_ORDERS, in every turn."""
+    """Lanes without a turn step give the correction of a core without REAL_ORDERS in every turn."""
     await begin(dut)
     bank = bank_of(3, (1.0, 2.0, 5.0, 31.0))
     dut.angle.value = dut.position.value = 0
@@ -160,8 +163,8 @@ async def whole_orders_as_without(dut: Any) -> None:
 
 @cocotb.test()
 async def zero_moves_and_heals(dut: Any) -> None:
-    """The angle jumps by lost counts, also over the wrap: the lines' phases advance by these
-    counts."""
+    """If the angle jumps by lost counts, even over the wrap, the phases of the lines advance by
+    these counts."""
     await begin(dut)
     bank = bank_of(4, largest_counts=9)
     dut.angle.value = dut.position.value = 0
@@ -198,7 +201,7 @@ async def zero_moves_and_heals(dut: Any) -> None:
         bank,
         turns=turn_numbers(total % COUNTS_PER_REV, COUNTS_PER_REV),
     )
-    # After the ramp has absorbed a jump, every output equals the model's.
+    # Whenever the ramp has absorbed a jump, every output equals the model's.
     settled = found[:, 3] == 0
     assert settled[: ends[0]].all()
     assert np.array_equal(found[settled, :3], np.column_stack(model)[settled])
@@ -207,7 +210,8 @@ async def zero_moves_and_heals(dut: Any) -> None:
 
 @cocotb.test()
 async def swaps_at_any_moment(dut: Any) -> None:
-    """Writes and swaps come at random instants of a motion: each angle meets one whole bank."""
+    """Each angle is corrected with the words of one bank, while writes and swaps come at random
+    instants of a motion."""
     await begin(dut)
     choose, rng = random.Random(6), np.random.default_rng(6)
     banks = [bank_of(10, largest_counts=2)]
@@ -266,8 +270,8 @@ async def swaps_at_any_moment(dut: Any) -> None:
         fold=FOLD,
         turns=turns,
     )
-    # The model begins after a reset, but the gateware has settled: they differ until the model has
-    # settled, too.
+    # The model starts from a reset, but the gateware has already settled, so they differ until the
+    # model has settled too.
     settled = np.arange(markers.size) >= 900
     assert np.flatnonzero(markers)[0] > 900
     apart = np.flatnonzero((found != np.column_stack(model[:3])).any(axis=1) & settled)
@@ -276,8 +280,8 @@ async def swaps_at_any_moment(dut: Any) -> None:
 
 @cocotb.test()
 async def read_back_and_fill(dut: Any) -> None:
-    """All words can be read back; after a swap the other bank gives the same correction, in the
-    next turns too."""
+    """All words can be read back; after a swap the bank that was filled gives the same correction,
+    in the next turn too."""
     await begin(dut)
     bank = bank_of(7)
     await load(dut, bank)
@@ -303,8 +307,7 @@ async def read_back_and_fill(dut: Any) -> None:
 
 @cocotb.test()
 async def a_swap_waits_for_the_sweep(dut: Any) -> None:
-    """A swap waits as long as the memory's header states: at most two sweeps after the last
-    write."""
+    """A swap waits for two sweeps after the last write, as the header of the memory states."""
     await begin(dut)
     waited = await load(dut, bank_of(8))
     assert 2 * SWEEP_CLOCKS - 8 <= waited <= 2 * SWEEP_CLOCKS + 12 + FOLD

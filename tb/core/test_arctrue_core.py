@@ -8,7 +8,7 @@ from tb.support.simulation import simulate
 UNFOLDED = ("illegal_accesses_are_refused", "interrupt_of_a_swap_and_its_ramp")
 """Names of the tests whose results depend on the pipeline's lanes and latency.
 
-``tb/top/test_arctrue_zynq_top.py`` takes edges through this core to corrected edges.
+``tb/top/test_arctrue_zynq_top.py`` tests the path from edges to corrected edges through this core.
 """
 
 
@@ -18,8 +18,8 @@ UNFOLDED = ("illegal_accesses_are_refused", "interrupt_of_a_swap_and_its_ramp")
     ids=["lanes_and_latency", "all"],
 )
 def test_core(testcase: tuple[str, ...] | None) -> None:
-    """In this core every lane has its own pipeline; ``make test-large`` runs all tests, here and in
-    ``test_folded_core``."""
+    """A core with a pipeline for each lane passes the tests of the bench; ``make test-large`` runs
+    all of them, here and in ``test_folded_core``."""
     simulate(
         "arctrue_core",
         "tb.core.arctrue_core_bench",
@@ -31,11 +31,11 @@ def test_core(testcase: tuple[str, ...] | None) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("tests", ["quick", pytest.param("all", marks=pytest.mark.large)])
 def test_folded_core(tests: str) -> None:
-    """The core works with one pipeline for four lanes, and its registers state this fold.
+    """A core with one pipeline for four lanes passes the tests, and a register states its fold.
 
-    The quick tests leave out what other benches show: edges that are corrected
-    (``test_core_with_a_table``), turns that a slow processor misses (``tb/sampler``), and an index
-    that scatters (``tb/decoder``).
+    Without ``large``, tests are left out that other benches cover: corrected edges
+    (``test_core_with_a_table``), turns that a slow processor misses (``tb/sampler``), and index
+    marks that scatter (``tb/decoder``).
     """
     simulate(
         "arctrue_core",
@@ -46,8 +46,8 @@ def test_folded_core(tests: str) -> None:
 
 
 def test_core_with_events() -> None:
-    """With EVENTS, events of probe and compare wait for the processor, and a register states that
-    the queue is built."""
+    """With EVENTS, events of probe and compare wait in a queue for the processor, and a register
+    states that the queue is built."""
     generics = {"LANES": LANES, "CAPTURE_DEPTH": CAPTURE_DEPTH, "EVENTS": "true"}
     simulate(
         "arctrue_core",
@@ -59,7 +59,8 @@ def test_core_with_events() -> None:
 
 
 def test_core_with_a_table() -> None:
-    """The data path works with ROTATION = table, and a register states this rotation."""
+    """A core with ROTATION = table passes the tests of the data path, and a register states this
+    rotation."""
     generics = {"LANES": LANES, "CAPTURE_DEPTH": CAPTURE_DEPTH, "FOLD": 2, "ROTATION": "table"}
     simulate(
         "arctrue_core",

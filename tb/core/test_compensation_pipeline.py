@@ -1,5 +1,4 @@
-"""Tests that the whole pipeline in VHDL equals its model bit by bit, and that the model equals
-equation (9)."""
+"""Tests that the pipeline in VHDL equals its model bit by bit, and is near equation (9)."""
 
 from __future__ import annotations
 
@@ -96,14 +95,14 @@ def test_folds_give_the_same_corrections(tmp_path: Path) -> None:
     [1, pytest.param(2, marks=pytest.mark.large), pytest.param(4, marks=pytest.mark.large), 8],
 )
 def test_lanes_with_a_table(fold: int) -> None:
-    """The lanes equal the model and are near equation (9), within the table's bound, for every
-    fold."""
+    """Lanes with ROTATION = table equal their model, and are within the table's bound of equation
+    (9), for every fold."""
     run("a_turn_of_angles", lanes=8, angles=300, fold=fold, rotation="table")
 
 
 @pytest.mark.parametrize("fold", [1, 4])
 def test_swap_and_latencies_with_a_table(fold: int) -> None:
-    """With the table rotation, swaps and latencies take as many clocks as with the CORDIC."""
+    """With ROTATION = table, swaps and latencies take as many clocks as with the CORDIC."""
     run("latencies_of_table_1", lanes=8, fold=fold, rotation="table")
     run(
         "swap_and_bypass_under_load",
@@ -127,8 +126,8 @@ def test_an_unknown_rotation_is_refused(capfd: pytest.CaptureFixture[str]) -> No
     [(2, 2, 18), (6, 2, 18), (4, 2, 20), pytest.param(64, 8, 18, marks=pytest.mark.large)],
 )
 def test_other_folded_configurations(lanes: int, fold: int, cosine_width: int) -> None:
-    """The cases build one lane, an odd number of lanes, lanes with truncated pair sums, and the
-    most lanes."""
+    """The cases are one lane, an odd number of lanes, lanes with truncated pair sums, and the
+    largest number of lanes."""
     run("a_turn_of_angles", lanes, angles=200, fold=fold, cosine_width=cosine_width)
 
 
@@ -148,7 +147,7 @@ def test_32_lanes_folded_by_4() -> None:
 def test_folds_that_do_not_fit_are_refused(
     lanes: int, fold: int, cosine_width: int, message: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    # The simulation stops before its first test, so that the runner finds no results.
+    # The simulation stops before its first test, so the runner finds no results.
     with pytest.raises((RuntimeError, SystemExit, FileNotFoundError)):
         run("a_turn_of_angles", lanes, angles=10, fold=fold, cosine_width=cosine_width)
     output = capfd.readouterr()
@@ -167,7 +166,7 @@ def test_swap_and_bypass_under_load(counts_per_rev: int) -> None:
 
 @pytest.mark.parametrize("fold", [2, pytest.param(4, marks=pytest.mark.large), 8])
 def test_folded_swaps_are_atomic(fold: int) -> None:
-    """Each angle meets one bank in all of its slots; the ramp makes no step."""
+    """Each angle is corrected with one bank in all its slots, and the correction makes no step."""
     run("swap_and_bypass_under_load", lanes=8, angles=3000, counts_per_rev=5000, fold=fold)
 
 
@@ -181,7 +180,8 @@ def test_reset_under_load(fold: int) -> None:
     [(1, 2, 1024), (4, 4, 2048), pytest.param(1, 4, 2048, marks=pytest.mark.large)],
 )
 def test_real_orders(fold: int, lanes: int, counts_per_rev: int) -> None:
-    """Phases of real orders, which continue from turn to turn, equal the model in every clock."""
+    """Corrections of real orders, whose phases continue from turn to turn, equal the model in every
+    clock."""
     simulate(
         TOPLEVEL,
         "tb.core.real_orders_pipeline_bench",

@@ -14,10 +14,10 @@ WAYS_AND_RETURN = (
     "the_parity_shows_a_slip_at_once",
     "a_head_comes_back_after_its_index",
 )
-"""Tests that run without ``large``: a head is dead, is too fast or slips; the parity shows a slip;
-a head returns after an illegal step.
+"""Names of the tests that run without ``large``: a head is dead, too fast or slips, the parity
+shows a slip, and a head returns after an illegal step.
 
-``sim/tests/instrument/test_failover.py`` has a head that steps against the others;
+``sim/tests/instrument/test_failover.py`` tests a head that steps against the others;
 ``tb/mean/test_head_failover.py`` compares each decision and each refusal with the model.
 """
 

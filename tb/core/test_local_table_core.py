@@ -1,6 +1,6 @@
 """Runs the bench of the whole core with a local table in GHDL.
 
-``hidden_effect/test_scratch.py`` runs a core with a pipeline for each lane as a netlist.
+``hidden_effect/test_scratch.py`` runs the netlist of a core that has a pipeline for each lane.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from tb.support.simulation import simulate
     ],
 )
 def test_core_with_a_local_table(fold: int, signs: str) -> None:
-    """The core with a local table removes scratches; ``signs`` are the signs of the tables that are
-    loaded one after the other; ``tb/local_table`` tests the table's banks."""
+    """The core with a local table corrects scratches; ``signs`` has the signs of the tables that
+    are loaded one after the other. ``tb/local_table`` tests the table's banks."""
     simulate(
         "arctrue_core",
         "tb.core.local_table_core_bench",

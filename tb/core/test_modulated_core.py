@@ -10,8 +10,8 @@ from tb.support.simulation import simulate
 
 @pytest.mark.parametrize("rotation", ["table", pytest.param("cordic", marks=pytest.mark.large)])
 def test_modulated_core(rotation: str) -> None:
-    """The core with MODULATORS equals the models; ``tb/conditions`` also compares modulated lanes
-    that use the CORDIC."""
+    """The core with MODULATORS equals the models; here its lanes use the table, in
+    ``tb/conditions`` they use the CORDIC."""
     simulate(
         "arctrue_core",
         "tb.core.modulated_core_bench",

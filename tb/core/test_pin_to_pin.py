@@ -1,4 +1,4 @@
-"""Tests that an edge takes as many clocks from pin to pin as the documents state."""
+"""Tests that an edge takes as many clocks from pin to pin as the pages in docs/ state."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Drives a part of the decoder clock by clock, and compares its outputs with the outputs of a
-model."""
+"""Drives an entity of the decoder clock by clock, and compares its outputs with a model's."""
 
 from __future__ import annotations
 
@@ -16,7 +15,7 @@ from arctrue.gateware.latest import outputs
 
 
 def edge_ports(edges: CountedEdges) -> dict[str, NDArray[np.int64]]:
-    """Return the elements of the port counted_edge (a record) in every clock, each (clocks,)."""
+    """Return the elements of the record counted_edge in every clock, each (clocks,), by name."""
     moves = outputs(0, edges.step != 0)[:-1]
     up = outputs(1, edges.up)[:-1]
     return {
@@ -35,10 +34,12 @@ async def follows(
     expected: Mapping[str, NDArray[Any]],
     at_once: Mapping[str, NDArray[Any]] | None = None,
 ) -> None:
-    """Drive ``inputs``, each (clocks,); after every clock the outputs must be ``expected``.
+    """Drive ``inputs``, each (clocks,); check after every clock that the outputs equal
+    ``expected``.
 
-    ``expected`` has one more value: element t is the output during clock t. ``at_once``, (clocks,),
-    are outputs that depend on the inputs of the same clock; they are checked outside resets.
+    ``expected`` has one more element than the inputs: element t is the output during clock t.
+    ``at_once`` has the outputs, each (clocks,), that depend on the inputs of the same clock; they
+    are not checked during a reset.
     """
     unregistered = {name: values.tolist() for name, values in (at_once or {}).items()}
     columns = {name: values.astype(np.uint64).tolist() for name, values in inputs.items()}

@@ -17,12 +17,12 @@ CLOCKS = 6000
 
 @cocotb.test()
 async def counts_levels_in_any_order(dut: Any) -> None:
-    """The counter equals its model while it counts up and down with an edge in every clock, with
-    illegal transitions and resets of any length."""
+    """The counter equals its model while it counts up and down by up to an edge per clock, at
+    illegal transitions, and at resets of any length."""
     random = np.random.default_rng(11)
     speed = np.repeat(random.integers(-1, 2, CLOCKS // 40), 40)
     place = np.cumsum(np.where(random.random(CLOCKS) < 0.7, speed, 0))
-    # At some random clocks both pins change at once.
+    # In some random clocks both pins change at once.
     place += 2 * np.cumsum(random.random(CLOCKS) < 0.02)
     b = (place % 4 >= 2).astype(np.int64)
     a = b ^ (place % 2)
@@ -35,8 +35,8 @@ async def counts_levels_in_any_order(dut: Any) -> None:
     ports = edge_ports(counted_edges(a, b, preload, reset))
     comes = ports.pop("comes")
     expected = vars(trace) | {name: np.append(values, 0) for name, values in ports.items()}
-    # `comes` is checked in its own clock; the last clock is not driven, because no outputs are read
-    # after it.
+    # `comes` is checked in the clock of its inputs; the last clock is not driven, because no output
+    # is read after it.
     inputs = {name: values[:-1] for name, values in inputs.items()}
     await follows(dut, inputs, expected, at_once={"comes": comes})
     assert trace.position.min() < RESET_POSITION < trace.position.max()

@@ -15,8 +15,8 @@ CLOCKS = 6000
 
 @cocotb.test()
 @cocotb.parametrize(
-    # Each row has the mean number of clocks between changes of a level, and the filter lengths to
-    # choose from.
+    # Each row has the mean number of clocks between changes of a level, and the filter lengths from
+    # which the bench chooses.
     (("holds", "lengths"), [(1.5, [0, 1, 2]), (4, [1, 2, 3, 4, 5]), (200, [1, 100, 254, 255])])
 )
 async def follows_the_model(dut, holds: float, lengths: list[int]) -> None:

@@ -19,15 +19,16 @@ from tb.decoder.drive import edge_ports, follows
 
 SETTINGS = ("counts_per_rev", "index_tolerance", "rearm", "zero_again", "heal", "other_head_agrees")
 NAMES = [*SCATTERED, *FAULTY, *RANDOM_SEEDS]
-# The left-out scenario is long only to test the spacing of edges, which index_zero ignores.
+# The scenario that is left out is long and tests only the spacing of edges, on which index_zero
+# does not depend.
 NAMES.remove("edges_65535_clocks_apart")
 
 
 @cocotb.test()
 @cocotb.parametrize(name=NAMES)
 async def follows_the_model(dut: Any, name: str) -> None:
-    """The outputs equal the model's; the bench drives the levels directly, without synchroniser and
-    filter."""
+    """The outputs equal the model's; the bench drives the levels of the scenario without
+    synchroniser and filter."""
     given = stimuli(name)
     column = given.columns
     a, b, z = column["a"], column["b"], column["z"]

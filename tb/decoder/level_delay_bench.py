@@ -1,5 +1,4 @@
-"""Tests in cocotb that the outputs of level_delay equal its inputs the set number of clocks
-before."""
+"""Tests in cocotb that level_delay delays its inputs by the chosen number of clocks."""
 
 from __future__ import annotations
 

@@ -17,8 +17,8 @@ CLOCKS = 12_000
 
 
 def levels(random: np.random.Generator, chance: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return levels of A and B that count in either direction, at about ``chance`` counts per
-    clock, and that sometimes change both at once."""
+    """Return levels of A and B that count in either direction, in moving stretches by ``chance``
+    counts per clock on average; sometimes both change at once."""
     direction = np.repeat(random.integers(-1, 2, CLOCKS // 60), 60)
     place = np.cumsum(np.where(random.random(CLOCKS) < chance, direction, 0))
     place += 2 * np.cumsum(random.random(CLOCKS) < 0.03)
@@ -28,8 +28,8 @@ def levels(random: np.random.Generator, chance: float) -> tuple[np.ndarray, np.n
 
 @cocotb.test()
 async def faults_of_unrelated_edges(dut: Any) -> None:
-    """The faults equal the model's for levels and counted edges that are unrelated, which covers
-    every combination."""
+    """The faults equal the model's for levels and counted edges that are independent of each other,
+    so that every combination occurs."""
     random = np.random.default_rng(12)
     reset = random.random(CLOCKS) < 0.001
     reset[:3] = True
@@ -53,8 +53,8 @@ async def faults_of_unrelated_edges(dut: Any) -> None:
 
 @cocotb.test()
 async def a_period_ahead(dut: Any) -> None:
-    """If levels change while no edge is counted, the fault comes at the fourth count, not at the
-    third."""
+    """If the levels change by a whole period while no edge is counted, a fault is reported at the
+    fourth count, not before."""
     for name in ("a", "b", "comes", "moves", "up", "down", "breaks_order", "misplaced", "clear"):
         getattr(dut, name).value = 0
     dut.stands.value = 1
@@ -77,8 +77,8 @@ async def a_period_ahead(dut: Any) -> None:
 
 @cocotb.test()
 async def counters_stop_at_their_end(dut: Any) -> None:
-    """The counters of faults stop at 65,535 and do not wrap, with a fault of each kind in every
-    clock."""
+    """With a fault of each kind in every clock, the counters of faults stop at 65,535 and do not
+    wrap."""
     for name in ("a", "b", "comes", "down", "clear", "settling", "filter_length", "stands"):
         getattr(dut, name).value = 0
     for name in ("moves", "up", "breaks_order", "misplaced", "reset"):

@@ -17,20 +17,20 @@ from arctrue.gateware.quadrature_decoder import (
     quadrature_decoder,
 )
 
-# Generics with which the design was built.
+# The generics with which the decoder was built.
 STAGES = int(os.environ["SYNCHRONISER_STAGES"])
 RESET_POSITION = int(os.environ["RESET_POSITION"])
 DEFAULT_GENERICS = (STAGES, RESET_POSITION) == (2, 0)
 
 OUTPUTS = [field.name for field in fields(DecoderTrace)]
-# IDLE_CLOCKS is longer than any pipeline or filter: after so many clocks with constant inputs no
-# output changes.
+# IDLE_CLOCKS exceeds the latency of every pipeline and filter: no output changes after this number
+# of clocks with constant inputs.
 IDLE_CLOCKS = 400
 
 
 def checked_clocks(given: Stimuli) -> np.ndarray:
-    """Return the clocks in which outputs are read; clocks after IDLE_CLOCKS without a change of the
-    inputs are left out."""
+    """Return a mask of the clocks in which outputs are read: those within IDLE_CLOCKS after a
+    change of the inputs."""
     inputs = np.column_stack(list(given.columns.values()))
     changes = np.concatenate([[True], (np.diff(inputs, axis=0) != 0).any(axis=1)])
     last_change = np.maximum.accumulate(np.where(changes, np.arange(len(inputs)), 0))
@@ -38,8 +38,8 @@ def checked_clocks(given: Stimuli) -> np.ndarray:
 
 
 async def play(dut, given: Stimuli) -> dict[str, np.ndarray]:
-    """Drive the stimuli; return every output and, under "clock", the clocks after which it is
-    read."""
+    """Drive the stimuli; return every output and, under "clock", the numbers of the clocks after
+    which the outputs are read."""
     columns = {key: column.tolist() for key, column in given.columns.items()}
     timestamps = given.timestamp.tolist()
     handles = [getattr(dut, name) for name in OUTPUTS]
@@ -75,7 +75,7 @@ async def follows_the_model(dut, name: str) -> None:
     model = quadrature_decoder(inputs, STAGES, RESET_POSITION)
     clock = got["clock"].astype(np.int64)
     for output in OUTPUTS:
-        # The comparison uses the bits of an output, so that its sign has no effect.
+        # Compare the bits of the output, so that it does not matter whether it is signed.
         bits = np.uint64(2 ** len(getattr(dut, output)) - 1)
         expected = getattr(model, output)[clock + 1].astype(np.uint64) & bits
         wrong = np.flatnonzero(got[output] != expected)
@@ -86,7 +86,7 @@ async def follows_the_model(dut, name: str) -> None:
 
 
 async def wait(clocks: int) -> None:
-    """Wait for ``clocks`` clocks with a timer, which is much faster than to await each edge."""
+    """Wait for ``clocks`` clocks with a timer, which is faster than awaiting each edge."""
     await Timer(10 * clocks, "ns")
 
 
@@ -120,8 +120,8 @@ async def begin(dut, counts_per_rev: int) -> None:
 
 @cocotb.test(skip=not DEFAULT_GENERICS)
 async def long_turn_at_an_edge_every_clock(dut) -> None:
-    # The counts of a turn are neither a power of two nor a multiple of 4; the motion has two whole
-    # turns between three index marks.
+    # The number of counts per turn is neither a power of two nor a multiple of 4; the disc makes
+    # two whole turns, from the first to the third index mark.
     turn = 70_001
     await begin(dut, turn)
     Clock(dut.a, 40, unit="ns", impl="gpi").start()
@@ -134,8 +134,8 @@ async def long_turn_at_an_edge_every_clock(dut) -> None:
         dut.z.value = 1
         await RisingEdge(dut.index_strobe)
         await FallingEdge(dut.clock)
-        # The decoder reports the mark after the next step; the position has then advanced by one
-        # more step.
+        # The decoder reports the mark after the next step, when the position has advanced by a
+        # second step.
         seen.append(dut.index_position.value.to_signed())
         assert dut.position.value.to_signed() == seen[-1] + 2
         assert dut.angle.value.to_unsigned() == 2

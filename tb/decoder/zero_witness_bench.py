@@ -1,5 +1,4 @@
-"""Tests the VHDL zero_witness: whether it accepts each mark correctly from the counts of the other
-head."""
+"""Tests that zero_witness compares each mark correctly with the counts of the other head."""
 
 from __future__ import annotations
 
@@ -17,14 +16,14 @@ BETWEEN_MARKS = 12
     (("turn", "tolerance", "start"), [(40, 2, -20), (2**24, 0, 2**31 - 5), (9, 3, -(2**31))])
 )
 async def agrees_where_the_other_head_counted_a_turn(dut, turn, tolerance, start) -> None:
-    """The output is right for successive marks that are one turn apart up to a few counts, at the
-    same place, or two turns apart."""
+    """`agrees` is high exactly for marks that are one turn, within the tolerance, from the last
+    trusted mark; other marks are at the same place or two turns away."""
     random = np.random.default_rng(turn)
     marks = np.arange(20, CLOCKS - 10, BETWEEN_MARKS)
     turns = random.choice([-2, -1, -1, -1, 0, 1, 1, 1, 2], marks.size)
     away = turns * turn + random.integers(-tolerance - 2, tolerance + 3, marks.size)
     at_mark = start + np.cumsum(away)
-    # Between the marks the position is random, because it is used only at a mark.
+    # Between the marks the position is random, because the entity uses it only at a mark.
     position = random.integers(-(2**31), 2**31, CLOCKS)
     position[marks - 1] = at_mark
     trusted = random.random(marks.size) < 0.7
@@ -42,7 +41,7 @@ async def agrees_where_the_other_head_counted_a_turn(dut, turn, tolerance, start
     of_mark = {int(clock): place for place, clock in enumerate(marks)}
     for clock in range(CLOCKS):
         dut.other_position.value = int(position[clock] + 2**31) % 2**32 - 2**31
-        # The counts of a mark are the counts 2 clocks before its strobe.
+        # The position of the other head at a mark is its position 2 clocks before the strobe.
         dut.index_strobe.value = int(clock - 1 in of_mark)
         place = of_mark.get(clock - 4, -1)
         dut.trusted.value = int(place >= 0 and trusted[place])

@@ -1,8 +1,7 @@
-"""Runs the demo inside the simulator: the bench plays the edges of the table's heads, and the
-firmware does its normal work.
+"""Runs the demo in the simulator, with the edges of the table's heads and the firmware's C code.
 
-The bench types the settings on the firmware's console, runs the firmware's main loop, records the
-output of the console, and ends when a corrected turn has been recorded.
+The bench types the settings on the firmware's console, runs the firmware's main loop while the
+table turns, and records the output of the console. It ends when a corrected turn has been recorded.
 """
 
 from __future__ import annotations
@@ -26,25 +25,26 @@ BUS_INPUTS = (
     *("awvalid", "awaddr", "wvalid", "wdata", "wstrb"),
     *("bready", "arvalid", "araddr", "rready"),
 )
-# LOOKS_A_TURN: number of times per turn that the firmware checks the core without an interrupt. On
-# the device the timer wakes the firmware every millisecond, which is longer than a turn of this
-# table.
+# LOOKS_A_TURN: number of times per turn at which the main loop runs without an interrupt of the
+# core. On the device the timer wakes the firmware every millisecond, but a turn of this table is
+# shorter than that.
 LOOKS_A_TURN = 64
-# OUTPUT_CLOCKS: allowance in clocks, because the output follows the pipeline a few clocks later.
+# OUTPUT_CLOCKS: number of clocks to wait after the ramp, because the output follows the pipeline
+# some clocks later.
 OUTPUT_CLOCKS = 100
-# Number of recorded turns: the judged turn and a little more.
+# Number of recorded turns: the turn that is evaluated, and a little more.
 RECORDED_TURNS = 1.01
 
 
 class Clocks:
-    """Counts clocks; clock 0, as for the played edges, is the clock in which the player first sees
-    ``run``."""
+    """Counts clocks; as in the file of edges, ``run`` is first high at the player in clock 0."""
 
     def __init__(self) -> None:
         self._start_ns: float | None = None
 
     def start(self) -> None:
-        # This line runs on a rising edge; the player sees `run` at the next rising edge.
+        # This function is called at a rising edge; `run` is high at the player at the next rising
+        # edge.
         self._start_ns = float(get_sim_time("ns")) + CLOCK_NS
 
     def now(self) -> int:
@@ -54,8 +54,7 @@ class Clocks:
 
 
 class Operator:
-    """Types on the firmware's console, stores the typed and received lines, and reports the
-    progress."""
+    """Types on the firmware's console, stores the lines of the console, and reports progress."""
 
     def __init__(self, dut: HierarchyObject, files: DemoFiles) -> None:
         self.clocks = Clocks()
@@ -68,7 +67,7 @@ class Operator:
         self.stage = "firmware: reading a captured turn over AXI while the table turns on"
 
     async def report(self) -> None:
-        """Report the progress for ever; the test starts this coroutine as a parallel task."""
+        """Report the progress without end; the test runs this coroutine as a parallel task."""
         while True:
             BenchStage(self.stage, self.clocks.now()).write(self._files.progress)
             await Timer(1000 * CLOCK_NS, "ns")
@@ -144,6 +143,6 @@ async def whole_loop(dut: HierarchyObject) -> None:
         words_moved=processor.core.words_moved,
         console=operator.lines,
     ).write(files.run)
-    # GHDL looks for cocotb's finish only after a timer: if the test ended at an edge, the
+    # GHDL checks only after a timer whether cocotb has finished: if the test ended at an edge, the
     # simulation would run for ever.
     await Timer(3 * CLOCK_NS, "ns")

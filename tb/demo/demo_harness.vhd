@@ -2,8 +2,8 @@
 --
 -- # demo_harness
 --
--- For simulation: the core between a player of recorded encoder edges and a recorder of its
--- output. The processor side, AXI4-Lite and interrupt, is left to the test bench.
+-- Connects the core to a player of recorded encoder edges and to a recorder of its output, for simulation. The test
+-- bench drives the AXI4-Lite bus and reads the interrupt, in place of the processor.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -36,7 +36,7 @@ architecture simulation of demo_harness is
 
 begin
 
-  -- The clock of 100 MHz is generated here, so that Python need not wake for every edge.
+  -- The clock of 100 MHz is generated here, so that Python does not run at every edge.
   clock <= not clock after 5 ns;
 
   player : entity work.edge_player

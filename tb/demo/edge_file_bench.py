@@ -1,4 +1,4 @@
-"""Plays a file of pin changes into a recorder, and halts the player once on the way."""
+"""Plays a file of pin changes into a recorder, and pauses the player once."""
 
 from __future__ import annotations
 

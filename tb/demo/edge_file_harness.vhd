@@ -2,7 +2,7 @@
 --
 -- # edge_file_harness
 --
--- For simulation: a player wired to a recorder.
+-- Connects the outputs of edge_player to edge_recorder, for simulation.
 
 library ieee;
   use ieee.std_logic_1164.all;

@@ -1,4 +1,4 @@
-"""Plays the edges of both heads and records the decoders' outputs at intervals."""
+"""Plays the edges of both heads and records the decoders' outputs every EVERY_CLOCKS clocks."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 --
 -- # heads_harness
 --
--- For simulation: the edges of both heads from a file, each head into a decoder of its own.
+-- Plays the edges of both heads from a file into two decoders, one per head, for simulation.
 
 library ieee;
   use ieee.std_logic_1164.all;

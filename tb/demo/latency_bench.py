@@ -1,5 +1,4 @@
-"""Measures after how many clocks the output of each unit of the compensation changes after a step
-of the angle."""
+"""Measures the latency of each unit of the compensation from a step of the angle."""
 
 from __future__ import annotations
 
@@ -15,9 +14,9 @@ from cocotb.triggers import ClockCycles, FallingEdge
 from arctrue.studies.demo.files import DemoFiles
 
 OUTPUTS = ("phases", "pair_sums", "delayed_angle", "corrected_angle")
-# Every output changes when the angle steps from 1/8 to 3/8 of a turn.
+# The angle steps from 1/8 to 3/8 of a turn, by which every output changes.
 BEFORE, AFTER = 1 << 21, 3 << 21
-# The ramp from the initial zero correction ends within this time.
+# Number of clocks within which the ramp from zero to the first correction ends.
 SETTLE_CLOCKS = 12_000
 
 

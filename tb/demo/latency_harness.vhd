@@ -2,8 +2,8 @@
 --
 -- # latency_harness
 --
--- For simulation: the units of the compensation in series, with the signals between them at ports, so that one step of
--- the angle shows the latency of each. One lane, coefficients held.
+-- Connects the units of the compensation in series, for simulation. The signals between the units are ports, so that a
+-- step of the angle shows the latency of each unit. There is one lane, with constant coefficients.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -25,7 +25,7 @@ end entity latency_harness;
 
 architecture simulation of latency_harness is
 
-  -- Order 1 at 2**24 counts per turn, amplitude 1000 counts.
+  -- The lane has order 1 at 2**24 counts per turn and an amplitude of 1000 counts.
   constant PHASE_STEP : std_ulogic_vector(PHASE_STEP_WIDTH - 1 downto 0) := (24 => '1', others => '0');
   constant AMPLITUDE  : std_ulogic_vector(AMPLITUDE_WIDTH - 1 downto 0)
     := std_ulogic_vector(to_unsigned(1000 * 2 ** AMPLITUDE_FRACTION, AMPLITUDE_WIDTH));

@@ -1,4 +1,4 @@
-"""Runs one simulation of the demo: ``python -m tb.demo.simulator PART FOLDER``."""
+"""Runs one of the demo's simulations: ``python -m tb.demo.simulator PART FOLDER``."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tb.support.simulation import simulate
 
 
 def run_core(files: DemoFiles) -> None:
-    """Simulate the whole core with the played edges."""
+    """Simulate the whole core with the edges of the table's heads."""
     settings = DemoSettings.read(files.settings)
     simulate(
         "demo_harness",
@@ -27,7 +27,7 @@ def run_core(files: DemoFiles) -> None:
 
 
 def run_latency(files: DemoFiles) -> None:
-    """Simulate a step through each unit of the compensation."""
+    """Simulate a step of the angle through the units of the compensation."""
     simulate(
         "latency_harness",
         "tb.demo.latency_bench",

@@ -20,7 +20,7 @@ def play(played: Path, recorded: Path) -> None:
 def test_recorded_file_equals_the_played_one(tmp_path: Path) -> None:
     random = np.random.default_rng(2)
     clock = np.cumsum(random.integers(1, 5, 5000))
-    levels = np.cumsum(random.integers(1, 64, 5000)) % 64  # no level twice in a row
+    levels = np.cumsum(random.integers(1, 64, 5000)) % 64  # successive levels differ
     events = PinEvents(0, clock, levels.astype(np.uint8))
     events.write(tmp_path / "played.txt")
     play(tmp_path / "played.txt", tmp_path / "recorded.txt")

@@ -1,4 +1,4 @@
-"""Tests that the VHDL decoders show the counts of the simulated table."""
+"""Tests that the decoders in VHDL output the counts of the simulated table."""
 
 from pathlib import Path
 
@@ -16,7 +16,7 @@ from arctrue.table import (
 from tb.support.simulation import simulate
 
 CLOCK_HZ = 1e6
-# quadrature_decoder: two synchroniser stages + filter off (1) + 2
+# latency of quadrature_decoder: synchroniser 2, filter (off) 1, decoding 2
 DECODER_CLOCKS = 5
 
 

@@ -1,5 +1,4 @@
-"""Decodes the signals of two to four heads of encoder_source and compares the counts with a
-calculation in float64."""
+"""Decodes the signals of encoder_source; compares the counts with a float64 calculation."""
 
 from __future__ import annotations
 
@@ -16,23 +15,24 @@ COUNTS_PER_SECOND = 40_000_000
 STEP = round(COUNTS_PER_SECOND / 125_000_000 * 2**24) / 2**24
 SEPARATION = 94
 AHEAD = (0, SEPARATION, 503, 734)
-"""Counts by which each head reads ahead of head 1."""
+"""Counts by which the reading of each head exceeds that of head 1."""
 HEADS = int(os.environ.get("HEADS", "2"))
 AMPLITUDES = (9, 4)
 TURNS = (0.334, 0.668)
 LATENCY = 35
 CLOCKS = 7_800
-"""Number of clocks: two turns of 3,200 clocks, and the time before the first index."""
+"""Number of clocks: two turns of 3,200 clocks, plus the time before the first index."""
 
 BOUND_COUNTS = 1.6
-"""Largest permitted deviation in counts: 1 for the truncation of the true angle, 0.5 and 0.1 for
-the rounding of reading and coefficients."""
+"""Largest permitted deviation in counts: 1 for the truncation of the true angle, 0.5 for the
+rounding of the reading, and 0.1 for the rounding of the coefficients."""
 
 LEVELS = {(0, 0): 0, (1, 0): 1, (1, 1): 2, (0, 1): 3}
 
 
 def decoded(a: NDArray[np.int64], b: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the count in every clock, from 0 on, decoded as in the paper's figure 4."""
+    """Return the count in every clock, decoded from A and B by the paper's figure 4; it starts at
+    0."""
     code = np.array([LEVELS[pair] for pair in zip(a.tolist(), b.tolist(), strict=True)])
     steps = (np.diff(code) + 1) % 4 - 1
     assert np.all(np.abs(steps) <= 1), "A and B changed together"
@@ -40,7 +40,7 @@ def decoded(a: NDArray[np.int64], b: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def expected(true_counts: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the reading R = θ + ε(θ), equation (2), in counts."""
+    """Return the reading R = θ + ε(θ) of equation (2) in counts; ``true_counts`` is θ."""
     turn = true_counts / COUNTS_PER_REV
     error = sum(
         amplitude * np.cos(2 * np.pi * (order * turn + phase))
@@ -64,7 +64,8 @@ async def all_heads_show_one_disc(dut: object) -> None:
         for head, levels in heads.items():
             for name, values in levels.items():
                 values[number] = int(getattr(dut, f"head{head}_{name}").value)
-    # Compute the true angle that the pins show in clock k; the sum has one step in the first clock.
+    # Compute the true angle that the pins show in clock k; in the first clock the entity has added
+    # one step.
     true_counts = STEP * (np.arange(1, CLOCKS + 1) - LATENCY)
     index_clocks = {}
     for head, start in enumerate(AHEAD[:HEADS], start=1):

@@ -1,7 +1,7 @@
-"""Simulates the core's processor: runs the firmware's C sources, compiled for this machine.
+"""Simulates the processor of the core: runs the firmware's C code, compiled for this machine.
 
-Every register access of the C code is an AXI4-Lite access in the simulation; the C code's
-calculations take no simulated time.
+Every register access of the C code becomes an AXI4-Lite access in the simulation. The calculations
+of the C code take no simulated time.
 """
 
 from __future__ import annotations
@@ -28,19 +28,20 @@ class BusError(RuntimeError):
 
 
 class SimulatedCore:
-    """Performs the firmware's register accesses, which come from another thread."""
+    """Performs the register accesses of the firmware, which runs in another thread, on the
+    simulated bus."""
 
     def __init__(self, dut: HierarchyObject, on_capture: Callable[[], None]) -> None:
-        """Connect to ``dut``; ``on_capture`` is called before a bank is read."""
+        """Connect to ``dut``; ``on_capture`` is called before each read of a captured bank."""
         self._master = AxiLiteMaster(AxiLiteBus.from_prefix(dut, "s_axil"), dut.clock, dut.reset)
         for interface in (self._master.write_if, self._master.read_if):
             interface.log.setLevel("WARNING")
         self._on_capture = on_capture
         self.words_moved = 0
         self.banks: list[NDArray[np.int32]] = []
-        """Words of the capture memory of each bank that was read."""
+        """Captured words of each bank that the firmware has read."""
         self.error: BusError | None = None
-        """First error of an access; it is stored here because an exception cannot pass through C
+        """First error of an access, stored here because an exception cannot pass through the C
         code."""
         ffi, _ = firmware()
         self._calls = (
@@ -69,8 +70,8 @@ class SimulatedCore:
             self.error = BusError(f"{what} answered {response!r}")
 
     def _capture(self, _: Any, number: int) -> Any:
-        # The real processor reads the bank in place, and some words many times; the simulation
-        # fetches each word once.
+        # On the device the processor reads words in the capture memory itself, some of them many
+        # times; here each word is read over the bus once.
         self._on_capture()
         bank = np.frombuffer(self._bytes(CAPTURE_ADDRESS, number), dtype="<i4").copy()
         self.banks.append(bank)
@@ -78,7 +79,7 @@ class SimulatedCore:
 
 
 class Processor:
-    """Firmware's application and console, which access the simulated core."""
+    """Runs the firmware's application and console on the simulated core."""
 
     def __init__(self, dut: HierarchyObject, on_capture: Callable[[], None]) -> None:
         self._interrupt = dut.interrupt
@@ -98,7 +99,7 @@ class Processor:
         await self._call(lambda: library.application_start(application))
 
     async def type(self, line: str) -> str:
-        """Type a line on the console; return the answer."""
+        """Type a line on the firmware's console; return the answer."""
         return await self._call(lambda: self._firmware.send(line))
 
     async def work(self) -> str:
@@ -109,7 +110,8 @@ class Processor:
         return await self._call(self._firmware.step)
 
     async def sleep(self, most_ns: int) -> None:
-        """Sleep until the core or the timer interrupts; return on a rising edge of the clock."""
+        """Sleep until an interrupt of the core, at most ``most_ns``; return at a rising edge of the
+        clock."""
         await First(RisingEdge(self._interrupt), Timer(most_ns, "ns"))
         await RisingEdge(self._clock)
 

@@ -1,4 +1,4 @@
-"""Tests the firmware together with the VHDL; the run is the demo with a sixteenth of its counts."""
+"""Tests the firmware with the core in VHDL: runs the demo with a sixteenth of its counts."""
 
 from __future__ import annotations
 
@@ -15,16 +15,17 @@ from arctrue.studies.demo.run import run_demo
 from arctrue.studies.demo.settings import DemoSettings
 from arctrue.table import PinEvents
 
-# The core has one lane fewer than the disc has orders; the smallest order is not corrected, and its
-# amplitude is below the limit.
+# The core has one lane fewer than the disc has orders, so the smallest order is not corrected; its
+# amplitude is below the limit of the test.
 SETTINGS = DemoSettings(counts_per_rev=1 << 12, lanes=3, disc_scale=32.0, sample_period_clocks=20)
 HEAD_SEPARATION_DEG = 33.0
 PRINTED_DECIMALS = 2e-9
-"""Tolerance: two units of the ninth decimal, to which the console prints arcsec and rad."""
+"""Tolerance: two units of the ninth decimal, the last one that the console prints of arcsec and
+rad."""
 
 
 def calibrate_in_numpy(counts: NDArray[np.int64]) -> Calibration:
-    """Calibrate a capture, counts (2, n), with the Python calibration."""
+    """Calibrate with the Python package from a capture with counts (2, n)."""
     samples = counts.shape[1]
     capture = Capture(
         run=np.zeros(samples, dtype=np.int64),
@@ -51,7 +52,7 @@ def test_the_firmware_corrects_the_real_core(tmp_path: Path) -> None:
     assert [harmonic.order for harmonic in result.harmonics] == [1, 2, 3]
     assert any("reading a captured turn" in line for line in lines)
 
-    # The console shows the results of the C code, which equal the results of numpy.
+    # The console shows the results of the C code; they must equal those of the Python calibration.
     files = DemoFiles(tmp_path)
     reported = result.turns[0]
     counts = np.load(files.capture)
@@ -69,7 +70,8 @@ def test_the_firmware_corrects_the_real_core(tmp_path: Path) -> None:
             np.array(values)[chosen], expected[chosen], rtol=0, atol=PRINTED_DECIMALS
         )
 
-    # The next turns bring no improvement, and the firmware keeps the bank.
+    # The estimates of later turns are no improvement, so the firmware keeps the active
+    # coefficients.
     assert {turn.result for turn in result.turns[1:]} == {"kept"}
-    # No edge of the output is illegal, and two edges are at least a clock apart.
+    # The recorded output has no two changes in the same clock.
     assert np.diff(PinEvents.read(files.recorded).clock).min() >= 1

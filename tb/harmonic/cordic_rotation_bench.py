@@ -15,14 +15,14 @@ from tb.harmonic.harmonic_generics import CORDIC_ITERATIONS, COSINE_WIDTH
 
 ANGLES = int(os.environ.get("ANGLES", "20000"))
 QUARTER = 1 << 22
-# Iteration 0 needs no clock.
+# The latency is one clock for each iteration, except iteration 0.
 LATENCY = CORDIC_ITERATIONS - 1
 
 
 @cocotb.test()
 async def equals_the_model(dut: Any) -> None:
-    """The outputs equal the model's for the ends of the first quadrant, for angles evenly spread
-    over it, and for random angles; some angles are mirrored."""
+    """The outputs equal the model's at both ends of the first quadrant, for evenly spread angles,
+    and for random angles; some angles are mirrored."""
     rng = np.random.default_rng(2)
     ends = np.concatenate(
         [np.arange(64), QUARTER // 2 + np.arange(-32, 32), QUARTER - 1 - np.arange(64)]

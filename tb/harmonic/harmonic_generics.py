@@ -1,4 +1,4 @@
-"""Defines the generics of the run, and further values for which the tests run."""
+"""Defines the generics with which the benches run, and sets of values for the tests."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ CORDIC_ITERATIONS = int(os.environ.get("CORDIC_ITERATIONS", number_formats.CORDI
 ROTATION: Rotation = "table" if os.environ.get("ROTATION") == "table" else "cordic"
 
 DEFAULT = (number_formats.COSINE_WIDTH, number_formats.CORDIC_ITERATIONS)
-# Further values are widths below and above the default, fewer and more iterations, and the ends of
+# These values have widths below and above the default, fewer and more iterations, and the ends of
 # both ranges.
 OTHERS = ((14, 12), (20, 18), (18, 11), (8, 8), (24, 24), (8, 24))
 
 
 def generics(width: int, iterations: int) -> dict[str, int]:
-    """Return the generics of the entities, which are also the environment of their benches."""
+    """Return the generics of the entities; the benches get them as environment variables too."""
     return {"COSINE_WIDTH": width, "CORDIC_ITERATIONS": iterations}
 
 

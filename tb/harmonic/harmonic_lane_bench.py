@@ -31,8 +31,8 @@ async def run(
     amplitude: NDArray[np.int64],
     partner: NDArray[np.int64],
 ) -> NDArray[np.int64]:
-    """Drive the inputs, which change in every clock, each at its own clock of the pipeline; return
-    the products."""
+    """Drive one phase in each clock, and its amplitude and partner as many clocks later as the
+    pipeline needs; return the products."""
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     last = phase.size - 1
     seen = []
@@ -55,13 +55,13 @@ def compare(found: NDArray[np.int64], expected: NDArray[np.int64]) -> None:
 
 @cocotb.test()
 async def products(dut: Any) -> None:
-    """Products equal the model's, with amplitudes up to the ends of s13.11; the lane adds the
-    partner if the generic requires it."""
+    """Products equal the model's, with amplitudes up to the ends of s13.11; a lane with ADD_PARTNER
+    adds the partner's product."""
     rng = np.random.default_rng(3)
     phase = phases(ANGLES)
     amplitude = rng.integers(-LARGEST, LARGEST, phase.size)
-    # The amplitudes are at both ends of s13.11, at the phases with the largest cosine and at
-    # others.
+    # A quarter of the amplitudes lie at the ends of s13.11; their phases include those with the
+    # largest cosine.
     amplitude[: phase.size // 4 : 2] = -LARGEST
     amplitude[1 : phase.size // 4 : 2] = LARGEST - 1
     partner = harmonic_lane(
@@ -87,8 +87,8 @@ async def products(dut: Any) -> None:
 
 @cocotb.test()
 async def cosines(dut: Any) -> None:
-    """With an amplitude of one unit the product equals the cosine; the test stores it for the
-    plot."""
+    """With an amplitude of one unit the product equals the cosine; the test stores the cosines for
+    a picture."""
     phase = phases(ANGLES, seed=4)
     found = await run(
         dut,

@@ -64,8 +64,8 @@ async def pair_sums(dut: Any) -> None:
 
 @cocotb.test()
 async def latency(dut: Any) -> None:
-    """Counted at the ports, sums come 20 clocks after their phases; the unit reads amplitudes 16
-    clocks after the phases."""
+    """At the ports, pair sums come 20 clocks after their phases; amplitudes are read 16 clocks
+    after the phases."""
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     unit = 1 << 11
     dut.phases.value = flat(np.zeros(LANES, dtype=np.int64), PHASE_WIDTH)

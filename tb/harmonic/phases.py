@@ -1,4 +1,4 @@
-"""Makes phases that every test of the cosine should cover."""
+"""Makes phases for the tests of the cosine."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from arctrue.generated.number_formats import PHASE_WIDTH
 
 
 def phases(count: int, seed: int = 1) -> NDArray[np.int32]:
-    """Return ``count`` phases in 2⁻²⁴ turn: some around every eighth of a turn, some evenly spread,
-    some random."""
+    """Return ``count`` phases in 2⁻²⁴ turn: near each eighth of a turn, evenly spread, random."""
     turn = 1 << PHASE_WIDTH
     near = np.arange(-40, 41)
     borders = (np.arange(8)[:, None] * (turn // 8) + near).ravel() % turn

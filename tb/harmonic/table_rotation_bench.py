@@ -1,5 +1,4 @@
-"""Compares table_rotation with its model in cocotb tests, at every angle that the entity
-distinguishes."""
+"""Compares table_rotation with its model in cocotb tests, for all 2**17 values of its used bits."""
 
 from __future__ import annotations
 
@@ -19,15 +18,15 @@ from arctrue.gateware.table_rotation import (
 from arctrue.generated.number_formats import CORDIC_ITERATIONS
 
 LATENCY = CORDIC_ITERATIONS - 1
-"""Latency of cordic_rotation, which table_rotation replaces."""
+"""Latency in clocks, equal to that of cordic_rotation."""
 
 UNUSED_WIDTH = OFFSET_WIDTH - DIGITS_WIDTH
 
 
 @cocotb.test()
 async def every_place(dut: Any) -> None:
-    """The outputs equal the model's for all 2**17 values of the used bits, which come in random
-    order, one per clock; the bits below are random."""
+    """The outputs equal the model's for all 2**17 values of the used bits, in random order, one per
+    clock; the unused low bits are random."""
     random = np.random.default_rng(5)
     places = random.permutation(1 << (ADDRESS_WIDTH + DIGITS_WIDTH)).astype(np.int32)
     angles = (places << UNUSED_WIDTH) + random.integers(0, 1 << UNUSED_WIDTH, places.size)

@@ -1,4 +1,4 @@
-"""Tests that the rotation from a table in VHDL equals its model bit by bit, for every angle."""
+"""Tests that table_rotation in VHDL equals its model bit by bit, for every angle."""
 
 from tb.support.simulation import simulate
 

@@ -1,5 +1,4 @@
-"""Compares the outputs recorded in GHDL with those of the compiled netlist, bit by bit in every
-clock."""
+"""Compares outputs recorded in GHDL with the compiled netlist's, bit by bit in every clock."""
 
 from __future__ import annotations
 
@@ -16,11 +15,11 @@ def differences(
     settled: int,
     undefined: Container[str] = (),
 ) -> list[str]:
-    """Return the differences, one line for each port; unknown bits of GHDL are ignored before the
-    clock ``settled``.
+    """Return a line for each output that differs; before clock ``settled``, unknown bits are
+    ignored.
 
-    ``noted`` has every output as GHDL writes it, high bit first. Ports in ``undefined`` may have
-    unknown bits at any time; then only their known bits are compared.
+    ``noted`` has every output in each clock as GHDL writes it, high bit first. Outputs in
+    ``undefined`` may have unknown bits in any clock; only their known bits are compared.
     """
     found = []
     for name, texts in noted.items():
@@ -52,8 +51,7 @@ def _agrees(text: str, value: int, may_be_unknown: bool) -> bool:
 def compare(
     replay: Replay, folder: Path, settled: int, undefined: Container[str] = ()
 ) -> list[str]:
-    """Replay in the netlist the inputs that ``folder`` contains for GHDL; return the differences of
-    the outputs."""
+    """Replay GHDL's inputs in ``folder`` in the netlist; return the differences of outputs."""
     inputs = json.loads((folder / "inputs.json").read_text(encoding="utf-8"))
     noted = json.loads((folder / "noted.json").read_text(encoding="utf-8"))
     outputs = {port.name for port in replay.ports if not port.is_input}

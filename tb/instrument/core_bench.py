@@ -1,5 +1,4 @@
-"""Runs the whole core with moving encoders and a busy processor, and records every input and
-output."""
+"""Runs the core with moving encoders and a busy processor; records all inputs and outputs."""
 
 from __future__ import annotations
 
@@ -34,12 +33,12 @@ GIVEN = ("awvalid", "wvalid", "arvalid", "bready", "rready")
 SAID = ("awready", "wready", "arready", "bvalid", "rvalid")
 
 CONTROLS = (0b00111, 0b01111, 0b10111, 0b00110, 0b00101)
-"""Control words: captures at equal time, at equal angle and on request, and two with parts
-disabled."""
+"""Control words: captures at equal times, at equal angles and on request, and two words that
+disable the capture or the correction."""
 ABSENT_HEADS = {f"head{head}_{pin}": 0 for head in range(HEADS + 1, HEADS_MAX + 1) for pin in "abz"}
-"""Pins of the heads that this core does not have."""
+"""Pins of the heads beyond HEADS, which stay low."""
 DNA = {"chip_dna": 0x0AB_CDEF_0123_4567, "chip_dna_known": 1}
-"""Constant identifier that the core gets from a primitive of the top level."""
+"""Ports for the chip's identifier, which on the chip comes from a primitive of the top level."""
 COMMANDS = (
     "clear_head1",
     "clear_head2",
@@ -51,10 +50,11 @@ COMMANDS = (
 )
 
 LATCHES = (*(f"head{head}.index" for head in range(1, HEADS + 1)), "snapshot.time", "probe.time")
-"""Registers with a low word that latches the other words of the group when it is read."""
+"""Registers whose low word latches the other words of their group when it is read."""
 
 Access = tuple[bool, int, int, int]
-"""Write flag, address, word and strobe of an access."""
+"""Access of the processor: a flag that is true for a write, the address, the word and the
+strobes."""
 
 
 def address(path: str) -> int:
@@ -67,7 +67,7 @@ def command(*names: str) -> Access:
 
 
 def set_up() -> Iterator[Access]:
-    """Yield the accesses that set up registers for this short turn; the re-arm takes 128 clocks."""
+    """Yield the accesses that set up the core for a short turn; the re-arm takes 128 clocks."""
     for path, word in (
         ("counts_per_rev", COUNTS_PER_REV),
         ("sample_period", 9),
@@ -78,7 +78,7 @@ def set_up() -> Iterator[Access]:
         ("interrupt_enable", 0x7FFF if HAS_FURTHER else 0x7FF),
         ("pulse_widths", 3 << 16 | 2),
         # The table reaches this place during the 40 reads below, before a random access can disarm
-        # the comparison.
+        # the position compare.
         ("compare.first", 40),
         ("compare.interval", 8),
     ):
@@ -109,7 +109,7 @@ def coefficients(draw: random.Random) -> Iterator[Access]:
 
 
 def mean_words(draw: random.Random) -> Iterator[Access]:
-    """Yield offsets and weights of four heads, the carrier, and the heads in use."""
+    """Yield the writes of all words of the mean: offsets, weights, carrier and used heads."""
     offsets = [draw.randrange(COUNTS_PER_REV << 4) for _ in range(HEADS_MAX)]
     weights = [draw.randrange(-(2**14), 2**15) & 0xFFFF_FFFF for _ in range(HEADS_MAX)]
     carrier = draw.randrange(HEADS)
@@ -119,10 +119,11 @@ def mean_words(draw: random.Random) -> Iterator[Access]:
 
 
 def accesses(draw: random.Random) -> Iterator[Access]:
-    """Yield legal and illegal accesses of a processor, for ever."""
+    """Yield legal and illegal accesses of a processor without end."""
     yield from set_up()
     yield from coefficients(draw)
-    # A latch is not reset: until its first read it holds a value from before the reset.
+    # A reset does not clear latched words: until the first read that latches them they have values
+    # from before the reset.
     for path in LATCHES:
         yield False, address(path), 0, 0
     while True:
@@ -153,7 +154,7 @@ def accesses(draw: random.Random) -> Iterator[Access]:
 
 
 class Master:
-    """Bus master that makes one access at a time, with random stalls of every channel."""
+    """Simulates a bus master that makes one access at a time and stalls every channel at random."""
 
     def __init__(self, draw: random.Random) -> None:
         self.draw = draw
@@ -168,8 +169,8 @@ class Master:
         }
 
     def next_clock(self, accepted: dict[str, bool]) -> None:
-        """Drive the next clock; ``accepted`` tells which channels had a handshake in the last
-        clock."""
+        """Set the inputs of the next clock; ``accepted`` has the channels with a handshake in the
+        last clock."""
         given = self.inputs
         for channel in CHANNELS:
             if accepted.get(channel):
@@ -192,8 +193,8 @@ class Master:
 
 
 class Heads:
-    """Simulates encoders that move up and down over their index marks, with occasional wrong levels
-    of A and B."""
+    """Simulates encoders that move up and down over their index marks; now and then A and B have
+    wrong levels."""
 
     def __init__(self, draw: random.Random) -> None:
         self.draw = draw
@@ -219,8 +220,7 @@ class Heads:
 
 
 class Beside:
-    """Simulates external instruments: edges of sync_in that request a sample, and edges of probe_in
-    that latch the position."""
+    """Simulates external instruments by random edges of sync_in and probe_in."""
 
     def __init__(self, draw: random.Random) -> None:
         self.draw = draw
@@ -252,7 +252,8 @@ async def note_everything(dut) -> None:
     for clock in range(CLOCKS):
         reset = int(clock < 80 or CLOCKS // 2 <= clock < CLOCKS // 2 + 80)
         if reset:
-            # The master is silent during a reset and drops the current access.
+            # During a reset the bus is idle; a new master, without the current access, replaces the
+            # old one.
             master = Master(draw)
         else:
             master.next_clock(accepted)
@@ -264,7 +265,7 @@ async def note_everything(dut) -> None:
         last = list(row)
         inputs.append(row)
         await RisingEdge(dut.clock)
-        # The rising edge samples these levels, which are stable before the edge.
+        # These are the levels before the rising edge, which the edge samples.
         levels = {name: str(getattr(dut, f"s_axil_{name}").value) == "1" for name in SAID}
         given = {name: bool(master.inputs[f"s_axil_{name}"]) for name in GIVEN}
         accepted = {

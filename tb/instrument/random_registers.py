@@ -1,5 +1,4 @@
-"""Gives the registers of a netlist random initial values, as in a chip that loads no initial
-values."""
+"""Gives the registers of a netlist random initial values, as in a chip that loads none."""
 
 from __future__ import annotations
 
@@ -13,7 +12,7 @@ def with_random_registers(netlist: str) -> str:
     """Return GHDL's Verilog with random initial values of registers, but not of tables and
     memories.
 
-    The values are drawn when the program starts, by its seed.
+    The program draws the values from its seed when it starts.
     """
 
     def begin(found: re.Match[str]) -> str:

@@ -1,4 +1,4 @@
-"""Drives every input of any entity from a file, clock by clock, and records every output."""
+"""Drives all inputs of an entity from a file, clock by clock, and records all outputs."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
-"""Compiles a netlist to a program that reads its inputs clock by clock and returns its outputs.
+"""Compiles a netlist to a program that reads inputs from a file and writes outputs to a file.
 
-One program text serves every entity, because it reads the entity's ports from the header that
-Verilator writes. Data are words of 32 bits, low word first, port after port in the header's order.
+One C++ text serves every entity; this module inserts the entity's ports, which it reads from the
+header that Verilator writes. The files contain words of 32 bits, clock by clock: low word first,
+port after port in the header's order.
 """
 
 from __future__ import annotations
@@ -31,12 +32,13 @@ from arctrue.instrument.build import (
 from tb.support.flat_ports import flat_name
 
 BUILT = ROOT / "build" / "instrument" / "equal"
-# Do not optimise, because the model runs for only some thousand clocks and the compilation takes
-# most of the time.
+# The compiler does not optimise, because the compilation takes most of the time: the model runs for
+# only some thousand clocks.
 OPTIMISE = "-O0"
 MOST_SECONDS = 600
 PORT = re.compile(r"VL_(IN|OUT)(?:8|16|64|W)?\(&?(\w+),(\d+),0(?:,\d+)?\);")
-# GHDL's netlist also has a port for each element, with the full name of the record port.
+# GHDL's netlist has a port for each element of a record port, named after the record port and the
+# element.
 RECORD_PORT = re.compile(r"(\w+_axil_request|\w+_axil_response|decoded)_(\w+)")
 
 PROGRAM = """
@@ -91,7 +93,8 @@ int main(int, char **arguments) {{
 
 @dataclass(frozen=True)
 class Port:
-    """Port of the compiled entity; ``member`` is its name in Verilator's model."""
+    """Port of the compiled entity; ``name`` is its name in the benches, ``member`` in Verilator's
+    model."""
 
     name: str
     member: str
@@ -117,7 +120,7 @@ def ports_of(header: Path) -> list[Port]:
 
 @dataclass(frozen=True)
 class Replay:
-    """Compiled entity that replays inputs."""
+    """Compiled entity, whose program replays recorded inputs."""
 
     program: Path
     ports: tuple[Port, ...]
@@ -125,9 +128,10 @@ class Replay:
     def outputs(
         self, inputs: Mapping[str, list[int]], folder: Path, seed: int = 1
     ) -> dict[str, list[int]]:
-        """Return the outputs after each clock; ``inputs`` has an unsigned value for every clock.
+        """Return the outputs after each clock; ``inputs`` has, for each input, a value per clock.
 
-        ``seed``, above 0, starts the random initial values of the netlist, if it has any.
+        All values are unsigned. ``seed``, above 0, is the seed for random initial values of
+        registers, if the netlist has them.
         """
         wanted = [port for port in self.ports if port.is_input]
         unlike = {port.name for port in wanted} ^ set(inputs)
@@ -164,8 +168,8 @@ def compiled(
     generics: Mapping[str, int | str],
     change: Callable[[str], str] | None = None,
 ) -> Replay:
-    """Return ``entity`` as a compiled netlist; ``change`` introduces an error into the netlist's
-    text on purpose."""
+    """Return ``entity`` as a compiled netlist; ``change`` may modify the netlist's text before
+    that."""
     texts = [f"{name}={value}" for name, value in generics.items()]
     texts += [*tool_versions().values(), *VERILATOR_FLAGS, OPTIMISE, PROGRAM]
     texts += [change(f"of {entity}") if change else ""]
@@ -177,7 +181,7 @@ def compiled(
             netlist = write_netlist(entity, folder / "netlist", generics=generics)
             if change:
                 netlist.write_text(change(netlist.read_text(encoding="utf-8")), encoding="utf-8")
-            # Initial values of wide memories are not tested here.
+            # The replay compares no initial values of wide memories.
             verilate(netlist, folder / "verilated", log)
             _compile(entity, folder, log)
     header = target / "verilated" / f"V{entity}.h"
@@ -201,7 +205,8 @@ def _compile(entity: str, folder: Path, log: Path) -> None:
         ),
         encoding="utf-8",
     )
-    # Compile all files at once, because the headers take longer than the files themselves.
+    # Compile all files as one, because the headers take longer to compile than the files
+    # themselves.
     everything = folder / "everything.cpp"
     parts = [*sorted(verilated.glob("*.cpp")), main]
     everything.write_text("".join(f'#include "{part}"\n' for part in parts), encoding="utf-8")

@@ -1,5 +1,4 @@
-"""Makes random inputs of the units for the comparison of netlist and VHDL, within the range of each
-port."""
+"""Makes random inputs, within the ranges of the ports, to compare netlists with the VHDL."""
 
 from __future__ import annotations
 
@@ -23,29 +22,30 @@ from arctrue.generated.number_formats import (
 
 Stimulus = dict[str, list[int]]
 LANES = 3
-"""Number of lanes: odd, so that one pair has only one lane."""
+"""Number of lanes, which is odd, so that one pair has only one lane."""
 FOLD = 2
 DEPTH = 8
 
 
 @dataclass(frozen=True)
 class Case:
-    """Entity with its generics and inputs; its outputs have no unknown bits from the clock
-    ``settled`` on."""
+    """Entity with its generics and inputs; from clock ``settled`` on its outputs have no unknown
+    bits."""
 
     entity: str
     generics: dict[str, int | str]
     stimulus: Callable[[np.random.Generator], Stimulus]
     settled: int
     in_core: bool = False
-    """Whether the cores in ``test_equal.py`` contain the unit with the same generics."""
+    """Whether the cores in ``test_equal.py`` contain this entity with these generics too."""
 
     def __str__(self) -> str:
         return "-".join([self.entity, *(f"{name}{value}" for name, value in self.generics.items())])
 
 
 def bits(random: np.random.Generator, width: int, clocks: int) -> list[int]:
-    """Return random words; some have all bits 0, all bits 1, or a single bit 1."""
+    """Return a random word per clock; in some words all bits are 0, all bits are 1, or one bit is
+    1."""
     data = random.bytes(clocks * (width // 8 + 1))
     size = width // 8 + 1
     mask = 2**width - 1
@@ -60,7 +60,7 @@ def bits(random: np.random.Generator, width: int, clocks: int) -> list[int]:
 
 
 def held(values: list[int], clocks: int) -> list[int]:
-    """Repeat each value for this number of clocks."""
+    """Return the values, each repeated for this number of clocks."""
     return [value for value in values for _ in range(clocks)]
 
 
@@ -69,12 +69,12 @@ def pulses(random: np.random.Generator, share: float, clocks: int) -> list[int]:
 
 
 def reset_first(clocks: int, random: np.random.Generator, share: float = 0.002) -> list[int]:
-    """Return a reset that is high in the first clocks, and now and then afterwards."""
+    """Return a reset that is high in the first clocks, then in a ``share`` of the clocks."""
     return [1] * 4 + pulses(random, share, clocks - 4)
 
 
 def walk(random: np.random.Generator, clocks: int, most: int = 1) -> np.ndarray:
-    """Return positions that go and return, by up to ``most`` counts a clock."""
+    """Return positions that move to and fro, by up to ``most`` counts per clock."""
     direction = np.repeat(random.choice([-1, 1], clocks // 40 + 1), 40)[:clocks]
     return np.cumsum(direction * random.integers(0, most + 1, clocks))
 
@@ -105,7 +105,7 @@ def table_rotation(random: np.random.Generator) -> Stimulus:
 
 
 LOCAL_VALUE_WIDTH = 36
-"""Width of s13.22 counts (local_table_pkg)."""
+"""Width of the local table's value, s13.22 counts (local_table_pkg)."""
 
 
 def error_compensation(random: np.random.Generator) -> Stimulus:
@@ -135,7 +135,7 @@ def error_compensation(random: np.random.Generator) -> Stimulus:
         "referenced": pulses(random, 0.5, clocks),
         "counts_per_rev": [turn] * clocks,
         "ramp_rate": held(bits(random, 32, clocks // 100), 100),
-        # The ramps have no limit of the acceleration in some runs and a limit in others.
+        # The acceleration of the ramp is unlimited (0) in some stretches and limited in others.
         "ramp_acceleration": held([0, 2**32 - 1, 2**29, 0, 2**31], clocks // 5),
         "first_sums": [1] * clocks,
         "last_sums": [1] * clocks,
@@ -145,7 +145,7 @@ def error_compensation(random: np.random.Generator) -> Stimulus:
 
 
 def changes_of_carrier(random: np.random.Generator, swap_marker: list[int]) -> Stimulus:
-    """Return the mean's part of the correction; the carrier changes with some of the swaps only."""
+    """Return the inputs for the mean; the carrier changes at some of the swaps only."""
     clocks = len(swap_marker)
     # Most terms are below a count, so that the ramp ends; some reach the limit of weighted_mean.
     most = 3 * 2**17 + 1 << MEAN_TERM_FRACTION
@@ -163,8 +163,8 @@ def changes_of_carrier(random: np.random.Generator, swap_marker: list[int]) -> S
 
 
 def folded_error_compensation(random: np.random.Generator) -> Stimulus:
-    """Return inputs in which the pair sums of an angle come in FOLD consecutive clocks, while the
-    reading is constant."""
+    """Return inputs in which the pair sums of an angle come in FOLD consecutive clocks; the reading
+    stays constant in these clocks."""
     given = error_compensation(random)
     clocks = len(given["reset"])
     for name in (
@@ -274,8 +274,8 @@ def sampler(random: np.random.Generator) -> Stimulus:
 
 
 def further_heads(random: np.random.Generator, reference: np.ndarray) -> Stimulus:
-    """Return heads 3 and 4 of the sampler; ``reference`` has turn positions of the triggering
-    head."""
+    """Return the sampler's inputs for heads 3 and 4; ``reference`` has the reference head's
+    positions."""
     clocks = reference.size
     third = (reference + 5 + random.integers(0, 2, clocks)) % 2**32
     fourth = (reference - 9 + random.integers(0, 2, clocks)) % 2**32
@@ -293,8 +293,8 @@ def further_heads(random: np.random.Generator, reference: np.ndarray) -> Stimulu
 
 def coefficient_memory(random: np.random.Generator, apart: int = 60) -> Stimulus:
     clocks = 60 * apart
-    # A write may wait while the idle bank is filled; the next write must come after the acknowledge
-    # of the waiting write.
+    # A write waits while the idle bank is being filled. The next write must come after the
+    # acknowledge, so writes are ``apart`` clocks apart.
     slots = random.random(clocks // apart) < 0.8
     offsets = random.random(clocks // apart) < 0.2
     first = [1] + [0] * (apart - 1)
@@ -330,12 +330,13 @@ def folded_coefficient_memory(random: np.random.Generator) -> Stimulus:
 
 
 def modulated_coefficient_memory(random: np.random.Generator) -> Stimulus:
-    """Return inputs with which a swap waits for a whole sweep, and a write waits for the swap."""
+    """Return inputs with so much time between writes that a swap can wait for a whole sweep, and
+    the next write for the swap."""
     return coefficient_memory(random, 3 * SWEEP_CLOCKS)
 
 
 def real_order_coefficient_memory(random: np.random.Generator) -> Stimulus:
-    """Return inputs that also write turn steps, each long after the previous write."""
+    """Return inputs that also write turn steps; all writes are 400 clocks apart."""
     stimulus = coefficient_memory(random, 400)
     write = np.array(stimulus["write_enable"])
     of_turn_step = random.random(write.size) < 0.4
@@ -348,8 +349,8 @@ def real_order_coefficient_memory(random: np.random.Generator) -> Stimulus:
 
 
 def table_conditions(random: np.random.Generator) -> Stimulus:
-    """Return readings of a table that moves to and fro, and writes of registers at the start and at
-    random later clocks."""
+    """Return readings of a table that moves to and fro, and writes of registers, which are frequent
+    at the start and rare later."""
     clocks = 24_000
     place = np.cumsum(held(random.integers(-1, 2, clocks // 800).tolist(), 800))
     place = place // 3

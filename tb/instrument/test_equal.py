@@ -1,5 +1,4 @@
-"""Tests that the compiled netlist equals the VHDL: equal inputs give equal outputs in every
-clock."""
+"""Tests that compiled netlist and VHDL give equal outputs for equal inputs in every clock."""
 
 from __future__ import annotations
 
@@ -19,19 +18,20 @@ from tb.support.simulation import simulate
 # CORE_SETTLED: clock from which the pipeline and the answers of the bus have no unknown bits after
 # the first reset.
 CORE_SETTLED = 80
-# CORE_FORGOTTEN: clock from which older values have no effect. The bench's second reset ends at
-# clock 3,080; the output is switched on again some 300 clocks later, and new coefficients are
-# swapped in 100 clocks after that. Until then, outputs may depend on older values, because the
-# coefficients and the levels of A and B survive a reset on purpose.
+# CORE_FORGOTTEN: clock from which on values from before the second reset have no effect. The second
+# reset of the bench ends at clock 3,080; some 300 clocks later the output is switched on again, and
+# 100 clocks after that new coefficients are swapped in. Until then, outputs may depend on older
+# values, because a reset keeps the coefficients and the levels of A and B on purpose.
 CORE_FORGOTTEN = 3500
 POWER_UPS = range(1, 9)
-"""Seeds of the random values that the registers have before the first reset."""
+"""Seeds for the random values that the registers have before the first reset."""
 
 ERROR_COMPENSATION = next(case for case in CASES if case.entity == "error_compensation")
 
 
 def wish_for_outputs(replay: Replay, folder: Path) -> None:
-    """Write the list of the netlist's outputs, which the simulator's bench records."""
+    """Write the names of the netlist's outputs to a file, from which the bench knows what to
+    record."""
     outputs = [port.name for port in replay.ports if not port.is_input]
     (folder / "outputs.json").write_text(json.dumps(outputs), encoding="utf-8")
 
@@ -83,14 +83,14 @@ def test_core(generics: dict[str, int | str], tmp_path: Path) -> None:
             "ARCTRUE_HEADS": str(generics.get("HEADS", 2)),
         },
     )
-    # The accesses also read registers that, according to the map, are undefined before their first
-    # event.
+    # Read data may be unknown, because the accesses also read registers that, by the register map,
+    # are undefined before their first event.
     assert not compare(replay, tmp_path, CORE_SETTLED, undefined={"s_axil_rdata"})
     noted = json.loads((tmp_path / "noted.json").read_text(encoding="utf-8"))
     unknown = [word for word in noted["s_axil_rdata"][CORE_SETTLED:] if set(word) - {"0", "1"}]
     assert len(unknown) < len(noted["s_axil_rdata"]) / 10
-    # The comparison must include answers of both kinds, an interrupt, a moving output, samples
-    # reported to the instruments next to the table, positions reached, and an alarm.
+    # Check that the run includes answers OKAY and SLVERR, interrupts, a moving output, pulses of
+    # trigger and compare, and an alarm.
     assert {"00", "10"} <= set(noted["s_axil_rresp"]) & set(noted["s_axil_bresp"])
     assert {"0", "1"} <= set(noted["interrupt"]) & set(noted["out_a"]) & set(noted["out_z"])
     assert {"0", "1"} <= set(noted["trigger_out"]) & set(noted["compare_out"])
@@ -102,21 +102,22 @@ def test_core(generics: dict[str, int | str], tmp_path: Path) -> None:
 def does_the_same_from_random_registers(
     noted: dict[str, list[str]], replay: Replay, folder: Path, generics: dict[str, int | str]
 ) -> None:
-    """After the reset and the set-up, the outputs do not depend on the values that the registers
-    had at power-up."""
+    """Check that, after reset and set-up, the outputs do not depend on the registers' values at
+    power-up."""
     inputs = json.loads((folder / "inputs.json").read_text(encoding="utf-8"))
     usual = replay.outputs(inputs, folder)
     at_random = compiled("arctrue_core", generics, with_random_registers)
-    # Compare all values until the core settles, because two draws may give equal outputs in the
-    # first clock.
+    # Collect the outputs until the core settles, to show that the seeds give different values; in
+    # the first clock alone two draws may be equal.
     begun = {tuple(tuple(values[:CORE_SETTLED]) for values in usual.values())}
     for seed in POWER_UPS:
         other = at_random.outputs(inputs, folder, seed)
         begun.add(tuple(tuple(values[:CORE_SETTLED]) for values in other.values()))
         for name in usual:
-            # Payloads of the bus are undefined until their handshakes are high. With more than two
-            # heads the words of the mean, which survive a reset, decide when a capture is ready,
-            # and therefore how fast the master reads the capture.
+            # The bus's handshakes are defined from CORE_SETTLED on, all other outputs later. With
+            # more than two heads even the handshakes may differ for longer: the words of the mean,
+            # which survive a reset, determine when a capture is ready, and so when the master reads
+            # the capture.
             is_handshake = name.startswith("s_axil") and name.endswith(("ready", "valid"))
             is_known = is_handshake and generics.get("HEADS", 2) == 2
             begin = CORE_SETTLED if is_known else CORE_FORGOTTEN
@@ -130,7 +131,7 @@ def test_a_broken_netlist_is_noticed(tmp_path: Path) -> None:
     case = ERROR_COMPENSATION
 
     def one_minus(text: str) -> str:
-        # Change the last addition of the netlist to a subtraction.
+        # Replace the last addition in the netlist by a subtraction.
         head, plus, tail = text.rpartition(" + ")
         return head + " - " + tail if plus else text
 

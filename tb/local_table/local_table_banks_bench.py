@@ -1,5 +1,4 @@
-"""Tests local_table_banks in cocotb, clock by clock: writes, swaps, and the copy that follows a
-swap."""
+"""Tests the writes, swaps and copies of local_table_banks in cocotb, clock by clock."""
 
 from __future__ import annotations
 
@@ -18,14 +17,14 @@ from tb.local_table.local_table_bench import random_table
 
 COUNTS_PER_REV = int(os.environ["COUNTS_PER_REV"])
 COPY_CLOCKS = LATENCY + 2 * POINTS + 1
-"""Longest time, in clocks, that an access waits, as the header of the entity states."""
+"""Largest number of clocks for which an access waits, as the header of the entity states."""
 STEADY = 3
-"""Number of clocks from a new counts_per_rev to the windows of the new turn."""
+"""Number of clocks after which the windows follow a new counts_per_rev."""
 
 
 class Unit:
-    """Drives the entity with a new angle in every clock; logs each angle, its table, and each
-    value."""
+    """Drives the entity with a new angle in every clock; logs each angle, the table that applies to
+    it, and each output value."""
 
     def __init__(self, dut: Any, seed: int) -> None:
         self.dut = dut
@@ -46,14 +45,14 @@ class Unit:
         for _ in range(STEADY):
             await FallingEdge(self.dut.clock)
         self.dut.reset.value = 0
-        # Clear the table, because an earlier test of this simulation may have left one.
+        # Disable all windows, because an earlier test of this simulation may have left a table.
         await self.access(place=True, address=0, word=0)
         await self.swap(takes=True)
         await self.access(place=True, address=0, word=None)
         self.angles, self.tables, self.values = [], [], []
 
     async def clock(self) -> None:
-        """Run one clock with an angle, and log the output value of this clock."""
+        """Drive an angle for one clock, and log the output value of this clock."""
         near = self.random.integers(0, 3)
         tables = [self.active, self.next]
         table = tables[near] if near < 2 else None
@@ -76,8 +75,7 @@ class Unit:
             await self.clock()
 
     async def access(self, *, place: bool, address: int, word: int | None) -> tuple[int, int]:
-        """Read a word, or write ``word``; return the answer and the number of clocks that the
-        access took."""
+        """Write ``word``, or read if it is None; return the word read and the access' clocks."""
         dut = self.dut
         dut.of_place.value, dut.address.value = int(place), address
         dut.write_data.value = (word or 0) & 0xFFFF_FFFF
@@ -134,8 +132,7 @@ def shapes() -> Iterator[tuple[int, int]]:
 
 @cocotb.test()
 async def a_table_acts_with_its_swap_and_is_kept(dut: Any) -> None:
-    """A table acts from its swap on, and later swaps without a new table keep it; three tables are
-    loaded one after the other."""
+    """Each of three tables acts from its swap on, and later swaps of the lanes do not change it."""
     unit = Unit(dut, 1)
     await unit.start()
     await unit.swap(takes=False)
@@ -167,7 +164,7 @@ async def a_table_acts_with_its_swap_and_is_kept(dut: Any) -> None:
 
 @cocotb.test()
 async def a_write_waits_for_a_swap(dut: Any) -> None:
-    """While `hold` is high, no word is written; a reset drops a write that waits."""
+    """While `hold` is high, no word is written; a reset drops a requested swap of the table."""
     unit = Unit(dut, 2)
     await unit.start()
     table = random_table(unit.random, 1, 2)

@@ -1,4 +1,4 @@
-"""Compares the VHDL local table with its model, while the bank changes from angle to angle."""
+"""Compares local_table in VHDL with its model, while the bank changes from angle to angle."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ ANGLES = 4000
 
 
 def random_table(random: np.random.Generator, windows: int, width: int) -> LocalTable:
-    """Return a random table whose windows do not overlap; one window contains the zero, and points
-    reach both ends of s18."""
+    """Return a random table whose windows do not overlap. One window contains the zero of the
+    angle; the points include both ends of their format of 18 bits."""
     spacing = COUNTS_PER_REV // windows
     first = COUNTS_PER_REV - 3 if width else int(random.integers(COUNTS_PER_REV))
     starts = tuple((first + number * spacing) % COUNTS_PER_REV for number in range(windows))
@@ -64,8 +64,8 @@ async def load(dut: Any, bank: int, table: LocalTable) -> None:
 @cocotb.test()
 @cocotb.parametrize(kind=[0, 1, 2])
 async def follows_the_model(dut: Any, kind: int) -> None:
-    """The outputs equal the model's for tables of one, two and four windows, over the whole turn or
-    a part of it."""
+    """The outputs equal the model's for tables of one, two and four windows, which cover the whole
+    turn or a part of it."""
     random = np.random.default_rng(kind)
     shapes = ([(1, 0), (2, 1)], [(4, 2), (1, 3)], [(2, 4), (4, 6)])[kind]
     tables = [random_table(random, *shape) for shape in shapes]

@@ -1,8 +1,7 @@
-"""Compares the decisions and refusals of head_failover with its model, clock by clock, in cocotb
-tests.
+"""Compares the decisions and refusals of head_failover with those of its model, clock by clock.
 
-The bench simulates banks and prepared sets: a load ends with its swap, or is refused, as
-prepared_sets decides by ``may_activate``.
+The bench simulates prepared_sets and the banks: like prepared_sets, it ends a load with a swap if
+``may_activate`` is high, and refuses the swap otherwise.
 """
 
 from __future__ import annotations
@@ -47,26 +46,26 @@ async def start(dut: Any, return_after: int) -> None:
 
 
 class Banks:
-    """Simulates idle and active words of the mean, and the loading of prepared sets; the bench
-    calls it once per clock."""
+    """Simulates the idle and the active words of the mean, and the loading of prepared sets; the
+    bench calls ``clock`` once per clock."""
 
     def __init__(self, choose: random.Random) -> None:
         self.choose = choose
         self.used, self.idle = ALL, ALL
         self.carrier_used = True
         self.loading = 0
-        """Clocks until a prepared set is written; then the set is swapped or refused."""
+        """Number of clocks until a prepared set is written and its swap is requested; 0 if no set
+        is loading."""
         self.waits = False
-        """Whether a swap was allowed and has not come yet."""
+        """Whether a swap has been allowed and has not yet taken place."""
         self.of_set = False
         self.number = 0
         self.quiet = 0
-        """Clocks since the idle words changed; a swap needs a bus access and comes more than 3
-        clocks after the change."""
+        """Number of clocks since the idle words changed. A swap is requested more than 3 clocks
+        after this change, because the request needs a bus access."""
 
     def words_of(self, number: int) -> int:
-        """Return the words of a set; one set in ten wrongly uses the head that it should leave
-        out."""
+        """Return the heads that a set uses; one set in ten wrongly uses the missing head too."""
         words = ALL & ~(1 << number >> 1)
         return ALL if self.choose.random() < 0.1 else words
 
@@ -115,7 +114,8 @@ async def decisions_equal_the_model(dut: Any) -> None:
     happened: Counter[str] = Counter()
     for return_after in (0, RETURN_AFTER):
         await start(dut, return_after)
-        # Entity and model have now run four clocks of reset and one clock of the register.
+        # The entity has now run four clocks of reset and one clock in which the register was
+        # written.
         model = HeadFailover(HEADS, return_after, INTERVAL_BITS)
         await RisingEdge(dut.clock)
         model.number = dut.number.value.to_unsigned()
@@ -142,7 +142,8 @@ async def decisions_equal_the_model(dut: Any) -> None:
                 getattr(dut, name).value = int(getattr(shown, name))
             dut.loaded.value, dut.refused.value = int(shown.loaded), int(shown.refused)
             await RisingEdge(dut.clock)
-            # These values were set before this edge and belong to the clock that ends at it.
+            # The values read here are those before this edge: they belong to the clock that ends
+            # with it.
             found = (
                 *(int(dut.load.value), dut.number.value.to_unsigned()),
                 *(dut.left_out.value.to_unsigned(), int(dut.changed.value)),

@@ -1,5 +1,4 @@
-"""Tests in cocotb that the count of head_mean continues while carriers change and the table
-turns."""
+"""Tests in cocotb that the position of head_mean continues when the carrier changes."""
 
 from __future__ import annotations
 
@@ -58,11 +57,11 @@ def outputs(dut: Any) -> Seen:
 
 
 def motion(rng: np.random.Generator) -> NDArray[np.int64]:
-    """Return positions (clocks, heads) in counts: the heads move to and fro over several turns, at
-    most one count per clock.
+    """Return positions (clocks, heads) in counts: the table moves to and fro over several turns, by
+    at most one count per clock.
 
-    The positions of the heads differ by up to some hundred counts; the difference changes with the
-    angle, and each head counts from its own zero.
+    The difference between two heads varies with the angle by up to 80 counts; each head counts from
+    its own zero.
     """
     steps = np.cumsum(np.where(np.sin(np.arange(CLOCKS) / 320.0) > -0.3, 0.9, -0.9))
     places = rng.uniform(0.0, 2.0 * np.pi, HEADS)
@@ -87,7 +86,7 @@ async def start(dut: Any) -> None:
 
 
 def random_set(rng: np.random.Generator, zeros: NDArray[np.int64]) -> MeanSet:
-    """Return random weights, and offsets that align the heads to within 50 counts."""
+    """Return random words of the mean, with offsets that align the heads to within 50 counts."""
     carrier = int(rng.integers(1, HEADS + 1))
     missing = int(rng.choice([head for head in range(HEADS + 1) if head != carrier]))
     weights = rng.integers(-20_000, 30_000, HEADS)
@@ -104,7 +103,7 @@ async def the_count_goes_on_from_carrier_to_carrier(dut: Any) -> None:
     rng = np.random.default_rng(HEADS)
     await start(dut)
     position = motion(rng)
-    # Position of each head's index; the offsets of the sets align the heads.
+    # Position of each head's index; the offsets of the sets make up for the differences.
     index = position[0] - rng.integers(0, COUNTS, HEADS)
     angle = (position - index) % COUNTS
     zeros = (position[0] - index) % COUNTS
@@ -150,8 +149,8 @@ def compare(
     position: NDArray[np.int64],
     swaps: list[int],
 ) -> None:
-    """Check the outputs of each clock against sets and readings, and check that constant outputs
-    keep the values of the first clock."""
+    """Check the outputs of each clock against the words and readings of this clock, and check that
+    position minus angle and the phase stay constant."""
     between = 0
     for clock in range(10, CLOCKS - MEAN_LATENCY):
         mean, now = sets[clock], seen[clock]
@@ -206,7 +205,7 @@ async def applied_when_every_used_head_has_its_index(dut: Any) -> None:
 
 @cocotb.test()
 async def a_swap_waits_for_what_moves_a_zero(dut: Any) -> None:
-    """A swap waits in the clock in which a zero may move and for eight clocks after it."""
+    """`may_swap` is low in the clock in which a zero may move and for eight clocks after it."""
     await start(dut)
     for _ in range(20):
         await RisingEdge(dut.clock)

@@ -1,5 +1,4 @@
-"""Compares head_watch with its model in cocotb tests, and tests its three ways to find a failed
-head."""
+"""Tests in cocotb the three checks by which head_watch finds a failed head, two against models."""
 
 from __future__ import annotations
 
@@ -42,8 +41,8 @@ def shown(dut: Any) -> tuple[int, int]:
 
 @cocotb.test()
 async def a_new_fault_of_a_decoder_fails_its_head(dut: Any) -> None:
-    """A head is reported once when its flag rises and once for each further count, if the cause is
-    enabled."""
+    """A head is reported once when its flag rises and once for each increment of its counter, if
+    the cause is enabled."""
     await start(dut)
     bits = {"illegals": 0, "overspeeds": 1, "swallowed": 2, "index_errors": 5}
     for flag, bit in bits.items():
@@ -86,8 +85,8 @@ async def flags_from_before_watching_fail_no_head(dut: Any) -> None:
 
 @cocotb.test()
 async def missing_edges_equal_the_model(dut: Any) -> None:
-    """Entity and model find a head that stands still in the same clock, and find no head while the
-    table trembles."""
+    """Entity and model report a dead head in the same clock, and report no head while the table
+    only vibrates."""
     rng = np.random.default_rng(HEADS)
     await start(dut)
     limit = 48
@@ -108,7 +107,7 @@ async def missing_edges_equal_the_model(dut: Any) -> None:
         dut.steps.value = flat(np.abs(steps), 1)
         dut.steps_up.value = flat((steps > 0).astype(np.int64), 1)
         await RisingEdge(dut.clock)
-        # `failed` shows a head that is dead after this clock one clock later.
+        # `failed` reports a head one clock after the clock in which the model finds it dead.
         found = model.clock(steps, limit, watching=True)
         dead = sum(1 << head for head in np.flatnonzero(found))
         failed, causes = shown(dut)
@@ -121,8 +120,8 @@ async def missing_edges_equal_the_model(dut: Any) -> None:
 
 
 def readings(rng: np.random.Generator, clocks: int) -> NDArray[np.int64]:
-    """Return differences (clocks, heads) that change periodically, with steps of one head and
-    sometimes of two heads."""
+    """Return differences to head 1 (clocks, heads) that change periodically, with steps of one head
+    and sometimes of two heads at once."""
     phase = np.arange(clocks)[:, np.newaxis] / 900.0 + rng.uniform(0, 6.0, HEADS)
     rows = 40.0 * np.sin(phase)
     for clock in range(500, clocks, 700):
@@ -135,8 +134,8 @@ def readings(rng: np.random.Generator, clocks: int) -> NDArray[np.int64]:
 
 @cocotb.test()
 async def steps_equal_the_model(dut: Any) -> None:
-    """Entity and model find the same head in the same clock, for steps of all sizes with restarts
-    between the steps."""
+    """Entity and model report the same head in the same clock, for steps of 10 to 4,000 counts and
+    with restarts."""
     rng = np.random.default_rng(10 + HEADS)
     await start(dut)
     limit = 32
@@ -145,7 +144,7 @@ async def steps_equal_the_model(dut: Any) -> None:
     rows = readings(rng, 12_000)
     later: list[int] = [0, 0]
     names: set[int] = set()
-    # Model and entity start together at a restart.
+    # The first rows have a restart, at which model and entity start together.
     for clock, row in enumerate(rows):
         restart = clock < 3 or clock % 2500 == 1700
         dut.restart.value = int(restart)
@@ -163,8 +162,8 @@ async def steps_equal_the_model(dut: Any) -> None:
 
 @cocotb.test()
 async def a_step_of_twice_the_limit_is_always_found(dut: Any) -> None:
-    """A step of twice the limit is always found at the right head, while the axis changes each
-    difference by less than the limit."""
+    """A step of at least twice the limit is always found, and attributed to the right head, if the
+    axis changes each difference by less than the limit."""
     rng = np.random.default_rng(3)
     await start(dut)
     limit = 32

@@ -1,4 +1,4 @@
-"""Tests in cocotb that mean_words swaps a written set as a whole and returns it when read."""
+"""Tests in cocotb that mean_words activates all written words together and reads them back."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ HEAD1_ALONE = {**dict.fromkeys(range(CHOICE), 0), CHOICE: 1 << 4}
 
 
 def stored(address: int, data: int) -> int:
-    """Return the 32 bits that a read returns for a written word."""
+    """Return the 32 bits that a read of ``address`` returns after ``data`` was written there."""
     if address < CHOICE:
         if address % HEADS_MAX >= HEADS:
             return 0
@@ -41,7 +41,7 @@ def activated(words: dict[int, int]) -> dict[int, int]:
 
 
 def flat_words(words: dict[int, int]) -> int:
-    """Return the words side by side as the entity outputs them."""
+    """Return the words as one integer, in the layout of the entity's ports."""
     value = place = 0
     parts = [(words[head], HEAD_OFFSET_WIDTH) for head in range(HEADS)]
     parts += [
@@ -57,8 +57,8 @@ def flat_words(words: dict[int, int]) -> int:
 
 @cocotb.test()
 async def swaps_are_whole(dut: Any) -> None:
-    """Each swap activates one whole set while writes, reads and swaps are random; a write waits
-    while a swap is held."""
+    """Each swap activates all idle words together, while writes, reads and swaps are random; a
+    write waits while `hold_writes` is high."""
     choose = random.Random(HEADS)
     for name in ("reset", "write_enable", "write_address", "write_data", "hold_writes"):
         getattr(dut, name).value = 0
@@ -83,7 +83,8 @@ async def swaps_are_whole(dut: Any) -> None:
         address = choose.randrange(16)
         dut.read_address.value = address
         await RisingEdge(dut.clock)
-        # These values were set before this edge and belong to the clock that ends at it.
+        # The values read here are those before this edge: they belong to the clock that ends with
+        # it.
         assert dut.active_words.value.to_unsigned() == flat_words(active)
         assert dut.idle_words.value.to_unsigned() == flat_words(idle)
         assert dut.next_words.value.to_unsigned() == flat_words(idle if swap else active)

@@ -1,5 +1,4 @@
-"""Tests in cocotb that parity_sum equals its model in every bit, and reports a parity beyond the
-limit."""
+"""Tests in cocotb that parity and `beyond` of parity_sum equal the model's in every bit."""
 
 from __future__ import annotations
 
@@ -20,13 +19,13 @@ HEADS = int(os.environ.get("HEADS", "4"))
 
 @cocotb.test()
 async def equals_the_model(dut: Any) -> None:
-    """The parity equals the model's for random words and words at both ends; each set lasts for two
-    calculations of the parity."""
+    """The parity equals the model's for random weights, with differences that are random or at the
+    ends of their format; the inputs are held for at least two calculations of the parity."""
     rng = np.random.default_rng(HEADS)
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     over = 0
     for case in range(400):
-        # Σ c = 0 keeps every parity within its format: |c| < 2, half of them negative.
+        # With Σ c = 0 and |c| < 2 every parity fits its format.
         half = 1 << (HEAD_WEIGHT_WIDTH - 2)
         weights = rng.integers(-half // 2, half // 2, HEADS)
         weights[-1] = -weights[:-1].sum()

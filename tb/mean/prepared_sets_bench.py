@@ -1,5 +1,4 @@
-"""Tests in cocotb that prepared_sets loads a complete set even if the processor writes at the same
-time."""
+"""Tests in cocotb that prepared_sets loads complete sets even if the processor writes meanwhile."""
 
 from __future__ import annotations
 
@@ -35,7 +34,7 @@ async def start(dut: Any) -> None:
 
 
 def place_of(word: int) -> Place:
-    """Return the word of the bank that corresponds to a word of a set."""
+    """Return the place in the bank to which a word of a set is written."""
     if word < 512:
         return "lane", word
     return ("offset", 0) if word - 512 == 15 else ("mean", word - 512)
@@ -61,7 +60,7 @@ async def access(dut: Any, number: int, word: int, data: int | None = None) -> i
 
 
 class Bank:
-    """Simulates the idle and the active bank to which the entity writes."""
+    """Simulates the idle bank, to which the entity writes, and the active bank."""
 
     def __init__(self, dut: Any, choose: random.Random) -> None:
         self.dut = dut
@@ -75,8 +74,8 @@ class Bank:
         self.clock = 0
 
     async def run(self) -> None:
-        """Serve each write and each swap in three clocks or more; serve no write while a swap
-        waits."""
+        """Acknowledge each write after two clocks or more, and make each swap come after a random
+        time; acknowledge no write while a swap waits."""
         dut = self.dut
         while True:
             asked = dut.swap_out.value == 1
@@ -116,7 +115,7 @@ class Bank:
 
 
 async def fill(dut: Any, choose: random.Random) -> dict[int, dict[Place, int]]:
-    """Write random prepared sets and read them back; return their words."""
+    """Write random words into all prepared sets and read them back; return the words."""
     sets: dict[int, dict[Place, int]] = {}
     for number in range(HEADS + 1):
         words = {word: choose.getrandbits(32) for word in WORDS}
@@ -131,7 +130,8 @@ async def fill(dut: Any, choose: random.Random) -> dict[int, dict[Place, int]]:
 
 @cocotb.test()
 async def every_set_is_loaded_whole(dut: Any) -> None:
-    """A load takes at most the number of clocks that the header of the entity states."""
+    """Each load activates the complete set, within the number of clocks that the header of the
+    entity states."""
     choose = random.Random(HEADS)
     await start(dut)
     sets = await fill(dut, choose)
@@ -158,7 +158,7 @@ async def writes_of_the_processor_wait_and_nothing_mixed_is_swapped(dut: Any) ->
     """Each acknowledged write of the processor is stored, and each swapped set is whole, while
     writes, swaps and loads are random.
 
-    The entity does not swap words while `may_activate` is low; `refused` reports this.
+    The entity swaps no words while `may_activate` is low; `refused` pulses instead.
     """
     choose = random.Random(20 + HEADS)
     await start(dut)
@@ -169,7 +169,7 @@ async def writes_of_the_processor_wait_and_nothing_mixed_is_swapped(dut: Any) ->
     under_way: tuple[Place, int] | None = None
     for _ in range(20_000):
         busy = dut.busy.value == 1
-        # A read after an edge gives the value before the edge, so that `busy` shows a load two
+        # A value that is read at an edge is the value before the edge, so `busy` shows a load two
         # clocks later.
         pause = max(pause - 1, 0)
         load = not busy and not pause and choose.random() < 0.01

@@ -1,5 +1,4 @@
-"""Tests that the failover in VHDL chooses sets, takes heads back and refuses words as the model
-does."""
+"""Tests that head_failover chooses sets, takes heads back and refuses words like its model."""
 
 from __future__ import annotations
 

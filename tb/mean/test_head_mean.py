@@ -1,5 +1,4 @@
-"""Tests that the VHDL swaps carrier, offsets and words of the mean as a whole, and that the count
-continues."""
+"""Tests that head_mean and mean_words swap all words together, and that the position continues."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tests that the VHDL stores complete sets of words, loads each as a whole, and swaps it."""
+"""Tests that prepared_sets stores sets of words, loads each set completely, and swaps it."""
 
 from __future__ import annotations
 

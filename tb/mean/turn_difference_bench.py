@@ -1,4 +1,4 @@
-"""Compares turn_difference with its model, and with the counts of whole turns, in cocotb tests."""
+"""Compares turn_difference with its model, and checks its definition, in cocotb tests."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from arctrue.generated.number_formats import DIFFERENCE_LATENCY
 async def differences(
     dut: Any, minuend: NDArray[np.int64], subtrahend: NDArray[np.int64], counts_per_rev: int
 ) -> NDArray[np.int64]:
-    """Drive a new pair in each clock; return the outputs after the latency."""
+    """Drive a new pair of angles in each clock; return the difference of each pair."""
     dut.counts_per_rev.value = counts_per_rev
     seen = []
     last = minuend.size - 1
@@ -37,8 +37,8 @@ async def start(dut: Any) -> None:
 
 @cocotb.test()
 async def every_pair_of_small_turns(dut: Any) -> None:
-    """The difference is right modulo the turn, in the shorter direction, for all pairs of angles in
-    turns of 4 to 11 counts."""
+    """For all pairs of angles in turns of 4 to 11 counts, the difference is right modulo the turn
+    and in the shorter direction."""
     await start(dut)
     for counts_per_rev in range(4, 12):
         pairs = np.array(list(itertools.product(range(counts_per_rev), repeat=2))).T

@@ -28,8 +28,8 @@ WIDEST = WEIGHT_LIMIT - 1
 
 
 def sets(rng: np.random.Generator) -> Iterator[MeanSet]:
-    """Yield sets with equal weights, the carrier alone, the largest weights of either sign, and
-    random weights without one head."""
+    """Yield words of the mean with equal weights, with head 1 alone, with the largest weights of
+    either sign, and with random weights for all heads but one."""
     equal = [WEIGHT_ONE // HEADS] * HEADS
     equal[0] += WEIGHT_ONE - sum(equal)
     yield MeanSet(tuple(equal), (0,) * HEADS)
@@ -50,8 +50,8 @@ def sets(rng: np.random.Generator) -> Iterator[MeanSet]:
 
 
 def some_readings(rng: np.random.Generator, counts_per_rev: int) -> NDArray[np.int64]:
-    """Return readings: of heads that nearly agree, mainly around the zero, and of heads that do not
-    agree."""
+    """Return readings of heads that nearly agree, around the zero, readings with differences near
+    the limit or half a turn, and readings at random angles."""
     true = rng.integers(-40, 40, 150)
     near = rng.integers(-300, 300, (150, HEADS)) + true[:, np.newaxis]
     limits = [65_535, 65_536, 65_537, counts_per_rev // 2]
@@ -75,8 +75,8 @@ def drive(dut: Any, readings: NDArray[np.int64], mean: MeanSet) -> None:
 
 
 async def compare(dut: Any, readings: NDArray[np.int64], means: list[MeanSet], counts: int) -> None:
-    """Compare the outputs with the model's; readings and words change with every clock, as in a
-    swap."""
+    """Compare the outputs with the model's; the readings, and the words if ``means`` differ, change
+    in every clock."""
     dut.counts_per_rev.value = counts
     seen = []
     last = len(readings) - 1
@@ -103,8 +103,8 @@ async def terms_equal_the_model(dut: Any) -> None:
 
 @cocotb.test()
 async def words_belong_to_their_readings(dut: Any) -> None:
-    """Each output uses the words that came with its readings, although another set comes in every
-    clock."""
+    """Each output is computed with the words that came with its readings, although the words change
+    in every clock."""
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     await RisingEdge(dut.clock)
     rng = np.random.default_rng(10 + HEADS)

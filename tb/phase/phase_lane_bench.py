@@ -29,7 +29,7 @@ async def compare(
     step: NDArray[np.int64],
     offset: NDArray[np.int64],
 ) -> None:
-    """Compare the phases with the model's; every input changes with every clock."""
+    """Compare the phases with the model's; every input changes in every clock."""
     await start(dut)
     seen = []
     last = angle.size - 1
@@ -61,8 +61,8 @@ async def random_words(dut: Any) -> None:
 
 @cocotb.test()
 async def extremes(dut: Any) -> None:
-    """The phases equal the model's for words with a single bit, with all bits, and at the borders
-    between the parts of the multiplication."""
+    """The phases equal the model's for words with a single bit, with all bits, and with bits next
+    to the borders between the three multipliers."""
     angles = [0, 1, 2**14 - 1, 2**14, 2**23, 2**24 - 1]
     steps = [0, *(2**bit for bit in range(48)), *(2**bit - 1 for bit in range(1, 49))]
     offsets = [0, 2**24 - 1]
@@ -74,8 +74,7 @@ async def extremes(dut: Any) -> None:
 
 @cocotb.test()
 async def latency_is_five_clocks(dut: Any) -> None:
-    """Counted at the ports, the phase comes 5 clocks after angle and step, and 3 clocks after the
-    offset."""
+    """At the ports, the phase comes 5 clocks after angle and step, 3 clocks after the offset."""
     await start(dut)
     dut.angle.value = 1
     dut.phase_step.value = 2**40

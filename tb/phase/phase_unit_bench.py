@@ -34,8 +34,8 @@ async def start(dut: Any) -> None:
 
 @cocotb.test()
 async def every_lane_has_its_own_words(dut: Any) -> None:
-    """The phase of every lane is computed with the lane's own words; all words change in every
-    clock, and offsets come two clocks after their angle."""
+    """The phase of every lane is computed with this lane's words; all words change in every clock,
+    and an offset comes two clocks after its angle."""
     rng = np.random.default_rng(LANES)
     angle = rng.integers(0, 2**24, ANGLES)
     steps = rng.integers(0, 2**48, (ANGLES, LANES))
@@ -58,7 +58,7 @@ async def every_lane_has_its_own_words(dut: Any) -> None:
 
 @cocotb.test()
 async def latency_is_five_clocks(dut: Any) -> None:
-    """Counted at the ports, the phases of all lanes come five clocks after their angle."""
+    """At the ports, the phases of all lanes come five clocks after their angle."""
     await start(dut)
     dut.phase_steps.value = flat(np.full(LANES, 2**24), PHASE_STEP_WIDTH)
     for _ in range(10):

@@ -1,4 +1,4 @@
-"""Compares turn_counter with its model, and with a count without wraps, in cocotb tests."""
+"""Compares turn_counter with its model, and with positions that do not wrap, in cocotb tests."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ async def start(dut: Any, first: int = 0) -> None:
 
 
 async def play(dut: Any, angles: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Drive the angles; return `select` and the turn number for each angle. Angles that are not
-    accepted come between them."""
+    """Drive the angles; return `turn_select` and the turn number for each angle. Between two of
+    these angles, the entity gets other angles with `take` low."""
     rng = np.random.default_rng(0)
     selects, turns = [], []
     clocks = FOLD * angles.size + 2
@@ -42,8 +42,8 @@ async def play(dut: Any, angles: NDArray[np.int64]) -> tuple[NDArray[np.int64], 
         await RisingEdge(dut.clock)
         selects.append(int(dut.turn_select.value))
         turns.append(dut.turn.value.to_signed())
-    # The bench reads values before the edge that ends a clock. The select is constant from the
-    # clock after its angle to the next accepted angle.
+    # The bench reads values before the edge that ends a clock. `turn_select` is constant from the
+    # clock after its angle to the next angle that is taken.
     first = np.arange(angles.size) * FOLD
     for later in range(1, FOLD + 1):
         assert np.array_equal(np.array(selects)[first + 1], np.array(selects)[first + later])
@@ -63,7 +63,7 @@ async def check(dut: Any, total: NDArray[np.int64]) -> None:
 
 @cocotb.test()
 async def forwards_and_backwards(dut: Any) -> None:
-    """The turn number is right for steps of up to FOLD counts and for much larger steps, in both
+    """The turn number is right for steps of up to FOLD counts, and for much larger steps, in both
     directions over several turns."""
     rng = np.random.default_rng(1)
     for way in (1, -1):
@@ -79,8 +79,8 @@ async def tremble_on_the_wrap(dut: Any) -> None:
 
 @cocotb.test()
 async def jumps_take_the_shorter_way(dut: Any) -> None:
-    """If the zero moves, the angle jumps and the turn number follows the shorter way; a jump of
-    exactly half a turn is no wrap."""
+    """If the angle jumps because the zero moves, the turn number follows the jump the shorter way
+    round; a jump by exactly half a turn is no wrap."""
     rng = np.random.default_rng(3)
     angles = rng.integers(0, COUNTS_PER_REV, 2000)
     half = COUNTS_PER_REV // 2

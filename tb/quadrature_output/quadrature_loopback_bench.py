@@ -1,5 +1,4 @@
-"""Tests the quadrature output with the decoder, which must recover every count and one index per
-turn from the output's edges."""
+"""Connects the quadrature output to the decoder, which must recover every count and index."""
 
 from __future__ import annotations
 
@@ -43,8 +42,8 @@ CASES = {
 
 
 def motion(case: LoopBack, seed: int) -> NDArray[np.int64]:
-    """Return a random motion with long travels, reversals on every count, standstills, and a final
-    rest."""
+    """Return the position in each clock of a random motion with long travels, reversals at every
+    count, standstills, and a final standstill."""
     random = np.random.default_rng(seed)
     counts = np.zeros(case.clocks, dtype=np.int64)
     edge = 2 * RESETS
@@ -75,7 +74,8 @@ async def loses_no_count(dut, name: str) -> None:
     dut.minimum_spacing.value = case.minimum_spacing
     dut.filter_length.value = case.filter_length
 
-    # A reset keeps the levels, so first set the levels of the first position; then no edge comes.
+    # A reset keeps the levels of A and B. So first let the output go to the levels of the first
+    # position: then no edge comes after the reset.
     dut.reset.value = 1
     for _ in range(4):
         await FallingEdge(dut.clock)
@@ -97,8 +97,8 @@ async def loses_no_count(dut, name: str) -> None:
 
     latency = OUTPUT_LATENCY + DECODER_LATENCY + case.filter_length
     got = np.array(received)
-    # Element i was read after the edge that took sample RESETS + i, so it belongs to the sample one
-    # clock before.
+    # Element i was read at the edge after which sample RESETS + i was driven, so it belongs to the
+    # sample one clock earlier.
     then = np.arange(RESETS, len(sent)) + 1 - latency
     expected = position[np.maximum(then, 0)]
     slack = np.abs(got - (expected - position[0]))

@@ -1,6 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
 --
--- The quadrature output's pins wired into a quadrature decoder.
+-- Connects the outputs of quadrature_output to the inputs of a quadrature_decoder, for simulation.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -81,7 +81,7 @@ begin
       z                    => z,
       counts_per_rev       => counts_per_rev,
       filter_length        => filter_length,
-      -- An edge that is nearer than the output's minimum spacing sets overspeed.
+      -- The decoder reports an overspeed if two edges are closer than the output's minimum spacing.
       minimum_edge_spacing => minimum_spacing,
       timestamp            => to_unsigned(0, TIMESTAMP_WIDTH),
       clear                => '0',

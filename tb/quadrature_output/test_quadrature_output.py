@@ -1,4 +1,4 @@
-"""Runs the benches of the quadrature output in GHDL: alone, and looped back into the decoder."""
+"""Runs in GHDL the benches of the quadrature output, alone and connected to the decoder."""
 
 from tb.support.simulation import simulate
 

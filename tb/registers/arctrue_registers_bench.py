@@ -1,5 +1,4 @@
-"""Tests register_access in cocotb: the register block with its bus port, and the guard that refuses
-illegal addresses."""
+"""Tests register_access in cocotb: registers on the bus, and the refusal of illegal accesses."""
 
 from __future__ import annotations
 
@@ -42,7 +41,7 @@ LOCAL_PLACES = [
     model_map.LOCAL_POINTS + 4 * model_map.LOCAL_POINT_WORDS,
     model_map.LOCAL_POINTS + 0x8000,
 ]
-"""Addresses of the local table's points and place words, and addresses next to both."""
+"""Addresses of points and words of the place of the local table, and addresses next to these."""
 
 
 TURN_PLACES = [
@@ -50,8 +49,8 @@ TURN_PLACES = [
     model_map.TURN_STEPS + 4 * 127,
     *(model_map.TURN_NUMBER + 4 * word for word in (0, 1, 127)),
 ]
-"""Addresses of turn steps (also of lanes that are not built) and of the turn number, and addresses
-next to both."""
+"""Addresses of the turn number, of turn steps (even of lanes that are not built), and next to
+these."""
 
 
 async def prepared(
@@ -78,10 +77,10 @@ async def prepared(
     for latching in (
         *model_map.GROUPS,
         *model_map.WIDE,
-    ):  # the words that they latch are undefined before the first read
+    ):  # a first read defines the latched words
         await bus.read(latching)
         model.read(latching)
-    # Coefficients survive a reset and keep the values that an earlier test wrote.
+    # Coefficients and other words survive a reset, so an earlier test may have left values.
     await bus.write(model_map.OFFSET, 0)
     await bus.write_words(model_map.COEFFICIENTS, [0] * (4 * LANES))
     for word in range(16):
@@ -108,8 +107,8 @@ def change_inputs(dut, generator: random.Random, model: RegisterModel) -> None:
 
 
 def set_places() -> list[int]:
-    """Return addresses of words of every prepared set, of gaps in it, and of one set beyond the
-    last."""
+    """Return addresses of words of every prepared set, in gaps of the sets, and in one set beyond
+    the last."""
     words = [*range(4 * LANES + 2), 0x100, *range(0x1FE, 0x212), 0x3FF]
     return [
         model_map.PREPARED_SETS + model_map.SET_BYTES * number + 4 * word
@@ -119,8 +118,8 @@ def set_places() -> list[int]:
 
 
 def random_address(generator: random.Random) -> int:
-    """Return an address of any kind: in registers, in gaps between registers, in both windows, or
-    beyond the windows' ends."""
+    """Return a random address: of a register, in a gap between registers, in a window, or beyond a
+    window's end."""
     kind = generator.randrange(15)
     if kind < 5:
         return generator.choice(ADDRESSES)
@@ -184,8 +183,8 @@ async def random_accesses_as_the_model(dut):
 
 @cocotb.test()
 async def every_word_of_the_map(dut):
-    """The core answers accesses to each of the 1,024 register words, to each coefficient word, and
-    at the ends of both windows as the model does."""
+    """The answers to accesses of every register word and coefficient word, and at the ends of the
+    windows, equal the model's."""
     generator = random.Random(11)
     bus, model = await prepared(dut, generator)
     change_inputs(dut, generator, model)
@@ -246,15 +245,15 @@ async def commands_act_for_one_clock(dut):
 
 @cocotb.test()
 async def snapshot_is_one_clock(dut):
-    """All values of a snapshot come from one clock, although inputs change in every clock and reads
-    stall."""
+    """All values of a snapshot come from one clock, although the inputs change in every clock and
+    the reads stall."""
     generator = random.Random(14)
     bus, _ = await prepared(dut, generator, stall=0.4)
     parts = {port: (width, generator.getrandbits(24)) for port, width in driven_ports().items()}
 
     async def drive():
-        # The low 24 bits of every port are the clock count plus the port's own constant; a 64-bit
-        # port repeats them in its high word.
+        # The low 24 bits of every port are the number of the clock plus a constant of the port; a
+        # 64-bit port repeats them in its high word.
         clock = 0
         while True:
             await RisingEdge(dut.clock)
@@ -285,7 +284,7 @@ async def snapshot_is_one_clock(dut):
 
 @cocotb.test()
 async def bursts_keep_their_order(dut):
-    """Reads of the capture and writes of coefficients keep their order, back to back and with
+    """Reads of the capture and simultaneous writes of coefficients keep their order in spite of
     stalls."""
     generator = random.Random(15)
     bus, _ = await prepared(dut, generator, stall=0.4)
@@ -337,7 +336,7 @@ async def answers_after_their_clocks_in_turn(dut):
     assert clocks_from(("arvalid",), "rvalid") == 3, "of a refused access"
 
     seen.clear()
-    first, words = 0x030, 7  # filter_length to following_limit
+    first, words = 0x030, 7  # registers filter_length to following_limit
     reads = cocotb.start_soon(bus.read_words(first, words))
     answer = await bus.master.write(first, bytes(4 * words))
     assert answer.resp == AxiResp.OKAY
@@ -345,15 +344,16 @@ async def answers_after_their_clocks_in_turn(dut):
     kinds = "".join("w" * now["bvalid"] + "r" * now["rvalid"] for now in seen)
     assert kinds in ("wr" * words, "rw" * words), f"answers came as {kinds}"
     clocks = [n for n, now in enumerate(seen) if now["bvalid"] or now["rvalid"]]
-    # Wait one clock more than a read or a write takes.
+    # Reads and writes alternate: each answer comes one clock more after the previous answer than
+    # its access takes alone.
     assert {later - earlier for earlier, later in pairwise(clocks)} == {4, 5}
 
 
 @cocotb.test()
 async def interrupts_set_enable_and_clear(dut):
     bus, _ = await prepared(dut, random.Random(16))
-    # A bit with a level as source is set only by the level's rising edge; the other bits are set by
-    # strobes.
+    # The source of some bits is a level, whose rising edge sets the bit; strobes set the other
+    # bits.
     for bit in range(16):
         dut.interrupt_status.value = 1 << bit
         await ClockCycles(dut.clock, 1)
@@ -381,12 +381,13 @@ async def interrupts_set_enable_and_clear(dut):
 
 @cocotb.test()
 async def no_event_is_lost_in_the_clock_of_its_clear(dut):
-    """An event comes at a different clock around the clear in each run; in exactly one of these
-    runs the interrupt line must stay high.
+    """An event that comes in the clock of its clear stays set; the event comes at another clock in
+    each run.
 
-    After an event before the clear, the line is low at the end. With an event after the clear, the
-    line falls and rises again. With an event in the clock of the clear, the line never falls. If
-    the clear had priority, no event would keep the line high.
+    If the event comes before the clear, the interrupt line is low at the end. If it comes after the
+    clear, the line falls and rises again. Only if it comes in the clock of the clear does the line
+    stay high; this must happen in exactly one run. If the clear had priority, it would happen in no
+    run.
     """
     bus, _ = await prepared(dut, random.Random(17))
     await bus.write(0x0A0, 1)

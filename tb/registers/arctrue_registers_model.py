@@ -1,7 +1,6 @@
-"""Models the register map as a processor sees it; the tables were written by hand from the map's
-description.
+"""Models the register map for a processor, with tables written by hand from its description.
 
-No value comes from the SystemRDL source or from files generated from it.
+No value comes from the SystemRDL source or from files generated from that source.
 """
 
 from __future__ import annotations
@@ -11,7 +10,7 @@ from dataclasses import dataclass, field
 WORD = 0xFFFF_FFFF
 
 CONSTANTS = {0x000: 0x41524354, 0x004: 0x000800}
-"""Values of constant registers by address."""
+"""Values of the constant registers by address."""
 
 READ_WRITE = {
     0x010: (WORD, 0, None),
@@ -106,7 +105,8 @@ SNAPSHOT = {
     0x138: (WORD, "snapshot_correction", 0),
     0x13C: (WORD, "snapshot_following_error", 0),
 }
-"""Existing bits, port and the port's bit for bit 0, by address; a read of 0x100 latches them."""
+"""Words of the snapshot, by address: existing bits, port, and the port's bit that is bit 0 of the
+word; a read of 0x100 latches them."""
 
 PROBE = {
     0x160: (WORD, "probe_time", 0),
@@ -115,7 +115,8 @@ PROBE = {
     0x16C: (0xFFFFFF, "probe_angle", 0),
     0x170: (0xFFFF, "probe_edges", 0),
 }
-"""Existing bits, port and the port's bit for bit 0, by address; a read of 0x160 latches them."""
+"""Words of the probe, by address: existing bits, port, and the port's bit that is bit 0 of the
+word; a read of 0x160 latches them."""
 
 GROUPS = {0x100: SNAPSHOT, 0x160: PROBE}
 
@@ -127,13 +128,13 @@ FURTHER_CAPTURE = 0x40000
 HEADS = 0x02000
 CONDITIONS = 0x02100
 FURTHER_HEAD_READ = {*range(9), 10, 11}
-"""Words of a further head that may be read; only the first may be written."""
+"""Numbers of the words of head 3 or 4 that may be read; only word 0 may be written."""
 DELAYS, HEADS_COMMAND, HEADS_STATUS = 32, 33, 34
 """Numbers of words in the window of the heads."""
 FAILOVER = {35, 36, *range(40, 47)}
 PARITY_VALUE = 44
-"""Further words of the window that only a core with failover has; PARITY_VALUE is the word of the
-parity's value. The core refuses weights of heads that are not built."""
+"""Number of the word with the parity's value. The words in FAILOVER exist only in a core with
+failover; words 40 to 43, the parity weights, exist only for heads that are built."""
 LOCAL_PLACE = 0x01840
 LOCAL_PLACE_WORDS = 7
 LOCAL_POINTS = 0x10000
@@ -145,7 +146,7 @@ SET_BYTES = 0x1000
 CAPTURE_WORDS = 32_768
 
 CAPTURE_READY = 1 << 2
-"""Bit of the register ``status`` that shows a captured bank."""
+"""Bit of the register ``status`` that is high while a captured bank is ready."""
 
 
 def driven_ports() -> dict[str, int]:
@@ -159,8 +160,8 @@ def driven_ports() -> dict[str, int]:
 
 @dataclass
 class RegisterModel:
-    """Answers reads and writes as the description of the map states; an answer is a pair (accepted,
-    word)."""
+    """Answers reads and writes as the description of the map states. The answer to a read is a pair
+    (accepted, word); the answer to a write is True if it is accepted."""
 
     lanes: int
     capture_depth: int
@@ -184,7 +185,7 @@ class RegisterModel:
     interrupts: int = 0
 
     def read(self, address: int) -> tuple[bool, int]:
-        """Return the answer to a read of the word that holds ``address``."""
+        """Return the answer to a read of the word that contains ``address``."""
         address &= ~3
         if address in CONSTANTS:
             return True, CONSTANTS[address]
@@ -234,8 +235,8 @@ class RegisterModel:
         return COEFFICIENTS <= address < COEFFICIENTS + 16 * self.lanes
 
     def heads_words(self, *, write: bool) -> set[int]:
-        """Return the addresses in the window of the heads that may be read or, with ``write``,
-        written."""
+        """Return the addresses in the window of the heads that may be read (or written, with
+        ``write``)."""
         if not self.has_mean:
             return set()
         words = {DELAYS, *([HEADS_COMMAND] * (self.heads > 2) if write else [HEADS_STATUS])}
@@ -260,7 +261,7 @@ class RegisterModel:
         )
 
     def local_word_exists(self, address: int) -> bool:
-        """Tell whether ``address`` is a word of the local table: of its place, or a point."""
+        """Tell whether ``address`` is a point of the local table or a word of its place."""
         place = 0 <= address - LOCAL_PLACE < 4 * LOCAL_PLACE_WORDS
         point = 0 <= address - LOCAL_POINTS < 4 * LOCAL_POINT_WORDS
         return self.has_local_table and (place or point)
@@ -277,7 +278,7 @@ class RegisterModel:
         return self.has_mean and (built or word == 8)
 
     def write(self, address: int, word: int, strobes: int) -> bool:
-        """Return the answer to a write of the bytes in ``strobes``."""
+        """Write the bytes selected by ``strobes``; tell whether the write is accepted."""
         address &= ~3
         bits = sum(0xFF << (8 * byte) for byte in range(4) if strobes >> byte & 1)
         if address in READ_WRITE:

@@ -32,20 +32,20 @@ class BusError(Exception):
 
 
 def stalls(generator: random.Random, share: float) -> Iterator[bool]:
-    """Yield without end: True (pause) in a ``share`` of the clocks, in bursts of random length."""
+    """Yield True (pause) in a ``share`` of the clocks, in bursts of random length, without end."""
     while True:
         pause = generator.random() < share
         yield from itertools.repeat(pause, generator.randint(1, 6))
 
 
 class Bus:
-    """Reads and writes words over AXI4-Lite; all accesses use one master."""
+    """Reads and writes words over AXI4-Lite with one master."""
 
     def __init__(self, master: Any) -> None:
         self.master = master
 
     def stall(self, generator: random.Random, share: float) -> None:
-        """Make all five channels pause at random on the master's side."""
+        """Make the master pause at random on all five channels."""
         write, read = self.master.write_if, self.master.read_if
         for channel in (
             write.aw_channel,
@@ -57,12 +57,12 @@ class Bus:
             channel.set_pause_generator(stalls(generator, share))
 
     async def read(self, address: int) -> tuple[AxiResp, int]:
-        """Return the answer to one read."""
+        """Read a word; return the answer of the bus and the word."""
         answer = await self.master.read(address, 4)
         return answer.resp, int.from_bytes(answer.data, "little")
 
     async def write(self, address: int, word: int, strobes: int = 0b1111) -> AxiResp:
-        """Return the answer to one write; ``strobes`` must be one run of ones."""
+        """Write a word; return the answer of the bus. The ones in ``strobes`` must be adjacent."""
         lanes = [byte for byte in range(4) if strobes >> byte & 1]
         assert lanes == list(range(lanes[0], lanes[-1] + 1)), "one run of bytes only"
         data = word.to_bytes(4, "little")[lanes[0] : lanes[-1] + 1]
@@ -94,8 +94,8 @@ class Bus:
 async def start(dut: Any, *, period_ns: int = 10, reset_clocks: int = 8) -> Bus:
     """Start the clock, reset ``dut`` and return the bus on its ports ``s_axil_*``.
 
-    Reset is held and the master's signals are zero before the master is made, because the master
-    must not read undefined levels ('U').
+    Before the master is made, the reset is high and the master's signals are zero, because the
+    master must not read undefined levels ('U').
     """
     for name in MASTER_DRIVES:
         getattr(dut, f"s_axil_{name}").value = 0
@@ -105,7 +105,7 @@ async def start(dut: Any, *, period_ns: int = 10, reset_clocks: int = 8) -> Bus:
     bus = AxiLiteBus.from_prefix(dut, "s_axil")
     master = AxiLiteMaster(bus, dut.clock, dut.reset)
     for interface in (master.write_if, master.read_if):
-        interface.log.setLevel("WARNING")  # logging a line per access takes longer than the access
+        interface.log.setLevel("WARNING")  # logging an access takes longer than the access
     dut.reset.value = 0
     await ClockCycles(dut.clock, 2)
     return Bus(master)

@@ -17,7 +17,8 @@ def test_register_block() -> None:
 
 
 def test_generated_names_equal_the_model() -> None:
-    """Addresses, masks and reset values of the Python names equal the handwritten table."""
+    """The generated addresses, masks and reset values in Python equal those of the handwritten
+    model."""
     by_address = {register.address: register for register in registers.REGISTERS}
 
     def mask(register: Register) -> int:
@@ -86,8 +87,8 @@ def test_field_refuses_what_does_not_fit(value: int) -> None:
 
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="no C compiler")
 def test_c_header_compiles_and_places_the_registers() -> None:
-    """The C header compiles as the firmware includes it (C11, without a warning), and its addresses
-    equal the model's."""
+    """The C header compiles with the firmware's options (C11, no warnings), and its addresses equal
+    the model's."""
     program = """
     #include <stddef.h>
     #include "arctrue_registers.h"
@@ -108,7 +109,7 @@ def test_c_header_compiles_and_places_the_registers() -> None:
 
 
 def check_windows(generics: dict[str, int | str], environment: dict[str, str]) -> None:
-    """Compare the answers of a core with these generics with the model's at every address."""
+    """Compare the answers at every address with the model's, for a core with these generics."""
     simulate(
         "arctrue_registers_harness",
         "tb.registers.arctrue_registers_bench",
@@ -129,7 +130,8 @@ def check_windows(generics: dict[str, int | str], environment: dict[str, str]) -
     ],
 )
 def test_windows_of_the_mean_and_of_further_heads(heads: int, failover: bool) -> None:
-    """The core answers or refuses every address as the register map states for the built heads."""
+    """A core accepts or refuses an access to every address as the register map states for its
+    heads."""
     check_windows(
         {"HEADS": heads, "MEAN": "true", "FAILOVER": str(failover).lower()},
         {"HEADS": str(heads), **({"FAILOVER": "yes"} if failover else {})},
@@ -146,6 +148,6 @@ def test_windows_of_the_mean_and_of_further_heads(heads: int, failover: bool) ->
     ids=" ".join,
 )
 def test_windows_of_the_local_table_and_of_real_orders(built: tuple[str, ...]) -> None:
-    """The core answers accesses to points, place, turn steps and turn number if these are built,
-    and refuses accesses to the addresses next to them."""
+    """A core accepts accesses to points, place, turn steps and turn number if these are built, and
+    refuses accesses to the addresses next to them."""
     check_windows(dict.fromkeys(built, "true"), dict.fromkeys(built, "yes"))

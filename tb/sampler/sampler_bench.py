@@ -1,9 +1,8 @@
-"""Compares the VHDL sampler with its model in every clock, while a simulated processor accesses it
-at random.
+"""Compares the VHDL sampler with its model in every clock, while a simulated processor accesses it.
 
 The processor reads random words at random times and releases a bank after a random time. The bench
-copies all writes at the RAM's write port to a shadow memory, which shows the content of a READY
-bank at its hand-over.
+copies every write at the RAM's write port to a shadow memory, from which it takes the content of a
+bank when this bank becomes READY.
 """
 
 from __future__ import annotations
@@ -45,15 +44,14 @@ TRACED = (
     "trigger",
 )
 SHADOW: dict[int, list[int]] = {}
-"""Words of the memories by depth; like the memories, they keep their content from one test to the
-next.
+"""Shadow memories by depth; like the RAM, they keep their content from one test to the next.
 
 With more than two heads, the higher bits of a word hold heads 3 and 4, the lower bits heads 1 and
 2.
 """
 HEADS = int(os.environ.get("HEADS", "2"))
 FURTHER = 64
-"""Number of bits that one pair of heads has in a word of the shadow."""
+"""Number of bits of one pair of heads in a word of the shadow memory."""
 WIDTH = {"turn_position1": 32, "turn_position2": 32}
 
 
@@ -66,12 +64,13 @@ class Seen:
     headers: dict[int, tuple[int, ...]] = field(default_factory=dict)
     further_flags: dict[int, int] = field(default_factory=dict)
     banks: dict[int, list[int]] = field(default_factory=dict)
-    """Words of each bank, read from the shadow, by the clock of the bank's hand-over."""
+    """Words of each bank in the shadow memory, by the clock in which the bank became READY."""
     reads: int = 0
 
 
 class Processor:
-    """Decides on reads and releases, and computes the expected data of a read."""
+    """Simulates the processor: decides on reads and releases, and computes the expected data of
+    each read."""
 
     def __init__(self, scenario: Scenario, seed: int) -> None:
         self.random = random.Random(seed)
@@ -91,10 +90,10 @@ class Processor:
         return self.release_in < 0
 
     def reads(self, bank: list[int]) -> tuple[int, int] | None:
-        """Return the word address to read now, and whether heads 3 and 4 are read; None for no
+        """Return the address for a read in this clock and 1 for head 3 or 4, else 0; None for no
         read.
 
-        ``bank`` has the samples of the READY bank.
+        ``bank`` contains the samples of the READY bank.
         """
         if self.random.random() < 0.4:
             self.expected.append(None)
@@ -107,7 +106,7 @@ class Processor:
 
 
 def drive_further_heads(dut, columns: dict[str, list[int]], clock: int) -> None:
-    """Drive heads 3 and 4 with their own values; head 1 is the reference, as with two heads."""
+    """Drive heads 3 and 4 with values of their own; head 1 is the reference head."""
     pair, flags = further_heads(columns, clock)
     dut.further_positions.value = pair
     dut.further_flags.value = flags
@@ -118,8 +117,8 @@ def drive_further_heads(dut, columns: dict[str, list[int]], clock: int) -> None:
 
 
 def further_heads(columns: dict[str, list[int]], clock: int) -> tuple[int, int]:
-    """Return the positions of heads 3 and 4 as one word, and their flags; both are different in
-    every clock."""
+    """Return the positions of heads 3 and 4 as one word, and their flags; both change in every
+    clock."""
     head3 = (5 * columns["turn_position1"][clock] + 11 * clock) % 2**32
     head4 = (columns["turn_position2"][clock] ^ 0x0F0F_3355) % 2**32
     return head3 | head4 << 32, columns["flags"][clock] ^ (1 << clock // 40 % 8)
@@ -134,7 +133,7 @@ def drive(dut, name: str, value: int) -> None:
 
 
 async def run(dut, scenario: Scenario, columns: dict[str, list[int]], seed: int) -> Seen:
-    """Play the scenario, and make every check that needs the present clock."""
+    """Play the scenario and compare the outputs in every clock."""
     seen = Seen()
     processor = Processor(scenario, seed)
     shadow = SHADOW.setdefault(scenario.depth, [0] * (2 * scenario.depth))
@@ -197,7 +196,7 @@ async def run(dut, scenario: Scenario, columns: dict[str, list[int]], seed: int)
             drive_further_heads(dut, columns, clock)
         asked = None if resetting else processor.reads(ready_words)
         if resetting:
-            # Reads in progress are dropped with the reset.
+            # A reset drops reads in progress.
             processor.expected = [None] * READ_LATENCY
         dut.read_enable.value = int(asked is not None)
         dut.read_address.value, dut.read_further.value = asked or (0, 0)

@@ -1,5 +1,4 @@
-"""Compares the queue of events, clock by clock, with a Python list that behaves as the entity's
-header states."""
+"""Compares event_queue, clock by clock, with a Python list that follows the entity's header."""
 
 from __future__ import annotations
 
@@ -17,14 +16,14 @@ DEPTH = 2 ** int(os.environ["DEPTH_LOG2"])
 CLOCKS = 6000
 RESET_CLOCKS = 64
 FIRST_TIME = 2**64 - 2000
-"""First value of the time, which wraps during the test."""
+"""First time stamp of the test, during which the time wraps."""
 PHASES = ((0.05, 0.5), (0.5, 0.05), (0.0, 0.3), (0.9, 0.9), (0.02, 0.02))
-"""Shares of clocks with a strobe of each kind, and with a `take`, by phase: the queue is empty,
-full, emptied, read while it is written, and rarely used."""
+"""Probabilities per clock of a probe strobe, a compare strobe and a `take`, for the phases of the
+test: the queue is empty, full, being emptied, read while it is written, and rarely used."""
 
 
 def schedule(random: np.random.Generator, kind: int) -> np.ndarray:
-    """Return for each clock whether a strobe (kind 0) or a `take` (kind 1) comes."""
+    """Return for each clock whether a strobe or a `take` comes."""
     shares = np.repeat([phase[kind] for phase in PHASES], CLOCKS // len(PHASES))
     return random.random(CLOCKS) < shares
 

@@ -1,4 +1,4 @@
-"""Compares alarm and driver enable, clock by clock, with the description in the entity's header."""
+"""Compares `alarm` and `driver_enable`, clock by clock, with the rules in the entity's header."""
 
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ async def at_random(dut) -> None:
         else:
             causes |= fatal
         cleared = bool(clear[clock]) and not reset[clock]
-        # From the first clock of a reset on, the drivers keep their state for HOLD clocks or until
-        # `enable`.
+        # From the first clock of a reset on, `driver_enable` keeps its level for HOLD clocks or
+        # until `enable` is high.
         if reset[clock] and not resets and since_reset >= HOLD:
             since_reset = 0
         elif enable[clock] and not reset[clock]:
@@ -70,8 +70,8 @@ async def at_random(dut) -> None:
 @cocotb.test()
 @cocotb.parametrize(kind=range(KINDS), ends=[True, False])
 async def one_clear_is_enough(dut, kind: int, ends: bool) -> None:
-    """A clear ends the release of the drivers, even if the fault ends one clock later; if the fault
-    lasts longer, the release stays."""
+    """A `clear` ends the release of the drivers, even if the fault ends one clock later; if the
+    fault lasts longer, the drivers stay released."""
     Clock(dut.clock, 10, unit="ns", impl="gpi").start()
     dut.reset.value = 1
     dut.enable.value, dut.clear.value, dut.present.value = 1, 0, 0
@@ -96,10 +96,10 @@ async def one_clear_is_enough(dut, kind: int, ends: bool) -> None:
 @cocotb.test()
 @cocotb.parametrize(reset_clocks=[1, HOLD // 2], released=[0, 1])
 async def a_reset_keeps_the_drivers_for_a_while(dut, reset_clocks: int, released: int) -> None:
-    """The drivers keep their state until `enable` is high again, or for HOLD clocks from the
-    reset's start.
+    """A reset keeps the state of the drivers until `enable` is high, or for HOLD clocks from its
+    start.
 
-    A released driver stays released; a reset does not enable the drivers.
+    Released drivers stay released: a reset does not enable them.
     """
     Clock(dut.clock, 10, unit="ns", impl="gpi").start()
     dut.clear.value, dut.present.value = 0, 0

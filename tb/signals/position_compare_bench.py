@@ -1,5 +1,4 @@
-"""Compares the strobes of position_compare with the clocks in which the position reaches a
-place."""
+"""Compares the strobes of position_compare with the clocks in which places are reached."""
 
 from __future__ import annotations
 
@@ -13,7 +12,8 @@ LATENCY = 2
 
 
 def places_reached(position: np.ndarray, first: int, interval: int) -> list[int]:
-    """Return the clocks in which a place is reached; ``position`` starts at the arming."""
+    """Return the clocks in which a place is reached; ``position`` has the position in each clock
+    from `arm` on."""
     reached: list[int] = []
     below = position[0] < first
     place = None
@@ -52,7 +52,7 @@ def places_reached(position: np.ndarray, first: int, interval: int) -> list[int]
     )
 )
 async def at_every_multiple(dut, first: int, interval: int, start: int) -> None:
-    """A strobe comes at every multiple of the interval while the position trembles, goes up and
+    """A strobe comes at every multiple of the interval while the position vibrates, goes up and
     down, and passes its wrap."""
     random = np.random.default_rng(7)
     way = np.repeat([1, -1, -1, 1], CLOCKS // 4)
@@ -79,7 +79,7 @@ async def at_every_multiple(dut, first: int, interval: int, start: int) -> None:
             strobes.append(clock)
     target = first + 2**32 if start > 2**30 else first
     expected = places_reached(position, target, interval)
-    # The entity evaluates the first two clocks after the arming together.
+    # The entity compares only from the second clock after `arm` on.
     late = [max(clock + LATENCY - 1, LATENCY) for clock in expected]
     assert strobes == [clock for clock in late if clock < CLOCKS]
     assert len(expected) == 1 if not interval else len(expected) > 10
@@ -89,8 +89,8 @@ async def at_every_multiple(dut, first: int, interval: int, start: int) -> None:
 @cocotb.test()
 @cocotb.parametrize(sense=[1, -1], interval=[0, 10])
 async def armed_on_its_place_it_waits_until_that_is_left(dut, sense: int, interval: int) -> None:
-    """If the table stands at the armed place, leaves this place by a count and trembles, one strobe
-    comes, on leaving."""
+    """If the table stands at the first place and then vibrates by a count, one strobe comes, when
+    the table leaves the place."""
     way = [0] * 30 + [sense] * 10 + [0] * 10 + [sense] * 10
     Clock(dut.clock, 10, unit="ns", impl="gpi").start()
     dut.reset.value = 1
@@ -115,8 +115,8 @@ async def armed_on_its_place_it_waits_until_that_is_left(dut, sense: int, interv
 @cocotb.test()
 @cocotb.parametrize(sense=[1, -1])
 async def catches_up_after_a_jump(dut, sense: int) -> None:
-    """A jump over seven further places gives one strobe for each, every third clock, and no further
-    strobe comes."""
+    """After a jump over seven further places, one strobe for each place comes, every third clock,
+    and then no more."""
     Clock(dut.clock, 10, unit="ns", impl="gpi").start()
     dut.reset.value = 1
     dut.arm.value = 0
@@ -143,8 +143,8 @@ async def catches_up_after_a_jump(dut, sense: int) -> None:
 @cocotb.test()
 @cocotb.parametrize(at_once=[False, True])
 async def disarmed_it_is_silent(dut, at_once: bool) -> None:
-    """After a disarming, no strobe comes, also if it comes in the clock of an arming; the next
-    arming starts the comparison again."""
+    """After `disarm` no strobe comes, even if `arm` was high in the same clock; the next `arm`
+    starts the comparison again."""
     Clock(dut.clock, 10, unit="ns", impl="gpi").start()
     dut.reset.value = 1
     dut.arm.value = 0

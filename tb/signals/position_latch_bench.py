@@ -1,5 +1,4 @@
-"""Tests that an edge of the probe latches the values of the stated clock, and that an edge in a
-reset latches nothing."""
+"""Tests that an edge latches the values DELAY clocks later, and that a reset drops an edge."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Tests that an asynchronous pin gives one strobe for each active edge that lasts long enough,
-after the stated latency."""
+"""Tests that pulse_input gives one strobe for each active edge whose level lasts long enough."""
 
 from __future__ import annotations
 
@@ -36,8 +35,8 @@ async def one_for_each_edge(dut, filter_length: int, falling: int) -> None:
         quiet[begin : begin + STAGES + 2 + filter_length] = True
     filtered = glitch_filter(pin, np.full(CLOCKS, filter_length), np.zeros(CLOCKS, dtype=bool))[1:]
     edges = np.diff(np.concatenate([[0], filtered])) == (-1 if falling else 1)
-    # The model contains the clock of the filter; add the clocks of the synchroniser's stages and of
-    # the strobe's register.
+    # The model contains the filter's latency; the clocks of the synchroniser and of the strobe's
+    # register are added here.
     expected = np.concatenate([np.zeros(STAGES + 1, dtype=bool), edges])[:CLOCKS]
     settled = ~quiet
     settled[2000 - filter_length : 2000 + 3 * filter_length + 8] = False

@@ -1,4 +1,4 @@
-"""Tests the small units between the core and its pins in GHDL."""
+"""Runs the benches of the small units between the core and its pins in GHDL."""
 
 import pytest
 

@@ -2,15 +2,15 @@
 --
 -- # edge_player
 --
--- For simulation: plays pin changes from a text file, so that a long stimulus does not pass
--- through Python. The file has a line `0 levels` with the levels before the first change, and
--- then a line `clocks levels` for each change: clocks since the change before (1 or more), and the
--- levels as one decimal number, pin 0 in bit 0. `sim/arctrue/table/pins.py` writes such files.
+-- Plays pin changes from a text file in a simulation, so that Python need not drive a long stimulus. The first line of
+-- the file, `0 levels`, has the levels before the first change. A line `clocks levels` follows for each change: the
+-- clocks since the previous change (1 or more), and the new levels as one decimal number, pin 0 in bit 0.
+-- `sim/arctrue/table/pins.py` writes such files.
 --
--- **Latency.** With `run` high from rising edge 1 on, a change of clock c leaves with rising edge c,
--- so a register that it drives samples it at edge c + 1.
+-- **Latency.** Rising edge 1 is the first one at which `run` is high. A change of clock c appears at the output after
+-- rising edge c, so a register samples it at edge c + 1.
 --
--- `run` low halts the player where it is. `finished` rises with the last change.
+-- While `run` is low, the player pauses. `finished` rises with the last change.
 
 library ieee;
   use ieee.std_logic_1164.all;

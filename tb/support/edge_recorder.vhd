@@ -2,14 +2,14 @@
 --
 -- # edge_recorder
 --
--- For simulation: writes the changes of some pins to a text file in the format that `edge_player`
--- plays: a line `0 levels` with the levels when `run` rises, then `clocks levels` for each change.
+-- Writes the changes of its inputs in a simulation to a text file, in the format that `edge_player` plays: a line `0
+-- levels` with the levels when `run` rises, then a line `clocks levels` for each change.
 --
--- **Latency.** Clocks count from the rising edge that sees `run` high for the first time, as in
--- the player: a recorder wired to a player writes the file that is played. A change that leaves
--- a register with rising edge c is written as clock c.
+-- **Latency.** As in the player, rising edge 1 is the first one at which `run` is high. A change that a register
+-- outputs after rising edge c is written as clock c. So a recorder that is connected to a player writes the file that
+-- the player plays.
 --
--- When `run` falls the file is closed; the recorder does not start again.
+-- When `run` falls, the recorder closes the file and does not start again.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -60,7 +60,7 @@ begin
     assert status = open_ok
       report FILE_NAME & ": cannot be written"
       severity failure;
-    -- A value that a register outputs with edge 1 is recorded at edge 2, so edge 1 counts as clock 0.
+    -- A value that a register outputs after edge 1 is sampled at edge 2, so edge 1 counts as clock 0.
     write_event(0);
     previous := levels;
     clocks   := 0;

@@ -1,8 +1,8 @@
-"""Makes flat ports for cocotb, because cocotb cannot access the elements of a record.
+"""Writes wrappers without record ports, because cocotb cannot access the elements of a record.
 
-If an entity has record ports, the simulation runs a wrapper that this module writes. The wrapper
-has the same generics and ports, but the record port ``s_axil_request`` becomes ``s_axil_awvalid``,
-``s_axil_awaddr`` and so on, one port an element. The entity is the wrapper's instance ``unit``.
+If an entity has record ports, the simulation runs its wrapper. The wrapper has the same generics
+and ports, but one port for each element of a record port: the port ``s_axil_request`` becomes
+``s_axil_awvalid``, ``s_axil_awaddr`` and so on. The instance ``unit`` in the wrapper is the entity.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ CONTEXT = re.compile(r"^(?:library|  use) .*;$", re.MULTILINE)
 
 
 def flat_name(record_port: str, element: str) -> str:
-    """Return the name of an element's port: the name of the bus without the direction, then the
+    """Return the name of an element's port: the record port without its last word, then the
     element.
 
-    If the name of a record port has one word, the port is no bus, and its elements keep their own
-    names.
+    The last word of a record port's name is its direction. If the name is a single word, the
+    elements keep their own names.
     """
     bus = record_port.rpartition("_")[0]
     return f"{bus}_{element}" if bus else element
@@ -33,9 +33,9 @@ def _clause(entity: str, keyword: str) -> str:
 
 
 def wrapper(name: str, text: str, packages: Iterable[str]) -> str | None:
-    """Return the VHDL of ``<name>_flat``, or None if the entity has no record ports.
+    """Return the VHDL of the wrapper ``<name>_flat``, or None if the entity has no record ports.
 
-    ``text`` is the text of the entity's file, ``packages`` are the texts of the packages that it
+    ``text`` is the text of the entity's file; ``packages`` has the texts of the packages that it
     uses.
     """
     records = {

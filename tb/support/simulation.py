@@ -1,10 +1,10 @@
-"""Runs one cocotb test module on one VHDL top level in GHDL.
+"""Runs a module of cocotb tests on a VHDL top level in GHDL.
 
 A pytest function calls :func:`simulate`; a failing cocotb test of the module fails that pytest
 function. A VHDL assertion of severity ``error`` or worse also fails the pytest function.
 
-GHDL 2.0 looks for cocotb's finish only after timers. If the VHDL makes its own clock, the last
-await of a cocotb test must be a ``Timer``; otherwise GHDL runs for ever.
+GHDL 2.0 checks only after a timer whether cocotb has finished. If the VHDL makes its own clock, the
+last await of a cocotb test must therefore be a ``Timer``; otherwise GHDL runs for ever.
 """
 
 from __future__ import annotations
@@ -30,22 +30,24 @@ from tb.support.flat_ports import wrapper
 
 ROOT = Path(__file__).resolve().parents[2]
 GENERATED_VHDL = ROOT / "build" / "generated" / "vhdl"
-# If GHDL looks for LLVM under a name that the system does not have, set-up makes a link with that
-# name in this folder.
+# GHDL may look for LLVM's library under a name that the system does not have; the set-up then makes
+# a link with that name in this folder.
 LLVM_NAMES = ROOT / "build" / "llvm_names"
 
 COVERAGE = "ARCTRUE_COVERAGE"
-"""Environment variable in which scripts/gateware_coverage.py names the folder of executed lines."""
+"""Environment variable by which scripts/gateware_coverage.py passes the folder for the counts of
+executed lines."""
 
 Backend = Literal["mcode", "llvm"]
-"""Code generator: llvm runs a design three times as fast as mcode and keeps the compiled units."""
+"""Code generator of GHDL: with llvm a design runs three times as fast as with mcode, and compiled
+units are kept."""
 
 STANDARD = ("--std=08",)
 LIBRARY = "top"
 UNITS = f"{LIBRARY}-obj08.cf"
-"""GHDL's list of the library's units, named after library and standard."""
+"""File with GHDL's list of the library's units, named after library and VHDL standard."""
 FLAT_FOLDER = "flat"
-"""Folder of wrappers with flat ports, in build/tb."""
+"""Folder in build/tb for the wrappers with flat ports."""
 
 
 @functools.cache
@@ -56,8 +58,8 @@ def _files_by_entity() -> dict[str, Path]:
 
 @functools.cache
 def vhdl_sources(toplevel: str) -> tuple[Path, ...]:
-    """Return the VHDL files that ``toplevel`` needs: each file contains one entity or package and
-    has its name."""
+    """Return the VHDL files that ``toplevel`` needs. Each file contains one entity or package and
+    is named after it."""
     files = _files_by_entity()
     needed: set[str] = set()
     waiting = [toplevel]
@@ -82,7 +84,8 @@ def _flat(toplevel: str) -> str | None:
 
 
 def _suffix() -> str:
-    """Return a suffix for folder names, so that runs with coverage use their own folders."""
+    """Return a suffix for the names of folders, so that runs with coverage have folders of their
+    own."""
     return "-coverage" if COVERAGE in os.environ else ""
 
 
@@ -93,7 +96,7 @@ def _work_folder(toplevel: str, backend: Backend) -> Path:
 
 
 def _library_folder(backend: Backend) -> Path:
-    """Return the folder of the compiled VHDL of all benches, which the workers of a run share."""
+    """Return the folder for the compiled VHDL of all benches, which all pytest workers share."""
     return ROOT / "build" / "tb" / f"library-{backend}{_suffix()}"
 
 
@@ -111,7 +114,7 @@ def _top(toplevel: str) -> str:
 
 
 def _ghdl(folder: Path, *words: str) -> None:
-    """Run GHDL in ``folder``; raise AssertionError with its messages when it fails."""
+    """Run GHDL in ``folder``; raise AssertionError with GHDL's messages if it fails."""
     command = ["ghdl", *words[:1], f"--work={LIBRARY}", *STANDARD, *words[1:]]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, f"{' '.join(command)}:\n{done.stdout}{done.stderr}"
@@ -119,7 +122,7 @@ def _ghdl(folder: Path, *words: str) -> None:
 
 @contextmanager
 def _locked(folder: Path) -> Iterator[None]:
-    """Keep other processes from building in ``folder``."""
+    """Lock ``folder``, so that no other process builds there."""
     folder.mkdir(parents=True, exist_ok=True)
     with folder.with_suffix(".lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
@@ -127,15 +130,15 @@ def _locked(folder: Path) -> Iterator[None]:
 
 
 def _known_sources(library: Path) -> dict[str, str]:
-    """Return the digest of each file in the library, by the file's path."""
+    """Return the digest of each file that the library contains, by the file's path."""
     noted = library / "sources.json"
     return json.loads(noted.read_text(encoding="utf-8")) if noted.exists() else {}
 
 
 def _bring_in(library: Path, sources: Iterable[Path], version: str) -> None:
-    """Make the source files known to GHDL.
+    """Add the source files to GHDL's library.
 
-    A library with an older version of a file, or with units of another GHDL, is cleared first.
+    A library that contains an older version of a file, or units of another GHDL, is cleared first.
     """
     known = _known_sources(library)
     wanted = {
@@ -155,7 +158,7 @@ def _bring_in(library: Path, sources: Iterable[Path], version: str) -> None:
 
 @functools.cache
 def _version(backend: Backend) -> str:
-    del backend  # The system's ghdl reads the backend from the environment.
+    del backend  # ghdl reads the code generator from the environment
     return subprocess.run(["ghdl", "--version"], capture_output=True, text=True, check=True).stdout
 
 
@@ -179,8 +182,8 @@ def _built(toplevel: str, backend: Backend) -> Ghdl:
             sources[-1].write_text(flat, encoding="utf-8")
         _bring_in(library, sources, _version(backend))
         _ghdl(library, "-m", _top(toplevel))
-        # The simulation reads copies of the list of units and of the program, because the next
-        # build may replace both.
+        # The simulation uses copies of the list of units and of the program, because another
+        # worker's build may replace both.
         for name in (UNITS, _top(toplevel)):
             if (library / name).exists():
                 shutil.copy2(library / name, folder / name)

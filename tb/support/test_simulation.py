@@ -1,5 +1,4 @@
-"""Tests that all workers share one library of compiled VHDL, which never contains a file's old
-text."""
+"""Tests that workers share a library of compiled VHDL that never contains a file's old version."""
 
 from __future__ import annotations
 
@@ -49,7 +48,7 @@ def write(tree: Path, statement: str) -> None:
 
 
 def steps_of(worker: str, monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Build the entity as ``worker``; return the steps that GHDL ran."""
+    """Build the entity as the pytest worker ``worker``; return the GHDL commands that were run."""
     seen: list[str] = []
     run = simulation._ghdl
 

@@ -1,7 +1,7 @@
-"""Tests the device's top level in cocotb: the processor's AXI3, the input and output pins, and the
+"""Tests the device's top level in cocotb: the processor's AXI3 port, the encoder pins, and the
 LEDs.
 
-The primitive PS7 is a model; the core itself has its own tests.
+A model replaces the primitive PS7. The core has tests of its own.
 """
 
 from __future__ import annotations
@@ -34,9 +34,10 @@ CLOCK_NS = 10
 SAMPLE_PERIOD = 50
 CLOCKS_PER_COUNT = 5.0
 FASTEST_RAMP = 0xFFFF_FFFF
-PIPELINE_CLOCKS = 100  # clocks; more than the latency from pins to edges: 5 + 29 + 6
+PIPELINE_CLOCKS = 100  # clocks; above the latency from pin to pin, 5 + 29 + 6
 RESET_CLOCKS = 64  # minimum duration of the core's reset
-# clocks after the processor's release of the reset: synchroniser and hold
+# Clocks from the end of the processor's reset to the end of the core's reset: RESET_CLOCKS and the
+# synchroniser.
 RESET_RELEASE_CLOCKS = RESET_CLOCKS + 4
 
 DNA = 0x1_23456789_ABCDEF  # identifier in the model dna_port.vhd
@@ -45,14 +46,14 @@ DNA_CLOCKS = 118 * 8  # latency in the header of chip_dna
 HEAD_PINS = ("head1_a", "head1_b", "head1_z", "head2_a", "head2_b", "head2_z")
 LEDS = ("led_alive", "led_capture", "led_fault", "led_compensation")
 PAIRS = os.environ.get("ARCTRUE_PAIRS") == "1"
-"""Whether the pins are pairs, as in arctrue_zynq_differential_top."""
+"""Whether the encoder pins are differential pairs, as in arctrue_zynq_differential_top."""
 FOLD = int(os.environ.get("ARCTRUE_FOLD", "1"))
 
 OUTPUT_STEP = {(0, 0): 0, (1, 0): 1, (1, 1): 2, (0, 1): 3}
 
 
 class Device:
-    """Drives the top level with a turning table and decodes the output's signals."""
+    """Drives the top level with the readings of a turning table, and decodes its output signals."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut
@@ -87,7 +88,7 @@ class Device:
             self.drive(name, levels >> place & 1)
 
     async def turn(self, angle: NDArray[np.float64]) -> None:
-        """Play a motion: each clock has its angle in counts."""
+        """Drive the readings for ``angle``, the table's angle in counts in each clock."""
         before = None
         for pair in table.readings(angle).tolist():
             if pair != before:
@@ -96,7 +97,7 @@ class Device:
             await FallingEdge(self.clock)
 
     async def follow_the_output(self) -> None:
-        """Count the edges of the output as a servo drive would."""
+        """Count the edges of A and B of the output as a servo drive would, without end."""
         before = OUTPUT_STEP[self.level("out_a"), self.level("out_b")]
         while True:
             await FallingEdge(self.clock)
@@ -107,7 +108,7 @@ class Device:
             before = now
 
     async def let_go(self) -> None:
-        """End the processor's reset between clock edges, and wait until the fabric's reset has
+        """End the processor's reset between two clock edges, and wait until the core's reset has
         ended."""
         await Timer(3, "ns")
         self.ps7.fabric_resetn.value = 1
@@ -124,8 +125,7 @@ class Device:
 
 
 async def started(dut: Any) -> Device:
-    """Start the clock, hold the reset as after power-up, and release it; the table is at its
-    start."""
+    """Start the clock, hold the reset as at power-up, then end it; the table is at its start."""
     device = Device(dut)
     device.ps7.fabric_resetn.value = 0
     device.show(*table.readings(np.array([table.START_COUNTS]))[0].tolist())
@@ -137,18 +137,18 @@ async def started(dut: Any) -> Device:
 
 @cocotb.test()
 async def registers_over_axi3(dut: Any) -> None:
-    """Bursts with IDs reach the register map at the base address, and at no other address."""
+    """Bursts with IDs access the register map at the base address; other addresses are refused."""
     device = await started(dut)
     axi, names = device.axi, device.registers
     found = await names.check_identity()
     assert (found["lanes"], found["capture_depth"]) == (LANES, CAPTURE_DEPTH)
     assert await names.read("pipeline.fold") == FOLD
-    # One burst writes the coefficient window, and a second burst reads it back.
+    # One burst writes words of the coefficient window, a second burst reads them back.
     words = [(n * 0x0101_0101 + 7) % 2**21 for n in range(4 * LANES)]
     assert await axi.write_burst(BASE + registers.COEFFICIENTS_ADDRESS, words) == OKAY
     read = await axi.read_burst(BASE + registers.COEFFICIENTS_ADDRESS, 4 * LANES)
     assert [answer for _, answer in read] == [OKAY] * len(words)
-    # Words 1 and 3 of a lane have fewer bits than 32: compare the words with all bits.
+    # Words 1 and 3 of a lane have fewer than 32 bits, so only the other words are compared.
     assert [data for data, _ in read[0::4]] == words[0::4]
     assert [data for data, _ in read[2::4]] == words[2::4]
     # The bridge refuses an address outside its window.
@@ -181,7 +181,7 @@ async def from_edges_to_corrected_edges(dut: Any) -> None:
         return reading - amplitude * np.cos(order * turn * reading + phase)
 
     motion = table.motion(1.6, CLOCKS_PER_COUNT)
-    stops = [motion.size * part // 8 for part in range(3, 9)]  # after the index
+    stops = [motion.size * part // 8 for part in range(3, 9)]  # the table has passed the index
     travelled, readings = [], []
     for first, last in zip([0, *stops], stops, strict=False):
         await device.turn(motion[first:last])
@@ -191,8 +191,8 @@ async def from_edges_to_corrected_edges(dut: Any) -> None:
     wanted = [expected(reading) - expected(readings[0]) for reading in readings]
     deviation = np.subtract(travelled, travelled[0]) - wanted
     dut._log.info("output less equation: %s counts", np.round(deviation, 2).tolist())
-    # The bound is half a count for each of two roundings; the rounding error of the coefficients is
-    # far smaller.
+    # The bound is half a count for each of the two roundings (reading and output); the rounding
+    # errors of the coefficients are far smaller.
     assert np.abs(deviation).max() <= 1.01
     plain = np.subtract(readings, readings[0]) - wanted
     assert np.abs(plain).max() > 8, "the motion does not show the correction"
@@ -201,7 +201,7 @@ async def from_edges_to_corrected_edges(dut: Any) -> None:
 
 @cocotb.test()
 async def interrupt_and_capture(dut: Any) -> None:
-    """A captured turn raises only IRQF2P(0), the bank can be read over AXI3, and clearing the event
+    """A captured turn raises only IRQF2P(0), its bank can be read over AXI3, and clearing the event
     ends the interrupt."""
     device = await started(dut)
     names = device.registers
@@ -218,8 +218,8 @@ async def interrupt_and_capture(dut: Any) -> None:
     capture = await names.read_capture()
     travelled = capture.samples[:, 0] - capture.samples[0, 0]
     assert travelled[-1] >= table.COUNTS_PER_REV > travelled[-2]
-    # Both readings of a sample come from one clock, so the table must have shown each pair of
-    # readings.
+    # Both readings of a sample come from one clock, so each captured pair must be a pair that the
+    # table has had.
     shown = set(map(tuple, table.readings(motion).tolist()))
     assert set(map(tuple, capture.samples.tolist())) <= shown
     await names.command("capture_release")
@@ -231,11 +231,10 @@ async def interrupt_and_capture(dut: Any) -> None:
 
 @cocotb.test()
 async def i2c_wires_are_open_drain(dut: Any) -> None:
-    """The processor or the thermometer pulls a wire low; only its pull-up makes it high.
+    """The processor and the thermometer only pull a wire low; only the pull-up makes it high.
 
-    Nothing drives a wire high: while the processor's value is 1, the thermometer can still pull the
-    wire low without a conflict ('X'). The wires are independent, and the processor sees the level
-    of each.
+    While the processor outputs 1, the thermometer can pull the wire low without a conflict ('X').
+    The two wires are independent, and the processor reads the level of each.
     """
     device = await started(dut)
     wires = ("scl", "sda")
@@ -254,7 +253,7 @@ async def i2c_wires_are_open_drain(dut: Any) -> None:
 
 @cocotb.test()
 async def two_general_purpose_pins_are_on_the_i2c_wires(dut: Any) -> None:
-    """Pin 54 pulls SCL, pin 55 pulls SDA, and both read the wires; no other pin has an effect."""
+    """Pin 54 pulls and reads SCL, pin 55 pulls and reads SDA; no other pin has an effect."""
     device = await started(dut)
     others = (1 << 64) - 4
     for name in ("scl", "sda"):
@@ -333,8 +332,8 @@ async def leds_show_the_state(dut: Any) -> None:
 
 @cocotb.test()
 async def reset_in_the_middle(dut: Any) -> None:
-    """In a reset while the table turns, A and B keep their levels, Z is low, LEDs are off and
-    registers are reset; after the reset the core works again."""
+    """During a reset while the table turns, A and B keep their levels, Z is low, LEDs are off and
+    registers have their reset values; after the reset the core works again."""
     device = await started(dut)
     names = device.registers
     for wait_ns in (1, 4, 6, 9):  # before and after both edges of the clock
@@ -344,8 +343,8 @@ async def reset_in_the_middle(dut: Any) -> None:
         await RisingEdge(device.clock)
         await Timer(wait_ns, "ns")
         device.ps7.fabric_resetn.value = 0
-        # An edge that was already in the pipeline still comes; then the levels stay constant and do
-        # not drop to 0.
+        # An edge that is already in the output's pipeline still comes; after that the levels of A
+        # and B do not change.
         await ClockCycles(device.clock, 8)
         held = [device.level(name) for name in ("out_a", "out_b")]
         reset_lasts = 0
@@ -355,7 +354,7 @@ async def reset_in_the_middle(dut: Any) -> None:
             assert device.lit() == (0, 0, 0, 0)
             assert [device.level(name) for name in ("out_a", "out_b", "out_z")] == [*held, 0]
         await turning
-        # An access that begins now waits for the end of the reset, then it is answered.
+        # An access that begins now is answered after the end of the reset.
         reading = cocotb.start_soon(device.axi.read_burst(BASE, 2))
         writing = cocotb.start_soon(
             device.axi.write_burst(BASE + registers.COEFFICIENTS_ADDRESS, [3])

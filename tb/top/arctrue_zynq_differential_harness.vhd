@@ -2,8 +2,8 @@
 --
 -- # arctrue_zynq_differential_harness
 --
--- arctrue_zynq_differential_top with models of the primitives.
--- The use clauses name the models, which are bound to the components by their names.
+-- Connects arctrue_zynq_differential_top to models of the chip's primitives, for simulation. The use clauses name the
+-- models; each model is bound to the component of the same name.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -46,7 +46,7 @@ entity arctrue_zynq_differential_harness is
     trigger_out      : out   std_ulogic;
     probe_in         : in    std_ulogic := '0';
     compare_out      : out   std_ulogic;
-    -- I2C bus with its pull-ups: wires that the thermometer pulls low, and the levels
+    -- I2C bus with its pull-ups: requests of the thermometer to pull a wire low, and the levels of the wires
     thermometer_scl  : in    std_ulogic := '0'; -- 1 pulls low
     thermometer_sda  : in    std_ulogic := '0'; -- 1 pulls low
     scl              : out   std_ulogic;

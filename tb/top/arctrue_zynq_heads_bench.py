@@ -1,5 +1,4 @@
-"""Tests in cocotb, for the device with four heads, that each head's pins reach the head's column of
-the capture."""
+"""Tests in cocotb that the pins of each of four heads give this head's column of the capture."""
 
 from __future__ import annotations
 
@@ -39,8 +38,8 @@ async def turn(dut: Any, clock: Any, angle: np.ndarray[Any, np.dtype[np.float64]
 
 @cocotb.test()
 async def each_head_has_its_pins(dut: Any) -> None:
-    """Each row of both captures, read in bursts over AXI3, has the readings of all heads at one
-    time."""
+    """Each row of both capture windows, read in bursts over AXI3, has the readings of all heads in
+    one clock."""
     assert HEADS == 4
     ps7 = dut.device.device.processor.ps7_primitive
     clock, axi = ps7.fabric_clock, Axi3Master(ps7)
@@ -61,7 +60,7 @@ async def each_head_has_its_pins(dut: Any) -> None:
         "failover": 0,
         "events": 0,
     }
-    # The slave's window has 512 KiB; the bridge refuses the address after its last word.
+    # The register map has 512 KiB; the bridge refuses the address after its last word.
     (answer,) = await axi.read_burst(BASE + registers.MAP_BYTES, 1)
     assert answer[1] == DECERR
     await names.write("counts_per_rev", COUNTS)
@@ -75,8 +74,8 @@ async def each_head_has_its_pins(dut: Any) -> None:
     await turn(dut, clock, angle[half:])
     assert await names.read("status.capture_ready") == 1
     bank = await names.read_capture(HEADS)
-    # The number of samples may differ by the sample that ends the turn, and because of the error of
-    # head 1, which is less than the counts between two samples.
+    # The number of samples may be larger by the sample that closes the turn, and may vary by one
+    # because of the error of head 1, which is smaller than the distance of two samples.
     assert abs(len(bank.samples) - COUNTS * CLOCKS_PER_COUNT / SAMPLE_PERIOD) <= 2
     known = {tuple(row) for row in (readings(angle) % COUNTS).tolist()}
     assert all(tuple(row) in known for row in (bank.samples % COUNTS).tolist())

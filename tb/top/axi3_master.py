@@ -1,5 +1,4 @@
-"""Simulates a master on M_AXI_GP0 of the PS7 model, which sends AXI3 bursts of up to 16 beats, with
-IDs."""
+"""Simulates a master that sends AXI3 bursts, with IDs, from M_AXI_GP0 of the PS7 model."""
 
 from __future__ import annotations
 
@@ -32,8 +31,8 @@ def bursts(address: int, words: int) -> Iterator[tuple[int, int]]:
 class Axi3Master:
     """Sends one burst at a time in each direction; every answer must have the ID of its burst.
 
-    The fabric's signals change only with the rising edge, so the next rising edge samples the
-    levels that the signals have at the falling edge.
+    The fabric changes its signals only at a rising edge, so the next rising edge samples the levels
+    that the master reads at the falling edge in between.
     """
 
     def __init__(self, ps7: Any) -> None:
@@ -52,7 +51,7 @@ class Axi3Master:
         await FallingEdge(self.ps7.fabric_clock)
 
     async def _give(self, channel: str, **payload: int) -> None:
-        """Drive a payload on a channel until the fabric accepts it."""
+        """Drive a payload on a channel until the fabric has accepted it."""
         for name, value in payload.items():
             getattr(self.ps7, f"master_{channel}{name}").value = value
         valid = getattr(self.ps7, f"master_{channel}valid")

@@ -1,5 +1,4 @@
-"""Compares the accesses of AXI3 bursts of every kind with the beat addresses of the AXI
-specification (A3.4.1)."""
+"""Compares the accesses of AXI3 bursts with the addresses of the AXI specification (A3.4.1)."""
 
 from __future__ import annotations
 
@@ -17,7 +16,7 @@ from arctrue.generated.registers import MAP_BYTES
 BASE = 0x4000_0000
 FIXED, INCR, WRAP = 0, 1, 2
 OKAY, SLVERR, DECERR = 0, 2, 3
-BAD_WORDS = {0x0A4: SLVERR, 0x1A8: DECERR}  # the model slave refuses these words in every KiB
+BAD_WORDS = {0x0A4: SLVERR, 0x1A8: DECERR}  # words that the model slave refuses in every KiB
 LONGEST_WAIT = 4000  # in clocks; 16 beats take about 1000 if nine of ten clocks are stalls
 
 
@@ -34,8 +33,8 @@ class Burst:
     last_at: int = -1  # beat with WLAST, if it is not the last one
 
     def refused(self) -> int:
-        """Return the answer with which the bridge refuses the burst without any access, or OKAY for
-        a permitted burst."""
+        """Return the answer with which the bridge refuses the burst without an access; OKAY if it
+        does not refuse the burst."""
         if self.kind > WRAP or self.size > 2:
             return SLVERR
         if self.kind == WRAP and (self.beats not in (2, 4, 8, 16) or self.address % 2**self.size):
@@ -43,7 +42,7 @@ class Burst:
         return OKAY if BASE <= self.address < BASE + MAP_BYTES else DECERR
 
     def addresses(self) -> list[int]:
-        """Return the address of each beat, Address_N in the specification's equations."""
+        """Return the address of each beat, Address_N in the equations of the specification."""
         number_bytes = 2**self.size
         aligned = self.address // number_bytes * number_bytes
         found = [self.address]
@@ -134,7 +133,8 @@ def random_burst(chance: random.Random) -> Burst:
 
 @dataclass
 class Channel:
-    """Sender of one channel; it keeps valid and payload constant until the handshake."""
+    """Sender of one channel; ``waiting`` holds its payloads, ``valid`` is the level of its valid
+    signal."""
 
     port: str
     stall: float
@@ -143,11 +143,10 @@ class Channel:
 
 
 class Machine:
-    """Simulates master and slave on both sides of the bridge; ``clock`` runs all channels for one
-    clock.
+    """Simulates the master and the slave of the bridge; ``clock`` runs all channels for one clock.
 
-    Every port of the bridge changes only with the rising edge, so the next rising edge samples the
-    levels that the ports have at the falling edge, after the inputs are set.
+    The bridge changes its outputs only at a rising edge. Inputs are set at the falling edge; the
+    next rising edge samples the levels that all ports then have.
     """
 
     def __init__(self, dut: Any, chance: random.Random, stall: float) -> None:
@@ -305,7 +304,7 @@ async def run(machine: Machine, bursts: list[Burst]) -> None:
 
 @cocotb.test()
 async def every_kind_size_and_length(dut: Any) -> None:
-    """Bursts of all sizes, kinds and lengths give the right accesses, also with unaligned starts
+    """Bursts of all sizes, kinds and lengths make the right accesses, with unaligned starts too
     where these are permitted."""
     await start(dut)
     chance = random.Random(1)

@@ -2,7 +2,7 @@
 --
 -- # bufg
 --
--- Model of the primitive BUFG for simulation.
+-- Models the primitive BUFG for simulation: the output equals the input.
 
 library ieee;
   use ieee.std_logic_1164.all;

@@ -2,8 +2,8 @@
 --
 -- # dna_port
 --
--- Model of the primitive DNA_PORT for simulation, by the table of its operations in UG470: READ loads the
--- identifier, SHIFT moves it towards DOUT, which is bit 56.
+-- Models the primitive DNA_PORT for simulation, by the table of its operations in UG470: READ loads the identifier,
+-- SHIFT shifts it towards bit 56, which is DOUT.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -20,7 +20,8 @@ end entity dna_port;
 
 architecture simulation of dna_port is
 
-  -- All its groups of four bits differ from their neighbours; the outer bits are 1.
+  -- Each group of four bits differs from its neighbours, and the first and the last bit are 1, so that a shift by the
+  -- wrong number of bits shows.
   constant IDENTIFIER : std_ulogic_vector(56 downto 0) := '1' & x"23456789ABCDEF";
 
   signal moved : std_ulogic_vector(56 downto 0) := (others => '0');

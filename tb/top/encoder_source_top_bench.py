@@ -1,5 +1,4 @@
-"""Tests that the pins of encoder_source_top do not change during the reset, and that all heads then
-count at a constant speed."""
+"""Tests that the pins of encoder_source_top stay constant in the reset, then count evenly."""
 
 from __future__ import annotations
 
@@ -17,14 +16,14 @@ PERIOD_NS = 8
 HEADS = range(1, int(os.environ.get("HEADS", "2")) + 1)
 RESET_CLOCKS = 64
 COUNTS_A_CLOCK = 1_398_101 / 125e6
-"""Speed of 30 deg/s at 2²⁴ counts a turn, on the board's oscillator: docs/hardware.md."""
+"""Counts per clock of the board's oscillator at 30 deg/s, 2²⁴ counts a turn (docs/hardware.md)."""
 CLOCKS = 18_000
-"""Number of clocks; the later head has edges from clock 14,000, with its coefficients applied."""
+"""Number of clocks; the last head has edges, with coefficients applied, from clock 14,000 on."""
 LEAST_EDGES = 30
 TAKEN_OVER = 4
-"""Number of edges within which the output, once enabled, reaches the levels of the position."""
+"""Largest number of edges by which an output that is enabled goes to the levels of the position."""
 SLOPE = (1864 + 2 * 78) * 2 * np.pi / 2**24
-"""Largest slope of ε, equation (2), with the amplitudes of encoder_source, in counts per count."""
+"""Largest slope of ε of equation (2), in counts per count, for the amplitudes of encoder_source."""
 
 
 async def note_edges(pin: Any, name: str, noted: list[tuple[float, str, int]]) -> None:
@@ -49,10 +48,12 @@ async def all_heads_turn_at_30_degrees_a_second(dut: Any) -> None:
         edges = all_edges[TAKEN_OVER:]
         clocks = np.array([clock for clock, _, _ in edges])
         for (_, before, level_before), (_, name, level) in pairwise(edges):
-            # A and B never change together and count forwards: after an edge of A they differ.
+            # A and B never change together, and they count forwards: after an edge of A their
+            # levels differ.
             assert name != before
             assert (level != level_before) == (name == "a")
         expected = COUNTS_A_CLOCK * (clocks[-1] - clocks[0])
-        # An edge may be a clock late at either end, and the position is truncated to a count.
+        # The first and the last edge may each be a clock late, and the position is truncated to a
+        # count.
         bound = 1 + SLOPE * expected + 2 * COUNTS_A_CLOCK
         assert abs(len(edges) - 1 - expected) <= bound, f"head {head}: {len(edges) - 1} counts"

@@ -2,7 +2,7 @@
 --
 -- # ibufds
 --
--- Model of the primitive IBUFDS for simulation: a pair whose wires are equal has no level.
+-- Models the primitive IBUFDS for simulation; if both wires of the pair are equal, the output is undefined ('X').
 
 library ieee;
   use ieee.std_logic_1164.all;

@@ -2,7 +2,7 @@
 --
 -- # obufds
 --
--- Model of the primitive OBUFDS for simulation.
+-- Models the primitive OBUFDS for simulation.
 
 library ieee;
   use ieee.std_logic_1164.all;

@@ -2,10 +2,10 @@
 --
 -- # ps7
 --
--- Model of the primitive PS7 for simulation, as far as zynq_processor connects it: the fabric's clock
--- and reset, I2C controller 0, general-purpose pins, and M_AXI_GP0, whose master is the test. The test writes the signals `fabric_clock`,
--- `fabric_resetn` and those that begin with `master_` or end in `_value` and `_drives`, and reads the ports.
--- `scl_level` and `sda_level` are the levels of the controller's inputs on a wire that a resistor pulls high.
+-- Models the ports of the primitive PS7 that zynq_processor connects, for simulation: the fabric's clock and reset, I2C
+-- controller 0, general-purpose pins, and M_AXI_GP0, on which the test is the master. The test writes the signals
+-- `fabric_clock`, `fabric_resetn` and those that begin with `master_` or end in `_value` and `_drives`, and reads the
+-- ports. `scl_level` and `sda_level` are the levels of the controller's inputs on a wire that a resistor pulls high.
 
 library ieee;
   use ieee.std_logic_1164.all;

@@ -26,8 +26,8 @@ async def edges_until(dut: Any, level: int) -> int:
 
 @cocotb.test()
 async def held_from_power_up_without_any_edge(dut: Any) -> None:
-    """If the reset pin is inactive (high) from power-up on, the fabric's reset is still active at
-    first, and then ends."""
+    """If `asynchronous_reset_n` is high from power-up on, `reset` is active at first, and then
+    ends."""
     dut.asynchronous_reset_n.value = 1
     cocotb.start_soon(Clock(dut.clock, CLOCK_NS, unit="ns", impl="gpi").start())
     await Timer(1, "ns")

@@ -1,4 +1,4 @@
-"""Compares the LEDs in each window of time with the random events of the previous window."""
+"""Compares the LEDs in each window of clocks with the random states in the previous window."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Defines the ramp's inputs in each clock; the tests of the model and of the VHDL share these
-inputs."""
+"""Defines inputs of the correction ramp in each clock, for the tests of its model and its VHDL."""
 
 from __future__ import annotations
 
@@ -18,8 +17,8 @@ RATE_MAX = 2**32 - 1
 
 @dataclass(frozen=True)
 class RampScenario:
-    """A scenario with a value of ``correction`` in 2⁻ᶠ count and a value of ``marker`` for each
-    clock; ``limit`` is in counts."""
+    """Inputs of the ramp: ``correction`` (2⁻ᶠ count, F = 27) and ``marker`` have a value per clock;
+    ``limit`` is in counts."""
 
     name: str
     correction: NDArray[np.int64]
@@ -27,9 +26,10 @@ class RampScenario:
     limit: int
     ramp_rate: int
     inserted: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    """Counts by which the reading jumps at a marker, shape (clocks,); empty if it never jumps."""
+    """Counts by which the reading jumps in each clock with a marker, shape (clocks,); empty if the
+    reading never jumps."""
     ramp_acceleration: int = 0
-    """Acceleration in 2⁻⁵⁹ count per clock²; with 0 it is unlimited."""
+    """Largest acceleration of the ramp in 2⁻⁵⁹ count per clock²; 0 means no limit."""
 
     def __str__(self) -> str:
         return self.name
@@ -42,8 +42,8 @@ def _markers(clocks: int, *at: int) -> NDArray[np.bool_]:
 
 
 def _steps(*parts: tuple[int, int]) -> NDArray[np.int64]:
-    """Return a course of levels in 2⁻ᶠ count; each level lasts for the number of clocks that is
-    paired with it."""
+    """Return a correction per clock from pairs of a level in 2⁻ᶠ count and the number of clocks for
+    which it lasts."""
     return np.concatenate([np.full(clocks, level, dtype=np.int64) for level, clocks in parts])
 
 
@@ -55,8 +55,8 @@ def _sine(clocks: int, amplitude_counts: float, period: float) -> NDArray[np.int
 def _smooth(
     name: str, counts: float, ticks: int, rate: int, acceleration: int, *at: int
 ) -> RampScenario:
-    """Return a scenario with a smooth ramp after one step of this number of counts. At each of the
-    ticks ``at``, which are 256 clocks long, a marker accompanies a step to another level."""
+    """Return a scenario with limited acceleration and a step by ``counts``. A tick has 256 clocks;
+    at each of the ticks ``at`` the correction steps to another level, with a marker."""
     clocks = 256 * ticks
     level = np.zeros(clocks, dtype=np.int64)
     level[10:] = round(counts * COUNT)
@@ -75,8 +75,8 @@ def _smooth(
 
 
 def _marked_every_tick(counts: float, first: int, phase: int) -> RampScenario:
-    """Return a scenario with one step and a marker in every later tick. From tick ``first`` on, one
-    clock in each 256 has a marker that leaves ε unchanged."""
+    """Return a scenario with one step of ε. From tick ``first`` on, clock ``phase`` of each 256
+    clocks has a marker without a change of ε, except in the last 40 ticks."""
     clocks = 256 * 120
     level = np.zeros(clocks, dtype=np.int64)
     level[10:] = round(counts * COUNT)
@@ -103,8 +103,8 @@ def _insertions(seed: int, clocks: int, most: int) -> RampScenario:
 
 
 def _healed_again_and_again(sense: int) -> RampScenario:
-    """Return a scenario that puts counts back faster than the ramp removes them, until the total
-    leaves its range."""
+    """Return a scenario in which counts are put back faster than the ramp removes them, until the
+    total would leave its range."""
     clocks, period = 3000, 40
     marker = np.arange(clocks) % period == 7
     return RampScenario(
@@ -130,8 +130,8 @@ def _random(seed: int, clocks: int, marker_rate: float, limit: int, rate: int) -
     )
 
 
-# This is the largest sum of 64 lanes and the offset, if each cosine is too large by one unit of its
-# last bit.
+# LARGEST is the largest sum of 64 lanes and the offset, if the error of each cosine is one unit of
+# its last bit.
 LARGEST = 64 * (8192 * COUNT + COUNT // 2) + 8192 * COUNT
 
 SCENARIOS = [

@@ -1,5 +1,4 @@
-"""Computes equation (9) in double precision, and the largest deviation that the gateware may have
-from it."""
+"""Computes equation (9) in double precision, and the largest permitted error of the gateware."""
 
 from __future__ import annotations
 
@@ -13,7 +12,8 @@ from arctrue.generated.number_formats import CORDIC_ITERATIONS, COSINE_WIDTH
 
 
 def cosine_bound(bits: int = COSINE_WIDTH) -> float:
-    """Return the bound δ_max of (A.1) plus ε_max of (A.5), as the paper prints these two."""
+    """Return the bound of the cosine's error, δ_max of (A.1) plus ε_max of (A.5), as the paper
+    prints both."""
     iterations = CORDIC_ITERATIONS
     gains = [
         math.prod(math.sqrt(1 + 2.0 ** (-2 * i)) for i in range(j, iterations))
@@ -23,17 +23,17 @@ def cosine_bound(bits: int = COSINE_WIDTH) -> float:
 
 
 def correction_bound_counts(coefficients: Coefficients, bits: int = COSINE_WIDTH) -> float:
-    """Return half a count for the single rounding, plus the cosine's largest error times the sum of
-    all amplitudes."""
+    """Return the bound of the correction's error: half a count for the rounding, plus the cosine's
+    bound times the sum of all amplitudes."""
     return 0.5 + float(np.abs(coefficients.amplitudes_counts).sum()) * cosine_bound(bits)
 
 
 def error_of_words_counts(
     coefficients: Coefficients, angle: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """Return ε in counts for these phase steps, which may belong to no integer order.
+    """Return ε in counts from the words of a bank, whose phase steps need not belong to an order.
 
-    A bank that is swapped in while it is being written can have such a step.
+    A bank that a swap activates while it is being written can contain such a phase step.
     """
     error = np.full(angle.shape, coefficients.offset_counts)
     for step, amplitude, phase in zip(
@@ -42,7 +42,7 @@ def error_of_words_counts(
         coefficients.phases_rad,
         strict=True,
     ):
-        # The 64-bit products wrap; their low 48 bits are right.
+        # The 64-bit products wrap, but their low 48 bits are right.
         turns = (angle.astype(np.uint64) * step & np.uint64(2**48 - 1)) / 2.0**48
         error += amplitude * np.cos(2.0 * math.pi * turns + phase)
     return error

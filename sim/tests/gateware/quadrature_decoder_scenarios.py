@@ -1,8 +1,7 @@
-"""Defines motions, faults and settings for the decoder; the tests of the model and of the VHDL
-share them.
+"""Defines motions, faults and settings of the decoder for the tests of its model and its VHDL.
 
-Each scenario knows the true place of the disc in every clock, in fractions of a count. The expected
-output of the decoder follows from this place, so that the tests need not decode a pin.
+A scenario includes the true place of the disc in every clock, in fractions of a count. The expected
+outputs of the decoder follow from this place, so the tests need not decode the pins themselves.
 """
 
 from __future__ import annotations
@@ -14,33 +13,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 UNITS = 2520
-"""Number of parts into which a count is divided. With this number every speed of 1 to 10 clocks per
-count is exact."""
+"""Number of parts of a count in which places are expressed. With this number every speed of 1 to 10
+clocks per count is exact."""
 
 
 @dataclass(frozen=True)
 class Segment:
     clocks: int
     clocks_a_count: int = 0
-    """Clocks per count; with 0 the disc does not move."""
+    """Number of clocks per count; 0 if the disc does not move."""
     down: bool = False
     wander: bool = False
-    """Whether the speed is random and changes at random times; it is at most a count per clock in
-    either direction."""
+    """Whether the speed is random, at most a count per clock in either direction, and changes at
+    random times."""
     jitter: Fraction = Fraction(0)
-    """Largest random displacement of the disc in counts; a new one is drawn in each clock."""
+    """Largest displacement of the disc in counts; a random displacement is drawn in each clock."""
     jump: int = 0
-    """Counts that the disc skips in the first clock."""
+    """Counts by which the disc jumps in the first clock."""
     glitch_clocks: int = 0
-    """Length in clocks of each inversion of A, B or Z; inversions come at random times away from
-    edges."""
+    """Number of clocks for which a glitch inverts A, B or Z; glitches come at random times, not
+    near edges."""
     filter_length: int = 1
     minimum_edge_spacing: int = 0
     index_tolerance: int = 0
     counts_per_rev: int = 0
-    """Counts per turn in this segment; with 0 the value of the scenario holds."""
+    """Setting of the counts per turn in this segment; 0 for the value of the scenario."""
     clear: bool = False
-    """Whether ``clear`` is set in the first clock."""
+    """Whether ``clear`` is high in the first clock."""
     rearm: bool = False
     zero_again: bool = False
     heal: bool = False
@@ -58,40 +57,42 @@ class Scenario:
     start: int = 0
     """Place of the disc at the start, in counts from the index."""
     index_at: Fraction = Fraction(0)
-    """Distance in counts from the edge of A or B to the index edge; with 0 both edges coincide."""
+    """Distance in counts from the edge of A or B at count 0 to the index edge; 0: both coincide."""
     index_width: Fraction = Fraction(1)
     """Number of counts for which Z is high."""
     index_scatter: int = 0
-    """Largest displacement of the index in whole counts; a new one is drawn at each passage."""
+    """Largest displacement of the index mark in whole counts; a random displacement is drawn at
+    each passage."""
     skew_clocks: tuple[int, int, int] = (0, 0, 0)
-    """Delays of A, B and Z in clocks."""
+    """Number of clocks by which A, B and Z are delayed."""
     first_timestamp: int = 0
     seed: int = 1
 
 
 @dataclass(frozen=True)
 class Stimuli:
-    """The decoder's inputs in each clock of a scenario; arrays of shape (clocks,)."""
+    """Inputs of the decoder and true places in each clock; arrays of shape (clocks,)."""
 
     columns: dict[str, NDArray[np.int64]] = field(repr=False)
-    """The inputs of the entity by name."""
+    """Inputs of the entity by name."""
     timestamp: NDArray[np.uint64] = field(repr=False)
     place: NDArray[np.int64] = field(repr=False)
-    """Distance of the disc in each clock from the index of its turn 0, in 1 / UNITS count."""
+    """Place of the disc in each clock, from the index of turn 0, in 1 / UNITS count."""
 
     mark_scatter: NDArray[np.int64] = field(
         repr=False, default_factory=lambda: np.zeros(0, np.int64)
     )
-    """Displacement of the nearest index mark in each clock, in counts."""
+    """Displacement in counts of the nearest index mark, in each clock."""
 
     @property
     def count(self) -> NDArray[np.int64]:
-        """Return the number of edges of A and B that lie before the true place."""
+        """Return the true count: the number of edges of A and B between the index of turn 0 and the
+        place."""
         return self.place // UNITS
 
 
 def _there_and_back(clocks_a_count: int, counts: int, **settings: object) -> list[Segment]:
-    """Return segments that go up, back beyond the start, and up to the start again; each stretch
+    """Return segments that move up, down beyond the start, and up to the start again; each stretch
     crosses the index.
 
     The disc turns back in the middle of a count, unless a count lasts only one clock.
@@ -160,7 +161,8 @@ LOSSLESS: dict[str, Scenario] = {
     "wanders_turn_of_100": Scenario([RESET, Segment(4000, wander=True)], 100, start=-20, seed=3),
     "timestamp_wraps": Scenario(_there_and_back(3, 40), 100, start=-5, first_timestamp=2**64 - 150),
 }
-"""Scenarios that lose no edge: the decoder's position, angle and index are those of the disc."""
+"""Scenarios in which no edge is lost: the decoder's position, angle and index must equal those of
+the disc."""
 
 SCATTERED: dict[str, Scenario] = {
     "index_repeats_to_1_count": Scenario(
@@ -199,7 +201,7 @@ SCATTERED: dict[str, Scenario] = {
         seed=7,
     ),
 }
-"""Scenarios in which the index does not repeat exactly and no count is lost."""
+"""Scenarios in which the places of the index marks scatter and no count is lost."""
 
 FAULTY: dict[str, Scenario] = {
     "lost_count_between_index_marks": Scenario(
@@ -353,8 +355,8 @@ FAULTY: dict[str, Scenario] = {
         [
             RESET,
             Segment(20, filter_length=16),
-            # The levels last 18 clocks at first, then 14 and 10; the filter suppresses the levels
-            # of 14 and 10 clocks.
+            # Each level lasts 18 clocks at first, then 14, then 10; the filter suppresses levels of
+            # 14 and 10 clocks.
             Segment(180, 9, filter_length=16),
             Segment(280, 7, filter_length=16),
             Segment(60, filter_length=16),
@@ -429,16 +431,16 @@ FAULTY: dict[str, Scenario] = {
 """Scenarios with faults, or with settings that change during the run."""
 
 RANDOM_SEEDS: dict[str, int] = {f"random_pins_{seed}": seed for seed in range(4)}
-"""Seeds of random pins and settings, used only to compare model and VHDL."""
+"""Seeds of random pins and settings, which are used only to compare model and VHDL."""
 
 
 def skewed(
     skew_clocks: tuple[int, int, int], width: int = 17, dwell: int = 4, half_count_clocks: int = 8
 ) -> Scenario:
-    """Return a scenario that passes a mark from both sides and moves back and forth over both edges
-    of the mark.
+    """Return a scenario in which the disc passes a mark from both sides and moves to and fro over
+    both edges of the mark.
 
-    ``dwell`` is the number of half counts before the disc turns back.
+    ``dwell`` is the number of half counts of a movement to and fro.
     """
 
     def way(half_counts: int) -> Segment:
@@ -449,7 +451,7 @@ def skewed(
     def tremble(first: int) -> list[Segment]:
         return [way(first * sign) for sign in (1, -1) * 6]
 
-    segments = [way(5), *tremble(dwell)]  # from -2 to the middle of count 0, where the mark begins
+    segments = [way(5), *tremble(dwell)]  # from count -2 to the middle of count 0, the mark's first
     segments += [way(2 * width), *tremble(-dwell), *tremble(dwell)]
     segments += [way(30), way(-30), *tremble(dwell), *tremble(-dwell)]
     segments += [way(-2 * width), *tremble(-dwell), way(-8)]
@@ -466,19 +468,19 @@ SKEWED: dict[str, Scenario] = {
     f"skewed_pins_{a}{b}{z}_mark_of_{width}": skewed((a, b, z), width)
     for a, b, z, width in ((0, 3, 1, 17), (3, 0, 2, 17), (1, 1, 0, 2), (2, 3, 3, 1), (1, 0, 3, 17))
 } | {
-    # These spacings lie just above and below the smallest spacing at which skew displaces no mark.
+    # These spacings lie just above and below the smallest spacing at which the skew displaces no
+    # mark.
     f"skewed_pins_330_{2 * half_count}_clocks_a_count": skewed(
         (3, 3, 0), 17, half_count_clocks=half_count
     )
     for half_count in (4, 3, 2)
 }
-"""Scenarios whose pins change up to three clocks apart, at a step at which they should change
-together."""
+"""Scenarios in which A, B and Z have different delays of up to three clocks."""
 
 
 def scenarios_to_run(default_generics: bool) -> list[str]:
-    """Return the scenarios of a bench. For the default generics these are all scenarios; for other
-    generics only those whose result depends on the generics."""
+    """Return the names of the scenarios for a bench: all scenarios for the default generics, and
+    for other generics only those whose result depends on the generics."""
     if default_generics:
         return [*LOSSLESS, *SCATTERED, *FAULTY, *SKEWED, *RANDOM_SEEDS]
     return [
@@ -515,8 +517,8 @@ def _jitter(segment: Segment, random: np.random.Generator) -> NDArray[np.int64]:
 def _glitches(
     pins: NDArray[np.int64], scenario: Scenario, random: np.random.Generator
 ) -> NDArray[np.int64]:
-    """Return a mask of the pins to invert in each clock, shape (clocks, 3). Inversions keep away
-    from every true change."""
+    """Return a mask of the pins that glitches invert in each clock, shape (clocks, 3). Glitches do
+    not come near a true change."""
     changes = np.flatnonzero((np.diff(pins, axis=0) != 0).any(axis=1)) + 1
     turned_over = np.zeros_like(pins)
     end = 0
@@ -542,10 +544,12 @@ def stimuli_of(scenario: Scenario) -> Stimuli:
     )
     place += np.concatenate([_jitter(s, random) for s in segments])
 
-    # The disc keeps its counts per turn; only the setting counts_per_rev changes within a scenario.
+    # The counts per turn of the disc do not change within a scenario; only the setting
+    # counts_per_rev does.
     from_index = place - int(scenario.index_at * UNITS)
     turn = scenario.counts_per_rev * UNITS
-    # A visit to the index lasts from half a turn before the index to half a turn after it.
+    # A visit to a mark lasts while the disc is within half a turn of it; each visit has a
+    # displacement of its own.
     visit = np.cumsum(np.diff((from_index + turn // 2) // turn, prepend=0) != 0)
     scatter = random.integers(-scenario.index_scatter, scenario.index_scatter + 1, visit[-1] + 1)[
         visit
@@ -586,7 +590,7 @@ def stimuli_of(scenario: Scenario) -> Stimuli:
         "rearm": each_clock([int(s.rearm) for s in segments]),
         "reset": each_clock([int(s.reset) for s in segments]),
     }
-    # uint64 arithmetic wraps, as the counter does.
+    # Additions of uint64 wrap like the counter.
     timestamp = np.uint64(scenario.first_timestamp) + np.arange(len(place), dtype=np.uint64)
     return Stimuli(columns, timestamp, place, scatter)
 
@@ -594,8 +598,8 @@ def stimuli_of(scenario: Scenario) -> Stimuli:
 def _held(
     random: np.random.Generator, values: list[int], clocks: int, mean: int
 ) -> NDArray[np.int64]:
-    """Return random values for each clock; each value is held for a random time of ``mean`` clocks
-    on average."""
+    """Return a random value for each clock; a value lasts for a random time of ``mean`` clocks on
+    average."""
     changes = random.random(clocks) < 1 / mean
     return random.choice(values, clocks + 1)[np.cumsum(changes)]
 
@@ -626,7 +630,8 @@ def _at_random(seed: int, clocks: int = 8000) -> Stimuli:
 
 
 def stimuli(name: str) -> Stimuli:
-    """Return the inputs of a scenario or of random pins, and the true place of the disc."""
+    """Return the inputs of a scenario and the true places of the disc; for random pins the places
+    are 0."""
     if name in RANDOM_SEEDS:
         return _at_random(RANDOM_SEEDS[name])
     return stimuli_of((LOSSLESS | SCATTERED | FAULTY | SKEWED)[name])

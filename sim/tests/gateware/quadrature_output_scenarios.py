@@ -1,5 +1,4 @@
-"""Defines motions and settings for the quadrature output; the tests of the model and of the VHDL
-share them."""
+"""Defines motions and settings of the quadrature output for the tests of its model and its VHDL."""
 
 from __future__ import annotations
 
@@ -13,25 +12,25 @@ from numpy.typing import NDArray
 class Segment:
     clocks: int
     clocks_a_count: int = 0
-    """Clocks per count; with 0 the table does not move."""
+    """Number of clocks per count; 0 if the table does not move."""
     down: bool = False
     tremble: int = 0
-    """Counts after which the table turns back; with 0 it never turns back."""
+    """Number of counts after which the table reverses, again and again; 0 if it never reverses."""
     jump: int = 0
-    """Counts by which position and angle jump at the start."""
+    """Counts by which position and angle jump in the first clock."""
     angle_jump: int = 0
-    """Counts by which only the angle jumps at the start, as at the first index."""
+    """Counts by which only the angle jumps in the first clock, as at the first index."""
     referenced: bool = True
     """Whether the angle counts from an index."""
     phase_of_zero: int = 0
-    """State of A and B in their cycle of four at position 0."""
+    """Index of (A, B) in 00, 10, 11, 01 at position 0."""
     z_gated: bool = False
     z_state: int = 0
     z_width: int = 0
     enable: bool = True
     reset: bool = False
     clear: bool = False
-    """Whether ``clear`` is set in the first clock."""
+    """Whether ``clear`` is high in the first clock."""
     minimum_spacing: int = 1
     following_limit: int = 100
 
@@ -41,8 +40,7 @@ class Scenario:
     segments: list[Segment]
     counts_per_rev: int
     start: int = 0
-    """Position at the start in counts; the angle at the start is this position modulo
-    counts_per_rev."""
+    """First position in counts; the first angle is this position modulo counts_per_rev."""
     keeps_up: bool = True
     """Whether the enabled output must stay within one count of the position."""
 
@@ -92,7 +90,7 @@ SCENARIOS: dict[str, Scenario] = {
     "too_fast_then_standing": Scenario(
         [
             Segment(600, 1, minimum_spacing=3, following_limit=50),
-            # The output still lags, so that the fault returns after the clear.
+            # The output still lags, so the fault occurs again after the clear.
             Segment(100, minimum_spacing=3, following_limit=50, clear=True),
             Segment(1500, minimum_spacing=3, following_limit=50),
             Segment(200, minimum_spacing=3, following_limit=50, clear=True),
@@ -212,7 +210,7 @@ SCENARIOS: dict[str, Scenario] = {
         [
             Segment(200, 1, referenced=False),
             Segment(200, 1, angle_jump=13),
-            # The reference is lost at angle zero; the angle stays zero, as in a re-arm.
+            # `referenced` falls while the angle is zero; the angle stays zero, as in a re-arm.
             Segment(100, 2, down=True, referenced=False),
             Segment(100, 2, down=True, angle_jump=5),
             Segment(40, enable=False, referenced=False),
@@ -318,15 +316,14 @@ def _moves(segment: Segment) -> NDArray[np.int64]:
 
 
 def _at_start(values: list[int], lengths: list[int]) -> NDArray[np.int64]:
-    """Return, for each clock, the segment's value in the first clock of a segment, and 0 in all
-    other clocks."""
+    """Return a number per clock: in the first clock of each segment its value, otherwise 0."""
     pulses = np.zeros(sum(lengths), dtype=np.int64)
     pulses[np.cumsum([0, *lengths[:-1]])] = values
     return pulses
 
 
 def stimuli(scenario: Scenario) -> dict[str, NDArray[np.int64]]:
-    """Return the entity's inputs in each clock of a scenario, keyed by name; shape (clocks,)."""
+    """Return the entity's inputs in each clock of a scenario, by name; shape (clocks,)."""
     lengths = [segment.clocks for segment in scenario.segments]
     turned = scenario.start + np.cumsum(np.concatenate([_moves(s) for s in scenario.segments]))
     offset = np.cumsum(_at_start([s.angle_jump for s in scenario.segments], lengths))

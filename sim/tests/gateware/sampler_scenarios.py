@@ -1,8 +1,8 @@
-"""Defines motions and settings for the sampler; the tests of the model and of the VHDL share them.
+"""Defines motions and settings of the sampler for the tests of its model and its VHDL.
 
-A scenario is a list of segments. In a segment the settings are constant, and head 1 moves one count
-every few clocks or stands. Head 2 follows head 1 with an offset and a small error of its own, so
-that the tests would detect a pair of values from different clocks or samples.
+A scenario is a list of segments. In a segment the settings are constant, and head 1 moves by one
+count every few clocks or does not move. Head 2 has another value in every clock, so that the tests
+would detect a pair of values from different clocks or samples.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ INDEX_SEEN = 0b11
 class Segment:
     clocks: int
     clocks_a_count: int = 0
-    """Clocks per count; with 0 the table does not move."""
+    """Number of clocks per count; 0 if the table does not move."""
     down: bool = False
     enable: bool = True
     mode: int = 0
@@ -30,10 +30,9 @@ class Segment:
     flags: int = INDEX_SEEN
     reset: bool = False
     tremble: bool = False
-    """Whether head 1 moves one count up and one count down alternately, every clocks_a_count
-    clocks."""
+    """Whether head 1 moves by one count up and down alternately, every clocks_a_count clocks."""
     zero_slip: int = 0
-    """Counts by which the zero of head 1 moves in the first clock of the segment."""
+    """Counts by which the position of head 1 jumps in the first clock, because its zero moves."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +45,8 @@ class Scenario:
     hold: tuple[int, int] = (0, 120)
     """Smallest and largest number of clocks for which the processor keeps a READY bank."""
     expect: dict[str, int] = field(default_factory=dict)
-    """Expected numbers of captures, of overruns, and of banks that were full before the end of a
-    turn."""
+    """Expected numbers of captures, of overruns, and of banks that were full before their turn was
+    complete."""
 
 
 def repeated(count: int, *segments: Segment) -> list[Segment]:
@@ -104,7 +103,7 @@ SCENARIOS: dict[str, Scenario] = {
             Segment(777, clocks_a_count=3, sample_period=25),
             Segment(500, clocks_a_count=3, sample_period=7),
             Segment(300, clocks_a_count=3, sample_period=400),
-            # The current interval is already longer than the new period and ends at once.
+            # The present interval is already longer than the new period, so it ends at once.
             Segment(400, clocks_a_count=3, sample_period=5),
             Segment(100, clocks_a_count=3, sample_period=1),
             Segment(100, clocks_a_count=3, sample_period=0),
@@ -122,7 +121,7 @@ SCENARIOS: dict[str, Scenario] = {
             Segment(3000, clocks_a_count=2, mode=1, angle_step=10, down=True),
         ],
         counts_per_rev=120,
-        # A turn that contains a reversal does not close in time.
+        # A turn with a reversal is not complete before the bank is full.
         expect={"captures": 15, "full": 1},
     ),
     "equal_angle_step_on_every_clock": Scenario(
@@ -163,16 +162,16 @@ SCENARIOS: dict[str, Scenario] = {
     "equal_angle_zero_moves": Scenario(
         [
             Segment(1203, clocks_a_count=2, mode=1, angle_step=16),
-            # The first loss is a number of whole periods, the second a number that the two bits of
-            # a jump cannot represent, and the third a single count.
+            # The zero moves first by a whole period (4 counts), then by -7 counts, whose two low
+            # bits equal those of a step by 1, then by a single count.
             Segment(1201, clocks_a_count=2, mode=1, angle_step=16, zero_slip=4),
             Segment(1203, clocks_a_count=2, mode=1, angle_step=16, zero_slip=-7),
             Segment(1201, clocks_a_count=1, mode=1, angle_step=16, zero_slip=1, down=True),
-            # The zero moves twice; the second move comes during the search for the grid.
+            # The zero moves again while the entity still searches the grid.
             Segment(20, clocks_a_count=1, mode=1, angle_step=16, zero_slip=5000, down=True),
             Segment(1203, clocks_a_count=1, mode=1, angle_step=16, zero_slip=2, down=True),
-            # While the table stands, the zero moves first to a multiple of the step and then next
-            # to it.
+            # While the table stands, the zero moves so that the position lies first on a multiple
+            # of the step, then next to it.
             Segment(200, mode=1, angle_step=16, zero_slip=3),
             Segment(800, clocks_a_count=3, mode=1, angle_step=16, zero_slip=-2),
             Segment(300, clocks_a_count=2, sample_period=7, zero_slip=4),
@@ -247,8 +246,8 @@ SCENARIOS["two_banks_of_the_default_depth"] = Scenario(
 
 
 def random_scenario(seed: int) -> Scenario:
-    """Return a scenario of segments with random motion and settings; the bank has 13 words, which
-    is no power of two."""
+    """Return a scenario of segments with random motion and settings; a bank has 13 words, no power
+    of two."""
     random = np.random.default_rng(seed)
 
     def pick(values: list[int]) -> int:
@@ -298,7 +297,7 @@ def _signed32(counts: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def stimuli(scenario: Scenario) -> dict[str, NDArray[np.int64]]:
-    """Return the sampler's inputs in each clock of a scenario, keyed by name; shape (clocks,)."""
+    """Return the sampler's inputs in each clock of a scenario, by name; shape (clocks,)."""
     lengths = [segment.clocks for segment in scenario.segments]
     first = np.cumsum([0, *lengths[:-1]])
     slips = np.array([segment.zero_slip for segment in scenario.segments])
@@ -315,9 +314,9 @@ def stimuli(scenario: Scenario) -> dict[str, NDArray[np.int64]]:
         **columns,
         "turn_position1": _signed32(turned),
         "zero_moved1": np.repeat(np.cumsum(slips != 0) % 2, lengths),
-        # Head 2 has another value in every clock, whether head 1 moves or not.
+        # Head 2 has another value in every clock, even if head 1 does not move.
         "turn_position2": _signed32(3 * turned - 7 * clock + 0x1234_5678),
         "counts_per_rev": np.full(len(turned), scenario.counts_per_rev),
-        # The time stamp changes in both of its words.
+        # Both words of the time stamp change during the scenario.
         "timestamp": clock + 2**32 - len(turned) // 2,
     }

@@ -1,5 +1,4 @@
-"""Tests that a coefficient file is read back as it was written, and that the error names the wrong
-entry of a file."""
+"""Tests that a coefficient file is read as it was written, and that errors name the wrong entry."""
 
 from __future__ import annotations
 
@@ -125,8 +124,8 @@ def test_files_that_are_none(tmp_path: Path, content: bytes | None) -> None:
 
 
 def thermal() -> Coefficients:
-    """Return a bank with order 1 at 20 °C and its thermal slope, and with order 2, whose amplitude
-    is zero at 20 °C."""
+    """Return a bank with thermal slopes for order 1 and for order 2, whose amplitude is zero at 20
+    °C."""
     lanes = ThermalLanes.from_slopes(
         {1: np.array([18.5, -7.25, 0.01, 0.0]), 2: np.array([0.0, 3.0, 0.0, -0.5])}, 20.0, 60.0
     )
@@ -142,7 +141,8 @@ def test_lanes_that_follow_the_temperature(tmp_path: Path) -> None:
     assert read_coefficient_file(path) == thermal()
     assert "schema = 2\n" in path.read_text("utf-8")
     assert "schema = 1\n" in GOOD, "what needs no new reader stays readable for old ones"
-    # The expected correction is c0 + c1 (T - T0) + c2 (T - T0)^2, evaluated at different angles.
+    # The expected correction, at 24 °C and many angles, has coefficients c0 + c1 (T - T0) + c2 (T -
+    # T0)^2.
     angle = np.arange(0, 2**24, 99_991)
     turn = angle * 2.0 * np.pi / 2**24
     expected = (
@@ -153,8 +153,8 @@ def test_lanes_that_follow_the_temperature(tmp_path: Path) -> None:
         + 0.5 * np.cos(16_384 * turn + 1.0)
     )
     found = thermal().at(24.0).error_counts(angle)
-    # The bound is half a word of the amplitude for each lane, and half a word of the phase at 2,000
-    # counts.
+    # The bound is half a unit of the amplitude for each of three lanes, and half a unit of the
+    # phase times 2,000 counts.
     assert np.abs(found - expected).max() < 3 / 4096 + 2000 * np.pi / 2**24
     assert thermal().at(20.0).error_counts(angle) == pytest.approx(
         dataclasses.replace(thermal(), thermal=None).error_counts(angle), abs=1 / 2048

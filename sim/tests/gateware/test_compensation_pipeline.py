@@ -65,7 +65,7 @@ def test_a_turn_of_12000_angles_with_32_lanes_takes_less_than_a_fifth_of_a_secon
     compensate(angle, angle, bank)
     seconds = []
     for _ in range(5):
-        # Measure the processor time, which other processes on this machine do not affect.
+        # Measure the processor time of this process, so that other processes have no effect.
         begin = time.process_time()
         compensate(angle, angle, bank)
         seconds.append(time.process_time() - begin)
@@ -73,8 +73,8 @@ def test_a_turn_of_12000_angles_with_32_lanes_takes_less_than_a_fifth_of_a_secon
 
 
 def test_clocks_settle_to_the_steady_outputs() -> None:
-    """After the ramp, the model that computes every clock gives the same outputs as the model of
-    the settled state."""
+    """After the ramp, the outputs of compensate_clocks, which models every clock, equal those of
+    compensate, which models the settled state."""
     banks = [random_bank(seed, 2**24, 30.0, lanes=4) for seed in (4, 5)]
     angle = np.arange(3000, dtype=np.int64) * 997 % 2**24
     swapped = angle.size // 2

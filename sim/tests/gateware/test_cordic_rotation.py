@@ -1,5 +1,4 @@
-"""Tests of the CORDIC's cosine against the error bounds in the paper's appendix, and of the
-CORDIC's constants."""
+"""Tests of the CORDIC's cosine against the bounds of the paper's appendix, and of its constants."""
 
 from __future__ import annotations
 
@@ -26,8 +25,8 @@ TURN = 1 << PHASE_WIDTH
 
 
 def test_every_phase_of_20_bits_stays_within_the_bound() -> None:
-    """The error of the cosine is below (A.1) + (A.5) as printed, and near the value that the page
-    of the entity states."""
+    """The largest error of the cosine is below (A.1) + (A.5) as printed, and near the value in the
+    header of the entity."""
     phase = swept_phases(20)
     assert phase.size == 2**20
     bound = cosine_bound()
@@ -54,7 +53,7 @@ def test_other_widths_and_iterations_stay_within_their_bounds(width: int, iterat
 
 
 def test_rotation_against_equation_10_in_fractions() -> None:
-    """Exact arithmetic with the same directions of rotation differs from the model only by the
+    """The model differs from exact arithmetic with the same directions of rotation only by the
     roundings of nine iterations."""
     tables = rotation_tables(COSINE_WIDTH, CORDIC_ITERATIONS)
     folded = np.arange(0, TURN // 4, 49_999, dtype=np.int32)
@@ -66,9 +65,10 @@ def test_rotation_against_equation_10_in_fractions() -> None:
             d = -1 if z < 0 else 1
             x, y = x - d * y / 2**i, y + d * x / 2**i
             z -= d * tables.steps[i]
-        # Each rounding adds half a unit: the constant has one rounding, and each iteration has one.
-        # A rounding of y is half a unit of 2⁴, of which iteration i adds 2⁻ⁱ: with those of the
-        # constant and of the iterations 7 to 9, less than a quarter.
+        # Each rounding of x adds half a unit: one for the constant and one for each iteration. A
+        # rounding of y is half a unit of 2⁴, which iteration i multiplies by 2⁻ⁱ: the roundings of
+        # the constant and of iterations 7 to 9 add less than a quarter of a unit. The bound
+        # contains one unit for them and for the iterations that do not change y.
         assert (
             abs(cosine - x * 2**COSINE_WIDTH)
             < 0.5 * (1 + CORDIC_ITERATIONS - TABULATED_ITERATIONS) + 1
@@ -76,14 +76,14 @@ def test_rotation_against_equation_10_in_fractions() -> None:
 
 
 def test_constants() -> None:
-    """The constants fulfil equation (11), and the arctangents are right to half a unit of 2⁻²¹
+    """The start value fulfils equation (11), and the arctangents are right to half a unit of 2⁻²¹
     turn."""
     tables = rotation_tables(COSINE_WIDTH, CORDIC_ITERATIONS)
     assert start_radius() == pytest.approx(0.60725, abs=5e-6)
     assert tables.angle_fraction == 21
     for i, step in enumerate(tables.steps):
         assert abs(step / 2**21 * 2 * math.pi - math.atan2(1, 2**i)) <= math.pi / 2**21
-    # Each tabulated vector has the radius that the first iterations would give.
+    # Each tabulated vector has the length that the first iterations give.
     gain = math.prod(math.hypot(1, 2.0**-i) for i in range(TABULATED_ITERATIONS))
     assert np.allclose(
         np.hypot(tables.x, tables.y * 2**Y_SAVED_WIDTH) / 2**COSINE_WIDTH,
@@ -94,8 +94,8 @@ def test_constants() -> None:
 
 
 def test_symmetry() -> None:
-    """A mirrored phase has the same cosine; a phase half a turn further has exactly the negative
-    cosine."""
+    """Phases p and -p (bits complemented) have the same cosine; a phase half a turn further has
+    exactly the negative cosine."""
     phase = np.arange(0, TURN, 1009, dtype=np.int32)
     cosine = lane_cosine(phase)
     assert np.array_equal(lane_cosine(TURN - 1 - phase), cosine)
@@ -116,7 +116,8 @@ def test_what_is_not_built_is_refused(width: int, iterations: int) -> None:
 
 
 def test_picture(tmp_path: Path) -> None:
-    """``draw_cordic_error`` draws the picture and returns the largest error of the drawn sweep."""
+    """``draw_cordic_error`` draws the picture and returns the largest error of the sweep in the
+    picture."""
     picture = tmp_path / "reports" / "error.png"
     phase = swept_phases(12)
     largest = draw_cordic_error(picture, (phase, lane_cosine(phase)))

@@ -1,5 +1,4 @@
-"""Tests of the ramp's model against the specification of the ramp; the tests do not use the
-implementation."""
+"""Tests of the ramp's model against the specification of the ramp, without its implementation."""
 
 from __future__ import annotations
 
@@ -20,10 +19,10 @@ from arctrue.gateware.register_access import register_named
 
 LINEAR = [scenario for scenario in SCENARIOS if not scenario.ramp_acceleration]
 TICK = 256
-"""Number of clocks in which the velocity does not change."""
+"""Number of clocks for which the velocity of the ramp stays constant."""
 CLOCK_HZ = 1e8
 HOLDS_COUNTS = 2**19
-"""Range of the total, which has the format s19: its size is below this number of counts."""
+"""The magnitude of the total, which has 19 integer bits, is at most this number of counts."""
 
 
 def run(scenario: RampScenario) -> np.ndarray:
@@ -52,7 +51,7 @@ def jumps(scenario: RampScenario) -> np.ndarray:
 def test_rate_bound_and_hold(scenario: RampScenario) -> None:
     total = run(scenario)
     before = np.concatenate(([0], total[:-1])) + jumps(scenario) * COUNT
-    # If a jump would leave the range of the total, the total stops at its limit.
+    # If a jump would lead beyond the range of the total, the total goes to the limit.
     fits = scenario.marker & (np.abs(before + 0.5) < HOLDS_COUNTS * COUNT)
     assert np.array_equal(total[fits], before[fits])
     clipped = scenario.marker & ~fits
@@ -63,16 +62,17 @@ def test_rate_bound_and_hold(scenario: RampScenario) -> None:
     behind[2:] |= scenario.marker[:-2]
     behind &= ~scenario.marker
     assert np.array_equal(total[1:][behind[1:]], total[:-1][behind[1:]])
-    # In one clock the ramp moves at most by its rate, rounded up to a whole unit of 2⁻²⁷ count.
+    # In one clock the ramp changes the total by at most its rate, rounded up to a whole unit of
+    # 2⁻²⁷ count.
     rate = -(-scenario.ramp_rate * UNIT // RATE_ONE)
     change = np.abs(np.diff(total))
     ends = UNIT if scenario.ramp_acceleration else 0
-    # After a hold, the ramp makes the change of ε over two clocks at once; the lower limit allows
-    # one unit more.
+    # In the clock in which a hold ends, the total also makes the change of ε over two clocks. The
+    # lower limit is one unit further from 0 than the upper limit.
     moved = np.abs(np.diff(scenario.correction))
     moved[1:] += np.abs(np.diff(scenario.correction[:-1]))
-    # If a jump would leave the range of the total, the total may change by less than one count
-    # beyond its limit.
+    # After a jump that would lead beyond the range, the total lies beyond the limit by less than a
+    # count, by which it then changes.
     at_limit = np.abs(total[:-1] + 0.5) > scenario.limit * COUNT
     jumped = at_limit & np.any(clipped)
     assert np.all((change <= moved + rate + ends + 1 + COUNT * jumped)[~scenario.marker[1:]])
@@ -80,8 +80,8 @@ def test_rate_bound_and_hold(scenario: RampScenario) -> None:
 
 @pytest.mark.parametrize("scenario", LINEAR, ids=str)
 def test_equals_a_plain_walk(scenario: RampScenario) -> None:
-    """The total equals that of a calculation of every clock that keeps the time since the marker as
-    a fraction."""
+    """The total equals that of a plain calculation, clock by clock, which computes the ramp from
+    the time since the marker with fractions."""
     held = 0
     caught, age = 0, 3
     top = scenario.limit * COUNT
@@ -107,8 +107,8 @@ def test_equals_a_plain_walk(scenario: RampScenario) -> None:
 
 
 def test_ramp_ends_at_the_correction() -> None:
-    """A ramp of 2 counts at 2048 units per count and 32 units per clock takes 128 clocks; the ramp
-    starts 5 clocks after the marker."""
+    """A ramp over 2 counts (2048 units each) at 32 units per clock takes 128 clocks, from 5 clocks
+    after the marker on."""
     clocks = 200
     correction = np.full(clocks, 2 * COUNT, dtype=np.int64)
     marker = np.arange(clocks) == 0
@@ -143,7 +143,7 @@ def test_limited_flag_says_clipped() -> None:
     result = correction_ramp(correction, np.zeros(clocks, dtype=bool), 4, 0)
     assert result.limited.tolist() == [False, False, False, True, False, True, False, False]
     assert (result.total[:5] // COUNT).tolist() == [0, 3, 4, 4, -4]
-    # The lower limit allows one unit more; rounding brings it to the limit.
+    # The lower limit is one unit further from 0; the rounding of the output brings it to the limit.
     assert result.total[5:].tolist() == [-4 * COUNT - 1, 0, 0]
 
 
@@ -166,7 +166,8 @@ def test_acceleration_outside_the_format_is_refused(acceleration: int) -> None:
 
 
 def smooth(counts: float, rate: int, acceleration: int, ticks: int) -> np.ndarray:
-    """Return the remainder r that the ramp still has to remove, in counts, after a step of ε."""
+    """Return r after a step of ε: the difference, in counts, that the ramp still has to remove in
+    each clock."""
     clocks = TICK * ticks
     level = np.full(clocks, round(counts * COUNT), dtype=np.int64)
     marker = np.arange(clocks) == 0
@@ -178,8 +179,8 @@ def smooth(counts: float, rate: int, acceleration: int, ticks: int) -> np.ndarra
 @pytest.mark.parametrize("counts", [2.5, -0.9])
 @pytest.mark.parametrize("clocks_to_rate", [1e4, 4e4])
 def test_what_a_servo_sees_of_a_ramp(counts: float, clocks_to_rate: float) -> None:
-    """The velocity and the acceleration of the remainder r stay within their bounds, and its
-    duration is near d/v + v/a, as with constant acceleration."""
+    """Velocity and acceleration of r stay within their bounds, and the duration of the ramp is near
+    d/v + v/a, as with constant acceleration."""
     rate, ticks = 1_500_000, 600
     velocity = rate / 2**35
     acceleration = round(rate / clocks_to_rate * 2**24)
@@ -191,12 +192,12 @@ def test_what_a_servo_sees_of_a_ramp(counts: float, clocks_to_rate: float) -> No
     speed = np.diff(at) / TICK
     assert np.all(speed * np.sign(counts) >= 0), "it never goes back"
     assert np.abs(speed).max() <= velocity * (1 + 1e-9)
-    # The samples do not fall on the ticks, so that one difference can contain two changes.
+    # The samples do not lie on the ticks, so a difference can contain two changes of the velocity.
     assert np.abs(np.diff(speed)).max() <= acceleration_clocks * TICK * (1 + 1e-3) + 2**-27
     assert np.abs(speed[:2]).max() <= 2 * acceleration_clocks * TICK
     last = np.flatnonzero(speed)[-1]
     assert np.abs(speed[last]) <= 2 * acceleration_clocks * TICK
-    # The ramp is as fast as constant acceleration allows, except for a few ticks.
+    # Apart from a few ticks, the ramp takes at most 10 % longer than with constant acceleration.
     reached = min(velocity, np.sqrt(abs(counts) * acceleration_clocks))
     shortest = abs(counts) / reached + reached / acceleration_clocks
     took = np.flatnonzero(r)[-1]
@@ -212,11 +213,12 @@ def test_presets_reach_the_rate_in_a_tenth_of_a_second() -> None:
 
 @pytest.mark.parametrize("phase", [0, 100, 238, *range(239, 256, 2)])
 def test_markers_in_every_tick_never_lead_past_the_end(phase: int) -> None:
-    """The total never passes the end of a step of 2 counts, although markers come in every tick.
+    """The total never passes the end of a step, even if markers come in every tick.
 
-    From half the way on, each 256 clocks have a marker at the same place; later there are no
-    markers. The total reaches 2 and never exceeds it, wherever in the tick the markers fall. The
-    velocity of the total never changes by more than the acceleration allows.
+    The step has 2 counts. From the middle of the ramp on, one marker comes in each 256 clocks,
+    always at the same place; at the end there are no more markers. The total reaches 2 counts and
+    never exceeds them, whichever this place is. The velocity of the total never changes by more
+    than the acceleration allows.
     """
     counts, rate, acceleration, ticks = 2.0, RATE_ONE * 24, 2**32 - 1, 600
     clocks = TICK * ticks
@@ -235,16 +237,16 @@ def test_markers_in_every_tick_never_lead_past_the_end(phase: int) -> None:
     assert not done.busy[-1]
     near = np.convolve(marker, np.ones(6))[:clocks] > 0
     speed = np.diff(done.total)[~near[1:]] / COUNT
-    # The total moves by whole units in each clock. A mean over a tick contains at most two
-    # velocities.
+    # In each clock the total changes by whole units, so velocities are averaged over a tick. Such a
+    # mean contains at most two velocities.
     mean = np.convolve(speed, np.ones(TICK) / TICK, "valid")
     change = np.abs(mean[TICK:] - mean[:-TICK]).max()
     assert change <= 3 * acceleration / 2**59 * TICK + 2**-27
 
 
 def test_counts_put_back_beyond_what_the_total_holds_are_clipped_and_reported() -> None:
-    """The total stays at its limit, and reports this, if more counts are put back than it can hold;
-    it does not wrap to the opposite sign."""
+    """If more counts are put back than the total can hold, the total stays at its limit, which
+    `limited` reports; it does not wrap to the opposite sign."""
     for sense in (1, -1):
         (scenario,) = [s for s in SCENARIOS if s.name == f"healed again and again, {sense}"]
         result = correction_ramp(
@@ -259,24 +261,25 @@ def test_counts_put_back_beyond_what_the_total_holds_are_clipped_and_reported() 
         moved = np.diff(sense * total)
         assert moved.min() > -1, "it never jumps back"
         asked = 50 + np.cumsum(np.abs(scenario.inserted))
-        # Since the last marker r has lost one count in 2,048 clocks; ε is at most 50 counts.
+        # The ramp removes one count in 2,048 clocks, and |ε| is at most 50 counts, so the total is
+        # still near the limit.
         assert sense * total[-1] > scenario.limit - 52
         assert np.array_equal(result.limited.any(), asked[-1] > scenario.limit)
 
 
 def test_a_marker_on_the_way_leaves_the_velocity() -> None:
-    """The velocity of the remainder r does not jump while swaps change ε back and forth: r slows
+    """The velocity of r does not jump when swaps change ε up and down during a ramp: the ramp slows
     down, reverses and returns."""
     (scenario,) = [s for s in SCENARIOS if s.name == "smooth, markers on the way"]
     total = run(scenario)
     rest = total - scenario.correction
-    # The jumps of ε do not count as motion of the total.
+    # The clocks of the markers and of their holds are left out.
     near = np.convolve(scenario.marker, np.ones(4))[: scenario.marker.size] > 0
     speed = np.diff(total)[~near[1:]]
     mean = np.convolve(speed, np.ones(TICK) / TICK, "valid")
     change = np.abs(mean[TICK:] - mean[:-TICK]).max()
-    # The velocity changes in two places: in the 512 clocks between the two markers, and in the
-    # clocks in which a marker holds the total.
+    # From one mean to the next the velocity changes by at most 3 * of_a_tick; ``held`` allows for
+    # the clocks in which a marker holds the total.
     of_a_tick = scenario.ramp_acceleration / 2**59 * TICK * COUNT
     held = 7 * scenario.ramp_rate / 2**8 / TICK
     assert change <= 3 * of_a_tick + held

@@ -1,5 +1,4 @@
-"""Tests that the compensation rounds, folds and limits the corrected angle as exact fractions
-do."""
+"""Tests that rounding, wrap and limit of the corrected angle equal exact arithmetic."""
 
 from __future__ import annotations
 
@@ -57,7 +56,8 @@ def test_offset_is_aligned() -> None:
 
 
 def test_switching_on_and_off_never_steps() -> None:
-    """The output moves by at most one count per clock while ε is constant at 100 counts."""
+    """With a constant ε of 100 counts the position moves by at most one count per clock when
+    `apply` changes."""
     clocks = 4000
     rate_units = 255
     apply = np.zeros(clocks, dtype=bool)

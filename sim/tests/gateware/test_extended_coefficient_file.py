@@ -1,5 +1,4 @@
-"""Tests that each part of schema 3 of the coefficient file is read back, and that an error names a
-missing generic."""
+"""Tests that each part of a schema 3 file is read, and that errors name the missing generic."""
 
 from __future__ import annotations
 
@@ -38,7 +37,8 @@ PARTS = {
     "MODULATORS = true": Extension(
         modulators=((0, "direction"), (1, "word_a")), conditions=Conditions(2560, 4, 90.0)
     ),
-    # The orders 71.4 and 0.5; ``turn_steps`` holds the fraction of an order in 2⁻⁴⁸ turn.
+    # Lanes 2 and 3 have the orders 71.4 and 0.5; ``turn_steps`` has the fractions of the orders in
+    # 2⁻⁴⁸ turn.
     "REAL_ORDERS = true": Extension(
         turn_steps=((2, round(0.4 * 2**48)), (3, 1 << 47)),
         phase_sources=((2, PhaseSource("probe", -1, 12345)), (3, PhaseSource("heads"))),
@@ -78,9 +78,9 @@ def test_each_part_is_read_as_written_and_refused_without_its_generic(
 
 @pytest.mark.parametrize("has_sets", [False, True])
 def test_all_parts_in_one_file_with_temperature(tmp_path: Path, has_sets: bool) -> None:
-    """One file holds all parts with temperature, either with sets for a missing head or with lanes
-    of non-integer orders, because these two exclude each other."""
-    # The prepared set belongs to the heads of the file: it has their delays and conditions.
+    """A file can contain all parts and temperature slopes. Only sets for a missing head and lanes
+    of non-integer orders exclude each other, so there are two cases."""
+    # The prepared set must have the delays and conditions of the file.
     conditions = Conditions(16, 0, 30.0)
     of_set = Extension(
         mean=dataclasses.replace(THREE, delays_clocks=FOUR.delays_clocks), conditions=conditions
@@ -181,8 +181,8 @@ def test_weights_that_leave_the_format_are_refused() -> None:
 
 @pytest.mark.parametrize("of_set", [False, True])
 def test_prepared_sets_exclude_lanes_of_real_orders(of_set: bool) -> None:
-    """The reader refuses prepared sets together with lanes of real orders: a prepared set contains
-    no turn steps, so that its lanes would keep the turn steps of other lanes."""
+    """Prepared sets are refused together with lanes of real orders: a prepared set contains no turn
+    steps, so its lanes would keep the turn steps of the previous lanes."""
     steps = ((3, 1 << 47),)
     extension = Extension(THREE, turn_steps=steps if of_set else ())
     entry = dataclasses.replace(HALF_ORDER, extension=extension)

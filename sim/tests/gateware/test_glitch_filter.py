@@ -1,4 +1,4 @@
-"""Test that the model of the glitch filter follows the definition of the filter at each sample."""
+"""Tests that the model of the glitch filter follows the definition of the filter at each sample."""
 
 import numpy as np
 import pytest
@@ -9,8 +9,8 @@ from arctrue.gateware.glitch_filter import glitch_filter
 
 
 def by_definition(levels: list[int], lengths: list[int]) -> list[int]:
-    """Return the output after each clock: the output changes to a level that has been constant for
-    ``length`` samples."""
+    """Return the output after each clock: it takes over a level that has lasted for ``length``
+    samples."""
     output, outputs = levels[0], []
     for clock, length in enumerate(lengths):
         window = levels[clock + 1 - max(length, 1) : clock + 1] if clock + 1 >= length else []

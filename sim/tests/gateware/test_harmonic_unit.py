@@ -1,5 +1,4 @@
-"""Tests of the terms of equation (9) against double precision, and of the pair sums against
-integers."""
+"""Tests of the models of harmonic_unit and harmonic_lane against float64 and exact integers."""
 
 from __future__ import annotations
 
@@ -43,7 +42,7 @@ def test_pair_sums_hold_every_bit_of_the_products(width: int, iterations: int) -
     for cosine, found in zip(cosines, sums, strict=True):
         products = [c * a for c, a in zip(cosine, amplitudes.tolist(), strict=True)]
         pairs = [products[0] + products[1], products[2] + products[3], products[4]]
-        # The products have width + 9 fraction bits, and the pair sums have 27.
+        # A product has width + 9 fraction bits, a pair sum has 27.
         assert found == [(pair << 20) >> (width + 2) for pair in pairs]
 
 
@@ -55,8 +54,8 @@ def test_lane_adds_its_partner() -> None:
 
 
 def test_largest_pair_fits() -> None:
-    """The largest pair fits into s15.27: both amplitudes are at the end of their format and the
-    cosines are ±1, so that the sum is near 2¹⁴ counts."""
+    """The largest pair sum fits into s15.27: with amplitudes at the end of their format and cosines
+    of ±1 it is near 2¹⁴ counts."""
     phases = np.array([[0, 0], [TURN // 2, TURN // 2]], dtype=np.int32)
     sums = harmonic_unit(phases, [-LARGEST, -LARGEST])[:, 0]
     assert np.all(np.abs(sums) < 2 ** (PAIR_WIDTH - 1))

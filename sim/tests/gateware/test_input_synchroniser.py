@@ -1,4 +1,4 @@
-"""Tests that the model of the synchroniser is a delay."""
+"""Tests that the model of the synchroniser delays its input."""
 
 import numpy as np
 import pytest

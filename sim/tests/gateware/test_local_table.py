@@ -1,5 +1,4 @@
-"""Tests of the local table against straight lines in float64, and of the correction that includes
-the local table."""
+"""Tests of the local table's model against float64, and of the table of a coefficient file."""
 
 from __future__ import annotations
 
@@ -14,8 +13,8 @@ TURN = 2**24
 
 
 def lines_counts(angle: np.ndarray, table: LocalTable) -> np.ndarray:
-    """Return the value on straight lines through the points of each window, in float64. The last
-    line of a window ends at its first point."""
+    """Return the linear interpolation between the points of each window, in float64. From the last
+    point of a window the line leads to its first point."""
     total = np.zeros(angle.size)
     number = POINTS // len(table.starts)
     for window, start in enumerate(table.starts):
@@ -30,8 +29,8 @@ def lines_counts(angle: np.ndarray, table: LocalTable) -> np.ndarray:
 @pytest.mark.parametrize("counts_per_rev", [TURN, 1_234_567, 9_999])
 @pytest.mark.parametrize(("windows", "width"), [(1, 0), (1, 6), (2, 1), (4, 2), (4, 6)])
 def test_lines_within_the_bound(windows: int, width: int, counts_per_rev: int) -> None:
-    """The interpolated lines through random points stay within the bound, which the comment at the
-    head of the entity derives."""
+    """The error of the interpolation between random points stays within the bound in the header of
+    the entity."""
     random = np.random.default_rng(windows + 10 * width)
     starts = tuple(
         int(counts_per_rev * (0.9 + n / windows)) % counts_per_rev for n in range(windows)
@@ -48,8 +47,8 @@ def test_lines_within_the_bound(windows: int, width: int, counts_per_rev: int) -
 
 
 def test_a_scratch_is_taken_away() -> None:
-    """The table removes a hill of 20 arcsec, 0.2 degrees wide, in a window of 1/64 turn, to less
-    than a tenth."""
+    """A table with a window of 1/64 turn reduces a bump of 20 arcsec, 0.2 degrees wide, to less
+    than 0.05 counts."""
     counts_arcsec = TURN / 1_296_000
     start, centre = int(0.3 * TURN), int(0.3 * TURN) + TURN // 128
     wide = 0.2 / 360 * TURN
@@ -62,8 +61,8 @@ def test_a_scratch_is_taken_away() -> None:
     table = LocalTable(TURN, (start,), 6, 8, points)
     angle = np.arange(0, TURN, 101)
     left = scratch(angle) - local_table(angle, table) * 2.0**-VALUE_FRACTION
-    # The rounding of a point to half a unit and the interpolation together leave far less than a
-    # tenth of 259 counts.
+    # The bump has 259 counts; only the errors of the rounded points and of the interpolation
+    # remain.
     assert np.abs(left).max() < 0.05
     assert scratch(angle).max() > 250
 
@@ -91,29 +90,29 @@ def test_what_the_gateware_cannot_hold_is_refused(changed: dict, message: str) -
 
 
 def test_words_of_a_file_become_a_bank() -> None:
-    """The words of a file become a bank: points that the file lacks become 0, and the place words
-    follow the register map."""
+    """The part of a file becomes the words of a bank: points that the file lacks become 0, and the
+    words of the place have the layout of the register map."""
     of_file = extension.LocalTable((7, -8), (5, TURN - 1), 3, 6)
     table = LocalTable.of_file(of_file, TURN)
     assert table.points[:3].tolist() == [7, -8, 0]
     assert table.points.shape == (POINTS,)
-    # The word contains enable 0b11, two windows (code 1), width 3, fraction 6 (code 1); the step is
-    # 2^48 * 2^3 / 2^24.
+    # The word `choice` contains enable 0b11, two windows (code 1), width 3 and fraction 6 (code 1);
+    # the step is 2^48 * 2^3 / 2^24.
     choice = 0b11 | 1 << 4 | 3 << 8 | 1 << 12
     assert table.place_words() == [choice, 5, TURN - 1, 0, 0, 1 << 27, 0]
 
 
 @pytest.mark.parametrize(("width", "leaps"), [(0, 0.0), (4, 2.0)])
 def test_the_slope_of_a_table_counts_with_that_of_the_lanes(width: int, leaps: float) -> None:
-    """The slope of a local table counts together with that of the lanes: it is 2π·300 / length
-    of the window for a wave of 300 counts over the window, and 2 for a table that steps by 2
+    """The steepest slope of a local table is added to that of the lanes. It is 2π·300 / (length of
+    the window) for a sine of 300 counts over the window, and at least 2 for a table that steps by 2
     counts."""
     place = 2.0 * np.pi * np.arange(POINTS) / POINTS
     points = tuple(np.rint((300.0 * np.sin(place) + leaps) * 2**6).astype(int).tolist())
     table = extension.LocalTable(points, (0,), width, 6)
     slope = 2.0 * np.pi * 300.0 / (TURN / 2**width)
-    # The points are rounded to 2⁻⁶ count, so that the slope between two points errs by 2⁻⁶ over
-    # their distance.
+    # The points are rounded to 2⁻⁶ count, so the error of the slope between two points is up to 2⁻⁶
+    # count divided by their distance.
     rounding = 2.0**-6 / (TURN / 2**width / POINTS)
     assert table.steepest(TURN) == pytest.approx(max(slope, leaps), abs=rounding)
     lane = Coefficients.from_harmonics([40], [1000.0], [0.0], TURN, 1)

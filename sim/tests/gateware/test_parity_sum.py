@@ -1,4 +1,4 @@
-"""Tests of the parity weights, and of the decision which head stepped."""
+"""Tests of the parity's weights, and of the model's decision which head has stepped."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ PLACES = np.deg2rad([0.0, 64.3, 177.0, 257.9])
 
 
 def test_parity_holds_no_motion() -> None:
-    """The parity contains only the rounding of weights and counts for a motion of 2 µm (54
-    counts)."""
+    """For random motions of the axis with 54 counts (2 µm) RMS in each direction, the parity
+    contains only the rounding of readings and weights."""
     weights = parity_weights(PLACES)
     assert weights.sum() == 0
     assert np.abs(weights).max() <= WEIGHT_ONE
@@ -33,9 +33,9 @@ def test_three_heads_have_no_parity() -> None:
 
 
 def test_a_motion_of_half_a_micrometre_is_no_step_and_64_counts_are() -> None:
-    """A motion of half a micrometre is no step: the axis moves by 13.4 counts and the eccentricity
-    adds 3.8 counts peak to peak, each in a random direction. A step of at least twice STEP_COUNTS
-    is attributed to the right head."""
+    """A motion of the axis of 13.4 counts (half a micrometre) and an eccentricity of 1.9 counts,
+    each in a random direction, are no step. An additional step of one head by at least
+    2·STEP_COUNTS is attributed to this head."""
     rng = np.random.default_rng(2)
     for _ in range(2000):
         way = rng.uniform(0.0, 2.0 * np.pi)
@@ -46,8 +46,8 @@ def test_a_motion_of_half_a_micrometre_is_no_step_and_64_counts_are() -> None:
         head = int(rng.integers(0, 4))
         rounded[head] += int(rng.choice([-1, 1])) * (2 * STEP_COUNTS + int(rng.integers(0, 4000)))
         assert stepped_head(rounded, STEP_COUNTS) == head
-        # For a step between the limit and twice the limit the answer is the right head or no head,
-        # never another head.
+        # For a step between the limit and twice the limit the model finds the right head or no
+        # head.
         small = np.rint(moved).astype(np.int64)
         small[head] += int(rng.integers(STEP_COUNTS, 2 * STEP_COUNTS))
         assert stepped_head(small, STEP_COUNTS) in (None, head)

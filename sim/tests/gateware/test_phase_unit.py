@@ -1,4 +1,4 @@
-"""Compares the phase of every lane with exact integer arithmetic, at every order and count."""
+"""Compares the model's phases with exact integer arithmetic, for every order and many turns."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from arctrue.gateware.phase_unit import phase_unit
 from arctrue.generated.number_formats import PHASE_WIDTH
 
 TURN = 1 << PHASE_WIDTH
-# The phase step K is rounded to half a unit, that is 2⁻⁴⁹ turn for each count of an angle below
-# 2²⁴. The phase is rounded once more.
+# The error of the phase step K is up to half a unit, 2⁻⁴⁹ turn per count, and an angle has less
+# than 2²⁴ counts. The rounding of the phase adds ROUNDING.
 STEP_ERROR = Fraction(1, 2**25)
 ROUNDING = Fraction(1, 2**25)
 COUNTS = [4, 5, 7, 1000, 65_535, 65_536, 1_000_003, 12_345_677, 2**24 - 3, 2**24 - 1, 2**24]
@@ -47,16 +47,16 @@ def test_phase_against_fractions(counts_per_rev: int) -> None:
 
 @pytest.mark.parametrize("counts_per_rev", COUNTS)
 def test_every_order_at_the_end_of_the_turn(counts_per_rev: int) -> None:
-    """Check all 65,536 orders at the largest angle, before the rounding of the phase, in units of
-    2⁻⁴⁸ turn."""
+    """For all 65,536 orders the phase at the largest angle is right, before its rounding in units
+    of 2⁻⁴⁸ turn and after it."""
     angle = counts_per_rev - 1
     steps = [phase_step(order, counts_per_rev) for order in range(65_536)]
     offset = 123_456
     found = phase_lane(angle, np.array(steps, dtype=np.uint64), offset)
     for order, step, phase in zip(range(65_536), steps, found.tolist(), strict=True):
         turns = angle * step
-        # The bound |θ·K − n·θ·2⁴⁸ / counts_per_rev| < 2²³ is multiplied by counts_per_rev and taken
-        # modulo the turn.
+        # Check |θ·K − n·θ·2⁴⁸ / counts_per_rev| < 2²³, modulo a turn, with both sides multiplied by
+        # counts_per_rev.
         error = (turns * counts_per_rev - order * angle * 2**48) % (counts_per_rev * 2**48)
         error = min(error, counts_per_rev * 2**48 - error)
         assert error < counts_per_rev * 2**23
@@ -88,8 +88,8 @@ def test_words_that_change_with_the_angle() -> None:
 
 
 def test_speed_of_phases_and_harmonics() -> None:
-    """The model computes the phases and harmonics of 12,000 angles × 32 lanes in 0.12 s; the model
-    of the whole pipeline may take 0.2 s."""
+    """The model computes phases and harmonics of 12,000 angles and 32 lanes in 0.12 s, because the
+    model of the whole pipeline may take 0.2 s."""
     rng = np.random.default_rng(7)
     angles = np.arange(12_000, dtype=np.int64) * 1398
     steps = rng.integers(0, 2**48, 32)

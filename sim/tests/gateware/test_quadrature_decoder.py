@@ -1,5 +1,4 @@
-"""Tests of the decoder's model against the true place of the disc, which the scenarios give without
-decoding a pin."""
+"""Tests of the decoder's model against the true place of the disc, which the scenarios contain."""
 
 import itertools
 from dataclasses import replace
@@ -37,14 +36,14 @@ def played(name: str) -> tuple[Scenario, Stimuli, DecoderTrace]:
 
 
 def latency(given: Stimuli) -> int:
-    """Return the number of clocks from the pins to the position; a scenario without losses has only
-    one filter length."""
+    """Return the number of clocks from the pins to the position, for a scenario with a single
+    filter length."""
     return latency_clocks(int(given.columns["filter_length"][-1]))
 
 
 def true_marks(scenario: Scenario, given: Stimuli) -> tuple[np.ndarray, np.ndarray]:
-    """Return the clocks in which the disc has just passed its index, and the direction of each
-    passage (+1, -1)."""
+    """Return the clocks in which the disc has just passed an index mark, and the direction of each
+    passage (+1 up, -1 down)."""
     index = int(scenario.index_at * UNITS)
     turns = (given.place - index) // (scenario.counts_per_rev * UNITS)
     passed = np.diff(turns)
@@ -53,8 +52,8 @@ def true_marks(scenario: Scenario, given: Stimuli) -> tuple[np.ndarray, np.ndarr
 
 
 def reported_within(given: Stimuli, marks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the first and the last clock in which the decoder may report each mark: with a step,
-    or shortly after it."""
+    """Return the first and the last clock in which the decoder may report each mark: from the mark
+    until INDEX_SKEW clocks after its step, or until the next step if that is earlier."""
     steps = np.append(np.flatnonzero(np.diff(given.count)) + 1, 2 * len(given.count))
     step = np.searchsorted(steps, marks)
     settled = np.minimum(steps[step] + INDEX_SKEW, steps[np.minimum(step + 1, len(steps) - 1)])
@@ -89,8 +88,8 @@ def test_angle_is_that_of_the_disc_modulo_its_turn(name: str) -> None:
     turn = scenario.counts_per_rev
     marks, _ = true_marks(scenario, given)
     assert marks.size >= 2, "a scenario without the index tests nothing here"
-    # Before the first index the angle counts from the start, after it from the index, which is at
-    # count 0.
+    # Before the first index the angle counts from the start, after that from the index, which lies
+    # at count 0.
     before = (given.count - given.count[2]) % turn
     after = given.count % turn
     seen = int(np.argmax(trace.index_seen))
@@ -99,7 +98,8 @@ def test_angle_is_that_of_the_disc_modulo_its_turn(name: str) -> None:
     assert trace.index_seen[seen:].all()
     expected = np.where(np.arange(len(after)) < seen - delay, before, after)[2:-delay]
     assert trace.angle[2 + delay : -1].tolist() == expected.tolist()
-    # turn_position is the angle without the modulo; it keeps the zero of one turn of the disc.
+    # turn_position is the angle without the modulo: its zero stays at the index of one turn of the
+    # disc.
     zeros = (given.count[:-delay] - trace.turn_position[delay:-1])[seen - delay :]
     assert len(set(zeros.tolist())) == 1
     assert zeros[0] % turn == 0
@@ -144,7 +144,8 @@ def test_time_of_the_last_edge(name: str) -> None:
     delay = latency(given)
     edges = np.flatnonzero(np.diff(given.count)[2:]) + 3
     edges = edges[edges + delay < len(trace.step)]
-    # The time stamp is the time delay - 1 clocks after the change of the pin, modulo 2**64.
+    # The time stamp is the time (modulo 2**64) of the clock that comes delay - 1 clocks after the
+    # change of the pin.
     expected = given.timestamp[edges] + np.uint64(delay - 1)
     assert (trace.last_edge_time[edges + delay] == expected).all()
     held = trace.last_edge_time[edges[0] + delay :]
@@ -155,7 +156,7 @@ def test_time_of_the_last_edge(name: str) -> None:
 @pytest.mark.parametrize("stages", [2, 3, 4])
 @pytest.mark.parametrize("filter_length", [1, 2, 7])
 def test_no_edge_after_reset_with_any_levels(filter_length: int, stages: int) -> None:
-    # The reset lasts one clock, and the pins change in this clock.
+    # The reset lasts one clock, in which the pins change.
     clock = np.arange(60)
     for before, during, at in itertools.product(range(8), range(8), (0, 20)):
         levels = np.where(clock < at, before, during)
@@ -185,12 +186,12 @@ def test_every_edge_after_the_last_clock_of_reset_counts(way: int, stages: int) 
 
 def test_illegal_transitions_are_reported_and_not_counted() -> None:
     _, given, trace = played("illegal_in_every_clock")
-    # The disc makes thirteen jumps of half a period, eight of them before the clear.
+    # The disc jumps by half a period thirteen times, eight of them before the clear.
     assert trace.illegal_count.max() == 8
     assert (trace.position == 0).all()
     assert not trace.step.any()
     cleared = int(np.flatnonzero(given.columns["clear"])[0]) + 1
-    # The decoder counts a jump in the clock of the clear after the clear.
+    # A jump in the clock of the clear is counted after the clear.
     assert trace.illegal_count[cleared - 1 : cleared + 1].tolist() == [8, 1]
     assert trace.illegal_count[-1] == 13 - 8
     assert trace.illegal[cleared:].all()
@@ -200,18 +201,18 @@ def test_lost_and_added_counts_show_at_the_next_index() -> None:
     scenario, given, trace = played("lost_count_between_index_marks")
     marks, _ = true_marks(scenario, given)
     intervals = trace.index_interval[np.flatnonzero(trace.index_strobe)]
-    # If the disc jumps over two counts, the decoder counts 0 or, if the next step goes up, loses
-    # counts.
+    # When the disc jumps, the decoder loses counts or adds counts, so two intervals between index
+    # marks are wrong.
     wrong = (intervals != 0) & (np.abs(intervals) != scenario.counts_per_rev)
     assert wrong[1:].any()
     assert trace.index_error_count.max() == wrong.sum() == 2
-    # The decoder reports the error three clocks after the strobe; the error stays until the clear.
+    # The error is reported three clocks after the strobe and stays until the clear.
     strobes = np.flatnonzero(trace.index_strobe)[wrong]
     cleared = int(np.flatnonzero(given.columns["clear"])[-1]) + 1
     assert np.flatnonzero(trace.index_error).tolist() == list(range(strobes[0] + 3, cleared))
     assert not trace.index_error_count[cleared:].any()
     assert not trace.illegal[cleared:].any()
-    # The angle keeps the zero of the first index: the lost and the added counts cancel in the end.
+    # Every index mark was reported.
     assert trace.index_strobe.sum() == marks.size
 
 
@@ -227,8 +228,8 @@ def test_a_lost_period_shows_only_at_the_index() -> None:
 
 
 def marks_of_scattered_index(name: str) -> tuple[Scenario, Stimuli, DecoderTrace, np.ndarray]:
-    """Run a scenario; return the scenario, its inputs, its outputs, and the true places of the
-    passed marks in counts."""
+    """Return the scenario, its inputs and outputs, and the true places, in counts, of the marks
+    that the disc passes."""
     scenario, given, trace = played(name)
     shifted = given.place - int(scenario.index_at * UNITS) - given.mark_scatter * UNITS
     turns = shifted // (scenario.counts_per_rev * UNITS)
@@ -245,8 +246,7 @@ def test_a_scattered_index_moves_no_count(name: str) -> None:
     at = np.flatnonzero(trace.index_strobe)
     assert (trace.index_position[at] + given.count[2]).tolist() == places[: len(at)].tolist()
     assert len(set((places % scenario.counts_per_rev).tolist())) > 1, "the index does not scatter"
-    # The first mark sets the zero at the place where the disc reached this mark; later marks do not
-    # move the zero.
+    # The first mark sets the zero to its own place; later marks do not move the zero.
     seen = int(np.argmax(trace.index_seen))
     expected = given.count[seen - delay : -delay] - places[0]
     assert trace.turn_position[seen:-1].tolist() == expected.tolist()
@@ -260,7 +260,7 @@ def test_an_index_within_its_tolerance_is_no_error(name: str) -> None:
     steps = np.abs(np.diff(places[: len(at)]))
     off = np.minimum(steps, np.abs(steps - scenario.counts_per_rev))
     assert off.max() == 2 * scenario.index_scatter
-    # The decoder judges the mark in the clock after the strobe, with the tolerance of that clock.
+    # The decoder compares the mark with the tolerance in the clock after the strobe.
     tolerance = given.columns["index_tolerance"][at[1:] + 1]
     wrong = off > tolerance
     assert trace.index_error_count[-1] == wrong.sum()
@@ -283,14 +283,13 @@ def test_the_zero_is_found_again_by_two_marks_that_agree() -> None:
     off = (trace.angle[delay:-1] - given.count[:-delay]) % turn
     off = np.where(off > turn // 2, off - turn, off)
     ends = np.cumsum([segment.clocks for segment in scenario.segments]) - delay - 1
-    # After each loss the zero is right again at the end of the stretch, except in two stretches in
-    # which the decoder must not find the zero. The index stays seen, so that the correction
-    # continues.
+    # At the end of each stretch the zero is right again, except in two stretches in which the
+    # decoder must not correct it. `index_seen` stays high, so that the correction continues.
     assert off[ends[1:]].tolist() == [0, 0, 0, 0, -12, -12, 0, 0]
     first = int(np.argmax(trace.index_seen))
     assert trace.index_seen[first:].all()
-    # The angle is never wrong by more than the lost counts, and it is right again within two turns
-    # of the loss.
+    # The error of the angle is 0 or the number of lost counts, and the angle is right again within
+    # two turns after a loss.
     assert set(off[first:].tolist()) <= {0, -4, 8, -12}
     wrong_clocks = np.diff(np.flatnonzero(np.diff(off[first:]) != 0))[::2]
     assert (wrong_clocks[:2] <= 2 * turn * 3 + 20).all()
@@ -302,8 +301,7 @@ def test_the_zero_is_found_again_by_two_marks_that_agree() -> None:
 
 @pytest.mark.parametrize("false_at", [(130,), (130, 260), (130, 131, 300)])
 def test_false_marks_do_not_move_the_zero(false_at: tuple[int, ...]) -> None:
-    """The zero does not move for false marks, which are at most 5 counts from a whole turn apart
-    and each occur only once."""
+    """False marks do not move the zero, because no two of them are a turn apart."""
     count = np.repeat(np.arange(700), 8)
     mark = (count % 100 == 0) | np.isin(count, false_at)
     clock = np.arange(count.size)
@@ -333,7 +331,8 @@ def test_overspeed_is_an_edge_nearer_than_the_spacing() -> None:
     delay = latency(given)
     edges = np.flatnonzero(np.diff(given.count)) + 1
     distances = np.diff(edges)
-    # The decoder applies a setting when it counts the edge; the flag follows one clock later.
+    # The setting of the clock in which the edge is counted applies; the flag follows one clock
+    # later.
     counted = edges[1:] + delay - 1
     too_near = distances < given.columns["minimum_edge_spacing"][counted]
     shown = counted[too_near] + 2
@@ -352,15 +351,15 @@ def test_edges_that_the_filter_swallows_are_reported() -> None:
     _, given, trace = played("faster_than_the_filter")
     too_fast = np.flatnonzero(np.diff(given.count) != 0)
     too_fast = too_fast[too_fast >= 3 + 20 + 180]
-    # The decoder must report the overspeed by the fifth count that is too fast. It detects the
-    # overspeed in the levels after the synchroniser, before the filter.
+    # The decoder must report the overspeed by the fifth count that is too fast, because it detects
+    # an overspeed in the levels in front of the filter.
     reported = int(np.argmax(trace.overspeed))
     assert too_fast[0] < reported <= too_fast[5] + latency_clocks()
     assert not trace.illegal.any()
     cleared = int(np.flatnonzero(given.columns["clear"])[0]) + 1
     assert not trace.overspeed[cleared + 1 : cleared + 20].any()
     assert trace.overspeed[-1]
-    # The overspeed count equals the number of lost periods, possibly without the last period, in
+    # The overspeed count equals the number of lost periods, except possibly for the last period, in
     # which the levels came to rest.
     lost = abs(int(given.count[cleared] - given.count[2] - trace.position[cleared])) // PERIOD
     assert lost >= 8
@@ -382,8 +381,8 @@ def test_what_the_filter_is_for_is_no_overspeed(name: str) -> None:
 
 @pytest.mark.parametrize("pulse", range(1, 9))
 def test_a_pulse_on_one_pin_is_no_overspeed(pulse: int) -> None:
-    """A pulse on one pin, at any place between two edges of the other pin that are twelve clocks
-    apart, is no overspeed."""
+    """A pulse on A is no overspeed, wherever it lies between the edges of B; counts are twelve
+    clocks apart."""
     clock = np.arange(400)
     count = clock // 12
     for at in range(150, 198):
@@ -392,14 +391,15 @@ def test_a_pulse_on_one_pin_is_no_overspeed(pulse: int) -> None:
         edges = np.flatnonzero(np.diff(b) != 0) + 1
         inputs = DecoderInputs(a ^ spoilt, b, filter_length=9, reset=clock < 3)
         trace = quadrature_decoder(inputs)
-        # A pulse during which B changes, also in its first clock, looks like a period of A and B.
+        # Only a pulse during which B changes (even in its first clock) looks like a period of A and
+        # B.
         if not ((edges >= at) & (edges <= at + pulse)).any():
             assert not trace.overspeed.any(), at
 
 
 def test_spacing_up_to_its_end() -> None:
     _, _, trace = played("edges_65535_clocks_apart")
-    # The edges are 65,534, 65,535 and 66,001 clocks apart, and the required spacing is 65,535.
+    # The required spacing is 65,535 clocks; the edges are 65,534, 65,535 and 66,001 clocks apart.
     assert trace.position[-1] == 4
     assert trace.overspeed_count[-1] == 1
 
@@ -426,8 +426,8 @@ def test_rearm_forgets_the_index_and_starts_the_angle_at_zero() -> None:
     delay = latency(given)
     expected = given.count[2:-delay] - given.count[2]
     assert trace.position[2 + delay : -1].tolist() == expected.tolist()
-    # Each stretch uses the counts per turn that were set at its re-arm; a later change of the
-    # setting has no effect.
+    # The counts per turn at a re-arm apply until the next re-arm; a later change of the setting has
+    # no effect before that.
     ends = [*after[np.diff(after, append=10**9) > 1], len(rearm) + 1]
     turns = set()
     for start, end in itertools.pairwise(ends):
@@ -444,7 +444,7 @@ def test_index_before_a_rearm_is_no_measure_for_the_one_after_it() -> None:
     pins = {
         "a": np.isin(count % 4, (1, 2)),
         "b": np.isin(count % 4, (2, 3)),
-        # The mark after the re-arm lies 33 counts after the mark before it.
+        # The first mark after the re-arm lies 33 counts after the last mark before it.
         "z": np.isin(count, (100, 133, 183)),
     }
     rearm = count == 120
@@ -492,8 +492,8 @@ def test_z_without_a_step_is_no_index() -> None:
 
 @pytest.mark.parametrize("width", [1, 2, 17])
 def test_skewed_pins_do_not_move_the_zero(width: int) -> None:
-    """The zero does not move if A, B and Z change in any order within three clocks, while the disc
-    moves back and forth over both edges of a mark."""
+    """With any delays of A, B and Z of up to three clocks, the zero does not move while the disc
+    moves to and fro over both edges of a mark."""
     for skew in itertools.product(range(4), repeat=3):
         given = stimuli_of(skewed(skew, width))
         trace = quadrature_decoder(DecoderInputs(**given.columns, timestamp=given.timestamp))
@@ -506,11 +506,11 @@ def test_skewed_pins_do_not_move_the_zero(width: int) -> None:
 
 
 def marks_off(clocks_a_count: int, skew: tuple[int, int, int], width: int) -> tuple[int, int]:
-    """Return the number of reported marks, and their largest distance from the true place in
-    counts.
+    """Return the number of reported marks, and their largest distance, in counts, from the true
+    place.
 
-    The disc passes a mark in both directions, and moves back and forth by one and two counts over
-    both edges. A, B and Z change ``skew`` clocks late.
+    The disc passes a mark in both directions, and moves to and fro by two and four counts over both
+    edges. ``skew`` has the delays of A, B and Z in clocks.
     """
     first, last = 20, 20 + width
     ways = [40, -40, 40, -40]
@@ -539,12 +539,11 @@ LEAST_CLOCKS_A_COUNT = 2 * INDEX_SKEW + 1
 @pytest.mark.parametrize("width", [1, 2, 17])
 @pytest.mark.parametrize("most", range(1, INDEX_SKEW + 1))
 def test_the_fastest_index_of_skewed_pins(most: int, width: int) -> None:
-    """The decoder needs the spacing that the header states if the pins change up to ``most`` clocks
-    apart. At the spacing that the header states, every mark is at its place; below it some marks
-    are displaced.
+    """If the pins change up to ``most`` clocks apart, the spacing in the entity's header is the
+    smallest one at which every mark is at its place; at a smaller spacing some marks are displaced.
 
-    The header derives the spacing: the decoder reads Z INDEX_SKEW clocks after a step, and the Z of
-    the next step may come ``most`` clocks before that step.
+    The spacing results from two facts: the decoder reads Z INDEX_SKEW clocks after a step, and the
+    Z of the next step may come ``most`` clocks before that step.
     """
     least = most + INDEX_SKEW + 1
     skews = [skew for skew in SKEWS if max(skew) <= most]
@@ -563,8 +562,8 @@ def test_pins_that_change_together_give_every_index_at_any_speed(clocks: int) ->
 
 @pytest.mark.parametrize("width", [1, 17])
 def test_a_mark_within_a_count_needs_that_spacing_on_both_sides(width: int) -> None:
-    """A mark whose Z changes half a count after its step needs this spacing on both sides of the
-    change. At 14 clocks per count every mark is at its place; at 12 some marks are displaced."""
+    """If Z changes half a count after its step, this spacing is necessary on both sides of the
+    change: at 14 clocks per count every mark is at its place, at 12 some marks are displaced."""
     for half_count_clocks, is_kept in (
         (LEAST_CLOCKS_A_COUNT, True),
         (LEAST_CLOCKS_A_COUNT - 1, False),
@@ -581,8 +580,8 @@ def test_a_mark_within_a_count_needs_that_spacing_on_both_sides(width: int) -> N
 
 @pytest.mark.parametrize("z_early", [0, 1])
 def test_one_count_of_tremble_beside_the_far_edge_of_a_mark(z_early: int) -> None:
-    """The far edge of a mark must not become the zero: the disc moves up through a mark of 6
-    counts, moves back and forth by one count, and moves on."""
+    """The far edge of a mark does not become the zero if the disc moves up through a mark of 6
+    counts, then to and fro by one count, and then on."""
     ways = [1] * 10 + [1] * 7 + [-1, 1] * 3 + [1] * 5
     count = np.repeat(np.concatenate([[0], np.cumsum(ways)]), 20)
     mark = np.roll((count >= 10) & (count < 16), -z_early)
@@ -594,8 +593,7 @@ def test_one_count_of_tremble_beside_the_far_edge_of_a_mark(z_early: int) -> Non
 
 
 def test_a_reversal_within_a_count_leaves_no_trace() -> None:
-    """A reversal within a count leaves no trace: at both edges of the mark, Z changes in the middle
-    of a count and the table reverses there."""
+    """A reversal within a count has no effect, even if Z changes in the middle of this count."""
     half_counts = [*range(40), *range(39, 37, -1), *range(39, 60), *range(59, 10, -1)]
     half_counts = np.repeat(half_counts, 12)
     count = half_counts // 2
@@ -617,7 +615,7 @@ def test_position_wraps_and_its_readers_do_not() -> None:
     assert np.abs(np.diff(wrapping.position)).max() == 2**32 - 1
     for output in ("angle", "turn_position", "index_interval", "index_error"):
         assert (getattr(wrapping, output) == getattr(plain, output)).all(), output
-    # The differences modulo 2**32 equal the moved counts.
+    # The steps of the position, modulo 2**32, equal those without a wrap.
     differences = (np.diff(wrapping.position) + 2**31) % 2**32 - 2**31
     assert differences[4:].tolist() == np.diff(plain.position)[4:].tolist()
 

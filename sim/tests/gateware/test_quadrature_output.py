@@ -16,7 +16,7 @@ from arctrue.gateware.quadrature_output import (
 from arctrue.generated import number_formats
 
 STARTED = 60
-"""Number of clocks from the start until the output has reached the position's levels."""
+"""Number of clocks after which the output has reached the levels of the position."""
 
 
 def played(scenario: Scenario) -> tuple[dict[str, np.ndarray], OutputTrace]:
@@ -25,10 +25,10 @@ def played(scenario: Scenario) -> tuple[dict[str, np.ndarray], OutputTrace]:
 
 
 def decoded(trace: OutputTrace) -> np.ndarray:
-    """Return the count of a receiver in each clock; check that every transition is legal. A leads B
-    upwards.
+    """Return the count of a receiver in each clock; check that no transition is illegal.
 
-    By the rule of the paper, the place of (A, B) in 00, 10, 11, 01 is the count modulo 4.
+    By the paper's figure 4, A leads B upwards: the index of (A, B) in 00, 10, 11, 01 is the count
+    modulo 4.
     """
     place = np.array([0, 3, 1, 2])[2 * trace.a + trace.b]
     steps = np.diff(place) % 4
@@ -48,21 +48,21 @@ def without_reset(names: dict[str, Scenario]) -> list[str]:
 def test_edges_are_legal_and_spaced(name: str) -> None:
     columns, trace = played(SCENARIOS[name])
     at = edges(trace)
-    # The output uses the minimum spacing of the clock in which it decides on the edge, three clocks
-    # before the edge appears.
+    # The output decides on an edge three clocks before the edge, with the minimum spacing of that
+    # clock.
     spacing = np.maximum(columns["minimum_spacing"], 1)[at[:-1] - 3]
     assert (np.diff(at) >= spacing).all()
 
 
 def turned(columns: dict[str, np.ndarray]) -> np.ndarray:
-    """Return the position without its wrap, in counts from the position at the start."""
+    """Return the position without its wrap, in counts from the first position."""
     moves = np.diff(columns["corrected_position"])
     return np.concatenate([[0], np.cumsum((moves + 2**31) % 2**32 - 2**31)])
 
 
 def turned_from(columns: dict[str, np.ndarray], trace: OutputTrace) -> int:
-    """Return the position whose levels the pins have during their reset, in counts from the
-    position at the start."""
+    """Return the position to which the pins' levels after power-up belong, in counts from the first
+    position."""
     to_phase = -columns["phase_of_zero"][0] - columns["corrected_position"][0]
     return int((to_phase + 2) % 4 - 2)
 
@@ -77,12 +77,12 @@ def test_output_is_the_position_six_clocks_ago_within_one_count(name: str) -> No
     shown = decoded(trace)[LATENCY:] + turned_from(columns, trace)
     position = turned(columns)[: len(shown)]
     behind = position - shown
-    # At the start the output moves to the levels of the position, with at most two edges.
+    # At the start at most two edges lead to the levels of the position.
     assert np.abs(behind[:STARTED]).max() <= 3
     assert np.abs(behind[STARTED:]).max() <= 1
     if (columns["minimum_spacing"] > 1).any():
         return
-    # The output must not lag after two counts in the same direction and a clock without motion.
+    # After two counts in the same direction and a clock without motion the output must not lag.
     last_way = 0
     for clock, move in enumerate(np.diff(position), start=1):
         if move == 0 and last_way in (-2, 2) and clock > STARTED:
@@ -105,8 +105,8 @@ def test_following_error_is_what_the_pins_lack_of_the_position_two_clocks_ago(na
 
 
 def settings_of(name: str) -> tuple[bool, int, int]:
-    """Return z_gated, z_state and the width of Z in counts, which must not change within the
-    run."""
+    """Return z_gated, z_state and the width of Z in counts; fail if they change within the
+    scenario."""
     (found,) = {(g.z_gated, g.z_state, g.z_width) for g in SCENARIOS[name].segments}
     return found[0], found[1], (1, 2, 4)[found[2]]
 
@@ -116,7 +116,7 @@ def test_z_is_high_exactly_at_the_zero_of_the_output_angle(name: str) -> None:
     scenario = SCENARIOS[name]
     columns, trace = played(scenario)
     gated, state, width = settings_of(name)
-    # Compare the pins with the zero of the angle of three clocks earlier.
+    # Element t + 4 of the outputs, three clocks later, belongs to the angle of clock t.
     shown = decoded(trace)[4:] + turned_from(columns, trace)
     turn = scenario.counts_per_rev
     zero = (turned(columns) - columns["corrected_angle"])[: len(shown)][:-1]
@@ -135,10 +135,10 @@ def test_z_is_high_exactly_at_the_zero_of_the_output_angle(name: str) -> None:
 @pytest.mark.parametrize("way", [-1, 1])
 @pytest.mark.parametrize("of_zero", range(4))
 def test_the_zero_lies_in_one_state_whatever_the_start(start: int, way: int, of_zero: int) -> None:
-    """Z is high in the state of A and B that the head itself has at its index, after a power-up at
-    any count."""
+    """Z is high in the state of A and B that the head has at its index, at whatever count the
+    output starts."""
     position = start + way * (np.arange(2000) // 3)
-    enable = np.arange(2000) > 40  # enabled after a move, not at the start
+    enable = np.arange(2000) > 40  # the table has moved before
     trace = quadrature_output(
         OutputInputs(position, position % 40, 40, enable=enable, phase_of_zero=of_zero)
     )
@@ -179,8 +179,8 @@ def test_a_reset_moves_neither_a_nor_b() -> None:
         trace = quadrature_output(
             OutputInputs(position, position % 40, 40, reset=reset, enable=enable)
         )
-        # One more edge may come out of the pipeline; then the output makes none until it is enabled
-        # again.
+        # One more edge may come out of the pipeline; after that no edge comes until the output is
+        # enabled again.
         assert edges(trace)[-1] <= at + 2
         held.add((int(trace.a[-1]), int(trace.b[-1])))
     assert len(held) == 4
@@ -192,11 +192,11 @@ def test_what_was_missed_is_not_replayed() -> None:
     assert trace.cannot_keep_up[stands_from]
     at = edges(trace)
     fault = int(np.argmax(trace.cannot_keep_up))
-    # The limit is 100 counts, and the lag grows by six counts in ten.
+    # The limit is 100 counts, and the lag grows by six counts in every ten.
     assert fault < 20 + 4 * (100 / 0.6 + 10)
     assert not ((at > fault + 5) & (at < stands_from + 3000)).any()
-    # The clear comes while the table stands: the output makes at most two edges, to the levels of
-    # the present position.
+    # The clear comes while the table stands: at most two edges lead to the levels of the present
+    # position.
     assert ((at > fault + 5) & (at < stands_from + 3060)).sum() <= 2
     resumed = decoded(trace)[stands_from + 3080 :]
     position = turned(columns)[stands_from + 3080 - LATENCY :][: len(resumed)]
@@ -206,7 +206,7 @@ def test_what_was_missed_is_not_replayed() -> None:
 @pytest.mark.parametrize("turn", [4, 5, 37, 1000])
 @pytest.mark.parametrize("down", [False, True])
 def test_z_comes_once_a_turn_together_with_an_edge(turn: int, down: bool) -> None:
-    # The position has no reference, but a receiver must count exactly one turn from Z to Z.
+    # A receiver must count exactly one turn from Z to Z, and Z must change with an edge of A or B.
     position = np.arange(20 * turn) // 3 * (-1 if down else 1)
     trace = quadrature_output(OutputInputs(position, position % turn, turn))
     shown = decoded(trace)
@@ -231,7 +231,7 @@ def test_no_edge_at_enable_and_none_while_disabled() -> None:
     columns, trace = played(SCENARIOS["enable_without_burst"])
     enable = columns["enable"].astype(bool)
     at = edges(trace)
-    # Edges that are in the pipeline when enable falls come within three clocks, as the entity
+    # Edges that are in the pipeline when `enable` falls come within three clocks, as the header
     # states.
     recent = np.array([enable[max(0, t - 3) : t + 1].any() for t in range(len(enable))])
     assert recent[at].all()
@@ -243,8 +243,8 @@ def test_no_edge_at_enable_and_none_while_disabled() -> None:
 
 def test_output_forgets_its_lag_when_disabled() -> None:
     _, trace = played(SCENARIOS["enable_while_far_behind"])
-    # Before the seven disabled clocks the output lags by almost a thousand counts; after them it
-    # makes no edge.
+    # Before the seven clocks without `enable` the output lags by almost a thousand counts; after
+    # them it makes no edge.
     assert trace.following_error[79] > 900
     assert (trace.following_error[83:87] == 0).all()
     at = edges(trace)
@@ -257,8 +257,8 @@ def test_cannot_keep_up_is_set_beyond_the_limit_and_stays() -> None:
     flag = trace.cannot_keep_up
     assert not flag[:70].any()
     assert flag[75:110].all()
-    # The flag is cleared in clock 110, when the output has caught up. A lag of 9 counts is allowed;
-    # a lag of -10 counts sets the flag.
+    # The clear in clock 110 resets the flag. A lag of 9 counts is permitted; a lag of -10 counts
+    # sets the flag.
     assert not flag[111:190].any()
     assert flag[-1]
 
@@ -282,8 +282,8 @@ def test_flag_stays_through_disable() -> None:
 @pytest.mark.parametrize("fold", [1, 2, 4, 8])
 @pytest.mark.parametrize("clocks_a_count", [11.0, 17.3, 71.5])
 def test_jitter_of_a_folded_pipeline(fold: int, clocks_a_count: float) -> None:
-    """The output of a folded pipeline has jitter, because the pipeline holds a reading for FOLD
-    clocks. Hence each edge comes 0 to FOLD - 1 clocks late."""
+    """A folded pipeline holds each reading for FOLD clocks, so each edge of the output comes 0 to
+    FOLD - 1 clocks late."""
     clock = np.arange(20_000)
     position = np.floor(clock / clocks_a_count).astype(np.int64)
     at = edges(quadrature_output(OutputInputs(position[clock // fold * fold], 0, 2**24)))[4:]
@@ -302,12 +302,11 @@ HEAL_AT = 300
 
 
 def place_after_a_heal(start: int, phase_late_clocks: int = 0) -> int:
-    """Return the state of the output's (A, B) minus that of the head's, modulo 4, long after 2
-    counts were put back.
+    """Return the output's state of (A, B) minus the head's, modulo 4, after 2 counts were put back.
 
-    Head 1 lost 2 counts by an illegal transition, so that its levels are 2 states ahead. The output
-    starts in the clock ``start``; the counts are put back in the clock HEAL_AT and reach the output
-    through the ramp.
+    Head 1 has lost 2 counts by an illegal transition, so its levels are 2 states ahead of its
+    count. The output is enabled in clock ``start``. The counts are put back in clock HEAL_AT and
+    reach the output by the ramp. The states are compared long after that.
     """
     clocks, turn = 3000, 1000
     clock = np.arange(clocks)
@@ -345,10 +344,10 @@ def place_after_a_heal(start: int, phase_late_clocks: int = 0) -> int:
 
 
 def test_an_output_that_starts_beside_a_heal_has_the_levels_of_the_head_in_the_end() -> None:
-    """The output finally has the levels of the head, if it starts in any clock after the counts
-    were put back while the pipeline still holds the change."""
+    """The output finally has the levels of the head even if it starts while counts that were put
+    back are still in the pipeline."""
     starts = range(HEAL_AT + 1, HEAL_AT + PIPELINE + 40)
     assert {place_after_a_heal(start) for start in starts} == {0}
-    # If the phase came as late as the position, the output would keep the old phase in all later
-    # turns.
+    # If `phase_of_zero` were delayed like the position, the output would keep the old phase for
+    # ever.
     assert place_after_a_heal(HEAL_AT + 5, phase_late_clocks=PIPELINE) == 2

@@ -1,5 +1,4 @@
-"""Tests that the message for an unknown register or field names it, and names similar or existing
-ones."""
+"""Tests that an error for an unknown register or field names it, and lists existing names."""
 
 from __future__ import annotations
 

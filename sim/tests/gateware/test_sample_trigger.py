@@ -1,5 +1,4 @@
-"""Tests that the model of the trigger follows the definition of its two modes, equal times and
-equal angles, over a whole run."""
+"""Tests that the trigger's model follows its definition for equal times and equal angles."""
 
 import numpy as np
 import pytest
@@ -7,8 +6,7 @@ import pytest
 from arctrue.gateware.sample_trigger import sample_trigger, wrapped
 
 SETTLED = 40
-"""Number of clocks after which the trigger has found the grid of angles; the specification allows
-38."""
+"""Number of clocks after which the trigger has found the grid; the entity's header states 38."""
 
 
 def sampled(trigger: np.ndarray) -> list[int]:
@@ -51,8 +49,8 @@ def test_enable_restarts_the_interval() -> None:
 
 
 def walk(seed: int, clocks: int, start: int) -> np.ndarray:
-    """Return a random motion of at most one count per clock, which keeps its direction for a
-    while."""
+    """Return positions that move by at most one count per clock, mostly in one direction for 50
+    clocks."""
     random = np.random.default_rng(seed)
     drift = np.repeat(random.choice([-1, 0, 1], clocks // 50 + 1), 50)[:clocks]
     moves = np.where(random.random(clocks) < 0.3, random.integers(-1, 2, clocks), drift)
@@ -63,7 +61,8 @@ def walk(seed: int, clocks: int, start: int) -> np.ndarray:
 @pytest.mark.parametrize("seed", range(20))
 @pytest.mark.parametrize("step", [1, 2, 3, 7, 31])
 def test_equal_angle_is_the_next_multiple_in_either_direction(seed: int, step: int) -> None:
-    # The test finds the multiples by floor division, while the model only adds and compares.
+    # The test finds the multiples with the modulo operation, while the model only adds and
+    # compares.
     start = int(np.random.default_rng(seed).integers(-(2**30), 2**30))
     position = walk(seed, 3000, start)
     clocks = sampled(sample_trigger(position, mode=1, angle_step=step))
@@ -105,8 +104,8 @@ def test_grid_is_found_while_the_table_turns_with_an_edge_every_clock() -> None:
 
 
 def test_grid_is_found_in_the_clocks_that_the_entity_promises() -> None:
-    # Every count is a multiple of the step and the table moves one count in every clock: only the
-    # search delays the trigger.
+    # Every count is a multiple of the step, and the table moves by one count in every clock, so
+    # only the search for the grid delays the trigger.
     position = np.arange(200)
     enable = position >= 20
     assert sampled(sample_trigger(position, enable=enable, mode=1, angle_step=1))[0] == 20 + 36
@@ -118,8 +117,8 @@ def test_grid_is_found_in_the_clocks_that_the_entity_promises() -> None:
 @pytest.mark.parametrize("slip", [-4, 4, 1, 2, 3, -7, 1 << 20])
 @pytest.mark.parametrize("clocks_a_count", [1, 3])
 def test_after_a_zero_move_the_grid_is_that_of_the_new_zero(slip: int, clocks_a_count: int) -> None:
-    """No trigger comes in the clock in which the zero moves and in the 38 clocks after it; then one
-    trigger comes at every multiple."""
+    """No trigger comes in the clock in which the zero moves and in the 38 clocks after it; then a
+    trigger comes at every multiple from the new zero."""
     clock = np.arange(6000)
     moves = 3001
     position = 5 + clock // clocks_a_count + slip * (clock >= moves)

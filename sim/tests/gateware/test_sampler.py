@@ -1,5 +1,4 @@
-"""Tests that the sampler model follows the definition of a capture, which the tests apply to the
-inputs alone."""
+"""Tests that the captures of the sampler's model follow the definition of a capture."""
 
 import numpy as np
 import pytest
@@ -25,7 +24,8 @@ def played(scenario: Scenario, seed: int) -> tuple[dict[str, np.ndarray], Sample
 
 
 def turned(columns: dict[str, np.ndarray], clocks: np.ndarray) -> np.ndarray:
-    """Return the distance of head 1 from the first sample in counts, also across the wrap."""
+    """Return the distance of head 1 from its position in the first of ``clocks``, in counts, even
+    across the wrap."""
     counts = columns["turn_position1"][clocks]
     return (counts - counts[0] + 2**31) % 2**32 - 2**31
 
@@ -35,19 +35,21 @@ def check_capture(
 ) -> None:
     clocks = capture.sample_clocks
     inside = slice(clocks[0], clocks[-1] + 1)
-    # The values of both heads come from the same clock, and no trigger is missing between the first
-    # and the last sample.
+    # The values of both heads come from the clock of the sample, and no trigger between the first
+    # and the last sample is missing.
     assert (capture.samples[:, 0] == columns["turn_position1"][clocks]).all()
     assert (capture.samples[:, 1] == columns["turn_position2"][clocks]).all()
     assert clocks.tolist() == (clocks[0] + np.flatnonzero(trace.trigger[1:][inside])).tolist()
     assert capture.start_time == columns["timestamp"][clocks[0]]
-    # The capture ends with the first sample that is a turn away, or with the last word of the bank.
+    # The capture ends with the first sample that is a turn away from the first one, or with the
+    # last word of the bank.
     away = np.abs(turned(columns, clocks)) >= scenario.counts_per_rev
     assert not away[:-1].any()
     assert away[-1] or len(clocks) == scenario.depth
     assert len(clocks) <= scenario.depth
     assert bool(capture.flags & FULL_BEFORE_TURN) == (not away[-1])
-    # Sampling was enabled, both indices had been seen, and the capture contains every fault flag.
+    # During the capture sampling was enabled and both heads had seen their index; the header
+    # contains every flag.
     assert columns["enable"][inside].all()
     assert (columns["flags"][inside] & 0b11 == 0b11).all()
     assert capture.flags & 0xFF == np.bitwise_or.reduce(columns["flags"][inside])
@@ -64,7 +66,8 @@ def test_captures_are_whole_and_owned(name: str, seed: int) -> None:
         assert trace.bank_ready[capture.clock]
         assert not trace.bank_ready[capture.clock - 1]
         assert trace.ready_bank[capture.clock] == capture.bank
-    # The sampler fills a bank only while the processor does not own it.
+    # The banks alternate, and the header reports an overrun exactly if a turn was dropped in
+    # between.
     for earlier, later in zip(trace.captures, trace.captures[1:], strict=False):
         if later.sequence:
             assert later.sequence == earlier.sequence + 1
@@ -95,7 +98,8 @@ def test_release_is_in_time_up_to_the_clock_after_the_closing_sample() -> None:
 
 
 def test_a_jump_in_the_clock_after_the_first_sample_closes_no_turn() -> None:
-    # No decoder makes such a jump. The entity measures the distance only from the second clock on.
+    # No decoder makes such a jump. The entity checks the distance only from the second clock after
+    # the first sample on.
     position = np.where(np.arange(20) < 3, 0, 100)
     trace = sampler(SamplerInputs(position, position, counts_per_rev=50, sample_period=1), depth=16)
     assert trace.captures[0].sample_clocks.tolist() == [0, 1, 2, 3]
@@ -113,8 +117,8 @@ def test_unread_bank_stays_as_it_is() -> None:
 
 
 def test_twelve_thousand_a_turn_fit_a_bank() -> None:
-    # At 30 degrees a second and 1 kHz there are 2**24 / 12,000 counts between samples; the test
-    # scales the time.
+    # As at 30 degrees per second and 1 kHz, samples are 2**24 / 12,000 counts apart; here a sample
+    # comes in every clock.
     position = np.arange(13_000) * 2**24 // 12_000
     trace = sampler(SamplerInputs(position, position + 5, counts_per_rev=2**24, sample_period=1))
     assert len(trace.captures) == 1

@@ -1,5 +1,4 @@
-"""Tests of the cosine from a table, against float64 within its bound, and against exact
-products."""
+"""Tests of the model of table_rotation against its bound in float64, and against exact products."""
 
 from __future__ import annotations
 
@@ -26,12 +25,12 @@ from arctrue.studies.paper.appendix import cosine_bound
 TURN = 1 << PHASE_WIDTH
 BLOCK = 1 << 20
 SWEPT = 2.1e-5
-"""Largest error over all phases, found by a sweep; the page of the entity states it."""
+"""Largest error over all phases, found by a sweep; the header of the entity states it."""
 
 
 def test_every_phase_stays_within_the_bound() -> None:
-    """The cosine of all 2**24 phases stays within the bound, compared with numpy's cosine. The
-    comment at the head of the entity derives the bound."""
+    """The error of the cosine, compared with numpy, stays within the bound of the entity's header
+    for all 2**24 phases."""
     largest = 0.0
     for start in range(0, TURN, BLOCK):
         phase = np.arange(start, start + BLOCK, dtype=np.int32)
@@ -40,15 +39,15 @@ def test_every_phase_stays_within_the_bound() -> None:
         largest = max(largest, float(error.max()))
     assert largest <= error_bound() < 2.7e-5
     assert largest <= SWEPT
-    # The largest error is less than half of the largest error of the CORDIC, which is 5.4e-5 in a
-    # sweep and 1.18e-4 by the paper's bound.
+    # The error is less than half of the CORDIC's largest error in a sweep, 5.4e-5; the bound is
+    # less than a quarter of the paper's bound for the CORDIC, 1.18e-4.
     assert largest < 5.4e-5 / 2
     assert error_bound() < cosine_bound() / 4
 
 
 def test_rows_are_a_product() -> None:
-    """The product of slope and place is a sum of truncated rows; its error is less than one unit of
-    the last row."""
+    """The sum of truncated rows differs from the exact product of slope and place by less than a
+    unit of the last row."""
     table = tangent_table()
     folded = np.arange(0, TURN // 4, 4_999, dtype=np.int32)
     unit = Fraction(1, 2**ROW_FRACTION)
@@ -63,16 +62,16 @@ def test_rows_are_a_product() -> None:
 
 
 def test_lines_meet_their_neighbours() -> None:
-    """The lines of neighbouring intervals meet: at the end of an interval, both lines differ by at
-    most the sum of their errors."""
+    """At the border of two intervals, the values of both lines differ by at most twice the bound of
+    the error."""
     last = np.arange(1, 1 << ADDRESS_WIDTH, dtype=np.int32) << OFFSET_WIDTH
     step = table_rotation(last - 1) - table_rotation(last)
     assert np.abs(step).max() * 2.0**-COSINE_WIDTH <= 2 * error_bound()
 
 
 def test_symmetry() -> None:
-    """A mirrored phase has the same cosine; a phase half a turn further has exactly the negative
-    cosine."""
+    """Phases p and -p (bits complemented) have the same cosine; a phase half a turn further has
+    exactly the negative cosine."""
     phase = np.arange(0, TURN, 1009, dtype=np.int32)
     cosine = lane_cosine(phase, rotation="table")
     assert np.array_equal(lane_cosine(TURN - 1 - phase, rotation="table"), cosine)

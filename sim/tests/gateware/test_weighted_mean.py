@@ -1,5 +1,4 @@
-"""Tests that the model of the mean follows its equation exactly, and that the mean contains no
-translation of the axis."""
+"""Tests that the mean's model follows its equation exactly and suppresses motion of the axis."""
 
 from __future__ import annotations
 
@@ -16,15 +15,15 @@ PLACES_DEG = np.array([0.0, 33.0, 162.5, 300.5])
 
 
 def mean_angle(angles: np.ndarray, mean: MeanSet, counts: int) -> np.ndarray:
-    """Return θ in counts for E = 0: the whole reading of the carrier minus the term of the weighted
-    differences."""
+    """Return θ in counts for E = 0: the carrier's reading without the fraction of its offset, minus
+    the term of the mean."""
     whole = whole_readings(angles, mean, counts)
     return whole[:, mean.carrier - 1] - weighted_mean(whole, mean, counts).term * TERM_LSB_COUNTS
 
 
 def weights_for(places_deg: np.ndarray) -> tuple[int, ...]:
-    """Return the rounded weights with Σw = 1, Σw·e^{jβ} = 0 and the least Σw²; the first weight
-    absorbs the rounding."""
+    """Return the rounded weights with Σw = 1, Σw·e^{jβ} = 0 and the smallest Σw²; the first weight
+    absorbs the rounding of all weights."""
     places = np.radians(places_deg)
     rows = np.array([np.ones(places.size), np.cos(places), np.sin(places)])
     words = np.rint(np.linalg.pinv(rows) @ [1.0, 0.0, 0.0] * WEIGHT_ONE).astype(int)
@@ -34,7 +33,7 @@ def weights_for(places_deg: np.ndarray) -> tuple[int, ...]:
 
 @pytest.mark.parametrize("carrier", [1, 2, 3, 4])
 def test_it_is_the_weighted_mean_of_the_readings(carrier: int) -> None:
-    """The test computes the mean with fractions, because the term has no rounding."""
+    """The model equals the mean in exact fractions, because its term is not rounded."""
     rng = np.random.default_rng(carrier)
     mean = MeanSet((20000, 45536, -30000, 30000), (3, 1600 * 16 + 5, 15, 4097 * 16), carrier)
     true = rng.integers(2000, COUNTS - 9000, 500)
@@ -50,8 +49,8 @@ def test_it_is_the_weighted_mean_of_the_readings(carrier: int) -> None:
 
 
 def test_the_same_angle_for_every_carrier_over_the_turns_end() -> None:
-    """The mean makes no step where the heads' readings wrap, at different angles, whichever head is
-    the carrier."""
+    """Whichever head is the carrier, the mean makes no step where the readings of the heads wrap,
+    at different angles."""
     weights, offsets = (16384,) * 4, (8, 777 * 16, 5, 16 * (COUNTS - 900) + 9)
     true = np.arange(-3000, 3000, 7)
     whole = np.array(offsets) // 16
@@ -64,11 +63,11 @@ def test_the_same_angle_for_every_carrier_over_the_turns_end() -> None:
 
 
 def test_a_translation_of_the_axis_is_not_in_the_mean() -> None:
-    """The mean does not contain the motion of the axis by 2 µm, which is more than 5.4″ at head 1;
-    the heads stand at 0/33/162.5/300.5° with a radius of 52 mm.
+    """The mean does not contain a motion of the axis by 2 µm, by which head 1 alone is wrong.
 
-    The mean contains only the weighted rounding of each head to one count, and the rounding of the
-    weights (2⁻¹⁷ of the motion each).
+    The heads stand at 0, 33, 162.5 and 300.5° on a radius of 52 mm. The mean contains only two
+    errors: half a count times the weight for the rounding of each head, and 2⁻¹⁷ of the motion for
+    the rounding of each weight.
     """
     weights = weights_for(PLACES_DEG)
     mean = MeanSet(weights, (0,) * 4)
