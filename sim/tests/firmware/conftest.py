@@ -23,7 +23,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.fixture
 def running() -> Firmware:
-    """Return the started firmware, which has seen the index of head 1."""
+    """Return the started firmware, which has seen the indices of heads 1 and 2."""
     made = Firmware(ModelCore())
     made.library.application_start(made.application)
     made.core.see_index()

@@ -36,7 +36,8 @@ PATIENCE_S = 60.0
 
 
 def build(board: str = BOARD) -> Path:
-    """Build the image; raise AssertionError with the output of the compiler or the size table."""
+    """Build the image; if this fails, raise AssertionError with the output of make (of the
+    compiler, or of the check of the image's size)."""
     folder = ROOT / "build" / "firmware"
     folder.mkdir(parents=True, exist_ok=True)
     # Two workers of pytest must not build the same image at the same time.
@@ -51,8 +52,9 @@ def build(board: str = BOARD) -> Path:
 def core_window(
     counts: NDArray[np.integer] | None, counts_per_rev: int = 1 << 24, depth: int = 12288
 ) -> bytes:
-    """Return the registers with the values of a core that has one bank ready, with counts (2,
-    n)."""
+    """Return the bytes of the register window of a core in which one capture is complete;
+    ``counts`` (2, n) are the captured counts of both heads. Without ``counts`` no capture is
+    complete."""
     words = np.zeros(MAP_BYTES // 4, dtype=np.uint32)
 
     def put(path: str, word: int) -> None:
@@ -135,8 +137,8 @@ class Emulator:
         return self.said[start:]
 
     def _hear_more(self, end: float, awaited: str, start: int) -> None:
-        """Receive the characters that have arrived; raise TimeoutError if none comes before
-        ``end``."""
+        """Receive the characters that have arrived, or wait for more; raise TimeoutError if none
+        comes before ``end``."""
         self.console.settimeout(max(end - time.monotonic(), 1e-3))
         try:
             data = self.console.recv(4096)

@@ -43,14 +43,15 @@ ERASE_US, PROGRAM_US = 520_000, 750
 class Chip:
     """A flash chip: programming clears bits, and erasing sets the bits of a sector.
 
-    ``fault`` names a fault: silent, silent_after_id (silent once its ID was read), stuck (an
-    operation never ends), protected, or a bit that cannot be set.
+    ``fault`` names a fault: silent, silent_after_id (silent from the first command after its ID was
+    read that is not a read of ID or status), stuck (an operation never ends), protected (nothing is
+    erased or programmed), or bad_bit (programming inverts one bit).
 
     ``worn`` maps the address of a sector to the operation that fails there, ``erase`` or
     ``program``.
 
-    The model keeps the write in progress and the former content, so that ``lose_power`` can end the
-    write anywhere.
+    The model keeps the address and the former content of the last write, so that ``lose_power`` can
+    end this write anywhere.
     """
 
     def __init__(self, kind: str = "s25fl128s_256k", fault: str = "") -> None:

@@ -84,8 +84,8 @@ def _headers_in_order() -> list[Path]:
 
 
 def _declarations(text: str) -> str:
-    """Return the part of a header that cffi can read, without comments, directives, bodies and
-    assertions."""
+    """Return the part of a header that cffi can read, without comments, preprocessor directives,
+    inline functions and static assertions."""
     text = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
     text = re.sub(r"^#(?:.*\\\n)*.*$", "", text, flags=re.MULTILINE)
     text = re.sub(r"_Static_assert\(.*?\);", "", text, flags=re.DOTALL)

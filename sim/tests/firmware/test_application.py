@@ -272,8 +272,8 @@ def is_rearmed(core: ModelCore) -> bool:
 
 
 def test_the_core_moves_the_zero_of_head_1(running: Firmware) -> None:
-    """The core reports the loss at the index, minutes before the core hands over a bank; the
-    correction stays on."""
+    """The firmware reports at once that the core moved the zero of head 1, before the core hands
+    over the next bank. The correction stays on, and the capture starts again."""
     assert running.core.get("lost_counts") == bit("lost_counts", "zero_again")
     running.turn(turn())
     running.core.writes.clear()
@@ -454,8 +454,8 @@ def test_a_swap_that_never_comes_ends_in_the_safe_state(running: Firmware) -> No
 
 
 def test_orders_that_are_no_longer_judged_are_no_longer_applied(running: Firmware) -> None:
-    """The firmware removes an order that is no longer judged. The disc has not changed, so that a
-    turn gives no improvement and the acceptance gate keeps the orders that are still judged."""
+    """After "set orders 5" the firmware removes the higher orders from the bank. The disc has not
+    changed, so that orders 1 to 3 keep their values and the next turn gives no improvement."""
     for seed in range(1, 6):
         running.turn(turn(seed=seed))
     reading = np.arange(0, COUNTS, COUNTS // 1024)
@@ -503,8 +503,8 @@ def test_a_swinging_speed_is_sampled_at_equal_angles(running: Firmware) -> None:
     found = {int(n): (amplitude, phase) for n, amplitude, phase, *_ in telemetry["harmonics"]}
     for order, (amplitude, phase) in DISC.orders.items():
         value = found[order][0] * np.exp(1j * found[order][1])
-        # The bound is four times the standard uncertainty that the noise of a turn gives the
-        # weakest order.
+        # The 0.1″ of the bound are four times the standard uncertainty that the noise of a turn
+        # gives the weakest order.
         assert abs(value - amplitude * np.exp(1j * phase)) < 0.1 + 2e-3 * amplitude, order
 
 
@@ -654,8 +654,8 @@ def test_a_dump_tells_the_temperature(running: Firmware) -> None:
 
 @pytest.mark.parametrize("phase", ["wait_for_index", "capture"])
 def test_a_core_that_was_reset_is_set_up_again_at_once(running: Firmware, phase: str) -> None:
-    """The firmware detects a core that was reset, and sets it up again; for this it must read the
-    core's registers regularly."""
+    """The firmware detects in its next step that the core was reset, reports this once and sets the
+    core up again."""
     running.turn(turn())
     setup = {name: running.core.get(name) for name in ("ramp_rate", "output_spacing", "alarm")}
     if phase == "wait_for_index":

@@ -1,5 +1,5 @@
-"""Tests every reason for which the firmware refuses a capture, each with an example, against the
-reference in Python."""
+"""Tests the check of a capture: every reason for a refusal has an example, and the faults of the
+samples are compared with the reference in Python."""
 
 from __future__ import annotations
 
@@ -164,7 +164,8 @@ def test_every_reason_has_a_name() -> None:
 )
 @settings(max_examples=200, deadline=None)
 def test_any_steps_get_the_reference_verdict(steps: list[int], offset: int) -> None:
-    """The bisection in C finds the medians that sorting in Python finds, for random walks."""
+    """For random walks the C code gives the verdict of the reference, which shows that the
+    bisection in C finds the medians that sorting in Python finds."""
     head = np.concatenate(([0], np.cumsum(steps))).astype(np.int64)
     counts = np.stack((head, head + 33))
     expected, sample = "none", None

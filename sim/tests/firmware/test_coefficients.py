@@ -138,12 +138,13 @@ def test_orders_that_cannot_be_separated() -> None:
     [(3000.0, "none"), (10_000.0, "not_converged"), (15_000.0, "singular")],
 )
 def test_a_fit_that_does_not_converge_is_refused(eccentricity_arcsec: float, reason: str) -> None:
-    """The fit refuses a disc 2.8° off centre, which moves the heads' difference by 1.6°, or 38° at
-    order 24.
+    """The fit refuses an eccentric disc with an error of 10,000″ (2.8°) at order 1. The difference
+    of the heads then varies by 1.6°, which is a phase error of 24 · 1.6° = 38° at order 24.
 
-    The second-order approximation of the matrix has the error (2Nδ)³/6 = 0.4, while its columns
-    |e^{jnα} − 1| can be as small as 0.05: the refinement diverges. With 0.3 of this eccentricity it
-    converges; with 1.5 times, the matrix is not even positive definite.
+    With N = 24 and δ = 1.6°, the second-order approximation of the matrix has the relative error
+    (2Nδ)³/6 = 0.4. The factor |e^{jnα} − 1| of a column can be as small as 0.05, so the refinement
+    diverges. With 0.3 of this eccentricity the refinement converges; with 1.5 times, the
+    approximated matrix is not positive definite.
     """
     disc = Disc({1: (eccentricity_arcsec, 0.4)})
     held = capture_in_c(counts_of(disc, noise=0.0, samples=400), period_clocks=0)
@@ -159,7 +160,8 @@ def test_a_fit_that_does_not_converge_is_refused(eccentricity_arcsec: float, rea
 
 
 def test_a_fit_takes_no_longer_than_the_watchdog_waits() -> None:
-    """A fit makes at most about 36 passes over the turn; for a long capture the limit is lower."""
+    """A fit makes at most 64 passes over the turn (PASSES_MOST); for a long capture fewer are
+    allowed, here 23."""
     disc = Disc({1: (7700.0, 0.4)})
     for samples, expected in ((400, "none"), (12_000, "not_converged")):
         held = capture_in_c(counts_of(disc, noise=0.0, samples=samples), period_clocks=0)
@@ -256,9 +258,9 @@ def test_the_gate_lets_a_real_change_pass(fitted: Any) -> None:
 
 
 def test_the_gate_lets_a_change_pass_that_is_less_than_u_of_the_separation() -> None:
-    """The gate accepts a change of 0.03″, which is less than 0.037″, the uncertainty of 150″ of
-    order 1 that comes from the separation. The error of the separation is the same in the active
-    coefficients, so that it cancels in the comparison."""
+    """The gate accepts a change of 0.03″ in an order 1 of 150″, although the uncertainty of the
+    separation makes order 1 uncertain by more, 0.037″. The error of the separation is the same in
+    the active coefficients, so that it cancels in the comparison."""
     asked = {"index_detection_arcsec": 50.0 / np.sqrt(3.0)}
     made = []
     for seed, amplitude in ((3, 150.0), (6, 150.03)):

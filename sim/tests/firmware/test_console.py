@@ -27,8 +27,8 @@ def test_every_command_answers(running: Firmware, command: str) -> None:
 
 
 def test_version_tells_firmware_gateware_and_chip(running: Firmware) -> None:
-    """The answer to version contains the words of the version and capability registers, and no
-    other words."""
+    """The answer to version consists of exactly these lines. They come from the build and from the
+    core's registers for version, configuration, clock, pipeline, capability and chip DNA."""
     core, (ffi, _) = running.core, firmware()
     core.set("version", 3 << 16 | 21 << 8 | 7)
     core.set("pipeline", 30 << 8 | 8)
@@ -258,8 +258,8 @@ def test_a_copy_has_every_sample(samples: int, sense: int, heads: int) -> None:
 
 @pytest.mark.parametrize("heads", [2, 3, 4])
 def test_places_of_heads_equal_numpy(heads: int) -> None:
-    """Compare the mean distance of each head from head 1 over a turn with numpy, to 1e-7 of 16
-    million counts."""
+    """Compare the mean distance of each head from head 1 over a turn with numpy, to 1e-7 count; the
+    turn has 16 million counts. The C code gives no result if head 3 has a fault or no index."""
     ffi, library = firmware()
     turn = 1 << 24
     draw = np.random.default_rng(heads)

@@ -30,7 +30,7 @@ def words_of(flash: Any, address: int, number: int) -> list[int]:
 
 
 def wait(controller: Controller, flash: Any) -> int:
-    """Wait until the flash is idle, and return the microseconds."""
+    """Wait until the flash is idle, and return the elapsed microseconds."""
     _, library = firmware()
     start = controller.now_us
     while (activity := library.flash_activity(flash)) == library.FLASH_AT_WORK:
@@ -92,8 +92,8 @@ def test_what_does_not_end() -> None:
 
 
 def test_linear_reading_afterwards_finds_what_it_needs() -> None:
-    """Linear reading still works after a write: fabric.c sets some bits of the controller's
-    register and leaves all other bits unchanged."""
+    """After the driver has opened the flash, the linear mode and the loop-back delay are off.
+    fabric.c, which reads the flash in the linear mode, sets the bits that it needs."""
     controller = Controller(Chip())
     opened(controller)
     assert controller.words[AT["QSPI_LQSPI_CFG"]] >> 31 == 0

@@ -193,8 +193,8 @@ WORLDS = [
 
 @pytest.mark.parametrize("world", WORLDS)
 def test_c_equals_numpy(world: World) -> None:
-    """The C code and numpy agree in orders, places, radii and circles to 1e-9 of the largest value,
-    and in covariances to 1e-2.
+    """The C code and numpy agree in orders, places, radii and axis motion (the circles) to 1e-9 of
+    the largest value, and in covariances to 1e-2.
 
     The covariance comes from the normal matrix of every k-th sample, with 16 samples per order.
     """
@@ -283,10 +283,12 @@ def test_mean_equals_numpy(world: World, missing: int) -> None:
 
 @pytest.mark.parametrize("heads", [3, 4])
 def test_mean_of_the_device_is_true(heads: int) -> None:
-    """On another turn, the mean minus its orders equals the table's angle, in float64.
+    """On another turn, the mean minus its orders equals the table's angle within 0.03″ RMS and 0.1″
+    at most, in float64.
 
-    Noise of 0.2″ times √Σw² is 0.12″ per sample for three heads, 0.1″ for four. No combination of
-    heads shows order 1 of the mean: an error of 25″ in the places leaves 1e-4 of 144″.
+    In the turn of the calibration, noise of 0.2″ times √Σw² is 0.12″ per sample for three heads,
+    0.1″ for four. No combination of heads shows order 1 of the mean: an error of 25″ in the places
+    leaves 1e-4 of 144″.
     """
     world = World(heads=heads, noise_arcsec=0.2, samples=12_000, seed=3)
     if heads == 4:
@@ -315,8 +317,8 @@ def test_mean_of_the_device_is_true(heads: int) -> None:
 
 
 def test_agrees_with_the_complete_least_squares() -> None:
-    """The C code agrees with a least-squares fit of all unknowns together; the bound is 4 standard
-    uncertainties of the fit to the parity."""
+    """The C code agrees with a least-squares fit of all unknowns together: in each order from 2 to
+    24 the amplitudes differ by less than 4√2 standard uncertainties of a component."""
     world = World(heads=4, noise_arcsec=0.2, samples=6000, seed=7)
     c = in_c(world, orders=24)
     whole = heads_least_squares(
@@ -336,7 +338,7 @@ def test_agrees_with_the_complete_least_squares() -> None:
 
 def test_heads_that_have_no_mean_are_refused() -> None:
     """Three heads stand within 40°; both C and numpy refuse these heads because the mean would have
-    too much noise."""
+    too much noise. C also refuses two heads at one place."""
     ffi, library = firmware()
     geometry = ffi.new("struct heads_geometry *")
     geometry.heads = 3
@@ -411,12 +413,12 @@ def coefficients_of(c: InC, mean: Any, heads: int, lanes: int = 32) -> Coefficie
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 4, 5])
 def test_goal_at_the_papers_conditions(seed: int) -> None:
-    """The mean is within the goal on another turn after a calibration on one turn of 12,000 samples
-    with 0.2″.
+    """On another turn, after a calibration on one turn of 12,000 samples with 0.2″, the mean is
+    within the goal: its means over half a degree stay within ± 0.07″ and have 0.022″ RMS or less.
 
-    The means over half a degree must be within ± 0.07″ and 0.022″ RMS, with the words that the
-    firmware would write and with the gateware's mean, bit for bit. A bin has 83 independent
-    readings, as on the instrument, whose noise is correlated over a fifth of a sample.
+    The test uses the words that the firmware would write and the gateware's mean, bit for bit. Each
+    half degree has 83 independent readings, as on the instrument, whose noise is correlated over a
+    fifth of a sample.
     """
     size = {"heads": 4, "noise_arcsec": 0.2, "late_arcsec": (0.0,) * 4}
     c = in_c(World(**size, samples=12_000, seed=seed))

@@ -262,8 +262,9 @@ def subdivided(seed: int, amplitudes: tuple[complex, complex], order: int) -> ND
 @pytest.mark.parametrize("order", [4096, 3600])
 def test_the_heads_own_subdivision_errors_are_separated(head2: complex, order: int) -> None:
     """The firmware judges head 1's subdivision error although head 2 has another error of the same
-    order. Both heads read a multiple of 120, such as order 3,600, alike; but the eccentricity
-    changes the distance between their readings, so that the order becomes visible."""
+    order. An order that is a multiple of 120, such as 3,600, has the same phase at both heads; but
+    the eccentricity changes the distance between their readings, so that the order becomes visible.
+    """
     made = started()
     made.send("set alarm_noise_arcsec 10")
     both = (4.0 + 0.0j, head2)

@@ -97,8 +97,8 @@ def test_the_output_after_a_fault_is_what_was_ordered(bypassed: bool) -> None:
 
 
 def test_lost_settings_leave_the_output_uncorrected() -> None:
-    """If the settings are lost after a fault while the correction is active, the correction
-    continues and the firmware processes no turn."""
+    """If the settings are lost after a fault, the firmware calibrates with the preset parameters,
+    but the output stays uncorrected until the operator sends "bypass off"."""
     device = Device()
     device.firmware.send("set separation_deg 47.5")
     ffi, _ = firmware()
@@ -119,6 +119,8 @@ def test_lost_settings_leave_the_output_uncorrected() -> None:
 
 
 def test_lost_settings_leave_a_correction_that_is_at_work() -> None:
+    """If the settings are lost after a fault while the correction is active, the correction
+    continues and the firmware processes no turn."""
     device = Device()
     device.work(1)
     assert controls(device.core)["compensate"]

@@ -1,5 +1,5 @@
-"""Tests that the firmware finds and follows the phase of a line whose order is not an integer, from
-the heads' readings."""
+"""Tests that the firmware finds and follows the phase of a line (a harmonic whose order is not an
+integer) from the heads' readings or from the edges of a probe."""
 
 from __future__ import annotations
 
@@ -69,8 +69,8 @@ class Table:
 
 @pytest.mark.parametrize("order", [0.42, 0.5, 7.3, 71.4])
 def test_the_firmware_computes_what_the_reference_computes(order: float) -> None:
-    """The C code computes the phases of the Python reference. The turns go in both directions,
-    start at different places, and reach negative turn numbers."""
+    """The C code computes the states and phases of the Python reference. The turns go in both
+    directions, start at different places, and reach negative turn numbers."""
     ffi, library = firmware()
     table = Table(order, 4.0, 12, 3)
     step = round((order % 1.0) * 2**48)
@@ -222,7 +222,8 @@ def test_an_index_of_the_drive_gives_the_phase(running: Firmware, side: int) -> 
         assert f"real_order {order:.9f} phase_known" in running.send("load status")
         lane = lane_arcsec(running, order, np.array([edge]))[0]
         expected = 4.0 * np.cos(2.0 * np.pi * (phase + side * edge))
-        # The bound is two words of 2⁻²⁴ turn, plus the phase of half a count at order 71.4.
+        # The bound is a phase error of 72.4 · 2⁻²⁴ turn: one word of the phase, plus one count of
+        # the edge times the order 71.4.
         assert lane == pytest.approx(expected, abs=4.0 * 2.0 * np.pi * 72.4 / COUNTS)
     words = dict(running.core.active)
     probe_edge(running, 20, 0.5 / 16_777_216, 5.0 + 8 / COUNTS)

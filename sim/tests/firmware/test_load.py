@@ -234,8 +234,8 @@ def frame(name: str, *values: int) -> str:
     ],
 )
 def test_what_no_lane_holds(running: Firmware, lane: tuple[int, ...], reason: str) -> None:
-    """The firmware refuses words that no lane can hold, with a right CRC, so that only the sending
-    program can have made the error."""
+    """The firmware refuses words that no lane can hold, and an order that comes twice. The frames
+    have a right CRC, so that only the sending program can have made the error."""
     sent = [frame("begin", 2, COUNTS)]
     if reason == "order_twice":
         sent += [frame("lane", 0, 7, 0, 1)]

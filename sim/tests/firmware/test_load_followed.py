@@ -1,4 +1,5 @@
-"""Tests of lanes whose amplitude follows a condition, from the console to the registers."""
+"""Tests of lanes whose amplitude follows a condition (the direction or the speed of the table, or a
+word from the console), from the console to the registers."""
 
 from __future__ import annotations
 
@@ -123,8 +124,8 @@ def test_a_spoiled_frame_and_a_wrong_modulator_are_refused(running: Firmware) ->
 
 
 LOOSE = {1: (20.0, 1.1)}
-"""Amplitude and phase of the disc's order 1 that changes sign with the direction, in addition to
-the disc's own order 1."""
+"""Amplitude (″) and phase (rad) of the part of order 1 that changes sign with the direction; the
+disc's own order 1 is added to it."""
 
 
 def loose_turn(seed: int, direction: int) -> Any:

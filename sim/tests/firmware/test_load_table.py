@@ -243,8 +243,8 @@ def test_a_table_that_cannot_be_restored_is_not_taken(damage: str) -> None:
 
 
 def test_no_points_arrive_while_a_record_is_written() -> None:
-    """While the firmware writes a record, it reads the points back from the idle bank; therefore
-    the firmware accepts no new points."""
+    """While the firmware writes a record, it reads the table's points back from the gateware;
+    therefore it accepts no new points."""
     board = saved_board()
     board.firmware.send("save")
     frames = load_frames(table_file(0.5))
@@ -255,8 +255,8 @@ def test_no_points_arrive_while_a_record_is_written() -> None:
 
 @pytest.mark.parametrize("steps", [52, 70, 100])
 def test_power_that_is_lost_while_points_are_written_leaves_the_record_before(steps: int) -> None:
-    """The record before stays valid if power is lost while points are written: the erase takes 0.5
-    s, which is 50 steps. Then the firmware programs 64 pages of points, and after these the pages
+    """The record before stays valid if power is lost while points are written. The erase takes 0.52
+    s, which is 52 steps; then the firmware programs 64 pages of points, and after these the pages
     of the record."""
     board = Board()
     board.firmware.send("set orders 8")

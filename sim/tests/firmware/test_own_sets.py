@@ -1,4 +1,5 @@
-"""Tests of the sets for a missing head that the device computes from its own calibration.
+"""Tests of the sets (coefficients and weights) for a missing head that the device computes from its
+own calibration.
 
 The table has four heads with errors of mounting and index, an axis that moves, and noise; the
 firmware reads only its captures. The test compares the words in the gateware's windows with numpy's
@@ -168,11 +169,12 @@ def test_each_set_is_that_of_numpy(calibrated: Firmware, missing: int) -> None:
 
 @pytest.mark.parametrize("missing", range(HEADS + 1))
 def test_each_set_corrects_another_turn(calibrated: Firmware, missing: int) -> None:
-    """Each set corrects another turn: the test compares the result of the bit-true mean with the
+    """Each set corrects another turn: the result of the bit-true mean is within 0.04″ RMS of the
     true angle of the table.
 
     Rounding three heads to counts leaves up to 0.018″. One turn with 0.1″ of noise leaves about
-    0.01″ in each of the six orders that have a lane: 0.03″ together. All sets have the same zero.
+    0.01″ in each of the six orders that have a lane: 0.03″ together. The zeros of all sets agree
+    within 0.01″.
     """
     fresh = replace(WORLD, seed=9, noise_arcsec=0.0)
 
@@ -218,8 +220,9 @@ def test_telemetry_has_places_and_radii() -> None:
 def test_heads_whose_loss_leaves_too_much_noise_have_no_set(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """A head has no set if the mean without it would be too noisy: without head 4 the other three
-    stand within 60°, and their mean would have 6 times the noise of one head."""
+    """A head has no set if the mean without it would need weights that the gateware cannot hold or
+    would be too noisy. Without head 4 the other three stand within 60°; their mean would need a
+    weight of −6.5, and the gateware holds −2 to 2."""
     places = (0.0, 30.0, 60.0, 200.0)
     monkeypatch.setitem(PLACES, HEADS, places)
     running = started(WORLD)

@@ -1,5 +1,5 @@
-"""Tests how prepared sets for a missing head are loaded over the console, and how the firmware uses
-them when a head fails.
+"""Tests how prepared sets are loaded over the console, and how the firmware uses them when a head
+fails. A prepared set holds the coefficients and weights of the mean without one head.
 
 The model of the core has four heads. Heads 3 and 4 repeat the readings of heads 1 and 2, because
 the firmware's check of places and its telemetry need four readings but no simulated table.

@@ -94,8 +94,8 @@ def test_a_calibration_of_real_size(tmp_path: Path, counts: Any, method: str) ->
 
 
 def test_telemetry_and_timer(tmp_path: Path, counts: Any) -> None:
-    """The firmware processes a turn at each tick of the timer, because the test leaves the bank
-    ready."""
+    """The timer alone wakes the firmware: it processes the bank, which the test leaves ready, and
+    sends telemetry."""
     with running(tmp_path, core_window(counts[:, :1])) as machine:
         machine.wait_for(GREETING)
         machine.send("telemetry on")

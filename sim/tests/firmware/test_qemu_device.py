@@ -207,7 +207,7 @@ def temperature_of(machine: Emulator) -> Any:
 
 def test_the_temperature_of_the_die(tmp_path: Path) -> None:
     """The firmware reports no temperature for 0 K, which QEMU's converter reads until its register
-    is written."""
+    is written. Then it reports the written 87 °C, with an alarm."""
     with running(tmp_path, one_sample()) as machine:
         machine.wait_for(READY)
         machine.ask("status", "phase capture")
@@ -286,8 +286,8 @@ def test_without_a_fabric_its_window_is_not_touched(tmp_path: Path) -> None:
 
 
 def test_a_hang_is_noticed_and_reported(tmp_path: Path) -> None:
-    """The timer's interrupt detects that the main program loops for ever, restarts the firmware and
-    reports the place of the loop."""
+    """The interrupt handler of the global timer detects that the main program loops for ever,
+    restarts the firmware and reports the address of the loop."""
     with running(tmp_path, core_window(None), real_time=True) as machine:
         machine.wait_for(READY)
         place = symbol("application_step")
@@ -448,8 +448,8 @@ def test_what_was_left_of_interrupts_is_forgotten(tmp_path: Path) -> None:
 
 
 def test_a_record_survives_a_new_start(tmp_path: Path) -> None:
-    """The record survives a new start, which this test imitates by QEMU's reset: it does not change
-    the memory."""
+    """The record of a fault survives a new start. The test imitates the start by QEMU's reset,
+    which does not change the memory."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
         control = CORE_BASE + register_named("control").address

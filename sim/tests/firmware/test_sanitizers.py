@@ -1,4 +1,4 @@
-"""Runs the other tests of the firmware once more with AddressSanitizer.
+"""Runs seven test modules of the firmware once more with AddressSanitizer.
 
 In each ``make test``, ``test_fuzz_corpus.py`` already runs the console and the checks of captures
 and records with AddressSanitizer.

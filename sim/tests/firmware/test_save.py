@@ -50,8 +50,8 @@ STEPS_MOST = 1_000
 
 
 class Board:
-    """A board whose flash chip survives a power cycle; ``power_on`` starts the firmware as main()
-    does."""
+    """A board whose flash chip keeps its content without power; ``power_on`` starts the firmware on
+    a new core, as main() does."""
 
     def __init__(self, chip: Chip | None = None) -> None:
         self.chip = chip or Chip()
@@ -138,8 +138,9 @@ def test_power_off_and_on_needs_one_turn_and_no_word(working: Board) -> None:
 
 
 def test_lanes_that_follow_a_condition_outlive_the_power() -> None:
-    """The first turn that confirms the other lanes also restores the words of the followed lanes
-    and of their window."""
+    """The first turn that confirms the other lanes also writes back the words of the lanes that
+    follow direction or speed, and the settings (width, dead zone, nominal speed) of this condition.
+    """
     board = Board()
     with_modulators(board.firmware)
     board.firmware.send("set orders 8")
@@ -448,8 +449,7 @@ def test_a_worn_sector_is_skipped(kind: str, wear: str) -> None:
 
 
 def test_the_last_good_sector_keeps_its_record() -> None:
-    """The last good sector keeps its record: the save is refused, because all other sectors are
-    worn."""
+    """The last good sector keeps its record: each save fails, because all other sectors are worn."""
     board = saved_times(2)
     good = places_of(board.chip)[1]
     board.chip.worn = {place: "program" for place in places_of(board.chip) if place != good}
@@ -541,7 +541,8 @@ class Memory:
 
 
 def record_of(chip: Chip, place: int) -> bytes:
-    """Return the record in a sector, with the length of the last programming."""
+    """Return the record in a sector; its length is that of the last write that began at the
+    sector's start, plus the pages that followed."""
     length = 0
     for address, data in chip.programmed:
         if place <= address < place + chip.sector:
@@ -574,7 +575,7 @@ def test_power_lost_at_any_byte_of_the_write(working: Board) -> None:
     first = first.ljust(length, b"\xff")
     draw = np.random.default_rng(1)
     for cut in range(length):
-        # In the byte that is being written, each bit may have any value.
+        # In the byte that is being written, each bit that should become 0 may still be 1.
         torn = bytes([third[cut] | int(draw.integers(256))])
         found = flash_of(third[:cut] + (torn if torn != third[cut : cut + 1] else b""), second)
         assert found.found() == 2, cut

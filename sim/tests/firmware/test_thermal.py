@@ -223,8 +223,8 @@ def test_a_thermometer_that_comes_back_warmer_is_believed(running: Firmware) -> 
 
 
 def test_after_a_silence_not_everything_is_believed(running: Firmware) -> None:
-    """The firmware accepts a change of 3 K per minute, but not one of 20 K in two minutes, because
-    no table warms so fast."""
+    """The firmware accepts a change of 3 K per minute of silence, but not one of 20 K after two
+    minutes, because no table warms so fast."""
     running.thermometer.celsius = None
     running.thermometer.pass_time(120.0, 240)
     running.thermometer.celsius = COLD_C + 20.0
@@ -269,8 +269,8 @@ def test_the_first_reading_is_confirmed_before_it_is_used() -> None:
 
 @pytest.mark.parametrize("lag_s", [0.0, 3.0, 60.0])
 def test_a_long_pause_leaves_a_temperature(lag_s: float) -> None:
-    """The observer starts again after a long pause: the lag decays completely, and the gains of the
-    observer become undefined."""
+    """After a long pause the observer, which removes the thermometer's lag, starts again: the lag
+    has decayed completely, and the gains of a continued observer would be undefined."""
     readings = [20.0] * 8 + [None] * 1200 + [20.5] * 3
     table = followed(readings, lag_s)
     assert table.celsius == pytest.approx(20.5, abs=0.1)
@@ -324,8 +324,8 @@ def test_a_silent_thermometer_is_not_asked_all_the_time(running: Firmware) -> No
 
 
 def test_the_lag_is_taken_off() -> None:
-    """The corrected temperature equals the exact solution of the lag, for a table that warms evenly
-    and is read in steps of 1/128 K."""
+    """For a table that warms evenly, read with a lag of 60 s in steps of 1/128 K, the firmware
+    removes the lag: after 37.5 s the mean error is below 0.003 K and the largest below 1/16 K."""
     ffi, library = c_library()
     lag_s, rate = 60.0, 0.05
     course = TemperatureCourse((0.0, 300.0), (COLD_C, COLD_C + 300 * rate))
