@@ -272,7 +272,9 @@ def test_the_gate_lets_a_change_pass_that_is_less_than_u_of_the_separation() -> 
     first = made[1].harmonic[0]
     hidden = np.hypot(first.by_separation_cosine, first.by_separation_sine)
     assert hidden > 0.03
-    assert found.candidate_arcsec >= hidden / np.sqrt(2.0), "the unknown part is reported too"
+    assert found.candidate_arcsec >= hidden / np.sqrt(2.0), (
+        "it contains the part of the separation's u"
+    )
 
 
 def test_the_gate_refuses_too_few_lanes_after_many(fitted: Any) -> None:

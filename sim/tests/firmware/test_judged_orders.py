@@ -116,7 +116,7 @@ def test_a_file_with_one_wrong_order_is_refused(wrong: dict[str, float], turns_b
         made.turn(turn(seed))
     assert state(made) == "load refused worse_prediction"
     assert f"refused_order {list(wrong)[-1][1:]}\r\n" in made.send("load status")
-    assert left_rms_arcsec(made, disc()) < QUIET_RMS_ARCSEC, "its own calibration went on"
+    assert left_rms_arcsec(made, disc()) < QUIET_RMS_ARCSEC, "the firmware continued to calibrate"
 
 
 @pytest.mark.parametrize("turns_before", [0, 2])

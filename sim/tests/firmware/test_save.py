@@ -199,7 +199,7 @@ def test_another_table_does_not_get_them(working: Board) -> None:
     assert telemetry["alarms"] == ["not_confirmed"]
     assert working.status("saved") == ["not_confirmed"]
     assert any("not explained better" in advice for advice in working.status("advice"))
-    assert left(working.firmware, other) < 0.7, "its own calibration went on in the same turn"
+    assert left(working.firmware, other) < 0.7, "the firmware calibrated the other table"
     bank = active_coefficients(working.core)
     assert bank.amplitudes[bank.phase_steps == HIGH * 2**48 // COUNTS].size == 0
     # The operator puts the disc back into its old place.
@@ -399,7 +399,7 @@ def test_a_start_at_which_the_flash_is_silent_costs_no_record(silence: str) -> N
     board.chip.fault = ""
     assert board.order("save") == "error: save not_read_at_start\r\n"
     assert "not in use" in board.firmware.send("help not_read_at_start")
-    assert len(board.chip.erased) == erased, "nothing is written before somebody was asked"
+    assert len(board.chip.erased) == erased, "nothing is written before the save is repeated"
     assert board.status("saved_record") == ["5"]
     board.power_on()
     assert board.firmware.parameters()["keep"] == "0.050000000", "what was saved is used again"
