@@ -47,8 +47,8 @@ SCHEMA = 1
 THERMAL_SCHEMA = 2
 """Schema number of a file with lanes that follow the temperature and without an extension."""
 EXTENDED_SCHEMA = 3
-"""Schema number of a file with a part that needs a generic of the gateware; all other files have
-schema 1."""
+"""Schema number of a file with a part that needs a generic of the gateware; without such a part,
+the file has schema 1 or 2."""
 
 # Permitted difference between a value in a unit for people and its word, in units of the word: half
 # a unit for the rounding of a typed value, and a small margin for the number of written digits.
@@ -435,7 +435,7 @@ def _words(
 
 
 def _of_lanes(lanes: Mapping[int, _Lane]) -> dict[str, Any]:
-    """Return modulators and turn steps as the extension stores them."""
+    """Return modulators, turn steps and phase sources as the extension stores them."""
     extended = {at: lane for at, lane in lanes.items() if isinstance(lane, _ExtendedLane)}
     return {
         "modulators": tuple(

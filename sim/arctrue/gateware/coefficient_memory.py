@@ -1,4 +1,4 @@
-"""Models the entity ``coefficient_memory``: two banks of words, which a swap exchanges."""
+"""Models the entity ``coefficient_memory``: two banks, of which a swap makes the idle one active."""
 
 from __future__ import annotations
 
@@ -79,7 +79,8 @@ class CoefficientMemory:
         return self._words[address] if address < len(self._words) else 0
 
     def swap(self) -> None:
-        """Make the idle bank active; both banks keep their values."""
+        """Make the idle bank active; the new idle bank then contains the same words, as in the
+        gateware."""
         words = np.array(self._words, dtype=np.int64).reshape(-1, WORDS_A_LANE)
         self._active = Coefficients(
             words[:, WORD_STEP_LOW] | words[:, WORD_STEP_HIGH] << 32,  # type: ignore[arg-type]

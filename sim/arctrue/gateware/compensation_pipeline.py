@@ -37,9 +37,10 @@ def pair_sums(
     rotation: Rotation = "cordic",
     turns: NDArray[np.int64] | None = None,
 ) -> NDArray[np.int64]:
-    """Return the sums of pairs of harmonics at ``angle`` (counts, (clocks,)): (clocks, pairs), 2⁻ᶠ.
+    """Return the sums of pairs of harmonics at ``angle`` (counts, (clocks,)): (clocks, pairs).
 
-    ``turns``: turn number of each angle, (clocks,), of a core with REAL_ORDERS; None: all 0.
+    The unit is 2⁻ᶠ count, F = PAIR_FRACTION. ``turns``: turn number of each angle, (clocks,), of a
+    core with REAL_ORDERS; None: all 0.
     """
     sums = np.empty((angle.size, (coefficients.lanes + 1) // 2), dtype=np.int64)
     for start in range(0, angle.size, _BLOCK):

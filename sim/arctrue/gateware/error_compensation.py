@@ -117,8 +117,8 @@ def error_compensation(
     default: after reset. ``zero_moved`` toggles with the first angle that counts from another zero;
     ``put_back``: counts in ``position`` that did not come from an edge; both (clocks,), by default
     those of ``state``. With the mean of the heads: ``mean_term`` in 2⁻²⁰ count; ``jump``: counts by
-    which the reading jumps at the first angle of another carrier, which has a ``swap_marker``,
-    otherwise 0; both (clocks,).
+    which the reading jumps at the first angle of another carrier (the head to whose reading the
+    mean is added), which has a ``swap_marker``, otherwise 0; both (clocks,).
     """
     state = state or CompensationState()
     moved = np.full(apply.shape, state.zero_moved) if zero_moved is None else zero_moved

@@ -34,7 +34,7 @@ WINDOW_EXPONENT_MOST: Final = 6
 @dataclass(frozen=True)
 class Conditions:
     """Parameters of the direction h, with width W (u20.4 counts) and a dead zone in counts, and the
-    nominal speed."""
+    nominal speed; h changes from −1 to 1 within a travel of 2·W."""
 
     width: int
     dead_zone_counts: int

@@ -1,5 +1,5 @@
-"""Models the entity ``parity_sum``, the sum Σ cᵢ·rᵢ of the heads' readings, and computes its
-weights."""
+"""Models the entity ``parity_sum`` and computes its weights. The parity is a sum Σ cᵢ·rᵢ of the
+heads' readings, which neither the rotation nor a motion of the axis changes."""
 
 from __future__ import annotations
 

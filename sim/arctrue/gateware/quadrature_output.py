@@ -41,9 +41,9 @@ class OutputInputs:
     """Index of the levels (A, B) in the sequence 00, 10, 11, 01 at position 0 modulo 4."""
     z_gated: ArrayLike = False
     z_state: ArrayLike = 0
-    """Index of the present levels (A, B) in the sequence 00, 10, 11, 01."""
+    """Index, in the sequence 00, 10, 11, 01, of the levels (A, B) at which a gated Z begins."""
     z_width: ArrayLike = 0
-    """Code of the width of Z; 0: 1 count, 1: 2 counts, 2: 4 counts."""
+    """Code of the width of Z; 0: 1 count, 1: 2 counts, 2 and 3: 4 counts."""
     following_limit: ArrayLike = 2**16 - 1
     """Limit of the following error, counts."""
     enable: ArrayLike = True

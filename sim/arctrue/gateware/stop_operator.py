@@ -13,8 +13,11 @@ MOST_STEP: Final = 8
 
 
 class StopOperator:
-    """Two stop operators that begin at opposite ends; the place is known when both agree. One call
-    processes one reading; latency is omitted."""
+    """Two stop operators that begin at opposite ends; the place is known when both agree.
+
+    The place follows the count and stops at ±width; place / width is the direction. One call
+    processes one reading; latency is omitted.
+    """
 
     def __init__(self, width: int, dead_zone: int = 0) -> None:
         """Store ``width`` in 1/16 count and ``dead_zone`` in counts."""

@@ -25,7 +25,8 @@ class MeanTerm(NamedTuple):
     """Outputs of the entity for the readings of each clock, (clocks,)."""
 
     term: NDArray[np.int64]
-    """Term of the mean, f_s − Σ wᵢ·(rᵢ − r_s), in 2⁻²⁰ count."""
+    """Term of the mean, f_s − Σ wᵢ·(rᵢ − r_s), in 2⁻²⁰ count; f_s is the fraction of the carrier's
+    offset."""
     limited: NDArray[np.bool_]
     """Whether the difference of a used head did not fit its format."""
 

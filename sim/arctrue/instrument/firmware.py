@@ -252,7 +252,8 @@ class Firmware:
 
     @property
     def phase(self) -> str:
-        """State of the calibration: ``no_core``, ``wait_for_index``, ``capture`` or ``swap``."""
+        """State: ``no_core``, ``wait_for_index``, ``capture``, ``swap`` or ``held`` (faults in a
+        row)."""
         return str(self._library.firmware_phase(self._processor).decode())
 
     @property

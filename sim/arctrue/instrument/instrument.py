@@ -784,7 +784,7 @@ class Instrument:
         return track, view
 
     def trace(self, clocks: int) -> None:
-        """Begin to record the levels of all pins in every clock.
+        """Begin to record the levels of heads 1 and 2 and of the outputs in every clock.
 
         Parameters
         ----------
@@ -799,8 +799,8 @@ class Instrument:
         Returns
         -------
         ndarray
-            One word per clock, shape (n,): the six head pins, above them A, B and Z of the output,
-            TRIGGER_OUT and COMPARE_OUT.
+            One word per clock, shape (n,): the six pins of heads 1 and 2, above them A, B and Z of
+            the output, TRIGGER_OUT and COMPARE_OUT.
         """
         levels = ctypes.POINTER(ctypes.c_uint16)()
         number = self.library.instrument_traced(self.handle, ctypes.byref(levels))

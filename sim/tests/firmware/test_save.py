@@ -449,7 +449,7 @@ def test_a_worn_sector_is_skipped(kind: str, wear: str) -> None:
 
 
 def test_the_last_good_sector_keeps_its_record() -> None:
-    """The last good sector keeps its record: each save fails, because all other sectors are worn."""
+    """The last good sector keeps its record: a save fails, because all other sectors are worn."""
     board = saved_times(2)
     good = places_of(board.chip)[1]
     board.chip.worn = {place: "program" for place in places_of(board.chip) if place != good}

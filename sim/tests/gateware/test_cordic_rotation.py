@@ -94,8 +94,8 @@ def test_constants() -> None:
 
 
 def test_symmetry() -> None:
-    """Phases p and -p (bits complemented) have the same cosine; a phase half a turn further has
-    exactly the negative cosine."""
+    """Phases p and −p − 1 (all bits complemented) have the same cosine; a phase half a turn further
+    has exactly the negative cosine."""
     phase = np.arange(0, TURN, 1009, dtype=np.int32)
     cosine = lane_cosine(phase)
     assert np.array_equal(lane_cosine(TURN - 1 - phase), cosine)

@@ -88,8 +88,8 @@ def test_words_that_change_with_the_angle() -> None:
 
 
 def test_speed_of_phases_and_harmonics() -> None:
-    """The model computes phases and harmonics of 12,000 angles and 32 lanes in 0.12 s, because the
-    model of the whole pipeline may take 0.2 s."""
+    """The model computes phases and harmonics of 12,000 angles and 32 lanes in less than 0.12 s,
+    because the model of the whole pipeline may take 0.2 s."""
     rng = np.random.default_rng(7)
     angles = np.arange(12_000, dtype=np.int64) * 1398
     steps = rng.integers(0, 2**48, 32)

@@ -46,8 +46,8 @@ def test_every_phase_stays_within_the_bound() -> None:
 
 
 def test_rows_are_a_product() -> None:
-    """The sum of truncated rows differs from the exact product of slope and place by less than a
-    unit of the last row."""
+    """The model's result exceeds the exact value minus slope times place by less than a unit of the
+    last row, and falls below it by less than a unit of the cosine, 2⁻¹⁸."""
     table = tangent_table()
     folded = np.arange(0, TURN // 4, 4_999, dtype=np.int32)
     unit = Fraction(1, 2**ROW_FRACTION)
@@ -70,8 +70,8 @@ def test_lines_meet_their_neighbours() -> None:
 
 
 def test_symmetry() -> None:
-    """Phases p and -p (bits complemented) have the same cosine; a phase half a turn further has
-    exactly the negative cosine."""
+    """Phases p and −p − 1 (all bits complemented) have the same cosine; a phase half a turn further
+    has exactly the negative cosine."""
     phase = np.arange(0, TURN, 1009, dtype=np.int32)
     cosine = lane_cosine(phase, rotation="table")
     assert np.array_equal(lane_cosine(TURN - 1 - phase, rotation="table"), cosine)

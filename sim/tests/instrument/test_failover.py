@@ -21,8 +21,8 @@ from arctrue.studies.heads.shown import BALLS
 HEAD = 3
 SLIP_COUNTS = 4000
 STEP_COUNTS = 200
-"""Limit in counts above which a step is detected, for a table that makes a third of a turn in the
-2¹⁷ clocks of a comparison.
+"""Limit in counts above which a step is detected, for a table that makes 0.43 of a turn in the 2¹⁷
+clocks of a comparison.
 
 Eccentricity of 142″ then changes the difference of two heads by 58 counts in either direction. The
 preset of 32 counts is for 90°/s at 100 MHz.
@@ -66,8 +66,8 @@ def back_in(device: HeadsDevice) -> None:
 @pytest.mark.large
 @pytest.mark.slow
 def test_a_dead_head_is_left_out_and_comes_back(device: HeadsDevice) -> None:
-    """The firmware leaves out head 3 while its pins are low for a turn; the output then follows the
-    mean of the other heads, without ball motion."""
+    """The firmware leaves out head 3 while its pins are low for five turns; the output then follows
+    the mean of the other heads, without ball motion."""
     firmware, instrument = device.firmware, device.instrument
     first = len(firmware.telemetry)
     turn_clocks = round(SETTINGS.counts_per_rev * 1.15)

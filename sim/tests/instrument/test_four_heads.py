@@ -163,8 +163,8 @@ def mean_of(**changes: Any) -> Coefficients:
 
 @pytest.mark.slow
 def test_a_mean_of_other_heads_is_refused(device: HeadsDevice) -> None:
-    """The firmware refuses a set for three heads, with other delays or with a wrong checksum at
-    once, and a set with a wrong place (0.1°) after a turn."""
+    """The firmware refuses a set for three heads, with other delays or without the frame of head 3
+    at once, and a set with a wrong place (0.1°) after a turn."""
     device.turn_before(*AXIS)
     device.accepted_turn()
     offsets = list(mean_of().extension.mean.offsets)  # type: ignore[union-attr]
@@ -216,7 +216,7 @@ def test_faults_of_head_4_are_reported(device: HeadsDevice) -> None:
 )
 def test_hidden_with_four_heads(name: str, micrometres: float, tmp_path: Path) -> None:
     """With ``arctrue hidden EFFECT --heads 4``, head 1 shows the whole effect and the mean of the
-    heads shows nothing."""
+    heads less than 0.25″."""
     file = tmp_path / "found.json"
     size = ["--lines", "1024", "--interpolation", "256", "--samples", "1600", "--lanes", "4"]
     done = CliRunner().invoke(main, ["hidden", name, "--heads", "4", *size, "--json", str(file)])

@@ -36,8 +36,8 @@ class Script:
         width: float = 1.0,
         counts_per_rev: int = COUNTS,
     ) -> None:
-        """Compute the motion; ``legs`` are pairs of (clocks, counts per clock); ``half_reversal``
-        and ``width`` (travel to the end of a reversal) are in counts."""
+        """Compute the motion; ``legs`` are pairs of (clocks, counts per clock). ``half_reversal``
+        and ``width``, half of the travel that a reversal takes, are in counts."""
         self.counts_per_rev = counts_per_rev
         speed = np.concatenate([np.full(clocks // KNOT, pace) for clocks, pace in legs])
         self.clocks = speed.size * KNOT

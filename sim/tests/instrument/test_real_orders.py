@@ -111,8 +111,8 @@ def run(
 
 
 def test_lines_are_gone_after_some_turns_and_backwards(built: Instrument) -> None:
-    """The lanes remove the lines, also when the table goes back past its index into negative turns;
-    with the lanes off, the lines are there."""
+    """The lanes leave less than 0.5 count of each line, also when the table goes back past its
+    index into negative turns; with the lanes off, the lines have their amplitudes."""
     for found in run(built, bank(on=True), 6, 9):
         assert found.max() < 0.5, found
     for found in run(built, bank(on=False), 4, 4):
@@ -122,7 +122,7 @@ def test_lines_are_gone_after_some_turns_and_backwards(built: Instrument) -> Non
 
 @pytest.mark.large
 def test_lines_are_gone_after_a_thousand_turns(built: Instrument) -> None:
-    """After a thousand turns forwards, and after the way back, the lines are as small as after a
-    few turns, because the lanes' phase does not drift."""
+    """After a thousand turns forwards, and after the way back, less than 0.5 count of each line
+    remains, because the lanes' phase does not drift."""
     for found in run(built, bank(on=True), 1000, 1000):
         assert found.max() < 0.5, found

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 
-// Declares the C functions that Python calls. A function that can fail returns a code;
+// Defines the C functions that Python calls. A function that can fail returns a code;
 // instrument_message() then returns the text.
 
 #include <cmath>

@@ -119,7 +119,7 @@ EXPORTED struct processor *firmware_new(void *bus) {
     return processor;
 }
 
-/* Returns the memory of `save` and its size, so that it can be copied to another processor. */
+/* Returns the flash, of firmware_flash_bytes() bytes, so that it can be copied to another processor. */
 EXPORTED void *firmware_flash(struct processor *processor) {
     return processor->flash;
 }

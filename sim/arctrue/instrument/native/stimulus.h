@@ -22,7 +22,7 @@ constexpr int pin_of_head(int head) {
     return PINS_A_HEAD * head + (head < 2 ? 0 : 2);
 }
 
-// Levels of A (bit 0), B (bit 1) and Z (bit 2) at a count; A leads B counter-clockwise.
+// Levels of A (bit 0), B (bit 1) and Z (bit 2) at a count; A leads B while the count rises.
 uint8_t pins_of_count(int64_t count, int64_t counts_per_rev, int64_t index_width);
 
 // Returns the step of the count from one pair of levels of A and B to the next: -1, 0, 1; 2 is illegal.
@@ -33,7 +33,7 @@ int quadrature_step(uint8_t before, uint8_t after);
 struct Piece {
     int64_t first_clock = 0;
     int64_t knot_clocks = 1;
-    // Knots from one before `first_clock` to two after the last whole interval.
+    // Values at the knots, from one before `first_clock` to one after the end of the last interval.
     std::vector<std::vector<double>> curve;
 
     int heads() const {
