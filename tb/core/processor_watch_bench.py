@@ -34,7 +34,7 @@ async def silent_after_the_limit(dut, limit: int) -> None:
 
 @cocotb.test()
 async def a_long_limit_is_counted_whole(dut) -> None:
-    """The same holds for a limit with more than 16 bits."""
+    """With a limit of more than 16 bits, ``silent`` rises in the first clock after the limit."""
     Clock(dut.clock, 10, unit="ns", impl="gpi").start()
     dut.reset.value = 1
     dut.alive.value = 0

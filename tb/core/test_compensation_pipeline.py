@@ -126,8 +126,8 @@ def test_an_unknown_rotation_is_refused(capfd: pytest.CaptureFixture[str]) -> No
     [(2, 2, 18), (6, 2, 18), (4, 2, 20), pytest.param(64, 8, 18, marks=pytest.mark.large)],
 )
 def test_other_folded_configurations(lanes: int, fold: int, cosine_width: int) -> None:
-    """The cases are one lane, an odd number of lanes, lanes with truncated pair sums, and the
-    largest number of lanes."""
+    """LANES / FOLD is 1 in the first case and odd in the second. The third case has truncated pair
+    sums, the fourth the largest number of lanes."""
     run("a_turn_of_angles", lanes, angles=200, fold=fold, cosine_width=cosine_width)
 
 

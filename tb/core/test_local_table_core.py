@@ -1,6 +1,7 @@
 """Runs the bench of the whole core with a local table in GHDL.
 
-``hidden_effect/test_scratch.py`` runs the netlist of a core that has a pipeline for each lane.
+``sim/tests/studies/hidden_effect/test_scratch.py`` runs the netlist of a core that has a pipeline
+for each lane.
 """
 
 from __future__ import annotations

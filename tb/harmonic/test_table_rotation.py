@@ -1,4 +1,4 @@
-"""Tests that table_rotation in VHDL equals its model bit by bit, for every angle."""
+"""Tests that table_rotation in VHDL equals its model for all values of the angle's used bits."""
 
 from tb.support.simulation import simulate
 

@@ -52,8 +52,9 @@ def places_reached(position: np.ndarray, first: int, interval: int) -> list[int]
     )
 )
 async def at_every_multiple(dut, first: int, interval: int, start: int) -> None:
-    """A strobe comes at every multiple of the interval while the position vibrates, goes up and
-    down, and passes its wrap."""
+    """A strobe comes at the first place and then, with an interval, whenever the position is a
+    whole interval from the last place. The position vibrates, goes up and down, and in the last
+    case passes its wrap."""
     random = np.random.default_rng(7)
     way = np.repeat([1, -1, -1, 1], CLOCKS // 4)
     steps = way * (random.random(CLOCKS) < 0.4) - way * (random.random(CLOCKS) < 0.15)

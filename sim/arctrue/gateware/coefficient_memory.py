@@ -1,4 +1,4 @@
-"""Models the entity ``coefficient_memory``: two banks, of which a swap makes the idle one active."""
+"""Models the entity ``coefficient_memory``: two banks; a swap makes the idle bank active."""
 
 from __future__ import annotations
 

@@ -222,8 +222,7 @@ class Scene:
         assert not self.faults()
 
     def knows_the_separation(self) -> None:
-        """Check the head separation at the zero and the latest one: each is right to within a count
-        per index."""
+        """Check that the last turn measured the head separation to within a count per index."""
         assert self.last_reply["separation"] == "measured"
         off_arcsec = (self.last_reply["separation_deg"] - np.rad2deg(SEPARATION_RAD)) * 3600
         assert abs(off_arcsec) < 2 * ARCSEC_A_COUNT
@@ -288,7 +287,8 @@ class Scene:
         """Return the bound of a calibrated output without a fault.
 
         The bound is the sum of half a count of rounding, the wait of an edge for the previous edge,
-        the rounding to whole clocks, and five standard uncertainties of every applied order.
+        the rounding to whole clocks, and five standard uncertainties of each of the first LANES
+        orders of the first applied turn.
         """
         first = next(t for t in self.firmware.telemetry if t["result"] == "applied")
         estimate = 5 * sum(order[3] for order in first["harmonics"][:LANES]) / ARCSEC_A_COUNT
@@ -296,8 +296,8 @@ class Scene:
 
     @property
     def slope(self) -> float:
-        """Return the largest change of the correction per count of angle: Σ n·A_n·2π / counts per
-        turn."""
+        """Return a bound of the change of the correction per count of angle: Σ n·A_n·2π / counts
+        per turn."""
         active = self.coefficients
         amplitude = np.abs(active.amplitudes) / 2.0**11
         return float(np.sum(amplitude * (active.phase_steps / 2.0**48) * TURN_RAD))

@@ -45,8 +45,8 @@ class Scenario:
     hold: tuple[int, int] = (0, 120)
     """Smallest and largest number of clocks for which the processor keeps a READY bank."""
     expect: dict[str, int] = field(default_factory=dict)
-    """Expected numbers of captures, of overruns, and of banks that were full before their turn was
-    complete."""
+    """Least expected numbers of captures, of overruns, and of banks that were full before their
+    turn was complete; 0 means that none are allowed."""
 
 
 def repeated(count: int, *segments: Segment) -> list[Segment]:
