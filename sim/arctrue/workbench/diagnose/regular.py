@@ -159,7 +159,7 @@ class RegularCause:
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """Findings of a forward search in a dense reference with one model; no verdict changes them."""
+    """Findings of the forward search in a reference, with one model."""
 
     causes: tuple[RegularCause, ...] = ()
     """Regular causes, by the error that they explain, the largest first."""

@@ -53,8 +53,7 @@ class LineSpectrum:
 
 
 def line_spectrum(residuals: Residuals, *, capture: bool, in_time: bool) -> LineSpectrum | None:
-    """Return the spectrum of a channel; None if the channel, its time, its noise or a whole period
-    is missing."""
+    """Return the spectrum of a channel; None without the channel, its noise, times or motion."""
     rows = residuals.observations.capture if capture else residuals.observations.reference
     precise = residuals.capture_precise if capture else residuals.reference_precise
     noise = residuals.solution.noise.capture if capture else residuals.solution.noise.reference
