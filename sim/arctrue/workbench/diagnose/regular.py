@@ -294,7 +294,7 @@ class Findings:
 
 
 def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Findings:
-    """Search every record of a model's reference for regular lines.
+    """Search a reference for lines, steps, an oscillation, a slow change and a reversal error.
 
     If the rows do not determine the model, there are no findings, because lines would only cancel
     the model's orders.

@@ -116,8 +116,7 @@ def _sampled_by_a_clock(target_deg: Float, time_s: Float) -> bool:
 
 
 def _in_the_steps_of(time_s: Float, sampled_s: list[float]) -> bool:
-    """Tell whether the median time step equals one of ``sampled_s`` (of passes in motion).
-    """
+    """Tell whether the median time step equals one of ``sampled_s``, of passes in motion."""
     step_s = float(np.median(np.diff(time_s)))
     return any(abs(step_s / one - 1.0) < EVEN for one in sampled_s if one > 0.0)
 
