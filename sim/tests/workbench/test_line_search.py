@@ -197,7 +197,7 @@ def test_likelihood_and_slopes_of_a_kernel(parts: tuple[Part, ...]) -> None:
         return -0.5 * float(left @ precise @ left + np.linalg.slogdet(whole)[1])
 
     value, slopes = with_slopes(clock_s, readings, values, noise, range(noise.logs.size))
-    # Smooth noise is approximated by two exponentials whose constants differ by 10 %, to 0.003 of
+    # Smooth noise is approximated by two exponentials whose rates are 1.1·λ and λ/1.1, to 0.003 of
     # its variance.
     nearly = 1e-3 if noise.smooth else 1e-9
     assert value == pytest.approx(written_out(noise), rel=nearly)

@@ -1,8 +1,8 @@
 """Tests that a change which must not alter results leaves the recorded verdicts unchanged.
 
-The test diagnoses four of the recorded sets again, from four worlds and with different contents;
-``make test-large`` diagnoses the set that takes longest. ``python -m scripts.record_verdicts
---check`` diagnoses all 40.
+``make test`` diagnoses two of the recorded sets again, ``make test-large`` two more that take
+longer; the four sets come from four worlds (kinds of disturbances) and have different contents
+(hidden causes). ``python -m scripts.record_verdicts --check`` diagnoses all 40.
 """
 
 from __future__ import annotations

@@ -267,7 +267,7 @@ class _Subject:
         return _check("fitted parameters", faults, ", ".join(units))
 
     def _stacked(self, terms: Sequence[Term]) -> Float:
-        """Return one matrix of columns: the rows of the capture above those of the reference, ″."""
+        """Return one matrix of columns, arcseconds: rows of the capture, then of the reference."""
         blocks = [
             channel_columns(terms, self.observations, self.context, capture=name == "capture")
             for name in self.channels
@@ -275,7 +275,7 @@ class _Subject:
         return np.vstack(blocks)
 
     def _model(self, others: Mapping[str, type[Effect]]) -> Float:
-        """Return an orthonormal basis of the paper's model and the offsets of both channels."""
+        """Return an orthonormal basis of ``graduation_harmonics`` and of all offsets."""
         columns = self._stacked([Term(others["graduation_harmonics"](), {})])
         offsets, start = [], 0
         for name, rows in self.channels.items():

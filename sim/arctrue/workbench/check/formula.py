@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 Float = NDArray[np.float64]
 
 STEP = 1e-3
-"""Step of a coefficient, in its unit; a linear formula has the same difference at any step."""
+"""Step of a coefficient, in its unit; a linear formula has the same difference quotient at any
+step.
+"""
 FAR = 1.0
 """Change of a coefficient, in its unit, with which the linearity of the formula is tested."""
 ROUNDING = 1e-6

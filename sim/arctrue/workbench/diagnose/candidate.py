@@ -78,7 +78,10 @@ class Candidate:
 
     @cached_property
     def moved_arcsec(self) -> dict[str, float]:
-        """RMS of the effect's change of the prediction over all rows, by channel."""
+        """RMS of the effect's change of the prediction over all rows, by channel.
+
+        Without evidence, it is ``size_arcsec``, over the rows where the effect acts.
+        """
         if self.evidence is None:
             return self.size_arcsec
         before = self.evidence.base.solution
@@ -157,6 +160,8 @@ def rows_moved(size_arcsec: Mapping[str, float], base: Solution) -> int:
 
 
 def delta_bic(gain: float, rank: int, trials: float, rows: int) -> float:
-    """Return the ΔBIC: twice the gain in log likelihood, minus log(rows) for each coefficient and
-    2·log(places) for the search."""
+    """Return ΔBIC: ``gain`` minus log(rows) for each coefficient and 2·log(places) for the search.
+
+    ``gain`` is twice the rise of the log likelihood, ``trials`` the number of places.
+    """
     return float(gain - rank * np.log(rows) - 2.0 * np.log(max(trials, 1.0)))

@@ -30,6 +30,7 @@ def tried_effects(
     """Return a candidate for every effect that the set can test, and the data that the set lacks
     for each other effect.
 
+    An effect that the model explains completely, or whose search finds no place, gets no candidate.
     ``tests``: number of candidates by which each p is corrected.
     """
     found: list[Candidate] = []
@@ -54,7 +55,10 @@ def tried_effects(
 def regular_candidates(
     residuals: Residuals, causes: Sequence[RegularCause], tests: int
 ) -> list[Candidate]:
-    """Return a candidate, that of the largest cause, for each effect of a forward search."""
+    """Return one candidate, for the first cause, for each effect that a forward search found.
+
+    ``causes`` are sorted, the largest first.
+    """
     found: dict[str, Candidate] = {}
     for cause in causes:
         form, place = cause.effect.at_place(residuals, cause.nonlinear)

@@ -22,8 +22,9 @@ NOTHING_LEFT_P = 0.001
 counts as chance."""
 OF_THE_SAME_KIND = 0.1
 """Limit of an unknown remaining error, as a share of the first effect's gain and of its mean
-square. A larger error (a third of the effect's size) may show that the real effect has another
-shape than the named one; a smaller error is a separate one."""
+square. A larger error (more than a third of the effect's size) may show that the real effect has
+another shape than the named effect; a smaller error counts as the error of a separate cause.
+"""
 FAR = 30.0
 """Half width of the searched range of log s², around the value at which the effect equals the
 noise."""
@@ -149,8 +150,8 @@ def of_its_order(line: Candidate, other: Candidate) -> bool:
     line.
 
     A line has a size and a phase for each head, so that it also fits small changes of an order of
-    the disc: an eccentric disc of 80″ moves the phase of order 120 by 0.05. The result is True only
-    if the line gains as much at that whole order as at its own order.
+    the disc: an eccentricity of 80″ changes the phase of order 120 by 0.05 rad. The result is True
+    only if the line gains as much at that whole order as at its own order.
     """
     if other.effect.search_kind != "disc_order" or line.nonlinear.get("in_time"):
         return False

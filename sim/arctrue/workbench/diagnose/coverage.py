@@ -134,8 +134,9 @@ def blindness(
 def effect_or_noise(
     candidates: Sequence[Candidate], tests: int, matters: float
 ) -> Blindness | None:
-    """Return the effects that matter and explain the rows as well as slow noise does; None if there
-    is no such effect.
+    """Return a reason that names the effects that explain the rows as well as slow noise does.
+
+    Only effects that matter are named; the result is None if there is no such effect.
 
     Such an effect is significant if the noise is estimated with the effect in the model. It is not
     significant with the noise of the model without the effect, which contains more slow noise, and

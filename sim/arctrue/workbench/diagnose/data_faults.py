@@ -33,7 +33,8 @@ LEAST_GAP_STEPS = 3.0
 """Number of usual steps above which a step means missing rows, not a change of speed."""
 LOST_SIGMA = 8.0
 """Smallest deviation of an implausible step, in standard deviations of the noise of a step. In
-dense rows, where a step is only a few counts, this limit is larger than STEP_TOLERANCE."""
+dense rows, whose steps are only a few counts, this limit exceeds STEP_TOLERANCE times the step.
+"""
 MOST_SLIPS = 8
 """Largest number of slips of a head in a run; with more slips, the head itself counts as faulty."""
 TEMPERATURES_C = (-60.0, 200.0)

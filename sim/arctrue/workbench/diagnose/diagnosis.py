@@ -73,7 +73,9 @@ class Diagnosis:
     """The error that remains with the named effect in the model, if that error is significant."""
     covers: Coverage = field(default_factory=Coverage)
     findings: Findings = field(default_factory=Findings)
-    """Findings in a dense reference, independent of the verdict."""
+    """Findings in the reference; if an effect is named or described, the findings that remain with
+    it.
+    """
 
     @property
     def verdict(self) -> Verdict:

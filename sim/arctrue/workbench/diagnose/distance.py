@@ -16,8 +16,9 @@ from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.observations import Observations
 
 LEAST_REPEATS = 3
-"""Least number of runs of a capture, or of visits of a station: if only two differ, the wrong one
-cannot be recognised."""
+"""Least number of runs of a capture, or of visits of a station: if there are only two and they
+differ, the wrong one cannot be recognised.
+"""
 NOT_WHITE_P = 1e-4
 """p of whiteness below which the noise model does not describe the noise; it equals the p of a sure
 lack of fit."""

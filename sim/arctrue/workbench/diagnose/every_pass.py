@@ -13,8 +13,9 @@ from arctrue.workbench.diagnose.candidate import ACTING_SHARE, Candidate
 from arctrue.workbench.inference.solution import Solution
 
 LEAST_SHARE = 1.0 / 3.0
-"""Smallest ratio of gain to expected gain in the turns, runs or speeds other than the strongest
-one. The gain is expected for an effect as large as in the strongest one."""
+"""Smallest ratio of gain to expected gain in all turns, runs or speeds except the strongest. The
+expected gain is that of an effect which is as large there as in the strongest turn, run or speed.
+"""
 SAME_SPEED = 1.2
 """Largest ratio of two speeds that count as the same speed."""
 WOULD_SHOW = 16.0

@@ -90,7 +90,10 @@ class Facts:
 
     @cached_property
     def _left(self) -> Left | None:
-        """Residual of the model with the best effect added; None if the effect cannot be added."""
+        """Residual of the model with the best effect; None without a case.
+
+        If no effect can be added, it is the residual of the model alone.
+        """
         if self.case is None:
             return None
         found = self.case.before_and_after

@@ -25,8 +25,9 @@ class Grounds:
     lead: float
     """ΔBIC of the best candidate minus ΔBIC of the best candidate outside the class."""
     block_share: float | None
-    """Share of the effect's own error that other blocks of the rows predict; None where it is not
-    known."""
+    """Share of the best candidate's own error that other blocks of the rows predict; None where it
+    is not known.
+    """
     lack_of_fit_log_p: float
     """log₁₀ of the smallest p value of the lack of fit over the channels."""
     class_size: int

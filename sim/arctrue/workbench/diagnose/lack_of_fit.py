@@ -113,8 +113,10 @@ def _reference_groupings(rows: ReferenceRows) -> Iterator[Integer]:
 
 
 def capture_lack_of_fit(residuals: Residuals) -> float | None:
-    """Return the smallest p of all groupings of the capture's rows, times their number; None
-    without a capture."""
+    """Return the smallest p of all tests of the capture's rows, times the number of tests.
+
+    The tests are groupings of the rows and a line in time; the result is None without a capture.
+    """
     rows, residual = residuals.observations.capture, residuals.capture_whitened
     if rows is None or residual is None:
         return None
@@ -124,8 +126,11 @@ def capture_lack_of_fit(residuals: Residuals) -> float | None:
 
 
 def reference_lack_of_fit(residuals: Residuals) -> float | None:
-    """Return the smallest p of all groupings of the reference's rows, times their number; None
-    without a reference."""
+    """Return the smallest p of all tests of the reference's rows, times the number of tests.
+
+    The tests are groupings of the rows and, at dense stations, a line in the angle; the result is
+    None without a reference.
+    """
     rows, residual = residuals.observations.reference, residuals.reference_whitened
     if rows is None or residual is None:
         return None

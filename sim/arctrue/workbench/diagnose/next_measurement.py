@@ -79,8 +79,10 @@ class NextMeasurement:
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """Effects that the next measurement has to distinguish; if there is one only, the set lacks
-    data to name it."""
+    """Effects that the next measurement has to distinguish.
+
+    Without ``rivals``, the set lacks data to name ``best``.
+    """
 
     best: Candidate
     rivals: Sequence[Candidate]

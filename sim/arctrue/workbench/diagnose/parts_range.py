@@ -1,4 +1,8 @@
-"""Selects products of parts whose waves the rows resolve and whose sizes the error can contain."""
+"""Checks products of parts, candidate effects of the form condition × wave.
+
+The checks are whether the rows cover enough periods of the wave, and whether the fitted size is not
+larger than the measured error.
+"""
 
 from __future__ import annotations
 
@@ -20,13 +24,16 @@ HALF_REPEATS_TURNS = 2.0
 (Fourier), and a half order differs from them only by a step where the turn closes. Two turns are
 therefore needed to show a half order."""
 MOSTLY_ITS_OWN = 0.5
-"""Share of a part that the model cannot reproduce (1/VIF) above which the part is accepted: with a
-larger share, the model cannot cancel most of the part."""
+"""Share of a part's variance that the model cannot reproduce (1/VIF). A part with a larger share is
+accepted, because the model could not cancel most of it.
+"""
 
 
 def resolved_orders(rows: ReferenceRows, factor: Float, orders: Float) -> NDArray[np.bool_]:
-    """Tell whether a reference run covers enough periods of each of ``orders``, shape (n,), with a
-    condition.
+    """Tell for each of ``orders``, (n,), whether a reference run covers enough of its periods.
+
+    Travel counts only where the condition (for example a temperature) that multiplies the wave is
+    large.
 
     ``factor``: the condition at each row, shape (rows,). The travel is weighted with the condition,
     relative to its largest value: a condition exp(−t/τ) covers a travel of τ times the speed.
@@ -43,8 +50,10 @@ def resolved_orders(rows: ReferenceRows, factor: Float, orders: Float) -> NDArra
 
 
 def passes_its_wave(residuals: Residuals, effect: ProductOfParts) -> bool:
-    """Tell whether a reference run covers enough periods of each order of a product in the
-    reference."""
+    """Tell whether a reference run covers enough periods of each order of a product.
+
+    The result is True for every product that is not fixed to the reference.
+    """
     rows = residuals.observations.reference
     factor = None if rows is None else effect.condition.values(rows)
     if rows is None or factor is None or effect.frame != "reference":
@@ -59,8 +68,9 @@ def only_cancels(residuals: Residuals, effect: ProductOfParts, score: Score) -> 
     Var(y) = Var(part) + Var(others) + 2 cov(part, others): without cancellation Var(part) is at
     most Var(y). The share of the part that the model cannot reproduce is 1/VIF, where VIF is the
     variance inflation factor of the part (Marquardt, Technometrics 12 (1970) 591); a part with VIF
-    < 2 is accepted. If the model has the same wave, only the variation of the condition counts,
-    because the zero of the condition is arbitrary.
+    < 2 is accepted. If the model already contains the part's wave, the mean of the condition is
+    subtracted before the sizes are compared: the model's wave absorbs the mean, and the zero of the
+    condition is arbitrary.
     """
     if score.own_share > MOSTLY_ITS_OWN or score.rank == 0:
         return False

@@ -33,8 +33,9 @@ ELECTRICAL_MULTIPLES = (1.0, 2.0)
 """Multiples of the signal period. The first is an offset of sine and cosine, the second a
 difference of gain or phase."""
 SHORTLIST = 8
-"""Number of products for which the noise is estimated anew; only the best product is used, so that
-more products would only take time."""
+"""Number of products that are returned. The noise is estimated anew for the best product only, so
+that more products would only take time.
+"""
 LEAST_ARC_RAD = 1.5 * np.pi
 """Smallest arc of a reference run that counts as a whole turn."""
 SETTLING_STEP = 1.6
@@ -89,7 +90,10 @@ def condition_shares(found: Sequence[Condition]) -> list[float]:
 
 
 def _waves(residuals: Residuals, factors: Sequence[Float], *, capture: bool) -> tuple[Float, Float]:
-    """Return the approximate gain of each condition with each half order, and without a wave."""
+    """Return the approximate gain of each condition with each order, and without a wave.
+
+    Shapes (conditions, orders), with all half and whole orders, and (conditions,).
+    """
     observations, noise = residuals.observations, residuals.solution.noise
     rows = observations.capture if capture else observations.reference
     precise = residuals.capture_precise if capture else residuals.reference_precise

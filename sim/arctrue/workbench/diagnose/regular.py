@@ -159,7 +159,7 @@ class RegularCause:
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """Findings of a forward search in a dense reference with one model; no verdict changes them."""
+    """Findings of the forward search in a reference, with one model."""
 
     causes: tuple[RegularCause, ...] = ()
     """Regular causes, by the error that they explain, the largest first."""
@@ -294,7 +294,7 @@ class Findings:
 
 
 def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Findings:
-    """Search every record of a model's reference for regular lines.
+    """Search a reference for lines, steps, an oscillation, a slow change and a reversal error.
 
     If the rows do not determine the model, there are no findings, because lines would only cancel
     the model's orders.

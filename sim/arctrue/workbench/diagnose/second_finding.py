@@ -30,7 +30,8 @@ a smaller share the effect is nearly constant at a place, and its size there can
 from any other error there."""
 STANDARD_ERRORS = 5.0
 """Smallest excess of χ² over the places, in standard errors: chance exceeds it with a probability
-of 2·10⁻⁷, and only one grouping is tested."""
+of 3·10⁻⁷ (normal distribution), and only one grouping is tested.
+"""
 
 
 @dataclass(frozen=True)
@@ -120,8 +121,9 @@ def _turn(angle_rad: Float) -> Float:
 def varies(predicted: Float, residual: Float, place: Integer, noise: float) -> float | None:
     """Return the scatter over the places of the ratio of residual to prediction.
 
-    Arrays have the shape (rows,). The result is None where the scatter is no more than noise, or
-    explains less than half of the residual.
+    Arrays have the shape (rows,). The result is None if the scatter is not significant, if it
+    explains less than half of the residual above the noise, or if the prediction is nearly constant
+    at each place.
     """
     predicted, residual = predicted - predicted.mean(), residual - residual.mean()
     inside, rest = _within(predicted, place), _within(residual, place)

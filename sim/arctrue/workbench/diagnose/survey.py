@@ -28,8 +28,9 @@ RUNS_ARE_THE_SAMPLE = 0.5
 not the rows, count as the sample."""
 
 LEAST_HELD_OUT = 0.5
-"""Smallest share of an effect's own error that other blocks must predict. With a smaller share, a
-model without the effect predicts better than a model with it."""
+"""Smallest share of an effect's own error that other blocks must predict. With a smaller share,
+most of this error differs from block to block.
+"""
 
 
 @dataclass(frozen=True)

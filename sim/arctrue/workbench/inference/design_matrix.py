@@ -316,8 +316,8 @@ def every_row_sums(
     """Return the sums over all rows of a channel: block by block for a long channel, otherwise in
     one product.
 
-    The correlation between blocks is neglected, which loses information about slow noise: about one
-    time constant per block length.
+    The correlation between blocks is neglected; the loss of information about slow noise is about
+    the ratio of its time constant to the length of a block.
     """
     law = noise.capture_law if capture else noise.reference_law
     stored = observations.stored if capture else observations.stored_reference

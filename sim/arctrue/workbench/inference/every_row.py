@@ -30,7 +30,8 @@ class ChannelFigures:
 def on_every_row(solution: Solution) -> Solution:
     """Fit the same terms to every row, search parameters included, block by block.
 
-    If the statistics use all rows of the set, the solution stays unchanged.
+    If the solution already uses every row of the set, or its coefficients were given, it is
+    returned unchanged.
     """
     observations = solution.observations
     part_only = observations.stored is not None or observations.stored_reference is not None

@@ -27,8 +27,9 @@ class Left:
     """*Left*: RMS of the residual over every row that the commands use."""
     peak_arcsec: Mapping[str, float]
     heldout_rms_arcsec: Mapping[str, float]
-    """*Held out*: RMS over all rows, each predicted by a fit without that row
-    (:func:`held_out`)."""
+    """*Held out*: RMS over the rows in use, each predicted by a fit without that row
+    (:func:`held_out`).
+    """
     noise_arcsec: Mapping[str, float]
     """RMS scatter of the repeats (:func:`row_noise_arcsec`)."""
     held_out: HeldOut

@@ -162,9 +162,9 @@ def without_slow_noise(residuals: Residuals) -> Residuals:
 
 
 def with_index_as_known(residuals: Residuals) -> Residuals:
-    """Fit the same model with the index variance that was known before this set.
+    """Fit the same model with at most the index variance that was known before this set.
 
-    The offsets of the set's own runs are not used, because the effect may have caused them.
+    The offsets of the set's own runs cannot increase it, because the effect may have caused them.
     """
     noise = residuals.solution.noise
     known = residuals.observations.index_sigma_arcsec**2

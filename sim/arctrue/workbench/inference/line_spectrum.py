@@ -1,9 +1,9 @@
-"""Calculates the share of residual variance that a line explains, at every order per turn and
-frequency.
+"""Calculates the χ² that a line would remove from the residuals, at every order or frequency.
 
-A line has one phase for all rows of a channel: it is fixed to the angle, or to time. C⁻¹·residual
-is summed in bins as wide as the median step of the rows, and transformed; the spectrum of the noise
-gives the information about a line. The result is exact enough to show where a search should look.
+A line is a sinusoid with one phase for all rows of a channel, over the angle or over time.
+C⁻¹·residual is summed in bins as wide as the median step of the rows, and transformed; the spectrum
+of the noise gives the information about a line. The result is exact enough to show where a search
+should look.
 """
 
 from __future__ import annotations
@@ -53,8 +53,7 @@ class LineSpectrum:
 
 
 def line_spectrum(residuals: Residuals, *, capture: bool, in_time: bool) -> LineSpectrum | None:
-    """Return the spectrum of a channel; None if the channel, its time, its noise or a whole period
-    is missing."""
+    """Return the spectrum of a channel; None without the channel, its noise, times or motion."""
     rows = residuals.observations.capture if capture else residuals.observations.reference
     precise = residuals.capture_precise if capture else residuals.reference_precise
     noise = residuals.solution.noise.capture if capture else residuals.solution.noise.reference

@@ -41,8 +41,9 @@ from arctrue.workbench.numeric.symmetric import solve_symmetric
 Float = NDArray[np.float64]
 
 NOISE_ROUNDS = 2
-"""Number of rounds of model and noise at each value; the first round starts from the noise of the
-previous value."""
+"""Number of rounds of model and noise at each value, from each start: the fitted noise, this noise
+with a random walk, and the noise at the nearest value.
+"""
 FARTHEST = 40.0
 """Distance from the fitted value, in standard uncertainties, beyond which the interval counts as
 unbounded."""
@@ -186,8 +187,10 @@ class Profile:
             return np.inf
 
     def _range(self) -> tuple[float, float]:
-        """Range of possible values: an amplitude is not negative, a search parameter stays in its
-        declared range."""
+        """Return the range of possible values of the parameter.
+
+        An amplitude is not negative; a search parameter stays in its declared range.
+        """
         label, _, own = self.name.rpartition(".")
         solution = self.fit.solution
         term = solution.terms[labels(solution.terms).index(label)]

@@ -53,16 +53,18 @@ SEPARATING_GAIN = 30.0
 """Gain by which an order must exceed the nearest whole or half order: p < 10⁻⁶ for one more
 parameter, with a gap at every half order."""
 IN_A_GAP = np.array([-1.2, -0.9, -0.6, -0.3, 0.3, 0.6, 0.9, 1.2])
-"""Offsets at which orders near a whole or half order are scored, in the gap around it and at the
-edges of this gap; in units of the resolution, which is an eighth of a period. The peak of a line of
-one run extends half a period to either side, so that two neighbouring places cannot both miss it.
+"""Offsets at which orders near a whole or half order are scored, in the gap around it and next to
+this gap, in units of the resolution 1/(2·turns). With T turns, neighbouring offsets differ by at
+most 0.3/T, and the peak of a line in one run extends 0.5/T to either side, so that two neighbouring
+offsets cannot both miss it.
 """
 LINES = frozenset({"frequency", "line", "unwrapped_order"})
 """Kinds of search for a wave of any rate."""
 LEAST_OWN = 0.05
 """Smallest share of a line's weighted squares that the model of whole orders must leave. In one run
 of T turns this share is 1 − sinc²(δT), where δ is the distance from a whole order, so that a line
-is searched for at an eighth of a period or more from an order."""
+is searched for at distances from 1/(8T).
+"""
 BLIND_FACTOR = 0.02
 """Value of |e^{jnα} − 1| below which two heads cannot see the order."""
 ALIAS_AHEAD = 6.0
@@ -153,7 +155,7 @@ def order_information(residuals: Residuals, orders: Float, *, capture: bool = Tr
 
 
 def samples_a_turn(residuals: Residuals) -> float:
-    """Return the median number of capture samples in a turn."""
+    """Return the number of capture samples in a turn, calculated from the median step."""
     capture = residuals.observations.capture
     assert capture is not None
     steps = np.abs(np.diff(capture.angle_rad))
@@ -164,8 +166,9 @@ def samples_a_turn(residuals: Residuals) -> float:
 
 
 def disc_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
-    """Score the whole disc orders of the declared range, without those whose alias is below the
-    range.
+    """Search whole orders of the disc in the declared range; return the best places, best first.
+
+    Orders whose alias is below the range are omitted.
 
     With N samples per turn, orders n and N − n differ only by a phase in each run. Runs that start
     at different angles separate the two; for a single run, the lower order is preferred.
@@ -199,8 +202,10 @@ def disc_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
 
 
 def stations_a_turn(rows: ReferenceRows) -> float:
-    """Return the median number of reference stations in a turn; 0 if the stations do not cover the
-    whole turn."""
+    """Return the number of reference stations in a turn, calculated from the median step.
+
+    The result is 0 if the stations do not cover the whole turn.
+    """
     # The gap from the last station to the first counts too: on an arc it is as long as many steps.
     place = np.unique(np.round(np.mod(rows.target_rad, 2.0 * np.pi), STATION_DECIMALS))
     steps = np.abs(np.diff(rows.target_rad))[np.diff(rows.run) == 0]

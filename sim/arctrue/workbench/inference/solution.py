@@ -69,8 +69,9 @@ class Solution:
 
     @property
     def noise_is_unknown(self) -> bool:
-        """True if every channel has at most as many readings as coefficients, and no channel has a
-        stated uncertainty."""
+        """True if the noise of no channel is known: too few rows for the coefficients, and no
+        stated uncertainty.
+        """
         channels = {"capture": self.observations.capture, "reference": self.observations.reference}
         return {name for name, rows in channels.items() if rows is not None} <= self.unknown_noise
 

@@ -1,9 +1,9 @@
 """Explains a measurement set: adds effect after effect to the model, until the diagnosis names no
 further effect.
 
-Each step estimates the noise anew. At the end the model is fitted without each added effect in
-turn. An effect that later effects replace is dropped; the remaining effects are sorted by the error
-that they explain.
+Each step estimates the noise anew. At the end, added effects that later effects replace are
+dropped. The model is then fitted without each of the remaining added effects in turn, which gives
+the error that each effect explains.
 """
 
 from __future__ import annotations
@@ -117,7 +117,8 @@ def explain(
     """Add the effects that the diagnosis names, drop effects that others replace, and diagnose
     again.
 
-    Effects that ``model`` had stay. Raises NotTestableError for an effect that the set cannot test.
+    Effects that ``model`` had stay. Raises NotTestableError for an effect of ``model`` that the set
+    cannot test.
     """
     kept = len(model.effects)
     grown, solution = fitted(model, observations, effects)

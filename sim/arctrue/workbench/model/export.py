@@ -1,5 +1,9 @@
-"""Converts a fitted model to coefficients of the gateware, and lists the errors that they cannot
-correct."""
+"""Converts a fitted model to coefficients of the gateware; lists the errors they cannot correct.
+
+A lane is a circuit of the gateware that adds one harmonic of the reading to the correction. A lane
+follows a condition if a modulator (direction, speed, or a word that the host writes) multiplies its
+amplitude.
+"""
 
 from __future__ import annotations
 
@@ -29,8 +33,9 @@ Float = NDArray[np.float64]
 LOW_ORDERS = 200
 """Highest order for which the conversion distinguishes true angle and reading.
 
-Above it, the conversion uses the reading as the angle. Orders of the signal period are functions of
-the reading by definition: the counts cause them.
+Above it, the conversion uses the reading as the angle. Subdivision errors have orders above it and
+are functions of the reading by definition, because they depend on the phase within the signal
+period.
 """
 
 
@@ -68,7 +73,7 @@ class Export:
     local: list[str] = field(default_factory=list)
     """Descriptions of the errors that the local table corrects."""
     real: list[str] = field(default_factory=list)
-    """Descriptions of the lanes of real orders."""
+    """Descriptions of the lanes of real orders, which need not be integers."""
 
 
 @dataclass(frozen=True)
@@ -141,8 +146,10 @@ def harmonics_of_reading(
     """Return the significant orders of a fitted model that a function of the reading can correct.
 
     The significance of an order is calculated with the covariance of a fit of the model to
-    ``observations`` and with the calibration's limit. ``taken``: places in the model of effects
-    that lanes with a condition correct. Raises ValueError for a model without coefficients.
+    ``observations`` and with the calibration's limit. If the model cannot be fitted to
+    ``observations``, every order is kept, with a warning. ``taken``: places in the model of effects
+    that are corrected otherwise (lanes with a condition, lanes of orders that are not integers, the
+    local table). Raises ValueError for a model without coefficients.
     """
     left_out: list[str] = []
     entries = []
@@ -200,7 +207,7 @@ class _Thermal:
     """Cosine and sine per kelvin, and per kelvin squared, (4,), by order."""
 
     def largest_arcsec(self, order: int) -> float:
-        """Return the largest amplitude within THERMAL_SPAN_K of T₀."""
+        """Return the largest of the amplitudes at T₀ and at THERMAL_SPAN_K below and above it."""
         slopes = self.slopes_arcsec.get(order, np.zeros(4))
         cold = self.harmonics.components[order]
         return max(
@@ -212,8 +219,9 @@ class _Thermal:
 THERMAL_SPAN_K = 5.0
 """Difference from T₀ at which the polynomial in T equals the model."""
 LEAST_CHANGE_COUNTS = 0.1
-"""Change of an order within THERMAL_SPAN_K of T₀, in counts, below which its lane has no
-temperature coefficients."""
+"""Change of an order from T₀ to THERMAL_SPAN_K below or above it, in counts, below which its lane
+has no temperature coefficients.
+"""
 
 
 def follows_temperature(
@@ -291,7 +299,8 @@ def export_model(
     MODULATORS. ``with_local_table``: errors at one place of the turn go into a table, which needs a
     gateware with LOCAL_TABLE. ``with_real_orders``: lines at orders that are not whole get lanes,
     which need a gateware with REAL_ORDERS. Raises ValueError for a model without coefficients, a
-    set without counts per turn, or a reversal that is too steep for its width.
+    set without counts per turn, fewer lanes than conditions and real orders need, or a correction
+    that changes too steeply after a reversal.
     """
     if observations.counts_per_rev is None:
         raise ValueError("the gateware counts: table.counts_per_rev is missing in the set")
@@ -469,7 +478,7 @@ def lanes_by_condition(
 def _would_follow(
     model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
 ) -> list[str]:
-    """Describe how a gateware with MODULATORS can correct the effects that need it."""
+    """Name the effects that a gateware with MODULATORS can correct, and the option that does it."""
     names = [
         model.effects[index].name for index in lanes_by_condition(model, observations, effects)
     ]

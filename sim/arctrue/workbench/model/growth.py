@@ -20,7 +20,7 @@ from arctrue.workbench.observations import Observations
 
 
 class NotTestableError(ValueError):
-    """The set lacks data that an effect needs."""
+    """The set cannot test an effect: it lacks data, or the effect's search finds no place."""
 
 
 class AlreadyThereError(ValueError):
@@ -30,7 +30,7 @@ class AlreadyThereError(ValueError):
 def settle(
     model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
 ) -> list[Term]:
-    """Return the model's terms; search for unknown search parameters, effect by effect.
+    """Return the model's terms; search for the missing search parameters, effect by effect.
 
     Raises NotTestableError for an effect that the set cannot test.
     """
@@ -130,8 +130,8 @@ def add_effect(
     """Return the model, fitted with one more effect, and with a new step in its history.
 
     If the model already has an effect of this name without a search, that effect gets the given
-    settings. A product of parts with other settings is a further effect. Raises AlreadyThereError,
-    NotTestableError, or ValueError for settings.
+    settings. An effect with a search, or a product of parts with other settings, is added as a
+    further effect. Raises AlreadyThereError, NotTestableError, or ValueError for settings.
     """
     entry = ModelEffect(name, settings)
     entries, action = [*model.effects, entry], "add"

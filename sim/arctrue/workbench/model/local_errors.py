@@ -58,8 +58,8 @@ def at_heads_of_mean(
 ) -> list[LocalError]:
     """Return the local errors of the mean of the heads.
 
-    A scratch passes every head. If head 1 has the error ε, the mean has the error Σ wᵢ ε(r + oᵢ)
-    at the reading r of the carrier (MeanSet).
+    A scratch passes every head. The carrier is the head to whose reading r the gateware refers the
+    mean (MeanSet). If head 1 has the error ε, the mean has the error Σ wᵢ ε(r + oᵢ).
 
     Parameters
     ----------

@@ -23,8 +23,8 @@ def table_rows(
 ) -> ReferenceRows:
     """Return n rows at these angles and conditions, as rows of a reference run.
 
-    Raises ValueError for a condition that is not known, or whose length differs from the length of
-    the angles.
+    Raises ValueError for angles in more than one dimension, for a condition that is not known, or
+    for a condition that is neither one number nor as long as the angles.
     """
     angle = np.radians(np.atleast_1d(np.asarray(angle_deg, dtype=np.float64)))
     if angle.ndim != 1:
@@ -85,7 +85,10 @@ def _own_conditions(observations: Observations) -> set[str]:
 
 
 def _set_times(observations: Observations) -> tuple[float, float]:
-    """Return the time at which the set begins, and the middle of its reference's times, seconds."""
+    """Return the first time and the middle of the times of the reference, seconds.
+
+    Without times of a reference, return the first and the mean time of the capture, or 0.
+    """
     reference, capture = observations.reference, observations.capture
     if reference is not None and reference.time_s is not None:
         return reference.set_start_s, reference.middle_time_s
@@ -97,8 +100,8 @@ def _set_times(observations: Observations) -> tuple[float, float]:
 def term_values(
     term: Term, rows: ReferenceRows, context: FitContext, conditions: Mapping[str, ArrayLike]
 ) -> Float | None:
-    """Return each coefficient's contribution to ε of head 1, (n, coefficients); None for no
-    columns.
+    """Return each coefficient's contribution to ε of head 1, (n, coefficients); None if there is
+    none.
 
     Raises ValueError if the effect needs a condition that was not given.
     """

@@ -50,12 +50,12 @@ class NoLagError(ValueError):
 def slope_k_s(
     temperature_c: Float, time_s: Float, run: NDArray[np.int64], window_s: float
 ) -> Float:
-    """Return dT_s/dt, (rows,): slope of the parabola through the run's rows within ``window_s``.
+    """Return dT_s/dt, K/s, (rows,): slope of a parabola through the run's rows within ``window_s``.
 
-    The slope is computed at instants a quarter of the window apart and interpolated linearly
-    between these instants. At the ends of a run, all rows are on one side of the instant. A
-    parabola still gives the slope at that instant; a straight line would give the slope in the
-    middle of the rows.
+    The window reaches ``window_s`` to each side, in a long run farther (WINDOWS_MOST). The slope is
+    computed at instants a quarter of this distance apart and interpolated linearly between these
+    instants. At the ends of a run, all rows are on one side of the instant. A parabola still gives
+    the slope at that instant; a straight line would give the slope in the middle of the rows.
     """
     found = np.zeros_like(temperature_c)
     for first, last in run_spans(run):
@@ -136,8 +136,8 @@ def fitted_sensor_lag(
 ) -> Parameter:
     """Fit the time constant of the thermometer, seconds, with its standard uncertainty.
 
-    ``model`` is fitted to the set. Raises NoLagError if the set has no temperatures with times, or
-    if the temperatures or the model do not depend on a time constant.
+    ``model`` is fitted to the set. Raises NoLagError if the set has no capture with temperatures,
+    or if the likelihood does not depend on the time constant.
     """
     rows = observations.capture
     if rows is None or rows.temperature_c is None:
@@ -177,12 +177,13 @@ def fitted_sensor_lag(
 
 
 def _sigma_s(likelihood: Callable[[float], float], best_s: float) -> float:
-    """Return the standard uncertainty from half the curvature of the likelihood; infinite if it is
-    flat."""
+    """Return the standard uncertainty, seconds, from the curvature of the log likelihood; infinite
+    if it is flat.
+    """
     step = max(0.05 * best_s, 1.0)
     if best_s < step:
-        # If the best τ is at an end of the range, the uncertainty is the distance at which the log
-        # likelihood has fallen by 0.5.
+        # If the best τ is near 0, the uncertainty is the distance at which a parabola through the
+        # log likelihood has fallen by 0.5.
         fall = likelihood(best_s) - likelihood(best_s + step)
         return step / np.sqrt(2.0 * fall) if fall > 0.0 else np.inf
     sides = likelihood(best_s - step) + likelihood(best_s + step)

@@ -12,8 +12,8 @@ from arctrue.workbench.noise.row_noise import RowNoise
 Float = NDArray[np.float64]
 
 LEAST_FREEDOM = 2.0
-"""Smallest number of degrees of freedom m. The mean of 1/χ² is finite only for m > 2, so that an F
-test needs at least m = 2."""
+"""Smallest number of degrees of freedom m that is returned; below it the mean of 1/χ² is infinite.
+"""
 
 
 def degrees_of_freedom(

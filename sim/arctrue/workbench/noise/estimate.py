@@ -58,9 +58,9 @@ def estimated_law(
     """Estimate the law of a channel; the search starts from ``before``, the law with another model.
 
     If ``before`` has scales of runs or of parts of the turn, they are estimated anew, because an
-    effect that the model lacked can cause such scatter. The search starts from spectra with the
-    scatter of ``before``; the maximum is near, so that few steps suffice. ``walk``: see
-    :func:`fit_spectrum`.
+    effect that the model lacked can cause such scatter; if it has none, no scales are estimated.
+    The search starts from spectra with the scatter of ``before``; the maximum is near, so that few
+    steps suffice. ``walk``: see :func:`fit_spectrum`.
     """
     names = np.unique(rows.run)
     law = before or NoiseLaw(tuple(Spectrum(1.0) for _ in names), names, np.ones(names.size))
@@ -175,8 +175,9 @@ def _rescaled(fit: SpectrumFit, stretches: Sequence[Stretch], white: WhiteBounds
 
 
 def _uneven(rows: ChannelRows, law: NoiseLaw) -> NoiseLaw | None:
-    """Add a scale for each run and each part of the turn to the law; None if the scatter is
-    even."""
+    """Add a scale for each run and each part of the turn to the law, if these differ significantly;
+    None if neither does.
+    """
     noise = row_noise(rows, law)
     whitened = np.clip(noise.whiten(rows.residual), -ROBUST_LIMIT, ROBUST_LIMIT)
     run = np.searchsorted(law.runs, rows.run)

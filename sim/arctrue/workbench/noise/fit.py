@@ -32,7 +32,9 @@ FIRST_ROUNDS, NEXT_ROUNDS = 30, 8
 """Largest number of steps towards the likelihood's maximum, from a rough start and from a near
 start."""
 LEAST_FREEDOM = 3.0
-"""Degrees of freedom that a channel needs for an estimate of its scatter."""
+"""Degrees of freedom that a channel without a stated uncertainty needs for an estimate of its
+scatter.
+"""
 NO_KNOWLEDGE_ARCSEC2 = 1.0
 """Variance of a channel whose noise cannot be estimated. The channel gets no weight if the noise of
 the other channel can be estimated."""
@@ -180,7 +182,7 @@ def _channel_rows(design: DesignColumns, residual: Float, *, capture: bool) -> C
 
 
 def _white_start(design: Design) -> tuple[Noise, frozenset[str]]:
-    """Estimate white noise of both channels together, and the channels without an estimate."""
+    """Return white noise of both channels, jointly estimated, and channels without an estimate."""
     observations = design.observations
     noise = white_noise(observations, (1.0, 1.0))
     unknown = set()

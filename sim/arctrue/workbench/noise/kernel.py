@@ -171,10 +171,11 @@ def log_likelihood(clock: Float, readings: Float, values: Float, noise: KernelNo
 def with_slopes(
     clock: Float, readings: Float, values: Float, noise: KernelNoise, free: Sequence[int]
 ) -> tuple[float, Float]:
-    """Return the log likelihood, and its derivatives with respect to the logarithms of
-    :attr:`KernelNoise.logs` that are ``free``.
+    """Return the log likelihood, and its derivatives with respect to the entries ``free`` of
+    :attr:`KernelNoise.logs`.
 
-    The coefficients have their most likely values, so that only the noise changes the likelihood.
+    The coefficients have their most likely values, so that their change with the noise does not
+    contribute to the derivatives.
     """
     chosen = np.asarray(free, dtype=np.int64)
     try:
@@ -206,8 +207,9 @@ def _fitted(whitened: Float) -> tuple[Float, Float]:
 
 
 RIDGE = 1e-11
-"""Value that is added to a diagonal of 1, so that two equal columns of the model get half of the
-coefficient each."""
+"""Value that is added to the diagonal of the normal matrix, which is scaled to 1, so that two equal
+columns of the model get half of the coefficient each.
+"""
 
 
 def _form(clock: Float, readings: Float, noise: KernelNoise) -> _Form:

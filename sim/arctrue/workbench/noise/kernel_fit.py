@@ -25,11 +25,13 @@ stationary variance of a random walk is far above the variance of the rows in a 
 SHORTEST_STEPS = 0.5
 """Lower limit of a decay time, in median steps of the clock."""
 LONGEST_SPANS = 10.0
-"""Upper limit of a decay time, in lengths of the longest stretch; at the limit the noise is a
-random walk."""
+"""Upper limit of an exponential's decay time, in lengths of the longest stretch; at the limit the
+noise is nearly a random walk. A smooth part has the limit 1.
+"""
 OSCILLATOR_SPANS = 0.25
-"""Longest decay time of an oscillator, in lengths of the longest stretch; an oscillation with a
-longer decay time counts as a line."""
+"""Longest decay time of an oscillator, in lengths of the longest stretch; an oscillation that
+decays more slowly counts as a steady oscillation, a line of the spectrum.
+"""
 SMOOTH_MUST_GAIN = 2.0
 """Gain in log likelihood that smooth noise needs over two exponentials. Both kinds of noise have
 the same number of parameters; two exponentials, the simpler noise, are given up only at odds of 7

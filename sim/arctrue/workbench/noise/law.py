@@ -130,8 +130,9 @@ def stretch_starts(clock: Float, run: Integer) -> Integer:
 
 
 def reference_clock(rows: ReferenceRows) -> Float:
-    """Return the time of each reference row; if the file has no continuous time, return the number
-    of the row."""
+    """Return the time of each reference row; if the file has no times or only one, return the
+    number of each row.
+    """
     if rows.time_s is not None and rows.time_s.size > 1 and float(np.ptp(rows.time_s)) > 0.0:
         return rows.time_s
     if rows.row is not None:

@@ -23,7 +23,9 @@ from arctrue.workbench.noise.spectrum import Spectrum
 Float = NDArray[np.float64]
 
 ROWS_A_LEVEL = 1200
-"""Largest number of rows of a level, chosen for cost: each likelihood factors their covariance."""
+"""Approximate number of rows of a level; each evaluation of the likelihood factors their
+covariance.
+"""
 WHOLE_ROWS = 2400
 """Largest number of rows of a group that is used without averaging."""
 LEVEL_RATIO = 8
@@ -39,7 +41,9 @@ get half of the coefficient each."""
 DIFFERENCE = 1e-5
 """Relative change of a variance in a difference quotient."""
 UNCORRELATED = 40.0
-"""Distance between two stretches in time constants: e⁻⁴⁰ is negligible against 1."""
+"""Distance between two stretches in units of the largest time constant: a correlation of e⁻⁴⁰ is
+negligible.
+"""
 
 
 @dataclass(frozen=True)

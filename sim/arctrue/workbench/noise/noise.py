@@ -77,7 +77,10 @@ class Noise:
         )
 
     def on(self, observations: Observations) -> Noise:
-        """Apply the same laws to the rows of other observations of the same table."""
+        """Apply the same laws to the rows of other observations of the same table.
+
+        A channel that has no law gets the law of the other channel.
+        """
         capture, reference = observations.capture, observations.reference
         laws = [self.capture_law or self.reference_law, self.reference_law or self.capture_law]
         assert laws[0] is not None
@@ -92,9 +95,9 @@ class Noise:
 def index_variance(observations: Observations, offsets: Float) -> tuple[float, float]:
     """Return the variance of a run's offset (arcsec²), and the weight of its prior in runs.
 
-    The variance is the mean of a scaled inverse χ²: the prior (±1 count per head, or the
-    repeatability that the set states) has the weight of a number of runs, and the offsets of the
-    set's own runs are added to the prior.
+    The prior variance (±1 count per head, or the repeatability that the set states) has the weight
+    of a number of runs. The result is the weighted mean of the prior variance and of the squared
+    offsets of the set's own runs.
     """
     stated = observations.index_repeatability_counts is not None
     freedom = STATED_INDEX_FREEDOM if stated else INDEX_FREEDOM

@@ -90,8 +90,9 @@ def _turn_to_turn(rows: CaptureRows, electrical: Float, residual: Float, inside:
 def capture_noise_arcsec(observations: Observations, residual: Float) -> float:
     """Return the standard deviation of one row, from turn to turn at one angle within each run.
 
-    The later turn is interpolated linearly at the angles of the earlier turn, which leaves (1 − f)²
-    + f² of its variance. For runs of a single turn, the differences from sample to sample are used.
+    The later turn is interpolated linearly at the angles of the earlier turn; at the fraction f of
+    a step, the interpolated value has (1 − f)² + f² of a row's variance. For runs of a single turn,
+    the differences from sample to sample are used.
     """
     rows = observations.capture
     assert rows is not None
@@ -127,7 +128,8 @@ def capture_noise_arcsec(observations: Observations, residual: Float) -> float:
 def reference_noise_arcsec(observations: Observations, residual: Float) -> float:
     """Return the standard deviation of one row, from visit to visit of one station and direction.
 
-    Successive visits are compared, so that a slow drift contributes little.
+    Successive visits are compared, so that a slow drift contributes little. With fewer than four
+    repeated visits, neighbouring rows are compared.
     """
     rows = observations.reference
     assert rows is not None

@@ -76,7 +76,8 @@ class Spectrum:
 def time_constants(step: float, span: float) -> Float:
     """Return τⱼ from twice the step of the rows to their whole span, in even logarithmic steps.
 
-    Neighbouring time constants have a ratio of at most 8; there are at most seven time constants.
+    Neighbouring time constants have a ratio of at most 8, or a larger ratio if more than seven time
+    constants would be needed. A span of at most four steps has none.
     """
     shortest = 2.0 * step
     if step <= 0.0 or span <= 2.0 * shortest:

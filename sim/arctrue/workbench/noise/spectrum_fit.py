@@ -39,7 +39,7 @@ class WhiteBounds:
     """Lower bound and stated value of the white part's variance."""
 
     floor: float
-    """Variance of the rounding to counts, arcsec²."""
+    """Smallest variance, arcsec²: in a capture, the variance of the rounding to counts."""
     stated: float | None = None
     """Variance that the set states for a row, arcsec²."""
 

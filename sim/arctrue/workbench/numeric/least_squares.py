@@ -36,7 +36,7 @@ class WhitenedRows:
 
     @cached_property
     def _spans(self) -> list[tuple[int, int]]:
-        """First and last row of each block of rows with the same offset."""
+        """First row, and row after the last, of each block of rows with the same offset."""
         return run_spans(self.offset)
 
     def _times_ones(self, values: Matrix) -> Matrix:

@@ -9,15 +9,19 @@ Matrix = NDArray[np.float64]
 
 RANK_TOLERANCE = 1e-9
 """Share of the largest eigenvalue of the scaled normal matrix below which an eigenvalue counts as
-zero. In double precision, rounding is about the share 1e-16 · rows."""
+zero. In double precision, rounding causes eigenvalues of about 1e-16 times the number of rows.
+"""
 UNSEEN = 1e-18
 """Share of the largest column's sum of squares below which a column counts as rounding, not as
 data."""
 
 
 def solve_symmetric(normal: Matrix, moment: Matrix) -> tuple[Matrix, Matrix, int, float]:
-    """Solve a normal system, which is scaled first: least-norm solution, covariance, rank,
-    condition number."""
+    """Solve a normal system; return solution, covariance, rank and condition number.
+
+    The system is scaled to a diagonal of 1 first. In directions that the data do not determine, the
+    solution is the shortest one in the scaled unknowns.
+    """
     diagonal = np.diag(normal)
     seen = diagonal > UNSEEN * max(float(diagonal.max(initial=0.0)), 1e-300)
     # A column that would be zero without rounding (order 120 at 33°) must not be scaled up to 1.

@@ -1,6 +1,7 @@
 """Converts a measurement set into rows with their conditions, for comparison with a model.
 
-The rows are pure data: they hold no result of a fit and call no other package.
+Rows contain measured values and conditions, no fitted values. Of the workbench's other packages,
+this package imports only ``numeric``.
 """
 
 from arctrue.workbench.observations.observations import Observations

@@ -30,10 +30,11 @@ LARGEST_ERROR_RAD = 0.05
 """Largest distance of a reading from its target. A larger distance means that the reading has
 another zero or another number of counts per turn."""
 MOST_TURNS = 1_000_000
-"""Largest number of turns from the index. At more turns, an angle in double precision is rounded by
-more than a thousandth of a count."""
+"""Largest number of turns from the index. Farther away, rounding to double precision changes an
+angle by about a thousandth of a count (at 2²⁴ counts per turn).
+"""
 MOST_COUNTS = 2**62 - 1
-"""Largest count at which the difference of two heads fits into 64 bits."""
+"""Largest absolute value of a count at which the difference of two heads fits into 64 bits."""
 
 
 def observations_of(
@@ -45,10 +46,11 @@ def observations_of(
     """Make the observations of a measurement set.
 
     ``reference_temperature_c`` is T₀ of a model that was fitted to another set; without it T₀ is
-    the set's own median. ``mask_outliers``: if False, every row is used except the rows that the
-    set masks.
+    the median temperature of the set, or 0 if the set has no temperature. ``mask_outliers``: if
+    False, every row is used except the rows that the set masks.
 
-    Raises ValueError for a capture without counts_per_rev or head_separation_deg.
+    Raises ValueError for a capture without counts_per_rev or head_separation_deg, with another
+    number of heads than the table has angles, or with a count too far from the index.
     """
     facts, capture, reference = measurement.table, measurement.capture, measurement.reference
     separation = float(np.radians(facts.head_separation_deg or 0.0))
@@ -136,8 +138,9 @@ def _stored_capture(
         most = min(MOST_TURNS * facts.counts_per_rev, MOST_COUNTS)
         if max(abs(int(counts.min())), abs(int(counts.max()))) > most:
             raise ValueError(
-                f"the capture has head{name}_counts more than {MOST_TURNS:,} turns from the index "
-                f"mark at {facts.counts_per_rev} counts a turn; expected counts from the index"
+                f"head{name}_counts of the capture are more than {MOST_TURNS:,} turns "
+                f"({facts.counts_per_rev} counts per turn) away from the index mark; expected "
+                "counts that start at the index"
             )
     count_rad = 2.0 * np.pi / facts.counts_per_rev
     run, spans = _runs_in_order(columns.run)
@@ -181,8 +184,10 @@ def _stored_capture(
 
 
 def _in_channels(stored: StoredCapture, spans: list[tuple[int, int]]) -> StoredCapture:
-    """Return the rows with each run repeated for each channel; the channels of a run follow one
-    another."""
+    """Return the rows of each run once per channel, one channel after the other.
+
+    A channel is one of the differences of heads that three or more heads provide.
+    """
     channels = len(stored.further_counts) + 1
     sample = np.concatenate([np.tile(np.arange(start, end), channels) for start, end in spans])
     channel = np.concatenate([np.repeat(np.arange(channels), end - start) for start, end in spans])
@@ -207,7 +212,11 @@ def _in_channels(stored: StoredCapture, spans: list[tuple[int, int]]) -> StoredC
 
 
 def _runs_in_order(names: Integer) -> tuple[NDArray[np.int32], list[tuple[int, int]]]:
-    """Number the runs in the order of the file; also return the rows of each stretch of one run."""
+    """Number the runs in the order of the file.
+
+    Also return the first row and the row after the last of each stretch of successive rows with one
+    run number.
+    """
     spans = run_spans(names)
     numbers: dict[int, int] = {}
     run = np.empty(names.size, dtype=np.int32)
@@ -236,9 +245,9 @@ def _reference_rows(
         direction=None if columns.direction is None else columns.direction.astype(np.float64),
         target_rad=target,
         angle_rad=angle,
-        # Without a second head, the rows do not show whether a high order is fixed to the disc
-        # (cogging of a motor is fixed to the angle). A repeating error is assumed to repeat with
-        # the angle.
+        # With two heads, line_rad is the reading, which shows the disc. With one head, the rows
+        # cannot show whether a high order is fixed to the disc or to the angle of the table (for
+        # example a motor's cogging), so line_rad is the angle.
         line_rad=reading if two_heads else angle,
         face=faces_of(faces, run, columns.target_deg),
         faces=faces,
@@ -258,8 +267,11 @@ def _reference_rows(
 
 
 def _reference_reading(facts: Table, columns: Reference) -> tuple[Float, bool]:
-    """Return, for each row, the reading of head 1 or else the target, radians; also return whether
-    the angles are readings."""
+    """Return the readings of head 1 in all rows, radians, and True.
+
+    If readings are missing or one of them does not fit its target, return the targets of all rows
+    and False.
+    """
     target = np.radians(columns.target_deg)
     if columns.head1_counts is None or facts.counts_per_rev is None or target.size == 0:
         return target, False

@@ -1,4 +1,4 @@
-"""Gives each row its own time if the clock of a log has coarser steps than its rows."""
+"""Gives each row of a reference log its own time if several rows have the same time stamp."""
 
 from __future__ import annotations
 
@@ -32,11 +32,12 @@ def with_spread_times(columns: Reference) -> Reference:
 
 
 def spread(time_s: Float) -> Float:
-    """Return the times of one run, (rows,), with the rows of each stamp evenly up to the next one.
+    """Return the times of one run, (rows,); rows of one stamp get even steps up to the next stamp.
 
-    The rows of the first and of the last stamp have the median step of the other rows, because
-    the run may begin and end within the step of the clock. Times that run backwards, or that are
-    all the same, are returned as they are.
+    The rows of the first stamp count back from the second stamp, and the rows of the last stamp
+    count from this stamp. Their step is at most the median step of the rows between, because the
+    run may begin and end within a step of the clock. Times that run backwards, are all different or
+    are all equal are returned unchanged.
     """
     steps = np.diff(time_s)
     if not np.any(steps == 0.0) or np.any(steps < 0.0) or not np.any(steps > 0.0):

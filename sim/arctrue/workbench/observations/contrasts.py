@@ -1,7 +1,8 @@
 """Calculates the weights of independent differences of the readings of any number of heads.
 
-The differences Rᵢ − R₁ all contain the noise of head 1. With equal noise σ of every head their
-covariance is σ²(I + 1·1ᵀ). The Cholesky factor of this covariance turns the differences into
+The differences Rᵢ − R₁ all contain the noise of head 1. If the heads have independent noise of
+equal σ, the covariance of the differences is σ²(I + 1·1ᵀ). The inverse of its Cholesky factor,
+times √2·σ, turns the differences into
 
     dₖ = √(2(k − 1)/k)·(Rₖ − (R₁ + … + Rₖ₋₁)/(k − 1)),  k = 2 … H,
 

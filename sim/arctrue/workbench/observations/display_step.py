@@ -9,10 +9,12 @@ Float = NDArray[np.float64]
 
 LEAST_AGAIN = 2.0
 """Smallest mean number of rows per different value at which values count as rounded. If the
-rounding step is larger than the noise, this number is larger."""
+rounding step is larger than the noise, values recur more often than this.
+"""
 SAME_VALUE = 1e-12
-"""Relative difference up to which two values of a file count as equal; it allows for the last
-bit."""
+"""Largest difference of two equal values of a file, relative to the largest value: the last bits
+may differ.
+"""
 WHOLE_STEPS = 0.01
 """Largest deviation from a whole number of steps, in steps, that the decimals of a file may
 cause."""

@@ -15,7 +15,8 @@ from arctrue.workbench.observations.rows import CaptureRows, ReferenceRows
 from arctrue.workbench.observations.stored import StoredCapture
 
 INDEX_SCATTER_COUNTS = 1.0
-"""Repeatability of the index of each head from run to run, ±1 count."""
+"""Repeatability of the index of each head from run to run, ±1 count, if the set does not state it.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,8 +211,10 @@ class Observations:
 
     @property
     def index_sigma_arcsec(self) -> float:
-        """Standard deviation of a run's offset by the index of both heads; each index repeats as
-        the set states, or to ±1 whole count."""
+        """Standard deviation of the offset of R₂ − R₁ that both heads' indexes cause in a run.
+
+        Each index repeats as the set states, or to ±1 whole count.
+        """
         count = self.count_arcsec or 0.0
         if self.index_repeatability_counts is not None:
             return max(self.index_repeatability_counts * count * float(np.sqrt(2.0)), 1e-6)
@@ -229,7 +232,7 @@ class Observations:
 
     @property
     def order_resolution(self) -> float:
-        """Smallest difference of two orders that the rows of all runs resolve: 1/(2·turns)."""
+        """Smallest difference of two orders that the rows resolve: 1/(2·turns of all runs)."""
         turns = sum(span / (2.0 * np.pi) for span in self._run_spans("angle_rad"))
         turns /= self.channels_of_capture
         return 0.5 / turns if turns > 0.0 else float("inf")

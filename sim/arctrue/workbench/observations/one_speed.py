@@ -13,8 +13,9 @@ SAME_PHASE_TURNS = 0.25
 """Largest deviation of the angle from a steady speed, in periods of the highest order, at which the
 speed counts as one speed."""
 LEAST_PASS_ROWS = 8
-"""Smallest number of rows of a pass. A speed and its scatter need several steps; fewer rows are a
-turning point of the drive."""
+"""Smallest number of rows of a pass. A speed and its scatter need several steps; fewer rows occur
+where the drive turns round.
+"""
 
 
 def coordinate(rows: CaptureRows | ReferenceRows, *, in_time: bool) -> Float | None:
@@ -27,9 +28,10 @@ def speed_turns_s(rows: CaptureRows | ReferenceRows, highest_order: float) -> fl
     """Return the common speed of all passes, turns per second; at one speed, an order equals a
     frequency.
 
-    The result is None without a time, or if speeds differ, so that the data show whether a line is
-    fixed to angle or to time. If the speed is the same forwards and backwards, only the phase of
-    the backward run differs, which may be a lag.
+    The result is None without a time, or if speeds differ: such data show whether a periodic error
+    is fixed to the angle or to the time. Equal speeds forwards and backwards count as one speed: an
+    order and a frequency then differ only in the phase of the backward runs, and a lag may change
+    this phase too.
     """
     turns, time_s = coordinate(rows, in_time=False), coordinate(rows, in_time=True)
     if turns is None or time_s is None or highest_order <= 0.0:

@@ -35,8 +35,7 @@ changes smoothly, but the distances of freely chosen stations do not."""
 
 
 def reference_speed(columns: Reference) -> Float | None:
-    """Return the signed speed of every row, rad/s, 0 where the table stood; None if the table never
-    moved.
+    """Return the signed speed of every row, rad/s, 0 where the table stood; None without motion.
 
     A pass is a sequence of rows between two changes of run, cycle, direction, or the sense in which
     the targets follow each other. Four kinds of passes are in motion. First, passes over stations
@@ -117,8 +116,7 @@ def _sampled_by_a_clock(target_deg: Float, time_s: Float) -> bool:
 
 
 def _in_the_steps_of(time_s: Float, sampled_s: list[float]) -> bool:
-    """Tell whether the median time step equals the median time step of one of the passes in
-    motion."""
+    """Tell whether the median time step equals one of ``sampled_s``, of passes in motion."""
     step_s = float(np.median(np.diff(time_s)))
     return any(abs(step_s / one - 1.0) < EVEN for one in sampled_s if one > 0.0)
 

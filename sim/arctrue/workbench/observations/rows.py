@@ -51,7 +51,8 @@ class CaptureRows(_Sliceable):
 
     With three or four heads each sample has a row for every further head, in a channel of its own:
     channel 0 is R₂ − R₁, channel k is the reading of head k + 2 minus the mean of all heads before
-    it (:mod:`arctrue.workbench.observations.contrasts`). Each channel of a run counts as a run.
+    it, scaled to the noise of R₂ − R₁ (:mod:`arctrue.workbench.observations.contrasts`). Each
+    channel of a run counts as a run.
     """
 
     run: Integer
@@ -67,8 +68,9 @@ class CaptureRows(_Sliceable):
     direction: Float
     """Direction of the run, +1 or −1."""
     speed_rad_s: Float
-    """Signed speed: the mean speed of the run if it turns evenly, otherwise the local speed, from
-    the rows around."""
+    """Signed speed: the mean speed of the run if it turns evenly, otherwise the local speed, which
+    is calculated from the rows around each row.
+    """
     angle_rad: Float
     """Estimate of the true angle θ of the table, unwrapped."""
     disc1_rad: Float
@@ -95,7 +97,7 @@ class CaptureRows(_Sliceable):
     """T₀ of the temperature effects: T₀ of the model, or the median temperature of the whole
     set."""
     difference_arcsec: Float
-    """R₂ − R₁ − α with the nominal α."""
+    """R₂ − R₁ − α with the nominal α, or the contrast of the row's channel."""
     u_arcsec: Float | None = None
     """Standard uncertainty of R₂ − R₁, if the file gives one for each row."""
     conditions: Mapping[str, Float] = field(default_factory=dict)
@@ -229,7 +231,7 @@ class ReferenceRows(_Sliceable):
     """One row per comparison of head 1 with the reference; every array has shape (rows,)."""
 
     run: Integer
-    """Number of the run, 0, 1, … in the order of the file."""
+    """Number of the run as in the file; 0 if the file has none."""
     cycle: Integer | None
     """Number of the cycle; None if the file has none."""
     time_s: Float | None
@@ -243,10 +245,13 @@ class ReferenceRows(_Sliceable):
     """Angle to which the table was driven, unwrapped as in the file; it is the same at each
     visit."""
     angle_rad: Float
-    """True angle θ of the table at the station; the servo brings the reading, not θ, to the
-    target."""
+    """True angle θ of the table at the station: the reading minus the measured error, because the
+    servo brings the reading, not θ, to the target; the target if the readings are not known.
+    """
     line_rad: Float
-    """Disc angle of the lines that head 1 sees at the station: its reading."""
+    """Disc angle of the lines under head 1 at the station: its reading; ``angle_rad`` if the set
+    has no capture.
+    """
     face: Integer | None
     """Number of the polygon face, 0 … faces − 1; between two faces, the number of the nearest
     face."""
@@ -262,7 +267,7 @@ class ReferenceRows(_Sliceable):
     run_start_s: Float | None
     """Time of the first reading of the row's run, seconds; None if the file has no time."""
     set_start_s: float
-    """Time of the first row of the set, seconds; 0 without times."""
+    """Time of the first row of the reference, seconds; 0 without times."""
     middle_time_s: float
     """Middle between the first and the last time of the rows, seconds; 0 without times."""
     reference_temperature_c: float
@@ -275,7 +280,9 @@ class ReferenceRows(_Sliceable):
     row: Integer | None = None
     """Number of the row among all used rows; None if the rows are 0, 1, … without a gap."""
     capture_runs: int | None = None
-    """Number of runs of the capture of the same set; None if these rows do not belong to a set."""
+    """Number of runs of the capture of the same set, 0 without a capture; None if these rows do not
+    belong to a set.
+    """
     heads: int = 2
     """Number of heads of the set's capture."""
     conditions: Mapping[str, Float] = field(default_factory=dict)

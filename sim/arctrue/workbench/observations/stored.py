@@ -1,5 +1,6 @@
-"""Stores all rows of a long capture in little memory; conditions are calculated for one stretch at
-a time."""
+"""Stores all rows of a long capture in little memory; other columns are calculated for the
+requested rows only.
+"""
 
 from __future__ import annotations
 

@@ -87,8 +87,8 @@ def _with_outliers(
 ) -> UsedRows[Channel]:
     if kept.trusted is not None:
         outlying = outlying & ~kept.trusted
-    # So many outliers are no single wrong rows: all rows stay, and the check of the data reports
-    # the fault.
+    # If so many rows are outliers, they are not single wrong rows: all rows stay, and the check of
+    # the data reports the fault.
     share = float(outlying.mean())
     if share > MOST_SHARE:
         return UsedRows(kept, _numbers(whole, masked), masked, share)

@@ -20,8 +20,9 @@ def unwrapped(columns: Reference) -> Reference:
 
     A log is wrapped if its rows are close together and within one turn, and if in some places the
     angle jumps back by about a turn between two successive readings of a run. Without this
-    correction, orders that are not whole would vanish, because such orders have another phase on
-    each turn. From run to run the table is assumed to have gone the shortest way.
+    correction, orders that are not integers could not be found, because such orders have another
+    phase in each turn. Between two rows, also of different runs, the table is assumed to have moved
+    by less than half a turn.
     """
     target, time_s = columns.target_deg, columns.time_s
     if time_s is None or target.size < 3:

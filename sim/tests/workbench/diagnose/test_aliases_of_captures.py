@@ -26,7 +26,7 @@ START_RAD = 1.0
 def _reading(at_disc_rad: Float, order: float) -> Float:
     """Solve R = ψ + ε(R) in 3 iterations, where ε is the paper's error plus 0.6″ of one order.
 
-    Each iteration multiplies the remaining error of R by 90″ · 129 / 1 rad = 0.06.
+    Each iteration multiplies the remaining error of R by the slope of ε, below 10⁻³.
     """
     found = at_disc_rad
     for _ in range(3):

@@ -129,8 +129,7 @@ def test_the_fit_states_the_share_that_is_right() -> None:
 
 
 def test_few_answers_are_not_trusted() -> None:
-    """After three answers that were all right, the confidence is at most the posterior mean of the
-    share of right answers, with a wide prior."""
+    """After three answers that were all right, the confidence is above 0.5 but below 0.95."""
     rows = _drawn(3, 1.0, "named", np.random.default_rng(1))
     (few,) = confidences(rows[:1], fitted(rows))
     assert 0.5 < few < 0.95

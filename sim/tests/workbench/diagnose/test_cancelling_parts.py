@@ -103,8 +103,8 @@ def test_the_zero_of_a_condition_is_a_convention() -> None:
 
 
 def test_a_condition_that_ends_after_a_bump_has_no_order() -> None:
-    """A condition that ends after a bump resolves only orders of 30 and more: exp(−t/0.5 s) lasts
-    for about 10° of a sweep at 20°/s, and only these orders have 0.75 periods or more within 10°.
+    """A condition that lasts for a short part of each sweep resolves only high orders: exp(−t/0.5
+    s) lasts for 9° of a sweep at 20°/s, in which only orders of 30 and more have 0.75 periods.
     """
     rows = _sweeps(AT_ONE_END).observations.reference
     assert rows is not None

@@ -106,7 +106,8 @@ def test_a_counter_loses_whole_counts() -> None:
     reported = _of_step(12.4, 0.1)
     assert reported is not None
     assert "12.40" in reported
-    # If the uncertainty of a step exceeds a fraction of a count, there is no contradiction.
+    # An uncertainty of 0.3 counts is too large for a contradiction; without a known size of a
+    # count, there is none either.
     assert _of_step(12.4, 0.3) is None
     assert _of_step(12.4, 0.1, count_arcsec=None) is None
 

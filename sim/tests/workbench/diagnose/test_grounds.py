@@ -1,4 +1,4 @@
-"""Tests that the grounds of a stated probability equal numbers that were counted by hand."""
+"""Tests the quantities from which the diagnosis computes its stated probability (Grounds)."""
 
 from __future__ import annotations
 

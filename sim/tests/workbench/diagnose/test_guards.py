@@ -352,8 +352,8 @@ def test_a_slow_effect_far_above_the_scatter_is_no_slow_noise(
     assert found.named is not None
     assert found.named.name == "latency"
     latency = found.named.parameters()["latency"]
-    # The speed of a row is the slope over 65 rows. At the ends and at the top of the ramp, some of
-    # these rows are up to 3.3 s away.
+    # The speed of a row is the slope over 65 rows, 6.5 s, which is not exact at the ends and at the
+    # top of the ramp.
     assert latency.value == pytest.approx(40_000.0, rel=0.05)
 
 

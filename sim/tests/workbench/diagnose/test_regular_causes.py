@@ -85,7 +85,8 @@ def test_without_a_tooth_count_the_largest_line_is_named() -> None:
 
 def test_a_small_line_with_a_slow_change_is_said_to_be_the_smaller_part() -> None:
     """The diagnosis says that the named line of 1″ is the smaller part of the error. The larger
-    part is 9″, rises and falls three times, and is no line; its RMS is ten times as large."""
+    part is 9″, rises and falls three times, and is no line; its RMS is nine times as large.
+    """
     time_s, noise = _noise(3)
     found = _diagnosed(time_s, with_lines(time_s, [(9.0, 600.0), (1.0, 6.0)]) + noise)
     assert found.named is not None
@@ -126,8 +127,9 @@ def test_a_slow_curve_is_no_line() -> None:
 
 
 def test_a_jump_is_reported_as_a_jump() -> None:
-    """The diagnosis reports a jump of 3″ at 700 s, seven times the scatter of neighbours. It gets
-    neither the verdict adequate nor a line."""
+    """The diagnosis reports a jump of 3″ at 700 s, seven times the scatter of neighbours. The
+    verdict is not "adequate", and no line is reported.
+    """
     random = np.random.default_rng(6)
     time_s = clock(random, ROWS, STEP_S, "even")
     error = 0.4 * random.normal(size=ROWS) + np.where(time_s > 700.0, 3.0, 0.0)

@@ -58,7 +58,9 @@ def test_rounding_that_repeats_with_the_angle_is_no_unknown_effect() -> None:
 
 
 def _stations(seed: int) -> MeasurementSet:
-    """Make a 12-bit encoder, read 200 times per turn, three turns up and down, 4 counts apart.
+    """Make a log of a 12-bit encoder: 200 readings per turn, three turns up and three down.
+
+    The upward and downward readings differ by 2 to 6 counts.
 
     The readings of a station in one direction differ by 0 or one count, and the rounding error
     changes from station to station.

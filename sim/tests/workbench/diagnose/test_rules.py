@@ -27,8 +27,9 @@ COUNT_ARCSEC = 1_296_000 / (1 << 24)
 
 
 def _weak(name: str, size: float, seed: int) -> Diagnosis:
-    """Diagnose a set of four runs with 2,000 samples and ten cycles; sizes below half a count also
-    count as significant."""
+    """Diagnose a set of four runs with 2,000 samples and ten cycles; effects smaller than half a
+    count are not negligible either.
+    """
     made = simulate_set([Wanted(name, size)], full().smaller(2000, 10), seed)
     _, found = diagnosed(made.measurement, 0.0)
     return found

@@ -18,10 +18,11 @@ from arctrue.workbench.observations.rows import ReferenceRows
 Float = NDArray[np.float64]
 
 LEAST_ROWS = 200
-"""Smallest number of rows of a record. A record with fewer rows has at most 40 independent rates,
-some of which the model contains; the other searches of the diagnosis find its lines."""
+"""Smallest number of rows of a record. A record with fewer rows has at most 50 independent rates,
+some of which the model contains; the other searches of the diagnosis find its lines.
+"""
 LEAST_STRETCH_ROWS = 50
-"""Fewest rows of a stretch: ten periods of the shortest line of the search."""
+"""Fewest rows of a stretch: twelve periods of the line with the highest rate of the search."""
 LEAST_EVENT_ROWS, LEAST_STRETCH_STATIONS = 30, 12
 """Fewest rows of a record, and of each of its stretches, for the search of events: with fewer rows,
 a step does not differ from a straight line through all rows."""
@@ -38,10 +39,13 @@ stations show scatter, but no line."""
 
 
 def records_of(solution: Solution, declared: float | None) -> list[Record]:
-    """Return records over the angle and over time; only one of them if a constant speed makes them
-    equal.
+    """Return records over the angle and over time; only the first if both show the same.
 
-    The list is empty for stations. ``declared``: order whose multiples are expected.
+    Both show the same at a constant speed. A record of one turn over the angle is also returned
+    alone.
+
+    The list is empty for repeated stations and for few rows. ``declared``: order whose multiples
+    are expected.
     """
     rows = solution.observations.every_reference_row
     if rows is None or "reference" in solution.unknown_noise or not _is_dense(rows):

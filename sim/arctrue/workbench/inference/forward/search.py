@@ -48,8 +48,9 @@ sinc²(1/6)."""
 APART = 1.5
 """Distance, in 1/span, below which a place of a scan is a side lobe of a higher place."""
 MOST_LINES = 16
-"""Largest number of lines, to limit cost; it is three times the five lines of the benchmark's
-fullest log."""
+"""Largest number of lines, to limit cost: about three times the five lines of the benchmark's
+fullest log.
+"""
 MOST_MULTIPLE = 8
 """Highest multiple of a declared rate that is searched."""
 OSCILLATOR_GAIN = 7.0
@@ -199,8 +200,7 @@ def noise_with(record: Record, others: Float, near: KernelNoise | None = None) -
 
 
 def _with_resonance(rows: Rows, fits: Iterable[KernelFit]) -> Iterator[KernelNoise]:
-    """Add an oscillator to each noise whose whitened residuals have a broad peak that is no
-    line."""
+    """Yield each noise with one more oscillator, at the peak of its local level (`level_of`)."""
     variance = max(float(np.mean(rows.left() ** 2)) / 10.0, 1e-30)
     for fit in fits:
         noise = fit.noise
@@ -252,7 +252,7 @@ def level_of(rows: Rows, noise: KernelNoise) -> Level:
     spectrum.
 
     The level is the median of the periodogram of the whitened residuals over NEIGHBOURS ordinates,
-    divided by the median for white noise, ln 2: a line among them does not change the median.
+    divided by the median for white noise, ln 2: a single line among them hardly changes the median.
     """
     left = _whitened_left(rows, noise)
     power = np.abs(np.fft.rfft(left))[1:] ** 2 / left.size
@@ -349,8 +349,10 @@ def _near(grid: Float, rates: Sequence[float], record: Record) -> NDArray[np.boo
 
 
 def scan(record: Record, rates: Float, others: Float, noise: KernelNoise) -> Float:
-    """Return the rise of the log likelihood by a line at each rate, with the noise unchanged; shape
-    (rates,)."""
+    """Return the rise of the log likelihood by a line at each rate, with the noise unchanged.
+
+    The rise is multiplied by the line's share from :func:`own_shares`; shape (rates,).
+    """
     found = np.zeros(rates.size)
     if rates.size == 0:
         return found

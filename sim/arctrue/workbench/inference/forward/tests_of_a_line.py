@@ -17,8 +17,9 @@ Float = NDArray[np.float64]
 FAMILY_WISE = 0.01
 """Probability that noise alone gives at least one line in a record."""
 FEWEST_BLOCKS, MOST_BLOCKS = 4, 8
-"""Smallest and largest number of blocks into which a record is split; a block lasts at least one
-period."""
+"""Usual smallest and largest number of blocks into which :func:`coherence` splits a record; it
+makes 3 blocks for a line of fewer than 4 periods. A block lasts at least one period.
+"""
 
 
 def needed_gain(gain: float, independent: float) -> float:

@@ -11,7 +11,8 @@ Float = NDArray[np.float64]
 
 FAR_SIGMA = 12.0
 """Smallest size of an excursion, in standard deviations of a step: white noise exceeds it with a
-probability of 10⁻³² per step."""
+probability of 4·10⁻³³ per step.
+"""
 SAME_SIZE = 0.5
 """Largest difference of the jump away and the jump back, as a share of the larger jump."""
 ENOUGH = 100_000
@@ -35,7 +36,8 @@ def step_scatter(steps: Float) -> float:
 def excursions(values: Float, least: float) -> list[tuple[int, int, float]]:
     """Return first row, row after the last, and size of every excursion of ``values``, (rows,).
 
-    An excursion is larger than ``least`` and FAR_SIGMA, and lasts at most MOST_ROWS rows.
+    Both steps of an excursion are larger than ``least`` and than FAR_SIGMA standard deviations of a
+    step; it lasts at most MOST_ROWS rows.
     """
     steps = np.diff(values)
     far = np.flatnonzero(np.abs(steps) > max(least, FAR_SIGMA * step_scatter(steps)))

@@ -33,14 +33,13 @@ SAME_STATION_DEG = 1e-6
 
 
 def reference_outliers(rows: Reference, count_arcsec: float | None = None) -> tuple[Boolean, Float]:
-    """Return True for outliers, (rows,), and the distance of each row from its neighbours or
-    repeats.
+    """Return True for outliers, and each row's distance from its neighbours or repeats; (rows,).
 
-    ``count_arcsec``: size of a count, None where the set does not state it. Readings in whole
-    counts do not show a scatter of less than half a count: a station that is read as the same
-    count every time is not free of noise.
+    The distances are in arcseconds. ``count_arcsec``: size of a count; None if the set does not
+    state it. Readings in whole counts cannot show a scatter of less than half a count: a station
+    may have noise although it gives the same count every time.
     """
-    # Rounding alone scatters by its step over √12; equal readings do not show a smaller scatter.
+    # Rounding alone has the standard deviation step/√12, even if all rounded readings are equal.
     rounding = display_step(rows.error_arcsec) / float(np.sqrt(12.0))
     least = max(rows.standard_uncertainty_arcsec or 0.0, rounding)
     if rows.head1_counts is not None and count_arcsec is not None:

@@ -1,9 +1,9 @@
 """Finds single rows that are wrong in a recording, before any model is fitted.
 
 A row is an outlier if it is far from the rows around it, alone or with at most two neighbours, and
-if no similar deviation occurs at the same angle in other revolutions. Real motion of a table is
-different: the deviation stays after a lost count, recurs with the angle in both heads at a scratch,
-and continues in a vibration.
+if no similar deviation occurs at the same angle in other revolutions. Real deviations differ from
+outliers: after a lost count the deviation stays, a scratch recurs at its angle in both heads, and a
+vibration continues.
 """
 
 from __future__ import annotations
@@ -185,8 +185,8 @@ def far_from_neighbours(
     distance, at least ``least``.
 
     ``values``: rows of one run or pass in order, (rows,), in steps of ``resolution``. ``pieces``:
-    parts of at least LEAST_ROWS rows, between which rows are missing; one piece if no row is
-    missing.
+    parts of at least LEAST_ROWS rows, between which rows are missing; if empty, all rows are one
+    piece.
 
     The first and last LEAST_SIDE_ROWS rows of a piece have neighbours on one side only, which
     predict them. The standard deviation of their distance is calculated from the same one-sided
@@ -219,9 +219,9 @@ def _scatter_of_all(away: Float, resolution: float) -> Float:
 def gaps(angle: Float) -> Integer:
     """Return the places of the steps over missing rows in a run; ``angle``: (rows,).
 
-    There are rows − 1 steps. A step over missing rows is larger than SIDE_ROWS times the mean step
-    of the run and SIDE_ROWS times the median step around it, so that a changing speed causes no
-    gap.
+    Step k leads from row k to row k + 1. A step over missing rows is larger than SIDE_ROWS times
+    the mean step of the run and than SIDE_ROWS times the median step around it, so that a changing
+    speed causes no gap.
     """
     step = np.abs(np.diff(angle))
     long = np.flatnonzero(step > SIDE_ROWS * float(np.mean(step))) if step.size else step
@@ -247,10 +247,11 @@ def pieces_between_gaps(angle: Float) -> list[slice]:
 
 
 def without_wave(values: Float, angle_rad: Float) -> Float:
-    """Subtract the first WAVE_ORDERS orders of the turn, fitted to running medians; (rows,).
+    """Subtract the mean and the first WAVE_ORDERS orders of the turn, if there are gaps; (rows,).
 
-    The values on both sides of a gap then agree, so that the few rows between two gaps are not far
-    from the rows beyond the gaps. Values without gaps are not changed.
+    The wave is fitted to running medians; short runs have fewer orders. The values on both sides of
+    a gap then agree, so that the few rows between two gaps are not far from the rows beyond the
+    gaps. Values without gaps are not changed.
     """
     if gaps(angle_rad).size == 0:
         return values
@@ -274,7 +275,7 @@ def repeats(
 
     ``away``, ``scatter``, ``angle_rad``, ``revolution``: shapes (all rows,). The result is True if
     the median, over the other revolutions, of the largest deviation of the same sign at this angle
-    exceeds NEAR_SIGMA.
+    exceeds NEAR_SIGMA standard deviations.
     """
     found = np.zeros(rows.size, dtype=bool)
     if rows.size == 0 or rows.size > MOST_COMPARED:
@@ -316,10 +317,11 @@ def seen_by_other_head(
     """Tell for each of ``rows`` whether R₂ − R₁ has the opposite deviation at the angle of the
     other head.
 
-    In every revolution a place on the disc passes head 2 first and then, by α later, head 1, and
-    its error has the opposite sign in R₂ − R₁ at head 1. If only one revolution has the opposite
-    deviation, it is another outlier: if one row in 300 is wrong, a tenth of the outliers have such
-    a partner by chance in one of a dozen turns.
+    Each place on the disc passes both heads in every revolution, so that its error appears twice in
+    R₂ − R₁, with opposite signs, at angles that differ by α. The result is True if the median over
+    the revolutions of the opposite deviation exceeds FAR_SIGMA standard deviations. One revolution
+    alone is not sufficient: if one row in 300 is wrong, a tenth of the outliers have such a partner
+    by chance in one of a dozen turns.
     """
     found = np.zeros(rows.size, dtype=bool)
     if rows.size == 0 or rows.size > MOST_COMPARED:
@@ -377,10 +379,11 @@ def station_outliers(
 ) -> tuple[Boolean, Float]:
     """Find outliers among readings of stations that were visited LEAST_VISITS times or more.
 
+    Returns True for outliers, and the distance of each row from its expected value; shapes (rows,).
     ``station``: number of the station of each row. ``order_of_visit``: label of the pass of each
-    row; the rows of a pass are consecutive. ``sense``: sense of motion, 1 or −1. The running median
-    of a pass is subtracted, because the whole pass may deviate (another temperature, another
-    direction).
+    row; the rows of a pass are consecutive. ``sense``: sense of motion, 1 or −1. The expected value
+    is the sum of the pass's median, the median of the station's other readings, and a running
+    median of the pass: a whole pass may deviate (another temperature, another direction).
     """
     edges = np.flatnonzero(np.diff(order_of_visit)) + 1
     size = np.diff([0, *edges.tolist(), error_arcsec.size])
@@ -407,7 +410,7 @@ def at_every_visit(
 
     ``away``, ``station``, ``sense`` (1 up, −1 down): shapes (all rows,). An effect of a reversal
     recurs after each reversal. The result is True if the median of the deviations in these passes,
-    with the sign of the row, exceeds NEAR_SIGMA.
+    with the sign of the row, exceeds NEAR_SIGMA standard deviations.
     """
     found = np.zeros(rows.size, dtype=bool)
     if rows.size > MOST_COMPARED:
@@ -459,8 +462,8 @@ def _around(values: Float, pass_of: Integer, size: Integer) -> Float:
     itself.
 
     ``pass_of``: number of each row's pass; ``size``: rows of each pass. In a short pass, the median
-    of all other rows is returned. A pass of fewer than three rows cannot show a wrong row, so that
-    the values of the pass are returned. Shape (rows,).
+    of all other rows is returned. A pass of fewer than three rows cannot show a wrong row; its own
+    values are returned, so that their distances become 0. Shape (rows,).
     """
     expected = of_the_others(values, pass_of)
     rows = np.flatnonzero(size[pass_of] > SIDE_ROWS + 1)
