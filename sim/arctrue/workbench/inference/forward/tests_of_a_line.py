@@ -16,9 +16,9 @@ Float = NDArray[np.float64]
 
 FAMILY_WISE = 0.01
 """Probability that noise alone gives at least one line in a record."""
-FEWEST_BLOCKS, MOST_BLOCKS = 4, 8
-"""Usual smallest and largest number of blocks into which :func:`coherence` splits a record; it
-makes 3 blocks for a line of fewer than 4 periods. A block lasts at least one period.
+FEWEST_BLOCKS, MOST_BLOCKS = 3, 8
+"""Smallest and largest number of blocks into which :func:`coherence` splits a record. A block lasts
+at least one period, so only a declared line of 3 periods has 3 blocks.
 """
 
 
@@ -67,7 +67,7 @@ def coherence(
     projected = np.linalg.lstsq(whitened[:, known], both, rcond=1e-10)[0]
     left = values[:, 0] - values[:, known] @ projected[:, 0]
     columns = columns - values[:, known] @ projected[:, 1:]
-    count = int(np.clip(periods, 3, MOST_BLOCKS))
+    count = int(np.clip(periods, FEWEST_BLOCKS, MOST_BLOCKS))
     number = np.minimum(np.arange(left.size) * count // left.size, count - 1)
     split = np.zeros((left.size, count * width))
     for block in range(count):
