@@ -72,7 +72,8 @@ struct parameters {
     double alarm_error_arcsec;
     double alarm_separation_arcsec;
     double alarm_temperature_c;
-    /* Smallest change of the correction by the temperature for which a new bank is written. */
+    /* A new bank is written if the temperature, or a newly found phase of a lane of a real order, changes the
+       correction by more than this. */
     double temperature_step_counts;
     /* Largest change of the table's temperature from one reading to the next, and longest time without a change. */
     double temperature_jump_k;
@@ -84,11 +85,11 @@ enum parameter_effect {
     EFFECT_NEXT_TURN,
     /* A re-arm, which makes the index invalid. */
     EFFECT_REARM,
-    /* The pins of pulses change at once. */
+    /* The registers of the pulse inputs and outputs are written at once. */
     EFFECT_PINS,
     EFFECT_CAPTURE,
     EFFECT_COMPARE,
-    /* The gateware's failover changes at once. */
+    /* The new settings of the gateware's failover apply at once. */
     EFFECT_FAILOVER,
 };
 
