@@ -229,7 +229,8 @@ uint32_t core_left_out(const struct core_access *core);
 bool core_indices_seen(const struct core_access *core);
 /* Tells whether an index of head 1 or head 2 was in the wrong place since the faults were cleared. */
 bool core_index_error(const struct core_access *core);
-/* Tells whether an index of one head, counted from 0, 0 or 1, was in the wrong place since the faults were cleared. */
+/* Tells whether an index of head 1 (`head` 0) or head 2 (`head` 1) was in the wrong place since the faults were
+   cleared. */
 bool core_head_index_error(const struct core_access *core, uint32_t head);
 struct core_header core_capture_header(const struct core_access *core);
 struct core_position core_position(const struct core_access *core);

@@ -60,8 +60,8 @@ struct calibration_settings {
 double harmonic_amplitude(const struct harmonic *harmonic);
 /* Returns Phi_n of equation (9), rad, in (-pi, pi]. */
 double harmonic_phase(const struct harmonic *harmonic);
-/* Returns the standard uncertainty of a component: root of the mean of both variances, including the separation's
-   part. */
+/* Returns the standard uncertainty of a component: root of the mean of both variances, including the separation's part;
+   INFINITY if the order is not seen. */
 double harmonic_uncertainty(const struct harmonic *harmonic);
 
 bool estimate_is_finite(const struct estimate *estimate);

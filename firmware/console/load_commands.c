@@ -320,7 +320,7 @@ static void order_line(struct console *console, const char *name, uint32_t order
     text_line(&console->sink, "");
 }
 
-/* Prints the lanes whose bits are set in `set`. */
+/* Prints one line with `name` and the order for each lane of `set` whose bit is set in `places`. */
 static void order_lines(struct console *console, const char *name, const struct coefficients *set,
                         uint64_t places) {
     ASSERT(set->lanes <= LANES_LIMIT);

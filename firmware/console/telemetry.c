@@ -164,7 +164,7 @@ static void estimate_part(const struct text_sink *sink, const struct application
     }
 }
 
-/* Prints the residual of the loaded orders, and those orders that no turn could judge. */
+/* Prints the remaining error of the loaded orders, and those orders that no turn has judged. */
 static void loaded_part(const struct text_sink *sink, const struct application *application) {
     const struct load *load = &application->load;
     const struct coefficients *set = load_at_work(load);
