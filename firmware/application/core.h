@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Declares functions that operate the gateware through its registers. The caller supplies the functions that read and
-   write registers, which access memory on the device, a simulator's bus, or a model on the host. */
+/* Declares functions that operate the gateware (the core) through its registers. A lane is a unit of the core that adds
+   one harmonic to the correction. The core has two coefficient banks, which hold the words of all lanes: one is active,
+   the idle one can be written, and a swap exchanges them. Two further banks hold captured samples of the heads. The
+   caller supplies the functions that read and write registers, which access memory on the device, a simulator's bus, or
+   a model on the host. */
 
 #ifndef ARCTRUE_CORE_H
 #define ARCTRUE_CORE_H
@@ -258,9 +261,9 @@ void core_write_followed(const struct core_access *core, const struct followed *
                          uint32_t counts_per_rev, uint32_t lanes);
 bool core_verify_followed(const struct core_access *core, const struct followed *followed,
                           uint32_t counts_per_rev, uint32_t lanes);
-/* Writes the lanes of real orders and the turn step of every lane. The second function reads them back and returns
-   false if a word differs. Without REAL_ORDERS the first function does nothing, and the second returns true if there is
-   no such lane. */
+/* Writes the lanes of real orders (orders that are not whole, real_lanes.h) and the turn step of every lane. The second
+   function reads them back and returns false if a word differs. Without REAL_ORDERS the first function does nothing,
+   and the second returns true if there is no such lane. */
 void core_write_real(const struct core_access *core, const struct followed *followed,
                      uint32_t counts_per_rev, uint32_t lanes);
 bool core_verify_real(const struct core_access *core, const struct followed *followed,
@@ -295,7 +298,8 @@ void core_set_word(const struct core_access *core, enum modulator word, double v
    coefficients are activated, because the prepared sets do not belong to them. */
 void core_failover_off(const struct core_access *core);
 bool core_failover_is_on(const struct core_access *core);
-/* State of the failed heads and of the gateware's prepared sets; only for cores with the generic FAILOVER. */
+/* State of the failed heads and of the gateware's prepared sets (prepared.h); only for cores with the generic FAILOVER.
+   */
 struct core_failover {
     /* One bit per head. */
     uint32_t left_out;

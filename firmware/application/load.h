@@ -2,8 +2,9 @@
 
 /* Receives coefficients that the operator loads, in addition to those of the calibration.
 
-   They arrive in frames, each with its number and a CRC. A set is used as a whole or not at all: it waits until
-   captured turns have judged each of its orders. The calibration leaves out every order that has a loaded lane. */
+   They arrive in frames (lines of the console), each with its numbers and their CRC. All frames from load_begin() to
+   load_end() form a set, which is used as a whole or not at all: it waits until captured turns have judged each of its
+   orders. The calibration leaves out every order that has a loaded lane. */
 
 #ifndef ARCTRUE_LOAD_H
 #define ARCTRUE_LOAD_H

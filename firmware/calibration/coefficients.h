@@ -11,7 +11,8 @@
 #include "selection.h"
 #include "vector.h"
 
-/* A lane. Its phase step K follows from order and counts_per_rev and is computed when needed. */
+/* Words of a lane, which is a unit of the gateware that adds one harmonic to the correction. Its phase step K follows
+   from order and counts_per_rev and is computed when needed. */
 struct lane {
     /* Phase Phi, u0.24 turn. */
     uint32_t phase_offset;

@@ -22,8 +22,9 @@ struct harmonic {
        so averaging does not reduce it. */
     double by_separation_cosine;
     double by_separation_sine;
-    /* |TF|; INFINITY for an order that cannot be seen. */
+    /* |TF| with two heads, heads_gain() with more; INFINITY for an order that the heads cannot observe. */
     double noise_gain;
+    /* True if the heads can observe the order: its error differs from head to head. */
     bool seen;
 };
 
