@@ -327,8 +327,8 @@ uint32_t core_left_out(const struct core_access *core) {
                : 0;
 }
 
-/* Tells whether heads 3 and 4 have seen their indices. Also returns true once head 1 has made a whole turn, because a
-   further head without an index must not block the calibration. */
+/* Tells whether heads 3 and 4 have seen their indices. Also returns true once head 1 has seen two index marks, because
+   a further head without an index must not block the calibration. */
 static bool core_further_indices_seen(const struct core_access *core) {
     uint32_t heads = core_heads(core);
     if (heads == HEADS) {

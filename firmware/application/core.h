@@ -228,7 +228,7 @@ struct core_status core_status(const struct core_access *core);
 uint32_t core_left_out(const struct core_access *core);
 
 /* Tells whether every head that is not left out of the mean has seen its index. Heads 3 and 4 need not have seen theirs
-   once head 1 has made a whole turn. */
+   once head 1 has seen two index marks. */
 bool core_indices_seen(const struct core_access *core);
 /* Tells whether an index of head 1 or head 2 was in the wrong place since the faults were cleared. */
 bool core_index_error(const struct core_access *core);
@@ -298,8 +298,7 @@ void core_set_word(const struct core_access *core, enum modulator word, double v
    coefficients are activated, because the prepared sets do not belong to them. */
 void core_failover_off(const struct core_access *core);
 bool core_failover_is_on(const struct core_access *core);
-/* State of the failed heads and of the gateware's prepared sets (prepared.h); only for cores with the generic FAILOVER.
-   */
+/* State of the failed heads and of the gateware's prepared sets (prepared.h); only in cores with generic FAILOVER. */
 struct core_failover {
     /* One bit per head. */
     uint32_t left_out;
@@ -322,7 +321,10 @@ struct core_failover core_failover(const struct core_access *core);
 struct core_failover_setup {
     /* Faults for which a head is left out: bits of the register `failover` from `illegal` on. */
     uint32_t causes;
+    /* Counts that all other heads must move, while a head stands still, until this head has failed; 0: no check. */
     uint32_t missing_counts;
+    /* Search for a head whose reading steps: two heads agree if they move by the same distance within less than this
+       number of counts; 0: no search. */
     uint32_t step_limit;
     /* Clocks after which a head may be used again; 0: only on request. */
     double return_after;

@@ -77,8 +77,8 @@ bool followed_lane_is_seen(const struct followed_lane *lane);
 bool followed_lane_is_valid(const struct followed_lane *lane);
 bool followed_conditions_are_valid(uint32_t width, uint32_t dead_zone, uint32_t nominal_speed);
 
-/* Returns an upper bound of |d eps / d R|: the sum of the steepest slopes of all lanes, plus followed_reversal_slope().
-   */
+/* Returns an upper bound of |d eps / d R|, the sum of the steepest slopes of all lanes plus
+   followed_reversal_slope(). */
 double followed_steepest(const struct followed *followed, uint32_t counts_per_rev);
 /* Returns the part of followed_steepest() that arises while the gateware changes from one direction to the other; 1/2
    or more is too steep. */

@@ -43,6 +43,7 @@ struct parameters {
     double output_pins;
     /* Causes for leaving a head out, as bits of the register `failover` from `illegal` on; 0: no head is left out. */
     double failover_causes;
+    /* missing_counts and step_limit of core_failover_setup (core.h). */
     double failover_missing_counts;
     double failover_step_counts;
     /* Time after which a head that was left out may be used again, once it has its index; 0: only on request. */

@@ -113,7 +113,7 @@ struct turn_report {
     /* Largest distance of a head's place from the place that the corrected mean expects; negative if it was not
        measured. */
     double mean_off_arcsec;
-    /* Head that has moved since the previous turn, from 1 on, and its motion along the scale; 0: none. */
+    /* Head that has moved since the active offsets were set, from 1 on, and its motion along the scale; 0: none. */
     uint32_t moved_head;
     double moved_arcsec;
     /* Reason why the turn did not calibrate the mean, if the device is to calibrate it. */
