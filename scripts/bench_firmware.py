@@ -4,7 +4,8 @@ A separate image (``firmware/bench``) runs both methods of calibration on a turn
 capture window, and a plain implementation of each method: one sine and one cosine of the C library
 per sample and order, compiled with the same options. With QEMU's ``-icount shift=0`` an instruction
 takes a nanosecond of the emulated clock. The global timer counts this clock in ticks of 10 ns, so
-that the count is exact and repeatable. The processor time of numpy is measured on this machine.
+that the count is repeatable and exact to 10 instructions. The processor time of numpy is measured
+on this machine.
 """
 
 from __future__ import annotations
@@ -42,11 +43,11 @@ the worst case each operation on doubles waits for the previous one; the FPU of 
 a multiplication every second clock and an addition every clock."""
 GOAL_MS = {"fourier": 50.0, "least_squares": 250.0}
 JUDGED_ORDERS = 32
-"""Number of loaded orders in the measured test, as in firmware/bench; the calibration does not fit
-these orders."""
+"""Number of loaded orders that the measured judgement compares with a turn, as in firmware/bench;
+the calibration does not fit these orders."""
 JUDGE_SHARE = 0.7
-"""Largest permitted time to test loaded coefficients, as a share of the time of a calibration with
-the same samples, 40 orders and least squares."""
+"""Largest permitted time for judging JUDGED_ORDERS loaded orders in one turn, as a share of the
+time of a calibration with the same samples, 40 orders and least squares."""
 CASES = ((12_000, 40), (12_000, 20), (12_000, 10), (6_000, 40), (3_000, 40))
 METHODS = {"fourier": fourier, "least_squares": least_squares}
 SAME_RESULT = 1e-6

@@ -69,8 +69,8 @@ LIMITS = {
 """Limits of ``compare`` and of ``diagnose``: seconds of one processor core and MB, by the set's
 channel and rows."""
 EXPLAIN_LIMITS = {("capture", 72_000): (30.0, 1024.0)}
-"""Limits of ``explain``, which diagnoses once more for each effect. Only these sets are
-measured."""
+"""Limits of ``explain``, which diagnoses once more for each effect. It is measured on these sets
+only."""
 SEED = 11
 
 
@@ -99,7 +99,7 @@ def make_long_set(folder: Path, rows: int) -> None:
     """Write a set with a capture of very many rows, in pieces, directly from the equations of the
     table.
 
-    Four runs have equal length and 6,000 rows a turn. The table turns up, down, three times as
+    Four runs have equal numbers of rows, 6,000 per turn. The table turns up, down, three times as
     fast, and warm; the hidden effect is a disc centre that moves with the temperature. Five polygon
     cycles follow.
     """
@@ -141,7 +141,7 @@ def make_long_set(folder: Path, rows: int) -> None:
 
 def make_reference_set(folder: Path, rows: int) -> None:
     """Write a set with a reference in motion, ten turns up and ten back; the hidden effect is a
-    line between two orders."""
+    harmonic of order 37.3, between two whole orders."""
     folder.mkdir(parents=True)
     (folder / "measurement.toml").write_text(
         'schema = 1\ntitle = "long reference"\n[reference]\nfile = "reference.csv"\n',

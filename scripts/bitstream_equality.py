@@ -4,7 +4,7 @@ Verilator compiles both netlists into one program: GHDL's netlist of the VHDL, b
 and the decoded cells with the models of scripts/bitstream_models. Both netlists get the same random
 levels at every pad and every output of the PS7; the bus of the PS7 gets the accesses of a list if
 there is one. A pin without a driver in the bitstream gets random levels of its own. All outputs
-must be equal before and after every edge of the clock.
+must be equal before and after every rising edge of the clock.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
 """Lists bus accesses for the comparison of a bitstream with its VHDL; checks their coverage.
 
-Random levels at the bus rarely make an access. This module's list contains many legal and a few
-illegal accesses. First, the accesses fill and read banks of the capture. Then each round writes new
-settings; writes, reads and swaps every word of coefficients; and reads snapshots and captured
-samples and gives commands in random order. Each round has another number of counts a turn, so that
-the angles after a backward pass of the zero have other upper bits. From the answers, ``shortfalls``
-lists the parts that the accesses did not reach.
+Random levels at the bus rarely form a legal access. Therefore this module lists accesses, most of
+them legal and a few illegal. First, the accesses fill and read banks of the capture. Then each
+round writes new settings; writes, reads and swaps every word of coefficients; and reads snapshots
+and captured samples and gives commands in random order. Each round has another number of counts per
+turn, so that the angles after a backward pass through zero have other upper bits. From the answers,
+``shortfalls`` lists the parts that the accesses did not reach.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class Core:
 
     lanes: int
     depth: int
-    """Return the number of samples in a bank."""
+    """Number of samples in a bank."""
     fold: int
 
     @property

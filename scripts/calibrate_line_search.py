@@ -1,12 +1,14 @@
-"""Counts the lines and steps that the forward search falsely finds in logs of noise alone.
+"""Counts the lines (periodic errors in time) and steps that the forward search falsely finds in
+logs of noise alone.
 
 ``python -m scripts.calibrate_line_search`` makes N logs (--logs) of each kind of noise in
 sim/tests/workbench/noisy_logs.py, whose noise processes differ from the kernels of the search. The
 script prints in how many logs the search finds a line, a step, or residuals that are not white.
 With --short it searches steps at few stations and in short logs, with 20 orders in the model. With
 --orders it searches lines in logs with up to 20 orders in the model. With --oscillator it lists the
-lines that pass all other tests, in noise and in logs with one true line, and prints the gain of
-each line over an oscillator at the line's frequency; the threshold OSCILLATOR_GAIN of
+lines that pass all other tests, in noise and in logs with one true line. For each line it prints by
+how much the line increases the log likelihood more than noise with an oscillator (a resonance) at
+the line's frequency does; the threshold OSCILLATOR_GAIN of
 arctrue.workbench.inference.forward.search is above the gains in noise.
 """
 
@@ -55,7 +57,8 @@ SHORT = {
     "120 rows": (120, 1, False),
 }
 """Number of stations, number of cycles, and whether every other cycle goes back; the keys are the
-names of the designs. The stations of one cycle cover 17°."""
+names of the designs. The rows of a design with one cycle cover 17°, the stations of the others a
+whole turn."""
 
 
 def short_of(kind: str, design: str, number: int) -> Record:
@@ -126,8 +129,8 @@ def short_main(logs: int, kinds: str) -> int:
 
 
 def gains_of(kind: str, logs: int) -> tuple[list[float], list[float]]:
-    """Return the gains, over an oscillator, of lines that pass all other tests: first of lines
-    found in noise, then of true lines."""
+    """Return the gains in log likelihood over an oscillator, of lines that pass all other tests:
+    first of lines found in noise, then of true lines (0 for a true line that was not found)."""
     false: list[float] = []
     true: list[float] = []
     for number in range(logs):

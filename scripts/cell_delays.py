@@ -162,7 +162,7 @@ def _carry(cell: dict[str, Any]) -> CellTiming:
             end = bits[place]
             timing.arcs += [Arc(bit, end, through) for bit in _bits(cell, "CI")]
             entries = _bits(cell, "CYINIT")
-            # S and DI of a place do not change the sum of the same place through the carry.
+            # DI of a place changes the carries from this place on, but not the sum of this place.
             below = {"S": place + 1, "DI": place + (port == "CO")}
             for source, count in below.items():
                 entries += [

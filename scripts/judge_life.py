@@ -1,4 +1,5 @@
-"""Tests the forecast of ``arctrue life`` on simulated lives.
+"""Tests the forecast of ``arctrue life`` on simulated lives, which are series of calibrations of
+one machine over the years.
 
 Run ``python -m scripts.judge_life``; ``--write`` puts the table into docs/life.md. The exit code is
 1 if fewer than 95 % of the failing lives have an alarm before the limit, or if there is more than

@@ -1,4 +1,5 @@
-"""Writes the documents made from the sources: entities, registers, commands, API, a picture.
+"""Writes the documents that are made from the sources: pages of entities, registers, number
+formats, commands and API, tables, and a picture.
 
 Run ``python -m scripts.make_docs``. With ``--check`` the script writes nothing and names the
 documents that differ from their sources (exit code 1). The pages are committed, so that people can

@@ -3,11 +3,12 @@ remains.
 
 Each effect is simulated alone on a table with an eccentric disc, recorded as a measurement set with
 noise, and fitted with and without the effect in the model. Both models are exported. The lanes are
-compared with the true error of head 1 on other turns, up and down, at a temperature that was never
-measured; the true error comes from the table's geometry and not from any model. An effect whose
-file declares ``modulators`` is exported for a gateware with MODULATORS. In each of the other turns
-direction and speed are constant, and the model of ``amplitude_sweep`` multiplies the amplitudes by
-them. The line of periodic_error is exported for a gateware with REAL_ORDERS.
+compared with the true error of head 1 on two other turns ("judged turns"), one up and one down, at
+a temperature that was never measured; the true error comes from the table's geometry and not from
+any model. An effect whose file declares ``modulators`` is exported for a gateware with MODULATORS.
+Direction and speed are constant in each of these turns; the Python model of ``amplitude_sweep``
+multiplies each lane's amplitude by the direction or by the speed. The harmonic that the effect
+periodic_error finds is exported for a gateware with REAL_ORDERS.
 
 Run ``python -m scripts.measure_taken_away``, which takes some minutes. The script writes
 docs/data/taken_away.json, from which ``python -m scripts.make_effects_page`` makes docs/effects.md.
@@ -55,7 +56,8 @@ Float = NDArray[np.float64]
 STORED = Path(__file__).resolve().parents[1] / "docs" / "data" / "taken_away.json"
 SEED = 13
 FRESH_C = USUAL_TEMPERATURE_C + 2.2
-"""Temperature of the judged turns, between the temperatures of the set's runs."""
+"""Temperature of the two judged turns, on which the lanes are compared with the true error; it lies
+between the temperatures of the set's runs."""
 ROWS = 20_000
 """Number of rows of the judged turns; their angles are random, so that no order is an alias of
 another order."""
@@ -67,8 +69,8 @@ table has the effect."""
 
 
 def measured_effects() -> list[str]:
-    """Return the effects that a simulated table can have; an effect of a mount's second axis is not
-    among them."""
+    """Return the names of the effects that a simulated table can have; an effect of a mount's
+    second axis is not among them."""
     return [name for name in built_in() if name in SIMULATED_BY or name in REGISTRY]
 
 
@@ -125,8 +127,9 @@ def measure(name: str, seed: int = SEED) -> Measured:
 
 
 def _experiment(name: str) -> Experiment:
-    """Return an experiment: runs up, down, fast and warm, and a polygon; for the line of a high
-    order, a moving reference with more stations."""
+    """Return an experiment with runs up, down, fast and warm, and a polygon; for periodic_error,
+    the reference is read while the table moves, at 4096 stations per turn, because the order is
+    high."""
     experiment = short()
     if name != "periodic_error":
         return experiment
@@ -136,7 +139,7 @@ def _experiment(name: str) -> Experiment:
 
 
 def _fresh_turns(seed: int) -> Conditions:
-    """Return the conditions of a turn up and a turn down."""
+    """Return the conditions of the two judged turns, one up and one down."""
     random = np.random.default_rng([seed, ROWS])
     angle = np.sort(random.uniform(0.0, 2.0 * np.pi, (2, ROWS // 2)), axis=1)
     angle[1] = angle[1][::-1]
@@ -193,8 +196,8 @@ def _left(
 
 
 def _correction_counts(export: Coefficients, counts: Float, fresh: Conditions) -> Float:
-    """Return the correction at each judged row; the amplitudes of each row apply to the motion in
-    this row."""
+    """Return the correction in counts for each row of ``fresh``; the amplitudes are those for the
+    direction and speed of this row."""
     warm = export.at(FRESH_C)
     if export.extension is None or export.extension.conditions is None:
         return warm.error_counts(counts)
@@ -224,7 +227,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     chosen = parser.parse_args(arguments).effects
     unknown = sorted(set(chosen) - set(measured_effects()))
     if unknown:
-        parser.error(f"no table has {unknown[0]}; there are: {', '.join(measured_effects())}")
+        parser.error(
+            f"no simulated table has the effect {unknown[0]}; possible effects: "
+            f"{', '.join(measured_effects())}"
+        )
     rows = stored()["effects"] if chosen and STORED.exists() else {}
     for name in chosen or measured_effects():
         row = measure(name).data()

@@ -2,8 +2,8 @@
 fail.
 
 Each guard is a rule, or a penalty for many comparisons, without which a verdict claims more than
-its set supports. If an anchor text is no longer in its file, this list is wrong: move the anchor
-with the guard.
+its set supports. If the old text of a mutation is no longer in its file, this list is wrong: adapt
+the old text to the changed guard.
 """
 
 from __future__ import annotations

@@ -1,10 +1,11 @@
 """Generates the register block in VHDL, with a port that has one select bit per word.
 
 The generator's own block decodes the address in the clock of the access, and selects the read word
-after that decoder. In this block the select bits ``s_cpuif_word`` arrive already decoded, and each
-read word has a register, so that only an OR of words lies between two registers.
-register_access.vhd computes the select bits while it checks the access, so a read takes no
-additional clock. All other parts are the unchanged output of the generator.
+after that decoder. In this block the select bits ``s_cpuif_word`` arrive already decoded. One
+register holds the selected word if its number is even, another register if it is odd, and the block
+returns the OR of both, so that only an OR of words lies between two registers. register_access.vhd
+computes the select bits while it checks the access, so a read takes no additional clock. All other
+parts are the unchanged output of the generator.
 """
 
 from __future__ import annotations

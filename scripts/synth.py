@@ -130,8 +130,8 @@ def report(
 ) -> tuple[Resources, list[str]]:
     """Synthesise, write and print the table; return total resources and exceeded budgets.
 
-    The budgets apply to 32 lanes. The budget of the core is checked only for arctrue_core with 32
-    lanes, the budget of a lane always. Raises ToolError.
+    The budgets of the core apply to arctrue_core with 32 lanes and are checked only for it, except
+    that latches are never permitted. The budget of a lane is always checked. Raises ToolError.
     """
     versions = f"{find_ghdl()[1]}, {find_yosys()[1]}"
     netlist = write_netlist(entity, folder, generics=generics)

@@ -7,8 +7,9 @@
 
 #include "state.h"
 
-/* Restarts the capture if the table has made several turns while no bank became ready; call it while no bank is ready.
-   It does not watch a capture that an external signal triggers, because the signal may be absent. */
+/* If the table has made more than four turns while no bank became ready, raises an alarm, switches the correction off
+   and restarts the capture; call it while no bank is ready. It does not watch a capture that an external signal
+   triggers, because the signal may be absent. */
 void bank_watch(struct application *application);
 
 /* Fills `header` and `capture` from the bank that is ready. */

@@ -93,7 +93,7 @@ static uint32_t calibrate_lanes_used(const struct coefficients *coefficients) {
     return used;
 }
 
-/* Returns the number of lanes that no active lane with a condition occupies. */
+/* Returns the number of lanes of the core that no active lane with a condition or with a real order occupies. */
 static uint32_t calibrate_plain_lanes(const struct application *application) {
     const struct followed followed = load_followed_at_work(&application->load);
     return application->configuration.lanes - followed_all_lanes(&followed);

@@ -11,9 +11,10 @@
    waits for the turn that judges it. */
 bool calibrate_mean_wanted(const struct application *application);
 
-/* Sets `measured` to the estimate of the mean's error, and fills `mean`. A mean that the device has calibrated
-   before keeps its words as long as they suppress the motion of the axis, because other offsets would move the zero.
-   After a refusal `measured` is invalid. */
+/* Sets `measured` to the estimate of the mean's error, and fills `mean`. A mean that the device has calibrated before
+   keeps its weights as long as they suppress the motion of the axis. It always keeps its offsets, because other offsets
+   would move the zero; only the offset of a head that has moved is shifted by this motion. After a refusal `measured`
+   is invalid. */
 enum refusal calibrate_mean_estimate(struct application *application, const struct turn *turn,
                                      struct mean_set *mean);
 

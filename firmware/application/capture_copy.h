@@ -11,7 +11,8 @@
 #include "capture.h"
 
 /* Capacity of the copy. With two heads it holds 12,288 samples of two 16-bit words, or 6,144 samples of two 32-bit
-   words; with more heads it holds half as many samples. If a capture is longer, the copy keeps every second sample. */
+   words; with more heads it holds half as many samples. A longer capture of two heads is not copied; of a longer
+   capture of more heads, the copy keeps every second sample. */
 enum { CAPTURE_COPY_SAMPLES = 12288, CAPTURE_COPY_WORDS = 2 * CAPTURE_COPY_SAMPLES };
 
 struct capture_copy {
@@ -43,7 +44,8 @@ struct capture_copy {
     } kept;
 };
 
-/* Copies the capture. Makes no copy and returns false if a step or difference does not fit into its word. */
+/* Copies the capture. Makes no copy and returns false if the capture is empty or too long, or if a step or difference
+   does not fit into its word. */
 bool capture_copy_take(struct capture_copy *copy, const struct capture *capture);
 
 /* Computes the counts of every head at `sample`; the counts do not wrap as the words do. */

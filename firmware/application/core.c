@@ -327,8 +327,8 @@ uint32_t core_left_out(const struct core_access *core) {
                : 0;
 }
 
-/* Tells whether heads 3 and 4 have seen their indices. Also returns true once head 1 has made a whole turn, because a
-   further head without an index must not block the calibration. */
+/* Tells whether heads 3 and 4 have seen their indices. Also returns true once head 1 has seen two index marks, because
+   a further head without an index must not block the calibration. */
 static bool core_further_indices_seen(const struct core_access *core) {
     uint32_t heads = core_heads(core);
     if (heads == HEADS) {
@@ -407,8 +407,8 @@ void core_acknowledge_interrupt(const struct core_access *core) {
     core_write(core, AT(interrupt_status), INTERRUPTS);
 }
 
-/* Clears the faults of heads 3 and 4. Call it before the command that ends a release, because that command checks which
-   faults are present. */
+/* Clears the faults of heads 3 and 4. Call it before the command that enables released line drivers again, because that
+   command checks which faults are present. */
 static void core_clear_further(const struct core_access *core, bool head3, bool head4) {
     uint32_t heads = core_heads(core);
     if (heads > 2 && (head3 || head4)) {
@@ -551,7 +551,7 @@ static uint32_t core_turn_step_offset(uint32_t lane, uint32_t word) {
     return AT(turn_steps) + (lane * TURN_STEP_WORDS + word) * WORD_BYTES;
 }
 
-/* Returns the turn step of a lane; 0 if its order is a whole number. */
+/* Returns the turn step of a lane; 0 unless the lane has a real order. */
 static uint64_t core_turn_step(const struct followed *followed, uint32_t lanes, uint32_t lane) {
     uint32_t first = lanes - followed_all_lanes(followed);
     bool is_real = lane >= first && lane < first + followed->real_lanes;

@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Declares functions that operate the gateware through its registers. The caller supplies the functions that read and
-   write registers, which access memory on the device, a simulator's bus, or a model on the host. */
+/* Declares functions that operate the gateware (the core) through its registers. A lane is a unit of the core that adds
+   one harmonic to the correction. The core has two coefficient banks, which hold the words of all lanes: one is active,
+   the idle one can be written, and a swap exchanges them. Two further banks hold captured samples of the heads. The
+   caller supplies the functions that read and write registers, which access memory on the device, a simulator's bus, or
+   a model on the host. */
 
 #ifndef ARCTRUE_CORE_H
 #define ARCTRUE_CORE_H
@@ -166,7 +169,8 @@ struct core_turns {
 /* Returns the name of a fault; NULL if `bit` is no bit of enum core_fault. */
 const char *core_fault_name(uint32_t bit);
 
-/* Reads the configuration; returns false if no core answers, or if a core of another major version answers. */
+/* Reads the configuration; returns false if no core answers, if the core has another major version, or if its number of
+   lanes or its clock rate is impossible. */
 bool core_identify(const struct core_access *core, struct core_configuration *configuration);
 
 /* Returns version and chip of an identified core. */
@@ -176,8 +180,9 @@ struct core_origin core_origin(const struct core_access *core);
    interrupts of a ready bank and of a fault of head 1, and re-arms, which makes the index invalid. Returns false if the
    core refuses `counts_per_rev`. */
 bool core_set_up(const struct core_access *core, const struct core_setup *setup);
-/* Sets the registers that core_set_up() sets, in a working core, without a re-arm or a change of the control register.
-   Returns false and sets nothing if the core has another number of counts per turn. */
+/* Sets the registers that core_set_up() sets, in a working core, and clears the faults of the heads. It does not re-arm
+   and does not change the control register. Returns false and sets nothing if the core has another number of counts per
+   turn. */
 bool core_resume(const struct core_access *core, const struct core_setup *setup);
 /* Sets widths of the pulses and edges of the pulse inputs; takes effect at once. */
 void core_set_pins(const struct core_access *core, const struct core_setup *setup);
@@ -192,8 +197,8 @@ struct core_places {
     uint32_t counts_per_rev;
 };
 
-/* Arms the pulses at these places. The first pulse comes at the nearest place in this direction that is at least 1/1024
-   turn away. */
+/* Arms the pulses at these places. The first pulse comes at the nearest place, in the direction that `upwards` selects,
+   that is at least 1/1024 turn away. */
 void core_arm_compare(const struct core_access *core, const struct core_places *places,
                       bool upwards);
 void core_disarm_compare(const struct core_access *core);
@@ -202,7 +207,8 @@ bool core_compensates(const struct core_access *core);
 /* Reports that the processor works. If the next report does not come within the limit, the core raises an alarm. */
 void core_tell_alive(const struct core_access *core, uint32_t limit_clocks);
 
-/* Makes the index invalid and clears the faults; the correction is off until head 1 has seen its index again. */
+/* Makes the index of every head invalid and clears the faults of the heads; the correction is off until head 1 (with a
+   mean, every used head) has seen its index again. */
 void core_rearm(const struct core_access *core);
 /* Returns the number of times that the core moved the zero of head 1 because of lost counts. */
 uint32_t core_zero_moves(const struct core_access *core);
@@ -221,11 +227,13 @@ struct core_status core_status(const struct core_access *core);
 /* Returns one bit per head that the gateware has left out of the mean. */
 uint32_t core_left_out(const struct core_access *core);
 
-/* Tells whether every head that is not left out has seen its index. */
+/* Tells whether every head that is not left out of the mean has seen its index. Heads 3 and 4 need not have seen theirs
+   once head 1 has seen two index marks. */
 bool core_indices_seen(const struct core_access *core);
-/* Tells whether an index of any head was in the wrong place since the faults were cleared. */
+/* Tells whether an index of head 1 or head 2 was in the wrong place since the faults were cleared. */
 bool core_index_error(const struct core_access *core);
-/* Tells whether an index of one head, 0 or 1, was in the wrong place since the faults were cleared. */
+/* Tells whether an index of head 1 (`head` 0) or head 2 (`head` 1) was in the wrong place since the faults were
+   cleared. */
 bool core_head_index_error(const struct core_access *core, uint32_t head);
 struct core_header core_capture_header(const struct core_access *core);
 struct core_position core_position(const struct core_access *core);
@@ -237,24 +245,25 @@ void core_release_capture(const struct core_access *core);
 void core_acknowledge_interrupt(const struct core_access *core);
 /* Clears the faults of all heads, but not the fault of the output. */
 void core_clear_faults(const struct core_access *core);
-/* Ends the fault of the output, which continues from the present position. The same write clears the flags of the
-   heads in `faults` (bits of enum core_fault) and enables the line drivers if no remaining fault releases them. Only
-   the operator can decide whether the driven machine may move. */
+/* Ends the fault of the output, which continues from the present position. The same write clears the flags of heads 1
+   and 2, if `faults` (bits of enum core_fault) names them, and enables the line drivers if no remaining fault releases
+   them; the flags of heads 3 and 4 are cleared before. Call it only on the operator's order, because only the operator
+   can decide whether the driven machine may move. */
 void core_clear_output(const struct core_access *core, uint32_t faults);
 void core_write_coefficients(const struct core_access *core,
                              const struct coefficients *coefficients);
 /* Reads the idle bank back; returns false if a word differs. */
 bool core_verify_coefficients(const struct core_access *core,
                               const struct coefficients *coefficients);
-/* Writes the modulated lanes to the last lanes of the bank, and the settings of the conditions. The second
-   function reads them back; false if a word differs. */
+/* Writes the lanes that follow a condition to the last lanes of the bank, and writes the settings of the conditions.
+   The second function reads these lanes back, but not the settings; it returns false if a word differs. */
 void core_write_followed(const struct core_access *core, const struct followed *followed,
                          uint32_t counts_per_rev, uint32_t lanes);
 bool core_verify_followed(const struct core_access *core, const struct followed *followed,
                           uint32_t counts_per_rev, uint32_t lanes);
-/* Writes the lanes of real orders and the turn step of every lane. The second function reads them back and returns
-   false if a word differs. Without REAL_ORDERS the first function does nothing, and the second returns true if there is
-   no such lane. */
+/* Writes the lanes of real orders (orders that are not whole, real_lanes.h) and the turn step of every lane. The second
+   function reads them back and returns false if a word differs. Without REAL_ORDERS the first function does nothing,
+   and the second returns true if there is no such lane. */
 void core_write_real(const struct core_access *core, const struct followed *followed,
                      uint32_t counts_per_rev, uint32_t lanes);
 bool core_verify_real(const struct core_access *core, const struct followed *followed,
@@ -270,7 +279,8 @@ struct core_turn_place {
     uint32_t head1_angle;
     int32_t head1_turn_position;
 };
-/* Reads the turns of the core; returns false if the corrected angle is so near 0 that its turn is uncertain. */
+/* Reads the turns of the core; returns false if their number changed during the reading, or if the corrected angle is
+   so near 0 that its turn is uncertain. */
 bool core_turn_place(const struct core_access *core, uint32_t counts_per_rev,
                      struct core_turn_place *place);
 /* These functions write and read the points and the place in the idle bank of the local table; only for cores with
@@ -288,7 +298,7 @@ void core_set_word(const struct core_access *core, enum modulator word, double v
    coefficients are activated, because the prepared sets do not belong to them. */
 void core_failover_off(const struct core_access *core);
 bool core_failover_is_on(const struct core_access *core);
-/* State of the failed heads and of the gateware's prepared sets; only for cores with the generic FAILOVER. */
+/* State of the failed heads and of the gateware's prepared sets (prepared.h); only in cores with generic FAILOVER. */
 struct core_failover {
     /* One bit per head. */
     uint32_t left_out;
@@ -311,7 +321,10 @@ struct core_failover core_failover(const struct core_access *core);
 struct core_failover_setup {
     /* Faults for which a head is left out: bits of the register `failover` from `illegal` on. */
     uint32_t causes;
+    /* Counts that all other heads must move, while a head stands still, until this head has failed; 0: no check. */
     uint32_t missing_counts;
+    /* Search for a head whose reading steps: two heads agree if they move by the same distance within less than this
+       number of counts; 0: no search. */
     uint32_t step_limit;
     /* Clocks after which a head may be used again; 0: only on request. */
     double return_after;
@@ -322,8 +335,8 @@ struct core_failover_setup {
 
 /* Switches the failover on; core_failover_off() switches it off. */
 void core_failover_on(const struct core_access *core, const struct core_failover_setup *setup);
-/* Writes the words of `coefficients` as prepared set `set`: set 0 has all heads, set n lacks head n. All lanes of the
-   core are written. With `closed` the gateware refuses to use the set. */
+/* Writes the lanes of `coefficients` and the words of its mean as prepared set `set`: set 0 has all heads, set n lacks
+   head n. Lanes beyond `coefficients->lanes` keep their words. With `closed` the gateware refuses to use the set. */
 void core_write_prepared(const struct core_access *core, uint32_t set,
                          const struct coefficients *coefficients, bool closed);
 /* Writes one lane of a prepared set. */
@@ -331,7 +344,7 @@ void core_write_prepared_lane(const struct core_access *core, uint32_t set, uint
                               const struct lane *lane, uint32_t counts_per_rev);
 /* Reads `set->lanes` lanes and the words of the mean of a prepared set that was written for `set->counts_per_rev`. */
 void core_read_prepared(const struct core_access *core, uint32_t number, struct coefficients *set);
-/* Returns the CRC-32 of the words of the prepared sets whose bits are set, as read back from the core. */
+/* Returns the CRC-32 of the words of the prepared sets whose bits are set in `sets`, as read back from the core. */
 uint32_t core_prepared_sum(const struct core_access *core, uint32_t sets, uint32_t lanes);
 /* Activates a prepared set instead of the idle bank; the core counts this as a swap. */
 void core_take_set(const struct core_access *core, uint32_t set);

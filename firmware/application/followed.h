@@ -2,8 +2,8 @@
 
 /* Declares lanes whose amplitude the gateware multiplies by a condition (generic MODULATORS), and the settings from
    which the gateware calculates direction and speed. The operator loads these lanes and settings. The firmware judges a
-   lane of an order of 1 or more by turns under two conditions. It cannot judge lanes of order 0 and lanes that follow a
-   word of the processor. */
+   lane of an order of 1 or more by turns with two different values of its condition. It cannot judge lanes of order 0
+   and lanes that follow a word of the processor. */
 
 #ifndef ARCTRUE_FOLLOWED_H
 #define ARCTRUE_FOLLOWED_H
@@ -34,7 +34,8 @@ struct followed_lane {
 struct followed {
     struct followed_lane lane[FOLLOWED_LANES_MAX];
     uint32_t lanes;
-    /* Lanes of real orders, which are placed before the lanes above. */
+    /* Lanes of real orders, that is, of orders that are not whole (real_lanes.h); in the bank they precede the lanes
+       above. */
     struct real_lane real[REAL_LANES_MAX];
     uint32_t real_lanes;
     /* Words of the registers `conditions`: u20.4 counts, counts, u0.32 counts a clock. */
@@ -67,7 +68,7 @@ const char *followed_modulator_name(uint32_t modulator);
 /* Returns the factor of the lane, -1 to 1; 0 for a word of the processor. */
 double followed_modulator(const struct followed *followed, uint32_t place,
                           const struct motion *motion);
-/* Returns the sum of all lanes of an order, arcsec. */
+/* Returns the sum of all lanes of an order, each multiplied by its condition at this motion, arcsec. */
 struct vector followed_components(const struct followed *followed, uint32_t order,
                                   uint32_t counts_per_rev, const struct motion *motion);
 /* Tells whether turns of two heads can show the lane. */
@@ -76,10 +77,11 @@ bool followed_lane_is_seen(const struct followed_lane *lane);
 bool followed_lane_is_valid(const struct followed_lane *lane);
 bool followed_conditions_are_valid(uint32_t width, uint32_t dead_zone, uint32_t nominal_speed);
 
-/* Returns an upper bound of |d eps / d R|: the sum for whole and real orders and for the direction during its
-   transition. */
+/* Returns an upper bound of |d eps / d R|, the sum of the steepest slopes of all lanes plus
+   followed_reversal_slope(). */
 double followed_steepest(const struct followed *followed, uint32_t counts_per_rev);
-/* Returns the part of followed_steepest() that is due to the direction; 1/2 or more is too steep. */
+/* Returns the part of followed_steepest() that arises while the gateware changes from one direction to the other; 1/2
+   or more is too steep. */
 double followed_reversal_slope(const struct followed *followed);
 
 #endif

@@ -33,9 +33,9 @@ enum image_answer {
     IMAGE_DONE,
     IMAGE_NO_FLASH,
     IMAGE_UNDER_WAY,
-    /* The range lies outside the area for images, crosses a page, or is no multiple of a word. */
+    /* The range lies outside the area for images, crosses a page, is too long, or is not a multiple of a word. */
     IMAGE_PLACE,
-    /* The golden image is whole, so it is never overwritten. */
+    /* The golden image has a valid header, which is written last, so it is never overwritten. */
     IMAGE_GOLDEN_STAYS,
     IMAGE_NO_ANSWER,
     IMAGE_STUCK,

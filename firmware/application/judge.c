@@ -10,8 +10,8 @@
 #include "units.h"
 
 /* A value is refused if its remaining error exceeds the remaining error of the active value by more than NO_WORSE
-   standard uncertainties plus NOISE_SHARE times the noise of a reading. A smaller difference cannot be seen in any
-   reading. */
+   standard uncertainties, plus the effect of a change during the turn, plus NOISE_SHARE times the noise of a reading. A
+   smaller difference cannot be seen in any reading. */
 #define NO_WORSE 6.0
 #define NOISE_SHARE 0.5
 /* Least difference of a modulator, whose range is -1 to 1, with which two conditions count as different. */

@@ -10,8 +10,8 @@
 #include "load.h"
 
 /* Natural logarithm of 1000: the firmware accepts a value that is a thousand times likelier than no correction, and
-   refuses a value that is a thousand times less likely than no correction. One turn decides about an amplitude of 3.7
-   u. */
+   refuses a value that is a thousand times less likely than no correction. A correct amplitude of 3.7 standard
+   uncertainties reaches this limit in one turn. */
 #define EVIDENCE_ENOUGH 6.9
 
 struct judge {
@@ -23,7 +23,7 @@ struct judge {
     const struct estimate *estimate;
     struct further_workspace *workspace;
     double gain_limit;
-    /* Change of an order of the table since the previous turn, arcsec. */
+    /* Largest change of any order of the table's error since the previous turn, arcsec. */
     double change_arcsec;
 };
 

@@ -30,7 +30,8 @@ struct kept_sets {
     uint32_t word[KEPT_SETS_WORDS];
 };
 
-/* Appends the set without head `head`, counted from 1. Returns false if the set has too many lanes. */
+/* Appends the set without head `head`, counted from 1. Returns false if the set has too many lanes or does not fit
+   behind the other sets. */
 bool kept_sets_add(struct kept_sets *kept, uint32_t head, const struct coefficients *set);
 
 /* Reads the set that begins at word `*place`, and moves `*place` behind it. Returns the missing head; 0 if there is no
@@ -38,7 +39,7 @@ bool kept_sets_add(struct kept_sets *kept, uint32_t head, const struct coefficie
 uint32_t kept_sets_next(const struct kept_sets *kept, uint32_t *place, uint32_t heads,
                         uint32_t counts_per_rev, struct coefficients *set);
 
-/* Tells whether all words are sets of different heads of a mean of `heads` heads. */
+/* Tells whether the words consist of valid sets, each for another missing head, of a mean of `heads` heads. */
 bool kept_sets_are_valid(const struct kept_sets *kept, uint32_t heads, uint32_t counts_per_rev);
 
 #endif

@@ -646,8 +646,8 @@ static enum load_answer load_check_real(const struct load *load, const struct lo
     return seen || load_takes_unseen(load) ? LOAD_TAKEN : LOAD_UNSEEN;
 }
 
-/* Checks the lanes that follow a condition. A lane that no turn of two heads shows is accepted only if the operator
-   forces it. */
+/* Checks the lanes that follow a condition. A lane that no turn of two heads can show is accepted only if the set
+   contains the frame `load force`. */
 static enum load_answer load_check_followed(const struct load *load, bool has_modulators) {
     const struct followed *followed = &load->received_followed;
     if (load->frames + followed_all_lanes(followed) > load->received.lanes) {

@@ -2,8 +2,9 @@
 
 /* Receives coefficients that the operator loads, in addition to those of the calibration.
 
-   They arrive in frames, each with its number and a CRC. A set is used as a whole or not at all: it waits until
-   captured turns have judged each of its orders. The calibration leaves out every order that has a loaded lane. */
+   They arrive in frames (lines of the console), each with its numbers and their CRC. All frames from load_begin() to
+   load_end() form a set, which is used as a whole or not at all: it waits until captured turns have judged each of its
+   orders. The calibration leaves out every order that has a loaded lane. */
 
 #ifndef ARCTRUE_LOAD_H
 #define ARCTRUE_LOAD_H
@@ -105,7 +106,7 @@ struct load {
     /* Temperature dependence of the lanes of these two sets. */
     struct thermal received_thermal;
     struct thermal thermal;
-    /* Lanes of these two sets that follow a condition. */
+    /* Lanes of these two sets that follow a condition or have a real order. */
     struct followed received_followed;
     struct followed followed;
     /* Local tables of these two sets; choice 0: no table. `table_evidence`: log odds of the received table, summed over
@@ -145,8 +146,8 @@ struct load {
     uint64_t unjudged;
     uint32_t loaded_crc;
     struct loaded_watch watch;
-    /* `finder`: results of the turns for the loaded lanes of real orders. `probe_seen`: the probe has had an edge since
-       these lanes began to wait. `probe_edges`: number of edges when they began to wait. */
+    /* `finder`: results of the turns for the loaded lanes of real orders. `probe_seen`: the firmware has read the
+       probe since these lanes began to wait. `probe_edges`: number of edges at the last of these readings. */
     struct line_finder finder[REAL_LANES_MAX];
     bool probe_seen;
     uint32_t probe_edges;
@@ -164,7 +165,7 @@ enum load_answer load_begin(struct load *load, uint32_t frames, uint32_t counts_
                             uint32_t lanes, uint32_t crc);
 enum load_answer load_lane(struct load *load, uint32_t number, uint32_t order,
                            uint32_t phase_offset, int32_t amplitude, uint32_t crc);
-/* Sets the temperature dependence of an earlier lane; lanes are numbered from 0 on. */
+/* Sets the temperature dependence of an earlier lane. `number` counts these frames from 0 on. */
 enum load_answer load_slope(struct load *load, uint32_t number, const struct thermal_lane *lane,
                             uint32_t crc);
 /* Sets the temperature at which the lanes have the written values, and the time constant of the thermometer. */
@@ -173,13 +174,13 @@ enum load_answer load_temperature(struct load *load, int32_t reference_mc,
 /* Sets the range of temperature in which the lanes follow. This frame must come after the frame of load_temperature(),
    which presets the range. */
 enum load_answer load_range(struct load *load, int32_t least_mc, int32_t most_mc, uint32_t crc);
-/* Adds a lane that follows a condition; lanes are numbered from 0 on. The settings of the conditions come after the
-   lanes. */
+/* Adds a lane that follows a condition. `number` counts these frames from 0 on. The settings of the conditions come
+   after the lanes. */
 enum load_answer load_followed(struct load *load, uint32_t number, const struct followed_lane *lane,
                                uint32_t crc);
 enum load_answer load_conditions(struct load *load, uint32_t width, uint32_t dead_zone,
                                  uint32_t nominal_speed, uint32_t crc);
-/* Adds a lane of a real order; lanes are numbered from 0 on. Its phase is not known yet. */
+/* Adds a lane of a real order, whose phase is not known yet. `number` counts these frames from 0 on. */
 enum load_answer load_real(struct load *load, uint32_t number, const struct real_lane *lane,
                            uint32_t crc);
 /* Sets source, side and probe phase of an earlier lane of a real order; without this frame the operator gives the
@@ -253,7 +254,7 @@ void load_reject(struct load *load, enum load_answer reason);
 /* Returns the loaded set if it is active, otherwise NULL. */
 const struct coefficients *load_at_work(const struct load *load);
 
-/* Returns the lanes of the loaded set that follow a condition; none if the set is not active. */
+/* Returns the lanes of the loaded set that follow a condition or have a real order; none if the set is not active. */
 struct followed load_followed_at_work(const struct load *load);
 
 /* Forgets the loaded set. */

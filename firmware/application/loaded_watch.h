@@ -32,8 +32,8 @@ struct loaded_watch {
     uint8_t beyond[LANES_LIMIT];
     /* Lanes that a turn has shown. */
     uint64_t shown;
-    /* Results of the latest turn: mean square of the remaining errors of all lanes, arcsec^2; whether an order is at
-       fault. */
+    /* Results of the latest turn: mean square, over a turn, of the remaining error of all loaded orders together,
+       arcsec^2; whether an order is at fault. */
     double mean_square;
     bool at_fault;
 };
@@ -41,7 +41,8 @@ struct loaded_watch {
 /* Clears the results of the latest turn; call it at the beginning of a turn. */
 void watch_begin(struct loaded_watch *watch);
 
-/* Adds the turn's measurement of the lane at `place`; `applied` is the present value of this lane. */
+/* Adds the turn's measurement of the lane at `place`; `applied` is the value of its order that the gateware applied in
+   this turn. */
 void watch_lane(struct loaded_watch *watch, uint32_t place, const struct sight *sight,
                 struct vector applied);
 

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Receives a local table, judges it by turns and makes it active by a swap. Its points go straight into the idle bank
-   of the gateware, because the memory of the processor is too small for them. */
+/* Receives a local table (points between which the gateware interpolates the correction in windows of the turn), judges
+   it by turns, and makes it active by a swap. Its points go straight into the idle bank of the gateware, because the
+   memory of the processor is too small for them. */
 
 #ifndef ARCTRUE_LOCAL_TABLE_H
 #define ARCTRUE_LOCAL_TABLE_H
@@ -14,7 +15,7 @@ enum load_answer application_load_table(struct application *application,
                                         const struct table_place *place, uint32_t crc);
 enum load_answer application_load_points(struct application *application, uint32_t number,
                                          const int32_t points[LOAD_POINTS], uint32_t crc);
-/* Writes 0 to the points that did not arrive, and the check sum of all points to the received table. */
+/* Writes 0 to the points that did not arrive, and stores the CRC of all points in the received table. */
 void local_table_complete(struct application *application);
 
 /* Returns the log odds of the table at `place`, with the points of the idle bank, against no table, from one turn. */

@@ -43,6 +43,7 @@ struct parameters {
     double output_pins;
     /* Causes for leaving a head out, as bits of the register `failover` from `illegal` on; 0: no head is left out. */
     double failover_causes;
+    /* missing_counts and step_limit of core_failover_setup (core.h). */
     double failover_missing_counts;
     double failover_step_counts;
     /* Time after which a head that was left out may be used again, once it has its index; 0: only on request. */
@@ -72,7 +73,8 @@ struct parameters {
     double alarm_error_arcsec;
     double alarm_separation_arcsec;
     double alarm_temperature_c;
-    /* Smallest change of the correction by the temperature for which a new bank is written. */
+    /* A new bank is written if the temperature, or a newly found phase of a lane of a real order, changes the
+       correction by more than this. */
     double temperature_step_counts;
     /* Largest change of the table's temperature from one reading to the next, and longest time without a change. */
     double temperature_jump_k;
@@ -84,11 +86,11 @@ enum parameter_effect {
     EFFECT_NEXT_TURN,
     /* A re-arm, which makes the index invalid. */
     EFFECT_REARM,
-    /* The pins of pulses change at once. */
+    /* The registers of the pulse inputs and outputs are written at once. */
     EFFECT_PINS,
     EFFECT_CAPTURE,
     EFFECT_COMPARE,
-    /* The gateware's failover changes at once. */
+    /* The new settings of the gateware's failover apply at once. */
     EFFECT_FAILOVER,
 };
 

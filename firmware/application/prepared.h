@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Manages the gateware's prepared sets: the firmware writes them while they are being loaded, and switches the failover
-   on when the mean to which they belong is active. Only the gateware holds the words of the sets. */
+/* Manages the gateware's prepared sets. A prepared set is the coefficients that become active when the gateware leaves
+   one head out of the mean (the failover). The firmware writes the sets while the operator loads them, when it restores
+   saved sets, or when it has calibrated them itself. It switches the failover on when the mean to which they belong is
+   active. The processor's memory does not hold their words. */
 
 #ifndef ARCTRUE_PREPARED_H
 #define ARCTRUE_PREPARED_H
@@ -33,7 +35,9 @@ void prepared_restore(struct application *application);
 uint32_t prepared_saved(const struct application *application);
 /* Notes that no prepared set belongs to the active coefficients. */
 void prepared_forget(struct application *application);
-/* Switches the failover on if the gateware still holds the sets of the active mean, otherwise off. */
+/* Switches the failover on if the gateware still holds the sets of the active mean and `failover_causes` is not 0,
+   otherwise off. If the words of the sets differ from the written words, it forgets the sets and raises an alarm. Does
+   nothing if there are no sets. */
 void prepared_arm(struct application *application);
 /* Raises an alarm if the gateware has left out a head since the previous call. */
 void prepared_watch(struct application *application);

@@ -25,8 +25,9 @@ struct real_lane {
     int32_t amplitude;
     bool phase_known;
     uint32_t source;
-    /* The line has the phase `probe_phase`, u0.24 turn, plus `side` times the angle of the table, at every rising index
-       of the drive. A side line of a gear has the side 1 or -1. */
+    /* At every rising edge of the drive's index, the error that the lane corrects has the phase `probe_phase`, u0.24
+       turn, plus `side` times the angle of the table. `side` is 0 for an order of the drive itself, and 1 or -1 for the
+       two orders next to it that an eccentric gear adds. */
     int32_t side;
     uint32_t probe_phase;
 };
@@ -39,8 +40,9 @@ uint64_t real_lane_phase_step(const struct real_lane *lane, uint32_t counts_per_
 double real_lane_steepest(const struct real_lane *lane, uint32_t counts_per_rev);
 /* Sets the phase so that it is `phase`, u0.24 turn, at angle 0 of turn `turn` of the core. */
 void real_lane_set_phase(struct real_lane *lane, uint32_t phase, int32_t turn);
-/* Sets the phase so that it is `phase_turns` at the corrected angle `angle_turns`, 0 to 1, of turn `turn`. Leaves the
-   lane unchanged and returns false if the lane's value would change by `least_counts` or less. */
+/* Sets the phase so that it is `phase_turns` at the corrected angle `angle_turns`, 0 to 1, of turn `turn`. If the phase
+   is known already and the lane's value would change by `least_counts` or less, leaves the lane unchanged and returns
+   false. */
 bool real_lane_move_phase(struct real_lane *lane, double phase_turns, double angle_turns,
                           int32_t turn, double least_counts);
 /* Tells whether a turn has enough counts for a core with this many lanes to prepare the phases of the next turn. */

@@ -22,8 +22,8 @@ enum output_answer {
 /* Ends the fault of the output and the release of its line drivers. No other function of the firmware ends them. */
 enum output_answer application_clear_output(struct application *application);
 
-/* Return bits of enum core_fault: the faults that switched the line drivers off (0: the drivers are on), and those of
-   these faults that are still present. */
+/* Return bits of enum core_fault: the faults that switched the line drivers off (0: the drivers are on), and the
+   present faults that keep them off. */
 uint32_t application_release_causes(const struct application *application);
 uint32_t application_release_present(const struct application *application);
 

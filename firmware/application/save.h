@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
 /* Writes records into a region of the flash: each record into the next sector, one piece per call. If power is lost at
-   any moment of a write, the previous record remains; no function waits for the flash. A sector whose content differs
-   from the written data is no longer used. */
+   any moment of a write, the previous record remains. No function waits for the end of an erase or of a programming. A
+   sector that fails to erase or differs from the written data is skipped until the next start, or until all sectors
+   have failed. */
 
 #ifndef ARCTRUE_SAVE_H
 #define ARCTRUE_SAVE_H
@@ -30,13 +31,13 @@ enum save_answer {
     SAVE_NOT_READ_BACK,
     /* The flash was silent at the start. Its content has only now been read and is not in use. */
     SAVE_NOT_READ_AT_START,
-    /* The record holds more orders than would be kept, and the operator has not asked for fewer. */
+    /* The latest record holds more orders than the new record would hold, and the operator has not allowed fewer. */
     SAVE_FEWER,
     SAVE_ANSWERS,
 };
 
-/* First word of the local table's points in the sector of their record. The processor's memory does not hold the
-   points. They are written before the record, so that a whole record has whole points. */
+/* Offset, in words, of the local table's points from the start of the record's sector. The processor's memory does not
+   hold the points. They are written before the record, so that a complete record always has complete points. */
 enum { SAVE_POINTS_AT = 2048 };
 /* Returns point `number` while the record is written. */
 typedef int32_t save_point(const void *context, uint32_t number);
@@ -53,7 +54,8 @@ struct save {
     /* Result of the last save; `fresh`: it has not been reported yet. */
     enum save_answer answer;
     bool fresh;
-    /* Sector and number of the latest whole record; if no record is whole, the reason. */
+    /* `found`: SAVED_READ if a record is whole, otherwise the reason why none is. `latest` and `sequence`: sector and
+       number of the latest whole record. */
     enum saved_answer found;
     uint32_t latest;
     uint32_t sequence;
@@ -91,9 +93,9 @@ bool save_find(struct save *save);
    use. */
 enum save_answer save_look_again(struct save *save);
 
-/* Begins to write `content` if no save is in progress. Returns SAVE_DONE if the write has begun. A save does not drop
-   lanes unless the operator asked for it: the content must have at least `least` lanes, and `least` is 0 if the
-   operator asked for fewer. */
+/* Begins to write `content`; no save may be in progress (the function asserts this). Returns SAVE_DONE if the write has
+   begun. Returns SAVE_FEWER if the content has fewer than `least` lanes, so that no save drops lanes by mistake;
+   `least` is 0 if the operator allows fewer lanes. */
 enum save_answer save_begin(struct save *save, uint32_t least);
 
 /* Reads points of the latest record. Returns false if the flash does not answer. */

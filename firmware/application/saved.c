@@ -231,8 +231,8 @@ uint32_t saved_write(const struct saved *saved, uint32_t sequence, uint32_t *wor
     return to.place;
 }
 
-/* Looks first at the place where this firmware would have written the parameter, because it takes long to compute the
-   check sums of all names. */
+/* Takes one parameter from the record and finds it by the check sum of its name. The search begins at `first`, the
+   parameter's place in a record of this firmware, because the check sums of all names take long. */
 static void saved_take_parameter(struct source *from, struct parameters *parameters,
                                  uint32_t first) {
     uint32_t sum = saved_take(from);

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Declares the state of the application, and the functions that several files need to read it: names, active
-   coefficients. */
+/* Declares the state of the application, and the functions with which several files read it. */
 
 #ifndef ARCTRUE_STATE_H
 #define ARCTRUE_STATE_H
@@ -26,8 +25,8 @@ enum application_phase {
     PHASE_WAIT_FOR_INDEX,
     PHASE_CAPTURE,
     PHASE_SWAP,
-    /* Held after several faults in a row, or because the settings are lost: the core continues with its
-       coefficients, and nothing is calibrated. */
+    /* Held after several faults in a row, or because the settings are lost while a correction is active: the core
+       continues with its coefficients, and nothing is calibrated. */
     PHASE_HELD,
 };
 
@@ -48,7 +47,7 @@ enum saved_state {
     /* No captured turn has confirmed the saved coefficients yet. */
     SAVED_WAITING,
     SAVED_CONFIRMED,
-    /* A turn contradicts the saved coefficients: they wait for the next `rearm`. */
+    /* A turn contradicts the saved coefficients, or they do not fit this core: they wait for the next `rearm`. */
     SAVED_NOT_CONFIRMED,
 };
 
@@ -114,7 +113,7 @@ struct turn_report {
     /* Largest distance of a head's place from the place that the corrected mean expects; negative if it was not
        measured. */
     double mean_off_arcsec;
-    /* Head that has moved since the previous turn, from 1 on, and its motion along the scale; 0: none. */
+    /* Head that has moved since the active offsets were set, from 1 on, and its motion along the scale; 0: none. */
     uint32_t moved_head;
     double moved_arcsec;
     /* Reason why the turn did not calibrate the mean, if the device is to calibrate it. */
@@ -170,8 +169,8 @@ struct application {
     /* Memory for a copied capture; NULL if no capture is copied. */
     struct capture_copy *copy;
     int32_t position_at_bank;
-    /* Angle of head 2 at its own index, counts: the counts that it lost since the index that defined its zero. For
-       head 1 the core moves the zero instead; zero_moves is the number of these moves. */
+    /* Angle of head 2 at its own index, counts; not 0 once head 2 has lost counts since the index that defined its
+       zero. For head 1 the core moves the zero instead; zero_moves is the number of these moves. */
     int32_t head2_zero;
     uint32_t zero_moves;
     /* True while the angle of head 1 at its index is not 0 and a loss of counts is not proven; and the position of head
@@ -205,7 +204,7 @@ struct application {
     /* Clock rate of the core's time for the thermometer; 0: the rate that the core states. In the virtual instrument a
        second has fewer clocks. */
     double temperature_clock_hz;
-    /* Number of banks that followed the temperature between two turns. */
+    /* Number of coefficient banks that were activated between two turns because the table's temperature had changed. */
     uint32_t temperature_swaps;
     /* Storage in the flash; NULL if there is no flash. */
     struct save *save;

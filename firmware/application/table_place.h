@@ -34,7 +34,7 @@ struct load_table {
 
 /* Tells whether the words are within their ranges. */
 bool load_table_is_valid(const struct table_place *place, uint32_t counts_per_rev);
-/* Return the number of windows, the exponent of a window's width, and the unit of a point in counts. */
+/* Return the number of windows; w, where a window is 2^-w turn wide; and the unit of a point in counts. */
 uint32_t load_table_windows(const struct table_place *place);
 uint32_t load_table_width(const struct table_place *place);
 double load_table_unit(const struct table_place *place);

@@ -75,11 +75,10 @@ static double table_temperature_decay(double times) {
     return 1.0 + expm1(-times);
 }
 
-/* The thermometer lags as T_s' = (T - T_s) / tau. An observer of T_s, T - T_s and the slope of T, whose
-   three poles are the same, has no error where T rises evenly. Over dt, with a = exp(-dt / tau):
-   T_s goes to T_s + (1 - a) (T - T_s) + (dt - tau (1 - a)) T',
-   T - T_s to a (T - T_s) + tau (1 - a) T'.
-   The gains K give z I - (I - K H) F the determinant (z - q)^3; they follow from this equation at z = 0, 1 and a. */
+/* The thermometer lags as T_s' = (T - T_s) / tau. An observer of T_s, T - T_s and the slope of T, with three equal
+   poles q, has no lasting error while T changes at a constant rate. Over dt, with a = exp(-dt / tau): T_s goes to T_s +
+   (1 - a) (T - T_s) + (dt - tau (1 - a)) T', T - T_s to a (T - T_s) + tau (1 - a) T'. The gains K give z I - (I - K H)
+   F the determinant (z - q)^3; they follow from this equation at z = 0, 1 and a. */
 static void table_temperature_observe(struct table_temperature *table, double celsius,
                                       double passed) {
     double tau = table->time_constant_s;

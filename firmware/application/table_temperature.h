@@ -15,7 +15,7 @@ typedef bool temperature_read(void *context, double *celsius);
 enum temperature_source { TEMPERATURE_NONE, TEMPERATURE_HOST, TEMPERATURE_SENSOR };
 
 enum temperature_state {
-    /* No reading exists yet, or no second reading has confirmed the first. */
+    /* No reading exists yet, or fewer than three successive readings have agreed. */
     TEMPERATURE_UNKNOWN,
     TEMPERATURE_GOOD,
     /* Held at the last good value, because the thermometer does not answer, has jumped further than the table can,

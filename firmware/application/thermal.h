@@ -63,8 +63,9 @@ struct lane thermal_lane_at(const struct thermal *thermal, const struct lane *la
 double thermal_change_counts(const struct thermal *thermal, const struct coefficients *lanes,
                              double from_celsius, double to_celsius);
 
-/* Returns the largest difference between the corrections of two banks with lanes at the same places, counts. A lane
-   that only one bank uses counts with its whole amplitude. */
+/* Returns the sum of the amplitudes by which the lanes of two banks differ, place by place, counts. It is an upper
+   bound of the difference between the two corrections. A lane that one bank alone uses counts with its whole
+   amplitude. */
 double thermal_apart_counts(const struct coefficients *first, const struct coefficients *second);
 
 #endif

@@ -67,7 +67,7 @@ static void turn_take_calibration(struct application *application) {
     }
 }
 
-/* Returns those lanes of the applied set that follow a condition. */
+/* Returns the lanes of the applied set that follow a condition or have a real order. */
 static struct followed turn_followed(const struct application *application,
                                      enum candidate_origin origin) {
     const struct load *load = &application->load;

@@ -7,23 +7,27 @@
 
 #include "state.h"
 
-/* Returns the angle of a head at its last index if it differs from `known` by more than the repeatability of the index;
-   otherwise `known`. */
+/* Looks at the angle of a head, 0 or 1, at its last index, counts. Returns 0 if the angle is within the parameter
+   `index_tolerance` of 0, `known` if it is within this tolerance of `known`, and otherwise the angle. */
 int32_t zeros_look(const struct application *application, uint32_t head, int32_t known);
 
-/* Forgets both heads' zeros; the next index of each head defines them again. */
+/* Forgets the lost counts and the doubt that the firmware has noted for both heads. It does not access the zeros of the
+   core. */
 void zeros_forget(struct application *application);
 
-/* Raises an alarm if head 1's angle at its index is not 0: counts were lost, or the mark is false. The
-   correction stays on, displaced by this angle, until the core has proven a mark and moves the zero. A mark
-   far from the index is probably a false pulse. */
+/* Checks head 1's angle at its index after an index error. If the angle is not 0, counts were lost or the mark is
+   false; the correction stays on, displaced by this angle, until the core has proven a mark and moves the zero. If the
+   core proves no mark within four turns, the function re-arms the core, so that the zeros are searched again, and
+   raises an alarm. A mark further than 1/1024 turn from the zero is ignored, because it is probably a false pulse. */
 void zeros_watch_doubt(struct application *application);
 
-/* Subtracts the counts that head 2 lost, if its index shows a loss, from head 2's words from the next turn on. The turn
-   in which the loss changes has an index error and is refused, so that no turn uses the loss of another turn. */
+/* Stores head 2's angle at its index, which is subtracted from head 2's words from the next turn on, and reports the
+   alarm zero_lost if it has changed. The turn in which it changes has an index error and is refused, so that no turn
+   uses the angle of another turn. */
 void zeros_follow_head2(struct application *application);
 
-/* Tells whether the core moved the zero of head 1, with the correction on, since the last call. */
+/* Tells whether the core moved the zero of head 1 since the last call. If so, reports the alarm zero_lost and arms an
+   armed compare again. */
 bool zeros_moved(struct application *application);
 
 /* Looks for lost counts between two turns: an index proves them at once, while the bank may become full only minutes

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Runs both methods and a plain version of each on the capture in the window, as a separate image for
-   scripts/bench_firmware.py. It prints the ticks of each run. For each plain version it also prints the largest
-   difference between its values and the values of the method, as a share of the largest value. */
+/* Runs both methods of the calibration, and a plain version of each, on the capture in the core's window; it is a
+   separate image for scripts/bench_firmware.py. It prints the ticks of each run. For each plain version it also prints
+   the largest difference between its values and the values of the method, as a share of the largest value. */
 
 #include <math.h>
 #include <stddef.h>
@@ -86,7 +86,8 @@ static double apart(void) {
     return most / largest;
 }
 
-/* Judges 32 loaded orders that the calibration does not fit, because the judgement of fitted orders takes no time. */
+/* Measures the sums for 32 loaded orders that the calibration does not fit; the judgement of fitted orders needs no
+   such sums. */
 static void judge(const struct turn *turn) {
     enum { FIRST = 4096, APART = 7 };
     bench.set.lanes = JUDGED_ORDERS;

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
 /* Computes both estimates as a textbook describes them: with a sine and a cosine of the C library for every sample and
-   order, and a normal matrix that is summed element by element. The bench compares the firmware with these functions;
-   the firmware does not contain them. */
+   order, and a normal matrix that is summed element by element. bench.c compares the functions of the firmware with
+   these functions; the firmware does not contain them. */
 
 #ifndef ARCTRUE_PLAIN_H
 #define ARCTRUE_PLAIN_H

@@ -215,11 +215,11 @@ interrupt_request:
 
 /* The tables are in constant memory, because they never change. */
     .equ PAGE_CODE, 0x25E           /* normal, write-back, read only */
-    .equ PAGE_TEXTS, 0x25F          /* the same, not executable */
+    .equ PAGE_TEXTS, 0x25F          /* normal, write-back, read only, not executable */
     .equ PAGE_DATA, 0x5F            /* normal, write-back, not executable */
-    .equ SECTION_DEVICE, 0x416      /* not executable */
+    .equ SECTION_DEVICE, 0x416      /* device, not executable */
 
-    .equ SECTION_READ_ONLY, 0x8416  /* the same, read only */
+    .equ SECTION_READ_ONLY, 0x8416  /* device, not executable, read only */
 
     /* The table covers the first 256 MB only, so that it has 1 KB instead of 16 KB; TTBCR makes
        every access beyond them a fault. The program sees a device at the address that seen_at() of

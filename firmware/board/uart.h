@@ -10,7 +10,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* The ring holds more characters than arrive during the longest calibration; further characters are lost. A 0 marks the
+/* The ring holds the characters that 115,200 baud transmit in 0.35 s. A calibration may take longer, but a sender that
+   waits for the answer to each line never fills the ring. Characters for which it has no room are lost; a 0 marks the
    place where characters were lost. No line of text contains a 0, so a damaged line is never taken for another line. */
 enum { UART_RING = 4096, UART_LOST = 0 };
 

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Restarts a firmware that hangs, by two watchdogs. If the main program does not feed the watchdogs for
-   WATCHDOG_HANG_S, the timer's interrupt records the instruction at which it hangs and restarts the firmware. If the
-   processor takes no interrupts either, its own watchdog resets only the processor after WATCHDOG_S: the fabric, its
-   clock and its reset are not affected, and the memory is kept. */
+/* Restarts a firmware that hangs, in one of two ways. If the main program has not fed the processor's watchdog for
+   WATCHDOG_HANG_S, the interrupt handler of the global timer records the instruction at which the program hangs and
+   restarts the firmware. If the processor takes no interrupts either, the watchdog resets the processor WATCHDOG_S
+   after the last feeding. It resets nothing else: the fabric, its clock and its reset are not affected, and the memory
+   is kept. */
 
 #ifndef ARCTRUE_WATCHDOG_H
 #define ARCTRUE_WATCHDOG_H
@@ -11,7 +12,7 @@
 #include <stdbool.h>
 
 #define WATCHDOG_S 4U
-/* Time after which the main program counts as hung, much longer than the longest calibration. */
+/* Time without a feeding after which the main program counts as hung, at least twice the longest calibration. */
 #define WATCHDOG_HANG_S 2U
 
 void watchdog_start(void);

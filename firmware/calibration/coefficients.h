@@ -11,7 +11,8 @@
 #include "selection.h"
 #include "vector.h"
 
-/* A lane. Its phase step K follows from order and counts_per_rev and is computed when needed. */
+/* Words of a lane, which is a unit of the gateware that adds one harmonic to the correction. Its phase step K follows
+   from order and counts_per_rev and is computed when needed. */
 struct lane {
     /* Phase Phi, u0.24 turn. */
     uint32_t phase_offset;
@@ -25,11 +26,12 @@ struct coefficients {
     struct lane lane[LANES_LIMIT];
     uint32_t lanes;
     uint32_t counts_per_rev;
-    /* The heads and weights of the mean that the lanes correct. */
+    /* Mean of heads that the lanes correct; its `heads` is 0 if they correct head 1 alone. */
     struct mean_set mean;
 };
 
-/* Quantises the applied orders; the remaining lanes get amplitude 0. */
+/* Quantises the orders whose verdict is VERDICT_APPLIED, one per lane; the remaining lanes stay unused. Returns
+   REFUSED_AMPLITUDE if a lane cannot hold an amplitude. */
 enum refusal coefficients_quantise(const struct estimate *estimate, const enum verdict *verdicts,
                                    uint32_t counts_per_rev, uint32_t lanes,
                                    struct coefficients *coefficients);
@@ -40,7 +42,7 @@ uint64_t coefficients_phase_step(uint32_t order, uint32_t counts_per_rev);
 /* Tells whether a lane can hold order, phase offset and amplitude. */
 bool coefficients_lane_is_valid(const struct lane *lane);
 
-/* Tells whether a lane has the order; returns false if `coefficients` is NULL. */
+/* Tells whether a lane has the order; returns false if `coefficients` is NULL or the order is 0. */
 bool coefficients_have(const struct coefficients *coefficients, uint32_t order);
 /* Returns the lane of the order; NULL if no lane has the order or the order is 0. */
 const struct lane *coefficients_lane_of(const struct coefficients *coefficients, uint32_t order);

@@ -22,8 +22,9 @@ struct harmonic {
        so averaging does not reduce it. */
     double by_separation_cosine;
     double by_separation_sine;
-    /* |TF|; INFINITY for an order that cannot be seen. */
+    /* |TF| with two heads, heads_gain() with more; INFINITY for an order that the heads cannot observe. */
     double noise_gain;
+    /* True if the heads can observe the order: its error differs from head to head. */
     bool seen;
 };
 
@@ -60,8 +61,8 @@ struct calibration_settings {
 double harmonic_amplitude(const struct harmonic *harmonic);
 /* Returns Phi_n of equation (9), rad, in (-pi, pi]. */
 double harmonic_phase(const struct harmonic *harmonic);
-/* Returns the standard uncertainty of a component: root of the mean of both variances, including the separation's
-   part. */
+/* Returns the standard uncertainty of a component: root of the mean of both variances, including the separation's part;
+   INFINITY if the order is not seen. */
 double harmonic_uncertainty(const struct harmonic *harmonic);
 
 bool estimate_is_finite(const struct estimate *estimate);

@@ -10,11 +10,12 @@
 #include "estimate.h"
 #include "refusal.h"
 
-/* Ratio of a turn's noise to the noise of the turns before it above which the turn is refused. */
+/* Default limit of the ratio between the noise of a turn and the noise of the turns before it; the gate refuses a turn
+   whose ratio is higher. */
 #define NOISE_LIMIT_DEFAULT 3.0
 
 struct gate_prediction {
-    /* Root mean square over a turn of the error of all seen orders, arcsec. */
+    /* RMS error, over a turn, of all orders that the heads can observe (`seen`), arcsec. */
     double active_arcsec;
     double candidate_arcsec;
 };

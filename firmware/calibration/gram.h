@@ -31,7 +31,7 @@ struct gram_layout {
     uint32_t number;
 };
 
-/* Sums over the turn in one pass; `shift_rad` is subtracted from head 2. */
+/* Computes the sums over the turn in one pass; `shift_rad` is subtracted from head 2's readings. */
 void gram_accumulate(struct gram_sums *sums, const struct unit_circle *circle,
                      const struct turn *turn, uint32_t orders, double shift_rad);
 

@@ -10,8 +10,8 @@
 
 #define WEIGHT_ONE ((double)(1 << ARCTRUE_COSINE_FRACTION))
 #define WEIGHT_LIMIT (1 << (ARCTRUE_COSINE_WIDTH - 1))
-/* Least length of the parity vector for which the places count as different; its elements are the areas of four
-   triangles of heads. */
+/* Least length of the parity vector; a shorter one shows that the four heads stand at only two places. The elements of
+   the vector are the areas of the four triangles of three heads. */
 #define LEAST_PARITY 1e-6
 /* Noise gain above which an order counts as not seen. */
 #define UNSEEN_GAIN 1e3

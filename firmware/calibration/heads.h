@@ -37,7 +37,7 @@ struct vector heads_sight(const struct heads_geometry *geometry, uint32_t head);
 
 /* Computes orthonormal combinations of readings with sum 0. With four heads this is the parity, the only combination
    that also contains no motion of the axis. With two or three heads these are all combinations with sum 0. Returns
-   their number; 0 if two heads stand at one place. */
+   their number; 0 if four heads stand at only two places. */
 uint32_t heads_combinations(const struct heads_geometry *geometry,
                             double combination[COMBINATIONS_MOST][HEADS_MOST]);
 

@@ -6,14 +6,16 @@
 
        R_i = theta + a_i + g_i(R_i + d_i) + m_i,
 
-   where a_i is the offset of its counter, d_i the angle by which it detects the index mark late, and m_i the effect
-   of a motion of the axis; order 1 of g acts with the factor rho_i. With four heads, the parity, which contains
-   neither rotation nor any motion of the axis, shows the orders from 2 on. With three heads, both combinations
-   without rotation show them if the axis does not move at these orders. With two heads, one combination shows all
-   orders. With three and four heads, the lines of the readings at order 1 determine order 1 of the disc, the
-   backward circle of the axis, d_i and rho_i, together with the prior values, by Gauss-Newton iteration.
+   where a_i is the offset of its counter, d_i the angle by which it detects the index mark late, and m_i the effect of
+   a motion of the axis; order 1 of g acts with the factor rho_i. With four heads, the parity, which contains neither
+   rotation nor any motion of the axis, shows the orders from 2 on. With three heads, both combinations without rotation
+   show them if the axis does not move at these orders. With two heads, one combination shows all orders. With three and
+   four heads, the Fourier components of the readings at order 1, together with prior values of d_i and rho_i, determine
+   order 1 of the disc, the circular motion of the axis against the table's rotation, d_i and rho_i, by Gauss-Newton
+   iteration.
 
-   Each pass over the turn computes all residuals at the present values; the passes end when nothing changes. */
+   Each pass over the turn computes all residuals at the present values; the passes end when a further step would change
+   the values by less than 1e-11 of the largest value. */
 
 #ifndef ARCTRUE_HEADS_FIT_H
 #define ARCTRUE_HEADS_FIT_H

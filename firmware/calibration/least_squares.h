@@ -6,7 +6,7 @@
    under this head without approximation. The equation R2 - R1 = alpha + g(R2) - g(R1) is linear in the harmonics of g
    and in alpha, and is exact for any steps, speed and number of samples. Only the zero of head 2 depends on the result:
    if the separation is not taken from this turn, R2 is moved by the difference between the fitted constant and the
-   separation, until nothing changes. */
+   separation, and the fit is repeated until a further move would change the error by less than 1e-4 arcsec. */
 
 #ifndef ARCTRUE_LEAST_SQUARES_H
 #define ARCTRUE_LEAST_SQUARES_H

@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Finds the phase of a line whose order is not whole from turn to turn, from the difference of two heads.
+/* Finds the phase of one harmonic of the error (a line) whose order is not whole, from the difference of two heads in
+   successive turns.
 
    The error of head 1 has a line Re(c e^{j nu Theta}), with Theta counted over the turns. If the line is fixed to the
-   disc, it appears in head 2 minus head 1 as Re(c g e^{j nu Theta}) with g = e^{j nu alpha} - 1. The sum S of the
-   difference times e^{-j nu theta} over a turn, theta within the turn, has the same value K for whole orders in every
-   turn: S = K + (c g A + c* g* B)/2 with sums A of e^{j nu (Theta - theta)} and B of e^{-j nu (Theta + theta)}. A
-   Kalman filter follows K and c; c takes a random walk, because the line slips. sim/arctrue/calibration/line_phase.py
-   contains the same calculation in numpy. */
+   disc, it appears in head 2 minus head 1 as Re(c g e^{j nu Theta}) with g = e^{j nu alpha} - 1. S is the mean of the
+   difference times e^{-j nu theta} over a turn, with theta counted within the turn. All whole orders together add the
+   same constant K to S in every turn: S = K + (c g A + c* g* B)/2 with the means A of e^{j nu (Theta - theta)} and B of
+   e^{-j nu (Theta + theta)}. A Kalman filter follows K and c; in its model c takes a random walk, because the phase of
+   the line slips. sim/arctrue/calibration/line_phase.py contains the same calculation in numpy. */
 
 #ifndef ARCTRUE_LINE_PHASE_H
 #define ARCTRUE_LINE_PHASE_H
@@ -28,7 +29,8 @@ struct line_finder {
     bool is_known;
 };
 
-/* The order is whole + turn_step/2^48; the amplitude is the loaded amplitude. */
+/* Line whose phase is sought. Its order is a whole number plus turn_step/2^48; its amplitude is the amplitude of the
+   loaded lane. */
 struct line_sought {
     double order;
     uint64_t turn_step;

@@ -17,14 +17,14 @@ enum verdict {
     VERDICT_LOADED,
 };
 
-/* Limit of the noise gain: at a separation of 33 degrees it keeps n = 11 (gain 19) and leaves out the orders next to n
-   = 120. */
+/* Limit of the noise gain: at a separation of 33 degrees it keeps n = 11 (gain 19) and leaves out n = 120, whose gain
+   is infinite. */
 #define GAIN_LIMIT_DEFAULT 50.0
 
 const char *verdict_name(enum verdict verdict);
 
-/* Returns the ratio of amplitude to standard uncertainty that noise exceeds in any of `orders` orders with a
-   probability of 5 %. */
+/* Returns the ratio of amplitude to standard uncertainty that noise alone exceeds in at least one of `orders` orders
+   with a probability of 5 %. */
 double significance_factor(uint32_t orders);
 
 /* Sets one verdict per order, order n at place n - 1. If there are too few lanes, the orders with the largest

@@ -12,7 +12,8 @@ enum sight_state {
     SIGHT_CLEAR,
     /* This turn cannot show the order, because its samples cannot separate the order from other orders. */
     SIGHT_BLURRED,
-    /* No turn can show the order, because its error is the same under both heads. */
+    /* No turn can show the order, because its error is the same under both heads, or differs so little that the noise
+       gain exceeds the limit. */
     SIGHT_UNSEEN,
 };
 
@@ -20,8 +21,8 @@ struct sight {
     enum sight_state state;
     /* Cosine and sine, arcsec; x in the formulas below. */
     struct vector value;
-    /* Variance of a component, arcsec^2: due to the noise of the turn; due to the separation, which is the same in
-       every turn; and due to changes within the turn. */
+    /* Variance of a component, arcsec^2: due to the noise of the turn; due to the uncertainty of the separation, whose
+       error is the same in every turn; and due to changes within the turn. */
     double variance;
     double by_separation;
     double by_change;

@@ -178,7 +178,8 @@ static void show_device(struct console *console) {
     named(console, "banks_without_interrupt", application->banks_without_interrupt);
 }
 
-/* Prints position, angle after its index, and index of every head, all from the same clock of the core. */
+/* Prints for every head, from one clock of the core: its position, its angle after its index, and whether it has seen
+   its index. */
 static void heads(struct console *console, char *const *words, uint32_t number) {
     const struct application *application = console->application;
     const struct text_sink *sink = &console->sink;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Executes the commands that the operator sends on a serial port. Each line that the operator sends gets one answer;
-   the answer to a line that the console does not understand begins with "error:". */
+/* Executes the commands that the operator sends on a serial port. Each line that contains a word gets one answer; the
+   answer to a line that the console does not understand begins with "error:". */
 
 #ifndef ARCTRUE_CONSOLE_H
 #define ARCTRUE_CONSOLE_H

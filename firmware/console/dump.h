@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* `dump`: prints the next captured turn, one frame per line, with the frame's number and a CRC-32 over
-   the numbers of the line as little-endian words. */
+/* `dump`: prints the next captured turn, one sample (row) per line, with the row's number and a CRC-32 over the numbers
+   of the line as little-endian words. */
 
 #ifndef ARCTRUE_DUMP_H
 #define ARCTRUE_DUMP_H

@@ -28,7 +28,8 @@ static void begun(const struct console *console, enum image_answer answer) {
     }
 }
 
-/* Parses eight digits per word and returns the number of words; 0 if the text is no row of words. */
+/* Parses words of eight hexadecimal digits and returns their number; 0 if the text does not consist of such words or
+   has too many. */
 static uint32_t read_words(char *digits, uint32_t words[IMAGE_WORDS_MOST]) {
     uint32_t number = 0;
     while (*digits != '\0') {

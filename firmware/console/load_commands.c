@@ -9,7 +9,7 @@
 #include "local_table.h"
 #include "prepared.h"
 
-/* sim/arctrue/device/load.py writes the frames and states their numbers. */
+/* sim/arctrue/device/load.py writes these frames and states which numbers each frame has. */
 const char load_use[] =
     "load status | load abort | load phase N DEGREES TURN | load begin, lane, "
     "slope, temperature, range, "
@@ -320,7 +320,7 @@ static void order_line(struct console *console, const char *name, uint32_t order
     text_line(&console->sink, "");
 }
 
-/* Prints the lanes whose bits are set in `set`. */
+/* Prints one line with `name` and the order for each lane of `set` whose bit is set in `places`. */
 static void order_lines(struct console *console, const char *name, const struct coefficients *set,
                         uint64_t places) {
     ASSERT(set->lanes <= LANES_LIMIT);
@@ -331,7 +331,7 @@ static void order_lines(struct console *console, const char *name, const struct 
     }
 }
 
-/* Prints the lanes of real orders in the order of their numbers. */
+/* Prints the lanes of real orders by ascending lane number, and the number of the core's present turn. */
 static void tell_real(struct console *console, const struct followed *loaded) {
     ASSERT(loaded->real_lanes <= REAL_LANES_MAX);
     for (uint32_t place = 0; place < loaded->real_lanes; place++) {

@@ -164,7 +164,7 @@ static void estimate_part(const struct text_sink *sink, const struct application
     }
 }
 
-/* Prints the residual of the loaded orders, and those orders that no turn could judge. */
+/* Prints the remaining error of the loaded orders, and those orders that no turn has judged. */
 static void loaded_part(const struct text_sink *sink, const struct application *application) {
     const struct load *load = &application->load;
     const struct coefficients *set = load_at_work(load);
@@ -222,8 +222,8 @@ static void list(const struct text_sink *sink, const char *name, const double *v
     text_word(sink, "]");
 }
 
-/* Prints the turn's results for the heads and the axis if the device calibrates the mean; otherwise the reason why it
-   does not calibrate the mean. */
+/* Prints the turn's results for the heads and the axis if the turn has calibrated the mean. If the device is to
+   calibrate the mean and this turn could not, prints the reason. */
 static void found_part(const struct text_sink *sink, const struct application *application) {
     const struct heads_found *found = &application->found;
     double place_deg[HEADS_MOST];

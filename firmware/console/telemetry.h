@@ -6,8 +6,9 @@
 #include "application.h"
 #include "text.h"
 
-/* Prints the latest turn as one line of JSON, with these alarms, and with the harmonics if the turn has any. Prints
-   nothing and returns false if the sink has no room for the whole line. */
+/* Prints the latest turn as one line of JSON with `alarms`; if the turn was not refused, the line also contains its
+   harmonics. If the turn has been printed already, the line contains only what is new: alarms, released line drivers
+   and heads that were left out. Prints nothing and returns false if the sink has no room for the whole line. */
 bool telemetry_turn(const struct text_sink *sink, const struct application *application,
                     uint32_t alarms);
 

@@ -32,13 +32,14 @@ void text_unsigned(const struct text_sink *sink, uint64_t value);
 void text_hexadecimal(const struct text_sink *sink, uint32_t value);
 void text_signed(const struct text_sink *sink, int64_t value);
 
-/* Writes 0 to 9 decimals, rounded; "null" for a number that is not finite or above 9e8. */
+/* Writes 0 to 9 decimals, rounded; "null" for a number that is not finite or whose magnitude is 9e8 or more. */
 void text_fixed(const struct text_sink *sink, double value, unsigned decimals);
 
-/* Parses all of `word` as a decimal number without exponent. If it fails, `value` keeps its old content. */
+/* Parses all of `word` as a decimal number of at most 15 digits without exponent. If this fails, returns false and
+   leaves `value` unchanged. */
 bool text_parse_decimal(const char *word, double *value);
 
-/* Parses a whole number within -limit and limit, both at most 2^53. */
+/* Parses a whole number from -limit to limit; `limit` is at most 2^53. */
 bool text_parse_whole(const char *word, double limit, int64_t *value);
 /* Parses one to eight hexadecimal digits. */
 bool text_parse_hexadecimal(const char *word, uint32_t *value);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Sends any bytes to the console, with a core on the bus that delivers a turn after every line. The output must be
-   text in whole lines, with at most one error line per received line. */
+/* Sends any bytes to the console, with a core on the bus that delivers a turn after each of the first four lines. The
+   output must be text in whole lines, and the kept settings must equal the settings that the lines have ordered. */
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Reads the temperature of the die from the converter of the fabric (XADC), which the processor reaches through a
-   serial port (UG480, chapter 2; UG585, chapter 30). */
+/* Reads the temperature of the die from the analogue-to-digital converter of the fabric (XADC), which the processor
+   reaches through a serial port (UG480, chapter 2; UG585, chapter 30). */
 
 #ifndef ARCTRUE_DIE_TEMPERATURE_H
 #define ARCTRUE_DIE_TEMPERATURE_H

@@ -26,7 +26,7 @@ enum fabric_state {
     /* Final states: configured by this firmware, or before it started. */
     FABRIC_LOADED,
     FABRIC_CONFIGURED,
-    /* Final states: refused. */
+    /* Final states in which the fabric is not configured; each names the reason. */
     FABRIC_NO_FLASH,
     FABRIC_NO_IMAGE,
     FABRIC_VERSION,

@@ -23,8 +23,9 @@ const char *thermometer_name(enum thermometer_kind kind);
 /* Searches for a thermometer at the addresses 0x48 to 0x4B; the bus must be prepared. */
 void thermometer_find(struct thermometer *thermometer, const struct register_access *access);
 
-/* Reads the temperature; the context is a struct thermometer. If the thermometer does not answer, the function searches
-   for it again, because a thermometer without supply loses its settings. */
+/* Reads the temperature; the context is a struct thermometer. If the thermometer does not answer, the function returns
+   false and identifies the device at the same address again, because a thermometer that was without supply has lost its
+   settings. */
 bool thermometer_read(void *context, double *celsius);
 
 #endif

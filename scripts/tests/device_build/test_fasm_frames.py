@@ -1,5 +1,4 @@
-"""Tests the conversion of FASM to frames with a handmade database of one tile; docs/ reports a
-comparison with Project X-Ray's fasm2frames."""
+"""Tests the conversion of FASM to frames with a handmade database of one tile."""
 
 from __future__ import annotations
 

@@ -36,7 +36,8 @@ CFG_IN, JPROGRAM, FABRIC_IDCODE = 0x05, 0x0B, 0x09
 
 @dataclass
 class Tap:
-    """Test access port; ``shifted`` are the bits that are being shifted into the data register."""
+    """Test access port (TAP); ``shift`` holds the bits of the register, instruction or data, that
+    is being shifted."""
 
     instruction_bits: int
     idcode: int

@@ -1,4 +1,5 @@
-"""Tests ``make flash`` and ``make flash-bitstream`` with an emulated chip."""
+"""Tests ``make flash`` with an emulated processor, and ``make flash-bitstream`` with a simulated
+scan chain."""
 
 from __future__ import annotations
 

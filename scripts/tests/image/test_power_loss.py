@@ -1,9 +1,9 @@
 """Tests that after a power loss in a write or an erase the device starts with the old or the new
 content.
 
-The chip's model writes the page or sector only in part, up to every byte and in three orders
-(flash_model.Chip.lose_power). Each test compares the content that the C code finds with the content
-before the power loss.
+The chip's model writes the page or sector only in part: up to each of many bytes in turn, and in
+three orders (flash_model.Chip.lose_power). The tests then check which record or image the C code
+finds.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ SECTORS = 16
 
 
 class Torn:
-    """Simulates a power loss at every place of each write of the chip, calls ``look``, and restores
-    the chip."""
+    """Simulates a power loss at many places of each write of the chip, calls ``look`` after each,
+    and restores the chip."""
 
     def __init__(self, chip: Chip, look: Any, every_byte: int) -> None:
-        """Store the chip; in a sector, power is lost after each of the first ``every_byte``
-        bytes."""
+        """Store the chip. In a page, power is lost at every byte; in a sector, at each of the first
+        ``every_byte`` bytes, at 40 random bytes behind them, and at the last byte."""
         self.chip = chip
         self.look = look
         self.every_byte = every_byte

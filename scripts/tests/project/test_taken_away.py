@@ -37,14 +37,14 @@ def test_every_effect_has_been_measured() -> None:
 
 
 def test_what_can_be_taken_away_is() -> None:
-    """If the effect's declaration names the lanes as its compensation, at most a small share of the
-    effect, or 0.03″, remains.
+    """If lanes, a condition, the firmware's thermal model or a local table corrects an effect, at
+    most a small share of the effect, or 0.03″, remains.
 
     The limit of 0.03″ is three standard uncertainties of the lanes' sum, about 0.01″ each for a set
-    with a sixth of the samples. The share is larger for the gear, because the gear's eccentricity
-    causes lines next to the tooth count, which the effect models only with a separate setting, and
-    because a lane depends on the reading, but the gear's error on the true angle. For the single
-    line the lane has the line's own order, which is not an integer.
+    with a sixth of the samples. The share is larger for drive_gear_error, because the gear's
+    eccentricity causes two orders next to the tooth count, which the effect models only with a
+    separate setting, and because a lane depends on the reading, but the gear's error on the true
+    angle. For periodic_error the lane has the order of the effect, which is not an integer.
     """
     for name, row in stored()["effects"].items():
         declared = built_in()[name].compensation
