@@ -16,6 +16,8 @@ enum { WINDOW_WORDS = 0x2100 / 4, SAMPLES = 40, BOTH_INDICES = 3 };
 /* Few orders and few turns, so that the fuzzer has time for more lines: a calibration takes longer than a line of the
    console. */
 enum { ORDERS = 6, TURNS_MOST = 4 };
+/* The images have the first sectors of the flash; saved records have the others, of which a save needs two. */
+enum { IMAGE_SECTORS = 2, SAVE_SECTORS = 2, SECTORS = IMAGE_SECTORS + SAVE_SECTORS };
 
 static struct {
     struct application application;
@@ -24,7 +26,7 @@ static struct {
     struct capture_copy copy;
     struct save save;
     struct image_store images;
-    uint32_t flash[2][SAVED_WORDS_MOST];
+    uint32_t flash[SECTORS][SAVED_WORDS_MOST];
     uint32_t words[WINDOW_WORDS];
     int32_t bank[2 * SAMPLES];
     char before;
@@ -98,20 +100,21 @@ static bool flash_read(void *context, uint32_t address, uint32_t *words, uint32_
     (void)context;
     for (uint32_t word = 0; word < number; word++) {
         uint32_t place = address / 4 + word;
-        words[word] = place < 2 * SAVED_WORDS_MOST ? (&fuzz.flash[0][0])[place] : 0xFFFFFFFFU;
+        words[word] = place < SECTORS * SAVED_WORDS_MOST ? (&fuzz.flash[0][0])[place] : 0xFFFFFFFFU;
     }
     return true;
 }
 
 static bool flash_erase(void *context, uint32_t address) {
     (void)context;
-    memset(fuzz.flash[address != 0], 0xFF, sizeof fuzz.flash[0]);
+    require(address / sizeof fuzz.flash[0] < SECTORS);
+    memset(fuzz.flash[address / sizeof fuzz.flash[0]], 0xFF, sizeof fuzz.flash[0]);
     return true;
 }
 
 static bool flash_program(void *context, uint32_t address, const uint32_t *words, uint32_t number) {
     (void)context;
-    require(address / 4 + number <= 2 * SAVED_WORDS_MOST && number <= FLASH_PAGE_WORDS);
+    require(address / 4 + number <= SECTORS * SAVED_WORDS_MOST && number <= FLASH_PAGE_WORDS);
     memcpy(&(&fuzz.flash[0][0])[address / 4], words, number * sizeof *words);
     return true;
 }
@@ -125,9 +128,10 @@ static void prepare_flash(void) {
     const struct flash_access access = {flash_open,    flash_read,     flash_erase,
                                         flash_program, flash_activity, NULL};
     memset(fuzz.flash, 0xFF, sizeof fuzz.flash);
-    save_prepare(&fuzz.save, &access, 0, sizeof fuzz.flash[0]);
+    save_prepare(&fuzz.save, &access, IMAGE_SECTORS * sizeof fuzz.flash[0],
+                 SAVE_SECTORS * sizeof fuzz.flash[0]);
     static const struct image_map map = {
-        .golden = 0x100, .golden_bytes = 0x100, .end = sizeof fuzz.flash};
+        .golden = 0x100, .golden_bytes = 0x100, .end = IMAGE_SECTORS * sizeof fuzz.flash[0]};
     image_store_prepare(&fuzz.images, &access, &map);
     fuzz.console.images = &fuzz.images;
     application_use_flash(&fuzz.application, &fuzz.save);
