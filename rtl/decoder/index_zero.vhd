@@ -28,10 +28,10 @@
 -- nor a vibration at one edge of the mark make the entity confuse the two edges of the mark, provided that the time
 -- between two opposite steps is longer than the time between a change of Z and its step; a `filter_length` above
 -- INDEX_SKEW ensures this. The first index after reset or rearm defines the zero of angle and turn_position; later
--- indices do not change this zero. Each later index must lie 0 or +-counts_per_rev from the index before it, within
--- +-`index_tolerance`; otherwise `index_error` is set, because counts or an index were lost or added. The position of a
--- true mark repeats within +-1 count, so two of its positions differ by up to 2 counts; a slip by one period of A and B
--- adds 4 counts. `index_interval` reads 0 while there are fewer than two marks.
+-- indices do not change this zero, except by `zero_again`. Each later index must lie 0 or +-counts_per_rev from the
+-- index before it, within +-`index_tolerance`; otherwise `index_error` is set, because counts or an index were lost or
+-- added. The position of a true mark repeats within +-1 count, so two of its positions differ by up to 2 counts; a slip
+-- by one period of A and B adds 4 counts. `index_interval` reads 0 while there are fewer than two marks.
 --
 -- **Moving the zero.** With `zero_again` high the zero moves 5 clocks after the strobe of a mark that proves the zero
 -- wrong. A mark proves this in two cases. Either it is misplaced and `other_head_agrees` is high (see zero_witness;
@@ -87,7 +87,7 @@ entity index_zero is
     heal              : in    std_ulogic;                                    -- level: lost counts are added to put_back
     other_head_agrees : in    std_ulogic;                                    -- the other head confirms the mark, see zero_witness
     angle             : out   u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
-    turn_position     : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts from the first index
+    turn_position     : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts from the zero
     index_seen        : out   std_ulogic;                                    -- level: an index has been seen
     index_strobe      : out   std_ulogic;                                    -- strobe: the three outputs below are new
     index_position    : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, position of the last index

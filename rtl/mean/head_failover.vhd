@@ -6,10 +6,11 @@
 -- prepared_sets activates the set of words without this head, and parity_sum monitors the parity of the heads. The
 -- entity contains head_watch and parity_sum, and the registers of all three units.
 --
--- **Failure.** When a head fails, the set without this head is loaded, provided that `failover.enable` is set, the
--- active words use all heads and no head is left out. Failures of other heads are then ignored, because only sets with
--- one missing head are prepared. From the first angle of the new set on the head is left out, and `rearm_heads` makes
--- its decoder forget the index, so that its next index defines its zero again.
+-- **Failure.** A set is a prepared set of words of lanes and mean (prepared_sets). When a head fails, the set without
+-- this head is loaded, provided that `failover.enable` is set, the active words use all heads and no head is left out.
+-- Failures of other heads are then ignored, because only sets with one missing head are prepared. From the first angle
+-- of the new set on the head is left out, and `rearm_heads` makes its decoder forget the index, so that its next index
+-- defines its zero again.
 --
 -- **Return.** A head that is left out comes back after its next index, either on request (`heads_command.come_back`) or
 -- after the time `failover.return_after`; the set of all heads is then loaded. A dead head gives no index, so it
@@ -21,17 +22,19 @@
 -- active. If the head comes back while the processor's words are active, it is no longer left out, but no set is
 -- loaded: the processor must write words that use the head.
 --
--- **Allowed words.** `may_activate` is high while both conditions hold. First, the idle words do not use the left-out
--- head or, while a set is being loaded, the head that is missing in this set. Second, while a set is being loaded or a
--- head is left out, the carrier of the idle words is a used head. `may_activate` follows its inputs by one clock.
+-- **Allowed words.** `may_activate` is high while both conditions hold. First, the idle words do not use the barred
+-- head: while a set is being loaded, the head that is missing in this set, otherwise the left-out head. Second, while a
+-- set is being loaded or a head is left out, the carrier of the idle words (the head whose reading enters the pipeline)
+-- is a used head. `may_activate` follows its inputs by one clock.
 --
 -- **Latency.** The first angle of the set comes 3 clocks plus the latency of prepared_sets after head_watch has
 -- reported a failure. `read_data` follows `read_enable` by 1 clock and is 0 for words of other units in the window.
 -- head_registers signals `done` for its own words and for the words of this entity.
 --
--- **Number formats.** The formats of the registers; differences s16.4 counts, head 1 in the low bits.
+-- **Number formats.** differences s16.4 counts, head 1 in the low bits; the register map states the formats of the
+-- registers.
 --
--- **Reset.** No set is active, no head is left out, and every setting is 0.
+-- **Reset.** `heads_status.set` is 7 (no prepared set), no head is left out, and every setting is 0.
 
 library ieee;
   use ieee.std_logic_1164.all;

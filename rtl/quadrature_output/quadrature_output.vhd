@@ -12,7 +12,8 @@
 -- clocks later; a change of `phase_of_zero` or of the settings of a gated Z takes effect 1 clock later.
 --
 -- **Number formats.** corrected_position s31.0 counts, multi-turn; corrected_angle u24.0 counts, the angle of the same
--- reading; minimum_spacing u16.0 clocks; following_limit u16.0 counts; following_error s31.0 counts.
+-- reading; minimum_spacing u16.0 clocks; following_limit u16.0 counts; following_error s31.0 counts; phase_of_zero and
+-- z_state are indices in 00, 10, 11, 01.
 --
 -- **Edges.** Two edges of A and B are at least `minimum_spacing` clocks apart (0 acts as 1: an edge in every clock); a
 -- change of minimum_spacing applies from the next edge on. A and B never change together. After a reversal the output
@@ -81,9 +82,9 @@ entity quadrature_output is
     corrected_position : in    u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, multi-turn
     corrected_angle    : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
     referenced         : in    std_ulogic;                                    -- corrected_angle counts from an index
-    phase_of_zero      : in    u_unsigned(1 downto 0);                        -- place of (A, B) at position 0 modulo 4
+    phase_of_zero      : in    u_unsigned(1 downto 0);                        -- index of (A, B) in 00, 10, 11, 01 at position 0
     z_gated            : in    std_ulogic;                                    -- 1: Z begins in z_state, 0: at the zero
-    z_state            : in    u_unsigned(1 downto 0);                        -- place of (A, B) in 00, 10, 11, 01
+    z_state            : in    u_unsigned(1 downto 0);                        -- index of (A, B) in 00, 10, 11, 01
     z_width            : in    u_unsigned(1 downto 0);                        -- 0: 1 count, 1: 2 counts, 2: 4 counts
     counts_per_rev     : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
     minimum_spacing    : in    u_unsigned(15 downto 0);                       -- clocks

@@ -19,10 +19,10 @@
 --
 -- **Errors.** The response to a write burst is the first response among its beats that is not OKAY, or else OKAY; every
 -- read beat carries its own response. The entity makes no access and answers SLVERR if the burst kind is 3, if `size`
--- is above 2, or if a WRAP burst is not 2, 4, 8 or 16 beats long or does not start at a multiple of its size. It makes
--- no access and answers DECERR if an address is outside of BASE .. BASE + 2**AXI_LITE_ADDRESS_WIDTH - 1. It accepts as
--- many write beats as AWLEN states, and answers SLVERR if WLAST is not at the last of them. It answers OKAY to an
--- exclusive access, which tells the master that there is no exclusive monitor.
+-- is above 2, or if a WRAP burst is not 2, 4, 8 or 16 beats long or does not start at a multiple of the bytes of a
+-- beat. Otherwise it makes no access and answers DECERR if the first address is outside of BASE .. BASE +
+-- 2**AXI_LITE_ADDRESS_WIDTH - 1. It accepts as many write beats as AWLEN states, and answers SLVERR if WLAST is not at
+-- the last of them. It answers OKAY to an exclusive access, which tells the master that there is no exclusive monitor.
 --
 -- **Reset** drops a burst in progress, so master and slave must be reset together with the entity. A burst that is
 -- requested during the reset waits, because the entity then accepts no address.
