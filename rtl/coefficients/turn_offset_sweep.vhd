@@ -15,8 +15,8 @@
 -- the wrap. Before the next wrap in the same direction the angle moves at least half a turn, even if the zero moves,
 -- and at most one count per clock. Therefore a turn of 72 · LANES + 48 counts or more is long enough at every speed.
 --
--- **Limits.** m has 24 bits: beyond ±2²³ turns it wraps, and the phase then steps by frac(2²⁴·ν). Prepared sets of heads
--- (FAILOVER) hold no turn steps: the lanes of a set keep the turn steps of the idle bank.
+-- **Limits.** m has 24 bits: beyond ±2²³ turns it wraps, and the phase then steps by frac(2²⁴·ν). Prepared sets of
+-- heads (FAILOVER) hold no turn steps: the lanes of a set keep the turn steps of the idle bank.
 --
 -- **Exact.** m·ν is calculated modulo one turn with all 48 bits: no error accumulates from turn to turn, and the offset
 -- does not depend on the path to turn m. The offset is rounded once, half up, to 24 bits.

@@ -40,9 +40,9 @@
 -- output that was clipped. Since angle < counts_per_rev, adding or subtracting at most one turn then gives 0 <=
 -- corrected_angle < counts_per_rev.
 --
--- **Number formats.** pair sums s15.F, F = PAIR_FRACTION, in magnitude at most 2¹⁴ + 2; offset s13.11 counts; mean_term s19.20
--- counts, in magnitude at most 2¹⁸·1.5 + 1; local_value s13.22 counts; the sum of all terms stays below 2²⁰; ε s20.F;
--- total s19.F; correction s19.11 counts; angles u24.0 counts; positions s31.0 counts modulo 2³².
+-- **Number formats.** pair sums s15.F, F = PAIR_FRACTION, in magnitude at most 2¹⁴ + 2; offset s13.11 counts; mean_term
+-- s19.20 counts, in magnitude at most 2¹⁸·1.5 + 1; local_value s13.22 counts; the sum of all terms stays below 2²⁰; ε
+-- s20.F; total s19.F; correction s19.11 counts; angles u24.0 counts; positions s31.0 counts modulo 2³².
 --
 -- **Reset.** The total, r and the last `apply` are 0: the first angle with `apply` high starts a ramp from the
 -- correction 0. Angles in the pipeline are not cleared. While `counts_per_rev` changes, all angles in the pipeline must

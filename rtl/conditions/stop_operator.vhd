@@ -20,8 +20,8 @@
 --
 -- **Latency.** 7 clocks from `position` to `place` and `known`.
 --
--- **Number formats.** position s31.0 counts modulo 2³²; put_back s15.0 counts modulo 2¹⁶; width u20.4 counts; dead_zone u8.0
--- counts; place s20.4 counts.
+-- **Number formats.** position s31.0 counts modulo 2³²; put_back s15.0 counts modulo 2¹⁶; width u20.4 counts; dead_zone
+-- u8.0 counts; place s20.4 counts.
 --
 -- **Reset.** The place is unknown.
 

@@ -22,8 +22,8 @@
 -- (table_rotation), which needs fewer look-up tables. Both have the same latency and formats. The register `capability`
 -- shows the choice.
 --
--- **Modulators.** With MODULATORS amplitudes of lanes follow the direction of motion, the speed or a word of the processor
--- (table_conditions); the latency does not change. The register `capability` shows whether they are built.
+-- **Modulators.** With MODULATORS amplitudes of lanes follow the direction of motion, the speed or a word of the
+-- processor (table_conditions); the latency does not change. The register `capability` shows whether they are built.
 --
 -- **Failover.** With FAILOVER and three or four heads, the core leaves a failed head out of the mean by activating a
 -- prepared set of words (head_failover).

@@ -17,7 +17,7 @@
 -- remains left out.
 --
 -- **Processor.** `heads_command.take_set` loads a set. A swap to words that the processor has written sets
--- `heads_status.set` to 7. A swap does not end the state of a left-out head. Words that use this head are refused, and
+-- `heads_status.set` to 7. Such a swap does not bring a left-out head back. Words that use this head are refused, and
 -- so is a set that uses it before its index; a refusal sets `heads_status.swap_refused`, and the active words stay
 -- active. If the head comes back while the processor's words are active, it is no longer left out, but no set is
 -- loaded: the processor must write words that use the head.

@@ -26,9 +26,9 @@
 -- more heads by 1 clock, in which the offsets are subtracted. `mean_term`, `limited`, `jumped` and `jump` follow the
 -- angle by MEAN_LATENCY clocks.
 --
--- **Number formats.** angles u24.0 counts below counts_per_rev; positions s31.0 counts modulo 2³²; put_backs s15.0 counts modulo
--- 2¹⁶; mean_term s19.20 counts; differences s16.4 counts, 5 clocks after the angle; jump s15.0
--- counts. Flat ports carry head 1 in the low bits.
+-- **Number formats.** angles u24.0 counts below counts_per_rev; positions s31.0 counts modulo 2³²; put_backs s15.0
+-- counts modulo 2¹⁶; mean_term s19.20 counts; differences s16.4 counts, 5 clocks after the angle; jump s15.0 counts.
+-- Flat ports carry head 1 in the low bits.
 --
 -- **Reset** sets the base to 0. The words keep their values.
 

@@ -29,9 +29,9 @@
 -- **Latency.** `failed` follows a decoder's fault by 2 clocks, the last of the counted steps (missing edges) by 3
 -- clocks, and a step of a reading by at most 20 clocks.
 --
--- **Number formats.** differences s16.0 counts, head 1 in the low bits; missing_counts u8.0 counts; step_limit u16.0 counts.
--- `failed` has one bit per head; `causes` has the bits of the register `failover`: illegal, overspeed, swallowed,
--- missing_edges, step, index, from bit 0 on. Both are high for one clock.
+-- **Number formats.** differences s16.0 counts, head 1 in the low bits; missing_counts u8.0 counts; step_limit u16.0
+-- counts. `failed` has one bit per head; `causes` has the bits of the register `failover`: illegal, overspeed,
+-- swallowed, missing_edges, step, index, from bit 0 on. Both are high for one clock.
 --
 -- **Reset** clears the readings and the counts.
 
