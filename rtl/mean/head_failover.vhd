@@ -58,7 +58,7 @@ entity head_failover is
     write_data       : in    std_ulogic_vector(31 downto 0);                            -- the word
     read_data        : out   std_ulogic_vector(31 downto 0) := (others => '0');         -- the word
     take_snapshot    : in    std_ulogic;                                                -- pulse
-    clear            : in    std_ulogic;                                                -- pulse: clears the sticky flag of the parity
+    clear            : in    std_ulogic;                                                -- pulse: clears the sticky flags of the parity and of a refused swap
     -- From the decoders, one bit per head, see head_watch
     steps            : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- strobe
     steps_up         : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- strobe

@@ -6,9 +6,10 @@
 -- up to 16 beats, the kind FIXED, INCR or WRAP, and an ID; its beats may be narrower than the bus. Source: AMBA AXI
 -- protocol specification, issue D, chapters A3 to A5.
 --
--- **Latency.** If the slave answers in the next clock, each beat, write or read, takes 4 clocks. Reads and writes do
--- not wait for each other. In each direction the entity handles one burst at a time, so answers come in order; they
--- carry the ID of their burst.
+-- **Latency.** If the slave accepts each request at once and answers in the next clock, a read beat takes 4 clocks and
+-- a write beat 3; a burst takes 1 clock more for its address, and a write burst 1 clock more for its response. Reads
+-- and writes do not wait for each other. In each direction the entity handles one burst at a time, so answers come in
+-- order; they carry the ID of their burst.
 --
 -- **Number formats.** Addresses are in bytes; `size` is log2 of the number of bytes in a beat; `len` is the number of
 -- beats minus 1.
