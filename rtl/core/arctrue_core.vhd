@@ -12,8 +12,8 @@
 -- settings, faults and snapshot. With the mean, the levels of each head can be delayed (level_delay).
 --
 -- **Latency.** 29 clocks from the angle of head 1 to the corrected angle, 30 with more than two heads.
--- quadrature_decoder before and quadrature_output after this path add the latencies that their headers state. With FOLD
--- > 1 it is FOLD - 1 clocks longer, counted from an accepted angle; one angle is accepted every FOLD clocks
+-- quadrature_decoder before and quadrature_output after this path add the latencies that their headers state. A FOLD
+-- above 1 makes it FOLD - 1 clocks longer, counted from an accepted angle; one angle is accepted every FOLD clocks
 -- (compensation_pipeline).
 --
 -- **Number formats.** Addresses are in bytes; the register map states all other formats.
