@@ -3,13 +3,14 @@
 -- # amplitude_sweep
 --
 -- Multiplies the nominal amplitude of each lane by the lane's modulator and writes the product, the effective
--- amplitude. One multiplier serves all lanes of both banks one after the other. The entity stores the nominal amplitude
--- and the choice of the modulator for each lane of both banks.
+-- amplitude. One multiplier serves all lanes of both banks one after the other. (The pipeline reads the active bank;
+-- the processor writes the idle bank, see coefficient_memory.) The entity stores the nominal amplitude and the choice
+-- of the modulator for each lane of both banks.
 --
--- **Sweep.** `sweep_step` counts from 0 to SWEEP_CLOCKS - 1 repeatedly. Steps 0 to 63 process the lanes of bank 0,
--- steps 64 to 127 the lanes of bank 1; steps of lanes that are not built write nothing. The last step latches the
--- modulators for the whole next sweep. In SQUARE_STEP the entity multiplies the speed by itself, which gives the
--- modulator `speed_squared`.
+-- **Sweep.** One count of `sweep_step` from 0 to SWEEP_CLOCKS - 1 is a sweep; sweeps follow one another without a
+-- pause. Steps 0 to 63 process the lanes of bank 0, steps 64 to 127 the lanes of bank 1; steps of lanes that are not
+-- built write nothing. The last step latches the modulators for the whole next sweep. In SQUARE_STEP the entity
+-- multiplies the speed by itself, which gives the modulator `speed_squared`.
 --
 -- **Swap.** `swept` is high from the end of the first whole sweep after the last write of a nominal word until the next
 -- write; during this time the effective amplitudes of the idle bank are complete. After a write it is high again within
@@ -18,10 +19,10 @@
 -- **Latency.** The effective amplitude of a step is written 5 clocks after `sweep_step`; the memory holds it a clock
 -- later.
 --
--- **Number formats.** amplitudes s13.11 counts; modulators s1.16, of magnitude 1 at most.
+-- **Number formats.** amplitudes s13.11 counts; modulators s1.16, with a magnitude of at most 1.
 --
--- **Rounding.** Each product is rounded once, half up, to s13.11: a modulator of 1 does not change the amplitude. -8192
--- counts times -1 becomes the largest amplitude.
+-- **Rounding.** Each product is rounded once, half up, to s13.11: a modulator of 1 does not change the amplitude. The
+-- product of -8192 counts and -1, which exceeds the format, becomes the largest amplitude.
 --
 -- **Reset.** There is none: the sweeps continue. At power-up every word is 0.
 

@@ -6,8 +6,8 @@
 -- pipeline; with TURNS = 4 it has four words for each of these lanes, one per turn. Tools build this small memory from
 -- look-up tables. coefficient_memory decides which bank is read and which is written.
 --
--- **Latency.** 1 clock from `read_bank` and `read_slot` to `read_word`; a word that is written in one clock can be read
--- in the next clock.
+-- **Latency.** 1 clock from `read_bank`, `read_slot` and `read_turn` to `read_word`; a word that is written in one
+-- clock can be read in the next clock.
 --
 -- **Number formats.** WIDTH bits of any meaning; slot 0 to FOLD - 1; turn 0 to TURNS - 1.
 --

@@ -20,16 +20,16 @@
 --
 -- **Folding.** FOLD lanes share one pipeline, and in each clock an output carries the words of one block of LANES /
 -- FOLD neighbouring lanes. `phase_steps` carries block s in the clock in which `slot` is s; the phase offsets and
--- amplitudes of that block come with the delays above. A folded pipeline takes FOLD clocks for an angle. It holds
--- `swap_allowed` high only in the clock before each new angle; a swap waits for this clock, and several waiting swaps
--- count as one.
+-- amplitudes of that block come with the delays above. A folded pipeline takes FOLD clocks for an angle. `swap_allowed`
+-- must be high only in the clock before each new angle; a swap waits for this clock, and several waiting swaps count as
+-- one.
 --
--- **Writing.** Pulse `write_enable` or `write_offset` (never both) with address and data; the write is finished with
--- the pulse of `write_acknowledge`, which comes 3 clocks later. While a swap waits or the idle bank is being filled,
--- the write waits too: it ends at most (largest delay + 4 * LANES + 5) clocks after the swap took place. Start no other
--- write before the acknowledge. A swap takes over all acknowledged writes and no part of a pending write. `swap_busy`
--- is high from the clock after `swap` until the idle bank is filled; a further `swap` is allowed at any time; it waits
--- until the idle bank is filled and a write in progress has ended.
+-- **Writing.** Pulse `write_enable` or `write_offset` (never both) with address and data; a pulse of
+-- `write_acknowledge`, 3 clocks later, ends the write. While a swap waits or the idle bank is being filled, the write
+-- waits too: it ends at most (largest delay + 4 * LANES + 5) clocks after the swap took place. Start no other write
+-- before the acknowledge. A swap takes over all acknowledged writes and no part of a pending write. `swap_busy` is high
+-- from the clock after `swap` until the idle bank is filled; a further `swap` is allowed at any time; it waits until
+-- the idle bank is filled and a write in progress has ended.
 --
 -- **Latency.** 1 clock from an immediate `swap` to the new phase steps; 2 clocks from `read_address` to `read_data`.
 --
@@ -38,14 +38,15 @@
 --
 -- **Modulators.** With MODULATORS bits 18 to 16 of word 1 choose the modulator of the lane's amplitude
 -- (amplitude_sweep). `amplitudes` then carries the effective amplitudes; reads and the copy into the idle bank use the
--- nominal amplitudes. A swap also waits until a whole sweep has run since the last write and since the fill, at most
--- 2 · SWEEP_CLOCKS clocks.
+-- nominal amplitudes. A swap also waits until a whole sweep has run since the last write and since the fill, which
+-- takes at most 2 · SWEEP_CLOCKS clocks.
 --
 -- **Real orders.** With REAL_ORDERS each lane also has a turn step of two words. `write_turn_step` writes a word,
 -- `read_turn_step` reads one; the address is lane * 2 + word, word 0 holds bits 31..0, word 1 bits 47..32.
 -- turn_offset_sweep prepares the phase offsets of several turns; `turn_select`, which turn_counter outputs one clock
--- after the angle, selects the turn. A swap also waits until a whole sweep of turn_offset_sweep has run since the last
--- write and since the fill, 36 · LANES + 12 clocks, and the turn steps add 18 · LANES clocks to the fill.
+-- after the angle, selects the turn. A swap also waits until 36 · LANES + 12 clocks have passed since the last write
+-- and since the fill, so that turn_offset_sweep has computed all offsets anew. The turn steps add 18 · LANES clocks to
+-- the fill.
 --
 -- **Reset.** `reset` drops a pending write; a write in progress ends without an acknowledge. The reset keeps both banks
 -- and lets a swap end; otherwise parts of two banks would stay active together. At power-up both banks are zero.

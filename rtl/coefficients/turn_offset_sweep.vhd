@@ -3,9 +3,10 @@
 -- # turn_offset_sweep
 --
 -- Prepares the phase offsets of lanes of a real order n: within a turn a lane's phase is Φ + n·θ, and from turn to turn
--- it advances by the fraction ν of n. The offset of turn m is Φ + frac(m·ν); one multiplier computes it for the turns
--- m - 1, m and m + 1 of all lanes of both banks, one after the other, in an endless sweep. The entity stores the turn
--- steps ν and the offsets Φ of both banks. A lane of a whole order has ν = 0, and so the offset Φ in every turn.
+-- it advances by the fraction ν of n. The offset of turn m is Φ + frac(m·ν); one multiplier computes it for turn m, the
+-- turn before and the turn after, for all lanes of both banks, one after the other (a sweep), and then begins again.
+-- The entity stores the turn steps ν and the offsets Φ of both banks. A lane of a whole order has ν = 0, and so the
+-- offset Φ in every turn.
 --
 -- **Turns.** The offset of turn m is written to place m modulo 4 of its lane. A sweep takes 18 · LANES clocks. It uses
 -- the turn at its start as m throughout, so that it writes the offsets of three neighbouring turns even if the angle
@@ -14,21 +15,21 @@
 -- the wrap. Before the next wrap in the same direction the angle moves at least half a turn, even if the zero moves,
 -- and at most one count per clock. Therefore a turn of 72 · LANES + 48 counts or more is long enough at every speed.
 --
--- **Limits.** m has 24 bits: beyond ±2²³ turns it wraps, and the phase then steps by frac(2²⁴·ν). Prepared sets of heads
--- (FAILOVER) hold no turn steps: the lanes of a set keep the turn steps of the idle bank.
+-- **Limits.** m has 24 bits: beyond ±2²³ turns it wraps, and the phase then steps by frac(2²⁴·ν). Prepared sets of
+-- heads (FAILOVER) hold no turn steps: the lanes of a set keep the turn steps of the idle bank.
 --
 -- **Exact.** m·ν is calculated modulo one turn with all 48 bits: no error accumulates from turn to turn, and the offset
 -- does not depend on the path to turn m. The offset is rounded once, half up, to 24 bits.
 --
--- **Swap.** `swept` is high from the end of the first whole sweep after the last write (at most 36 · LANES + 12 clocks)
--- until the next write; during this time the offsets of the idle bank are complete. After a swap, `take_over` starts
--- the copy of the active bank's turn steps into the idle bank. `copies` is high during this copy, for 18 · LANES + 4
--- clocks; write no turn step while it is high.
+-- **Swap.** `swept` rises 36 · LANES + 12 clocks after the last write, when at least one whole sweep has run since the
+-- write, and falls with the next write; while it is high, the offsets of the idle bank are complete. After a swap,
+-- `take_over` starts the copy of the active bank's turn steps into the idle bank. `copies` is high during this copy,
+-- for 18 · LANES + 4 or 5 clocks; write no turn step while it is high.
 --
 -- **Latency.** 1 clock from `read_address` to `read_word`. The memory contains an offset 8 clocks after the sweep
 -- begins to compute it.
 --
--- **Number formats.** turn s23.0 turns; turn steps u0.48 turn a turn; offsets u0.24 turn.
+-- **Number formats.** turn s23.0 turns; turn steps u0.48 turn per turn; offsets u0.24 turn.
 --
 -- **Reset.** There is none: the sweeps continue. At power-up every word is 0.
 

@@ -4,9 +4,9 @@
 --
 -- Adds a decaying remainder r to the correction ε, so that the applied correction, total = ε + r, makes no step when
 -- the coefficients are swapped or the compensation is switched on or off; a servo that reads the output sees no jump.
--- In the clock of a `marker` the entity holds the total and latches the remainder r = held total − ε; from then on |r|
--- decays to 0, while the total follows ε at once. The rate of ε itself is never limited, because a limit would clip a
--- correction that must be fast.
+-- At a `marker` the entity holds the total for three clocks and latches the remainder r = held total − ε; from then on
+-- |r| decays to 0, while the total follows each change of ε at once. The rate of ε itself is never limited, because a
+-- limit would clip a correction that must be fast.
 --
 -- **Velocity.** The decay of r begins and ends with velocity 0 (ramp_velocity): every 256 clocks the velocity of r
 -- changes by at most 256 clocks · `ramp_acceleration`; its magnitude is at most `ramp_rate`. A marker changes r but not
@@ -36,8 +36,9 @@
 -- **Latency.** 1 clock from `correction` and `marker` to `total`, `limited` and `busy`.
 --
 -- **Number formats.** correction s20.F, F = PAIR_FRACTION; total s19.F; r s22.F, so that ε + r equals the held total
--- exactly; withdrawn s15.0 counts; limit u19.0 counts; ramp_rate u8.24 in 2⁻¹¹ count a clock: 255 is 0.125 count, 2⁻²⁴
--- is 0.0029 count a second at 100 MHz. ramp_acceleration u32 in 2⁻⁵⁹ count per clock²: 0.0173 count/s² at 100 MHz.
+-- exactly; withdrawn s15.0 counts; limit u19.0 counts; ramp_rate u8.24 in 2⁻¹¹ count per clock: the value 255 is 0.125
+-- count per clock, the smallest value 2⁻²⁴ is 0.0029 count per second at 100 MHz; ramp_acceleration u32.0 in 2⁻⁵⁹ count
+-- per clock², which is 0.0173 count/s² at 100 MHz.
 --
 -- **Reset.** total, r and its velocity are 0.
 

@@ -3,8 +3,8 @@
 -- # error_compensation
 --
 -- Computes the compensated reading of equation (8), θ_com = R − ε(R), modulo the turn. The entity adds the pair sums of
--- the harmonics and the offset, which gives ε. correction_ramp makes the total correction from ε, without a step at a
--- swap or when `apply` changes; the entity subtracts this total from the delayed reading.
+-- the harmonics and the offset; the sum is ε. correction_ramp derives from ε the total correction, which makes no step
+-- at a swap or when `apply` changes; the entity subtracts this total from the delayed reading.
 --
 -- **Latency.** 4 clocks from `pair_sums` and `angle` to the outputs, one angle per clock: two clocks for the adder
 -- tree, one for the ramp, one for the subtraction, which also brings the result into the range of a turn.
@@ -29,8 +29,9 @@
 -- step.
 --
 -- **Mean.** With MEAN, `mean_term` of the same angle is added to ε with all its bits (weighted_mean). When another head
--- becomes the carrier, `jumped` is high with the first angle of this head, and `jump` is the jump of the reading: the
--- ramp absorbs it like counts that are put back, so the corrected reading makes no step.
+-- becomes the carrier (the head whose reading enters the pipeline), `jumped` is high with the first angle of this head,
+-- and `jump` is the jump of the reading: the ramp absorbs it like counts that are put back, so the corrected reading
+-- makes no step.
 --
 -- **Local table.** With LOCAL_TABLE, `local_value` of the same angle is added to ε with all its bits (local_table).
 --
@@ -39,9 +40,9 @@
 -- output that was clipped. Since angle < counts_per_rev, adding or subtracting at most one turn then gives 0 <=
 -- corrected_angle < counts_per_rev.
 --
--- **Number formats.** pair sums s15.F, F = PAIR_FRACTION, in magnitude at most 2¹⁴ + 2; offset s13.11 counts; mean_term s19.20
--- counts, in magnitude at most 2¹⁸·1.5 + 1; local_value s13.22 counts; the sum of all terms stays below 2²⁰; ε s20.F;
--- total s19.F; correction s19.11 counts; angles u24.0 counts; positions s31.0 counts modulo 2³².
+-- **Number formats.** pair sums s15.F, F = PAIR_FRACTION, in magnitude at most 2¹⁴ + 2; offset s13.11 counts; mean_term
+-- s19.20 counts, in magnitude at most 2¹⁸·1.5 + 1; local_value s13.22 counts; the sum of all terms stays below 2²⁰; ε
+-- s20.F; total s19.F; correction s19.11 counts; angles u24.0 counts; positions s31.0 counts modulo 2³².
 --
 -- **Reset.** The total, r and the last `apply` are 0: the first angle with `apply` high starts a ramp from the
 -- correction 0. Angles in the pipeline are not cleared. While `counts_per_rev` changes, all angles in the pipeline must

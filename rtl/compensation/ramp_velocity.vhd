@@ -22,10 +22,11 @@
 -- 256 clocks, 15 clocks before the velocity changes. The braking distance has a margin for these 15 clocks: an eighth
 -- of the distance that the remainder covers in 256 clocks. After a `marker`, `step` is 0 for two clocks.
 --
--- **Number formats.** excess s22.F counts, F = PAIR_FRACTION, the negative remainder; rate u8.24 in 2⁻¹¹ count a clock;
--- acceleration u32 in 2⁻⁵⁹ count per clock²; step s-2.F counts; while the excess falls, its change is `step` plus one
--- unit. Internal formats: velocity u-3.51 counts a clock, whose bits from 2⁻³⁵ upwards are the distance of 256 clocks
--- in 2⁻²⁷ count; braking distance u22.F counts, the sum of such distances down to velocity 0.
+-- **Number formats.** excess s22.F counts, F = PAIR_FRACTION, the negative remainder; rate u8.24 in 2⁻¹¹ count per
+-- clock; acceleration u32.0 in 2⁻⁵⁹ count per clock²; step s-2.F counts; while the excess falls, its change is `step`
+-- plus one unit. Internal formats: velocity u-3.51 counts per clock (-3 integer bits: the highest bit has the weight
+-- 2⁻⁴), whose bits from 2⁻³⁵ upwards are the distance of 256 clocks in 2⁻²⁷ count; braking distance u22.F counts, the
+-- sum of such distances down to velocity 0.
 --
 -- **Reset.** The velocity is 0.
 

@@ -2,8 +2,9 @@
 --
 -- # conditions_pkg
 --
--- Declares the formats of the conditions that multiply the amplitudes of lanes, and the steps of a sweep: in
--- SWEEP_CLOCKS clocks each lane of both banks gets a new effective amplitude (amplitude_sweep).
+-- Declares the formats of the conditions (direction, speed, words of the processor) that multiply the amplitudes of
+-- lanes, and the steps of a sweep: in SWEEP_CLOCKS clocks each lane of both banks gets a new effective amplitude
+-- (amplitude_sweep).
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -41,6 +42,6 @@ package conditions_pkg is
   -- Formats of table_speed
   constant TRAVEL_WIDTH       : positive := 31;  -- u20.11 counts
   constant NOMINAL_WIDTH      : positive := 56;  -- u24.32 counts
-  constant WINDOW_BITS        : positive := 14;  -- 16,384 clocks
+  constant WINDOW_BITS        : positive := 14;  -- log2 of the clocks of a window: 16,384 clocks
 
 end package conditions_pkg;

@@ -2,26 +2,26 @@
 --
 -- # stop_operator
 --
--- Computes the direction of motion with the hysteresis of friction (Prandtl's stop operator): a place moves with the
--- table and stops at ±width. Place / width is the direction h: +1 after a long motion upwards, -1 after a long motion
--- downwards; after a reversal h changes linearly with the motion. Source: Krasnosel'skii and Pokrovskii, Systems with
--- Hysteresis (1989), stop; x = min(max(x + dR, -W), W).
+-- Computes the direction of motion with the hysteresis of friction (Prandtl's stop operator): a number, the place,
+-- moves with the table and stops at ±width. Place / width is the direction h: +1 after a long motion upwards, -1 after
+-- a long motion downwards; after a reversal h changes linearly with the motion. Source: Krasnosel'skii and Pokrovskii,
+-- Systems with Hysteresis (1989), stop; x = min(max(x + dR, -W), W).
 --
 -- **Dead zone.** The place does not change while the table moves back and forth by up to `dead_zone` counts (a play
 -- operator in front of the stop operator).
 --
--- **Unknown.** At reset, and after a change of `width`, the place may be anywhere from -width to width. Two operators
--- begin at these ends; once their places are equal, the place is known. That takes at most 2·width counts of motion to
--- one side, plus the dead zone.
+-- **Unknown.** At reset, and after a change of `width`, the place is unknown: it may be anywhere from -width to width.
+-- Two operators begin at these ends; once their places are equal, the place is known. That takes at most 2·width counts
+-- of motion to one side, plus the dead zone.
 --
 -- **Motion** is the sum of the counted edges: `position` without `put_back`. A step of more than MOST_STEP counts in a
--- clock is a change of the carrier or a reset of the decoder; it is ignored. Counts that head 1 lost are missing in
--- this sum, even if they are put back.
+-- clock comes from a change of the carrier (the head whose position this is) or from a reset of the decoder; it is
+-- ignored. Counts that head 1 lost are missing in this sum, even if they are put back.
 --
 -- **Latency.** 7 clocks from `position` to `place` and `known`.
 --
--- **Number formats.** position s31.0 counts modulo 2³²; put_back s15.0 counts modulo 2¹⁶; width u20.4 counts; dead_zone u8.0
--- counts; place s20.4 counts.
+-- **Number formats.** position s31.0 counts modulo 2³²; put_back s15.0 counts modulo 2¹⁶; width u20.4 counts; dead_zone
+-- u8.0 counts; place s20.4 counts.
 --
 -- **Reset.** The place is unknown.
 

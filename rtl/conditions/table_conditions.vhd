@@ -7,17 +7,19 @@
 -- processor (slewed_word). It also counts `sweep_step`, the steps of amplitude_sweep. One divider serves direction and
 -- speed, each in its part of the sweep.
 --
--- **Unknown direction.** While the direction is not known h is 0. Once it is known, h moves towards it by `slew` per
--- sweep, so that the output makes no step, and then follows it at once.
+-- **Unknown direction.** After a reset h is 0; when a change of `width` makes the direction unknown, h moves to 0 by
+-- `slew` per sweep. Once the direction is known, h moves towards it by `slew` per sweep, so that the output makes no
+-- step; when it has reached the direction, it follows it at once.
 --
 -- **Words of the window**, by `address`: 0 width, 1 dead_zone, 2 nominal_speed, 3 word_a, 4 word_b (limited to ±1), 5
 -- slew; read-only: 6 direction, with bit 31 high while it is known, 7 speed, 8 speed squared. Signed words are read
 -- sign-extended.
 --
--- **Latency.** 1 to 2 sweeps and 8 clocks from a motion of the table to h: 3 µs at 100 MHz. 1 clock to `read_data` and
--- `done`.
+-- **Latency.** 1 to 2 sweeps and 8 clocks (at most 3 µs at 100 MHz) from a motion of the table to the sweep that uses
+-- the new h; 1 clock from an access to `read_data` and `done`.
 --
--- **Number formats.** position s31.0 counts; correction s19.11 counts; modulators s1.16, at most 1; see table_speed and stop_operator.
+-- **Number formats.** position s31.0 counts; correction s19.11 counts; modulators s1.16, with a magnitude of at most 1;
+-- table_speed and stop_operator state the other formats.
 --
 -- **Reset.** All words are 0 and slew is 2⁻¹⁶, so that a word moves from 0 to 1 in 94 ms.
 
@@ -222,7 +224,7 @@ begin
     variable place_was_down   : std_ulogic := '0';
     variable place_was_known  : std_ulogic := '0';
     variable serves_speed     : std_ulogic := '0';
-    -- The direction was already known at the last step of the slewed word
+    -- High if the direction was already known when the sweep began, so that `reached` belongs to it.
     variable was_known        : std_ulogic := '0';
     variable size             : u_signed(STOP_WIDTH downto 0);
 

@@ -7,30 +7,32 @@
 -- corrected angle with its fraction. A window begins and ends where the reading passes from one period of A and B to
 -- the next, so that unequal distances of the four edges of a period do not matter.
 --
--- **Window.** A window ends with the first such passage after WINDOW = 2¹⁴ clocks (164 µs at 100 MHz). The mean over
--- the window is the only filter. If a period of A and B takes longer, a window is one period.
+-- **Window.** A window ends with the first such passage after 2**WINDOW = 16,384 clocks (164 µs at 100 MHz). The mean
+-- over the window is the only filter. If a period of A and B takes longer, a window is one period.
 --
--- **Slowing down.** If no passage comes for WINDOW clocks, the table moves at most 4 counts in that time. Every WINDOW
--- clocks the entity then reports a bound, with `is_bound` high: |speed| is at most 8 counts / (time since the window
--- began). If the window contains earlier passages, its mean belongs to a faster motion and is dropped.
+-- **Slowing down.** If no passage comes for 2**WINDOW clocks, the table moves at most 4 counts in that time. Each time
+-- the age of the window is a multiple of 2**WINDOW clocks, from twice 2**WINDOW on, the entity then reports a bound,
+-- with `is_bound` high: |speed| is at most 8 counts / (time since the window began). If the window contains earlier
+-- passages, its mean belongs to a faster motion: it is not reported, and the next passage begins a new window.
 --
--- **Standstill.** If no window ends for 2²⁴ - 1 clocks (168 ms), the speed is 0. A vibration across one passage moves
--- less than 2 counts and gives speed 0, so that the speed does not chatter.
+-- **Standstill.** If no window ends for 2**LONGEST - 1 = 2²⁴ - 1 clocks (168 ms at 100 MHz), the entity reports the
+-- speed 0. A vibration across one passage moves less than 2 counts and gives speed 0, so that the speed does not
+-- chatter.
 --
 -- **Error.** In steady motion each end of a window lies within a clock of its passage, so the relative error of the
--- ratio is at most 1 / 2¹⁴ = 6·10⁻⁵; the rounding of the quotient adds 2⁻¹⁷ of the nominal speed.
+-- ratio is at most 1 / 2¹⁴ = 6·10⁻⁵; the rounding of the quotient adds at most 2⁻¹⁷ to the ratio.
 --
 -- **Lag.** The mean of a window is half a window old when the window ends, and one and a half windows old when the next
 -- window ends: 0.08 to 0.25 ms at 100 MHz, plus a period of A and B; the division adds 3 µs at the most.
 --
--- **Range.** The entity measures speeds from one period of A and B in 168 ms up to one count a clock. `nominal` 0 makes
--- every ratio 0.
+-- **Range.** The entity measures speeds from one period of A and B in 168 ms up to one count per clock. `nominal` 0
+-- makes every ratio 0.
 --
 -- **Latency.** 3 clocks from `position` and `correction` to the outputs, which keep their values until the next
 -- `measured`.
 --
--- **Number formats.** position s31.0 counts; correction s19.11 counts; nominal u0.32 counts a clock; travel u20.11 counts;
--- nominal_travel u24.32 counts.
+-- **Number formats.** position s31.0 counts; correction s19.11 counts; nominal u0.32 counts per clock; travel u20.11
+-- counts; nominal_travel u24.32 counts.
 --
 -- **Reset** ends the window; no speed is reported until the next window ends.
 

@@ -4,7 +4,7 @@
 --
 -- Divides two unsigned numbers, one bit per clock (restoring division), and limits the quotient to 1.
 --
--- **Latency.** 18 clocks from `start` to `done`. `quotient` is valid with `done` and keeps its value until the next
+-- **Latency.** 19 clocks from `start` to `done`. `quotient` is valid with `done` and keeps its value until the next
 -- `done`. Begin no other division before `done`.
 --
 -- **Number formats.** dividend and divisor have the same format, which may be any; quotient u1.16, rounded half up, at

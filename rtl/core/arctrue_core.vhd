@@ -12,8 +12,8 @@
 -- settings, faults and snapshot. With the mean, the levels of each head can be delayed (level_delay).
 --
 -- **Latency.** 29 clocks from the angle of head 1 to the corrected angle, 30 with more than two heads.
--- quadrature_decoder before and quadrature_output after this path add the latencies that their headers state. With
--- FOLD > 1 the latency is 28 + FOLD clocks from an accepted angle; one angle is accepted every FOLD clocks
+-- quadrature_decoder before and quadrature_output after this path add the latencies that their headers state. A FOLD
+-- above 1 makes it FOLD - 1 clocks longer, counted from an accepted angle; one angle is accepted every FOLD clocks
 -- (compensation_pipeline).
 --
 -- **Number formats.** Addresses are in bytes; the register map states all other formats.
@@ -22,8 +22,8 @@
 -- (table_rotation), which needs fewer look-up tables. Both have the same latency and formats. The register `capability`
 -- shows the choice.
 --
--- **Modulators.** With MODULATORS amplitudes of lanes follow the direction of motion, the speed or a word of the processor
--- (table_conditions); the latency does not change. The register `capability` shows whether they are built.
+-- **Modulators.** With MODULATORS amplitudes of lanes follow the direction of motion, the speed or a word of the
+-- processor (table_conditions); the latency does not change. The register `capability` shows whether they are built.
 --
 -- **Failover.** With FAILOVER and three or four heads, the core leaves a failed head out of the mean by activating a
 -- prepared set of words (head_failover).
@@ -36,17 +36,18 @@
 -- **Events.** With EVENTS each edge of the probe and each pulse of the position compare waits in a queue for the
 -- processor (event_queue).
 --
--- **Compensation** is applied while `control.compensate` is set and head 1, or each head that the mean uses, has seen
--- its index. The core subtracts the correction from `position`, which no index changes, so the output makes no step
--- when the index is found; the change of the correction decays at the ramp rate.
+-- **Compensation** is applied while `control.compensate` is set and head 1 (with the mean: the carrier and each used
+-- head) has seen its index. The core subtracts the correction from `position`, which no index changes, so the output
+-- makes no step when the index is found; the change of the correction decays at the ramp rate.
 --
 -- **Clock.** The core has one clock. The times in seconds that the register map names are for 100 MHz. The pins of the
 -- encoders, `sync_in` and `probe_in` are asynchronous; every other port is synchronous to `clock`.
 --
--- **Reset** is synchronous. It stops and clears everything, with two exceptions. The coefficient banks and the levels
--- of out_a and out_b keep their values; `driver_enable` keeps its value for 2²⁰ clocks (10 ms at 100 MHz) or until the
--- processor enables the output (fault_outputs). Hold the reset for at least 64 clocks, so that the pipeline contains no
--- angle from before the reset.
+-- **Reset** is synchronous. It stops and clears everything, with these exceptions. Both banks of all words that a swap
+-- activates (coefficients, turn steps, mean, local table), the prepared sets, and the levels of out_a and out_b keep
+-- their values; `driver_enable` keeps its value for 2²⁰ clocks (10 ms at 100 MHz) or until the processor enables the
+-- output (fault_outputs). Hold the reset for at least 64 clocks, so that the pipeline contains no angle from before the
+-- reset.
 
 library ieee;
   use ieee.std_logic_1164.all;

@@ -2,9 +2,10 @@
 --
 -- # compensation_pipeline
 --
--- Computes the compensated reading of equations (8) and (9) from the reading of the reference head.
--- It consists of coefficient_memory, phase_unit, harmonic_unit, the delay_line for the reading, and
--- error_compensation with the correction_ramp. Section 3.3 and figure 7 of the paper describe it.
+-- Computes the compensated reading of equations (8) and (9) from the reading of head 1, or of the carrier of the mean
+-- (the head whose reading enters the pipeline). It consists of coefficient_memory, phase_unit, harmonic_unit, the
+-- delay_line for the reading, and error_compensation with the correction_ramp. Section 3.3 and figure 7 of the paper
+-- describe it.
 --
 -- **Latency.** 29 clocks from `angle` and `position` to all outputs, one angle per clock: phase 5,
 -- harmonics 20, compensation 4 (Table 1 of the paper). The delay line takes 25 clocks, as many as phase and harmonics
@@ -13,14 +14,14 @@
 -- **Folding.** FOLD lanes share one phase lane and one harmonic lane: LANES / FOLD of each are built, and an angle is
 -- accepted every FOLD clocks, when `accept` is high. In the FOLD clocks from then on the blocks of lanes process the
 -- angle one after the other. The corrected reading appears PIPELINE_LATENCY + FOLD - 1 clocks after its angle was
--- accepted. Until the next corrected reading only the ramp changes this output, so it belongs to a reading that is at
--- most 29 + 2 * (FOLD - 1) clocks old. The sums are exact, so every FOLD gives the same correction of an angle; with a
--- cosine of more than 18 bits this requires an even LANES / FOLD. If the position moves faster than one count in FOLD
--- clocks, the corrected position makes steps of 2 to FOLD counts; quadrature_output sends these counts at its own
--- spacing. Below this speed (clock / FOLD counts per second, 12.5 million at 100 MHz and FOLD = 8) the pipeline reads
--- every count, but 0 to FOLD - 1 clocks later than with FOLD = 1. Therefore counts that come at equal distances leave
--- with a jitter of FOLD - 1 clocks, and their distances are multiples of FOLD clocks. With FOLD = 8 a motion of one
--- count in 11 clocks gives edges 8 or 16 clocks apart. FOLD = 1 is the paper's fully parallel form.
+-- accepted. Until the next corrected reading, FOLD clocks later, only the ramp changes this output; so the reading to
+-- which the output belongs is at most 29 + 2 * (FOLD - 1) clocks old. The sums are exact, so every FOLD gives the same
+-- correction of an angle; with a cosine of more than 18 bits this requires an even LANES / FOLD. If the position moves
+-- faster than one count in FOLD clocks, the corrected position makes steps of 2 to FOLD counts; quadrature_output sends
+-- these counts at its own spacing. Below this speed (clock / FOLD counts per second: 12.5 million for FOLD = 8 at 100
+-- MHz) the pipeline reads every count, but 0 to FOLD - 1 clocks later than with FOLD = 1. Therefore counts that come at
+-- equal distances leave with a jitter of FOLD - 1 clocks, and their distances are multiples of FOLD clocks. With FOLD =
+-- 8 a motion of one count in 11 clocks gives edges 8 or 16 clocks apart. FOLD = 1 is the paper's fully parallel form.
 --
 -- **Rotation.** With ROTATION = table the lanes find their cosine in a table (table_rotation) instead of by CORDIC:
 -- latency and formats do not change; the last bits of the cosine differ.
@@ -36,9 +37,9 @@
 -- `zero_moved` marks the first angle from another zero; both travel with the angle, and the change of the correction
 -- decays at the ramp rate.
 --
--- **Mean.** With MEAN, angle and position belong to the carrier; `mean_term`, `jumped` and `jump` come MEAN_LATENCY
--- clocks after the reading to which they belong (head_mean). `swap_comes` is high in the clock before the first angle
--- of a new bank.
+-- **Mean.** With MEAN, `angle` and `position` belong to the carrier; apply `mean_term`, `jumped` and `jump`
+-- MEAN_LATENCY clocks after the reading to which they belong, as head_mean does. `swap_comes` is high in the clock
+-- before the first angle of a new bank.
 --
 -- **Modulators.** With MODULATORS the amplitude of a lane follows direction, speed or a word (coefficient_memory).
 --
@@ -53,8 +54,8 @@
 -- to the angle in the clock after `swap` and later, or with FOLD > 1 from the next accepted angle on. A swap waits
 -- while the idle bank is filled after the previous swap, and until a write in progress has ended.
 --
--- **Number formats.** angle u24.0 counts below counts_per_rev; position s31.0 counts, wraps
--- modulo 2³²; correction s19.11 counts; ramp_rate u8.24 in 2⁻¹¹ count a clock.
+-- **Number formats.** angle u24.0 counts below counts_per_rev; position s31.0 counts, wraps modulo 2³²; correction
+-- s19.11 counts; ramp_rate u8.24 in 2⁻¹¹ count per clock.
 --
 -- **Reset** sets the correction to 0, ends the ramp and drops a pending write. The banks keep their values, and the
 -- pipeline still outputs the angles that it contains. While `counts_per_rev` changes, all angles in the pipeline must

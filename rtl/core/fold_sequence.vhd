@@ -6,8 +6,8 @@
 -- and the blocks of lanes process it one after the other, in the slots 0 to FOLD - 1. With FOLD = 1 every clock is slot
 -- 0 and every strobe is high.
 --
--- **Latency.** All outputs belong to their own clock. `first_sums` belongs to the angle accepted SUMS_CLOCK clocks
--- before, `last_sums` to the angle accepted SUMS_CLOCK + FOLD - 1 clocks before.
+-- **Latency.** The outputs describe the clock in which they are output. `first_sums` belongs to the angle accepted
+-- SUMS_CLOCK clocks before, `last_sums` to the angle accepted SUMS_CLOCK + FOLD - 1 clocks before.
 --
 -- **Number formats.** slot 0 to FOLD - 1.
 --

@@ -6,7 +6,7 @@
 -- output do not depend on the processor; they continue with the last coefficients. So a processor that hangs only
 -- causes an alarm, even if its interrupts still run.
 --
--- **Latency.** `silent` rises limit + 1 clocks after the last `alive`, or after `limit` became other than 0, and
+-- **Latency.** `silent` rises limit + 2 clocks after the last `alive`, or after the last clock with a limit of 0, and
 -- falls 1 clock after the next `alive`.
 --
 -- **Number formats.** limit u32.0 clocks; 0 switches the watch off.

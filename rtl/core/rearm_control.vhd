@@ -4,7 +4,8 @@
 --
 -- Changes counts_per_rev so that no unit uses the new number of counts with an angle that was counted with the old
 -- number. On `rearm_command` the entity holds the decoders in `rearm`, at angle zero. When the pipelines contain no
--- other angle, it loads `requested` into counts_per_rev. A value outside 4 to 2²⁴ is refused.
+-- other angle, it loads `requested` into counts_per_rev. A value outside 4 to 2²⁴ is refused: the decoders are held,
+-- but counts_per_rev keeps its value.
 --
 -- **Latency.** `rearm` is high from the clock after the command for HOLD clocks; counts_per_rev changes in the middle
 -- of this time. A command during this time restarts it.

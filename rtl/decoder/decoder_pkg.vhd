@@ -30,7 +30,7 @@ package decoder_pkg is
     -- Position
     position          : u_signed(POSITION_WIDTH - 1 downto 0);       -- counts, multi-turn
     angle             : u_unsigned(ANGLE_WIDTH - 1 downto 0);        -- counts, below counts_per_rev
-    turn_position     : u_signed(POSITION_WIDTH - 1 downto 0);       -- counts from the first index
+    turn_position     : u_signed(POSITION_WIDTH - 1 downto 0);       -- counts from the zero
     phase_of_zero     : u_unsigned(1 downto 0);                      -- index of (A, B) in 00, 10, 11, 01 at position 0 modulo 4
     direction         : std_ulogic;                                  -- '1': the last step was up
     step              : std_ulogic;                                  -- strobe: position changed

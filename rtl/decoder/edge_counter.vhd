@@ -6,7 +6,7 @@
 -- multi-turn position. Source: section 3.1 and figure 4 of the paper: A leads B counter-clockwise, (A, B) = 00, 10, 11,
 -- 01 counts up.
 --
--- **Latency.** 2 clocks from a change of `levels` to `position`. `edge.comes` belongs to the clock of the levels, the
+-- **Latency.** 2 clocks from a change of `a` or `b` to `position`. `edge.comes` belongs to the clock of the levels, the
 -- other fields of `edge` to the clock after it. position, direction, step, step_up and last_edge_time change in the
 -- same clock.
 --
@@ -15,8 +15,9 @@
 -- **Position** starts at RESET_POSITION on reset; only edges change it. It wraps modulo 2³²: readers use
 -- differences, which are correct as long as they lie within +-2³¹ counts.
 --
--- **Phase.** `phase_of_zero` is the index of (A, B) in the sequence 00, 10, 11, 01 at the positions that are
--- multiples of 4. It follows the position by 2 clocks. After the reset only illegal transitions change it.
+-- **Phase.** `phase_of_zero` is the index of (A, B) in the sequence 00, 10, 11, 01 at the positions that are multiples
+-- of 4. It follows the levels by 3 clocks, one clock after the position. After the reset only illegal transitions
+-- change it.
 --
 -- **Order.** If A and B change in the same clock, the direction is unknown: `edge.breaks_order` is high and the
 -- position does not change.

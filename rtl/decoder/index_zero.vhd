@@ -2,8 +2,9 @@
 --
 -- # index_zero
 --
--- Detects the index mark in Z and counts the angle modulo `counts_per_rev` from the zero that the first mark defines. It checks
--- the distance between marks and, if `zero_again` permits, moves the zero. Source: section 3.1 and figure 5 of the paper.
+-- Detects the index mark in Z and counts the angle modulo `counts_per_rev` from the zero that the first mark defines.
+-- It checks the distance between marks and, if `zero_again` permits, moves the zero. Source: section 3.1 and figure 5
+-- of the paper.
 --
 -- **Latency.** angle and turn_position change 1 clock after `edge.moves`, in the same clock as the position of
 -- edge_counter. index_seen, with the angle from the new zero, comes INDEX_SKEW clocks after the step of the index, or
@@ -28,23 +29,23 @@
 -- nor a vibration at one edge of the mark make the entity confuse the two edges of the mark, provided that the time
 -- between two opposite steps is longer than the time between a change of Z and its step; a `filter_length` above
 -- INDEX_SKEW ensures this. The first index after reset or rearm defines the zero of angle and turn_position; later
--- indices do not change this zero. Each later index must lie 0 or +-counts_per_rev from the index before it, within
--- +-`index_tolerance`; otherwise `index_error` is set, because counts or an index were lost or added. The position of a
--- true mark repeats within +-1 count, so two of its positions differ by up to 2 counts; a slip by one period of A and B
--- adds 4 counts. `index_interval` reads 0 while there are fewer than two marks.
+-- indices do not change this zero, except by `zero_again`. Each later index must lie 0 or +-counts_per_rev from the
+-- index before it, within +-`index_tolerance`; otherwise `index_error` is set, because counts or an index were lost or
+-- added. The position of a true mark repeats within +-1 count, so two of its positions differ by up to 2 counts; a slip
+-- by one period of A and B adds 4 counts. `index_interval` reads 0 while there are fewer than two marks.
 --
--- **Moving the zero.** With `zero_again` high the zero moves 5 clocks after the strobe of a mark that proves the zero
--- wrong. A mark proves this in two cases. Either it is misplaced and `other_head_agrees` is high (see zero_witness;
--- possible at the first mark after lost counts). Or it is the first mark after an `index_error` that lies one turn,
--- within the tolerance, from the mark before it (the second mark after lost counts). A single false mark does not move
--- the zero, because no other mark lies one turn from it. `index_seen` stays high, so the correction continues. A turn
--- of less than 9 counts keeps its zero. If the zero moves to another count, the following happens in the clock in which
--- angle and turn_position first count from the new zero. `zero_slip` becomes the angle that the mark had (the negative
--- of the lost counts), `zero_moved` toggles, `zero_moves` increments, index_error is set, and its counter increments
--- once. The position keeps its error. With `heal` high, `zero_slip` is subtracted from `put_back` in that clock, so
--- that position + put_back does not contain the slip; a slip of 2¹⁴ counts or more is not put back. `index_trusted`
--- pulses 3 clocks after index_strobe if the mark lies at the zero. If Z normally changes within a count, but at one
--- speed changes near an edge of that count, the index is one count off at that speed.
+-- **Moving the zero.** With `zero_again` high the zero moves 3 clocks after the `index_strobe` of a mark that proves
+-- the zero wrong. A mark proves this in two cases. Either it is misplaced and `other_head_agrees` is high (see
+-- zero_witness; possible at the first mark after lost counts). Or it is the first mark after an `index_error` that lies
+-- one turn, within the tolerance, from the mark before it (the second mark after lost counts). A single false mark does
+-- not move the zero, because no other mark lies one turn from it. `index_seen` stays high, so the correction continues.
+-- A turn of less than 9 counts keeps its zero. If the zero moves to another count, the following happens in the clock
+-- in which angle and turn_position first count from the new zero. `zero_slip` becomes the angle that the mark had (the
+-- negative of the lost counts), `zero_moved` toggles, `zero_moves` increments, index_error is set, and its counter
+-- increments once. The position keeps its error. With `heal` high, `zero_slip` is subtracted from `put_back` in that
+-- clock, so that position + put_back does not contain the slip; a slip of 2¹⁴ counts or more is not put back.
+-- `index_trusted` pulses 3 clocks after index_strobe if the mark lies at the zero. If Z normally changes within a
+-- count, but at one speed changes near an edge of that count, the index is one count off at that speed.
 --
 -- **Fastest index.** With pins skewed by up to s clocks, 1 to INDEX_SKEW, a count must last at least s + INDEX_SKEW + 1
 -- clocks for this detection, that is 5, 6 or 7 clocks; 7 clocks are 14 million counts per second at 100 MHz. If Z
@@ -53,12 +54,11 @@
 -- that change in the same clock each mark is placed correctly at any speed. A Z edge before the first step after reset
 -- belongs to that step.
 --
--- **Rearm.** While `rearm` is high, angle and turn_position are 0 and the index is cleared (index_seen
--- and index_interval are 0; index_position keeps its value). The position keeps counting. After rearm, angle and
--- turn_position count from 0 with the first step, and the next index defines the zero
--- again.
--- `counts_per_rev` (4 to 2²⁴, any integer) is sampled while rearm, preload or reset is high; at other times a change has
--- no effect. index_tolerance may change at any time.
+-- **Rearm.** While `rearm` is high, angle and turn_position are 0 and the index is cleared (index_seen and
+-- index_interval are 0; index_position keeps its value). The position keeps counting. After rearm, angle and
+-- turn_position count from 0 with the first step, and the next index defines the zero again. `counts_per_rev` (4 to
+-- 2²⁴, any integer) is sampled while rearm, preload or reset is high; at other times a change has no effect.
+-- index_tolerance may change at any time.
 --
 -- **Reset.** While `preload` is high, a change of Z does not count as a mark; detection starts from the level that Z
 -- has in the last clock of `preload`.
@@ -87,7 +87,7 @@ entity index_zero is
     heal              : in    std_ulogic;                                    -- level: lost counts are added to put_back
     other_head_agrees : in    std_ulogic;                                    -- the other head confirms the mark, see zero_witness
     angle             : out   u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
-    turn_position     : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts from the first index
+    turn_position     : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts from the zero
     index_seen        : out   std_ulogic;                                    -- level: an index has been seen
     index_strobe      : out   std_ulogic;                                    -- strobe: the three outputs below are new
     index_position    : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, position of the last index

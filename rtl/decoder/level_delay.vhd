@@ -3,10 +3,10 @@
 -- # level_delay
 --
 -- Delays A, B and Z of a head together by 0 to 255 clocks. This compensates the longer delay of another head's
--- electronics: 100 ns at 90 degrees per second are 0.032 arcsec.
+-- electronics: an uncompensated delay of 100 ns is an error of 0.032 arcsec at 90 degrees per second.
 --
--- **Latency.** `delay` clocks from `levels` to `delayed`, 0 included. A change of `delay` takes effect 2 clocks later and skips
--- or repeats levels, so change it only while the table stands still.
+-- **Latency.** `delay` clocks from `levels` to `delayed`, 0 included. A change of `delay` takes effect 2 clocks later
+-- and skips or repeats levels, so change it only while the table stands still.
 --
 -- **Number formats.** delay u8.0 clocks.
 --

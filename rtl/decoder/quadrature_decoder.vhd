@@ -3,30 +3,30 @@
 -- # quadrature_decoder
 --
 -- Decodes one head: counts every edge of an incremental encoder's A and B (x4) into a multi-turn position and, in
--- parallel, into an angle modulo `counts_per_rev` whose zero the first index defines. It checks the
--- distance of the index marks, the order of the edges and their spacing. input_synchroniser and glitch_filter condition the pins,
--- edge_counter counts, index_zero detects the index and holds the zero, plausibility_check stores the faults. Source: section 3.1
--- and figures 4 and 5 of the paper: A leads B counter-clockwise, (A, B) = 00, 10, 11, 01 counts up.
+-- parallel, into an angle modulo `counts_per_rev` whose zero the first index defines. It checks the distance of the
+-- index marks, the order of the edges and their spacing. input_synchroniser and glitch_filter condition the pins,
+-- edge_counter counts, index_zero detects the index and holds the zero, plausibility_check stores the faults. Source:
+-- section 3.1 and figures 4 and 5 of the paper: A leads B counter-clockwise, (A, B) = 00, 10, 11, 01 counts up.
 --
 -- **Latency.** SYNCHRONISER_STAGES + filter_length + 2 clocks from a change of a pin to `position`: 5 with the filter
--- off. position, angle, turn_position, direction, step, step_up, last_edge_time, illegal and illegal_count belong to
--- one clock; overspeed and overspeed_count follow 1 clock after this clock. index_seen, with the angle from the new
--- zero, comes INDEX_SKEW clocks after the step of the index, or with the next step if that step comes earlier.
--- index_strobe, index_position, index_direction and index_interval follow 1 clock after index_seen would rise,
--- index_error and index_error_count 4 clocks after. Edges that the filter suppresses are reported SYNCHRONISER_STAGES +
--- 4 clocks after the pins. last_edge_time is SYNCHRONISER_STAGES + filter_length + 1 clocks later than the timestamp at
--- which the pin changed. position and last_edge_time, read in the same clock, give the velocity.
+-- off. With DELAYED, `delay` adds to this and to the other latencies from the pins. position, angle, turn_position,
+-- direction, step, step_up, last_edge_time, illegal and illegal_count belong to one clock; overspeed and
+-- overspeed_count follow 1 clock after this clock. index_seen, with the angle from the new zero, comes INDEX_SKEW
+-- clocks after the step of the index, or with the next step if that step comes earlier. index_strobe, index_position,
+-- index_direction and index_interval follow 1 clock after index_seen would rise, index_error and index_error_count 4
+-- clocks after. Edges that the filter suppresses are reported SYNCHRONISER_STAGES + 3 clocks after the pins.
+-- last_edge_time is SYNCHRONISER_STAGES + filter_length + 1 clocks later than the timestamp at which the pin changed.
+-- position and last_edge_time, read in the same clock, give the velocity.
 --
 -- **Number formats.** decoder_pkg states the formats of the outputs. counts_per_rev u25.0 counts; filter_length u8.0
 -- and minimum_edge_spacing u16.0 clocks; index_tolerance u16.0 counts; timestamp u64.0 clocks.
 --
--- **Settings.** filter_length, minimum_edge_spacing and index_tolerance may change at any time. counts_per_rev is sampled
--- while rearm or reset is high, and for SYNCHRONISER_STAGES + 1 clocks after reset; at other times a change has no
--- effect.
--- A `filter_length` above INDEX_SKEW makes the time between two opposite steps longer than the time between a change of
--- Z and its step, as index_zero requires.
+-- **Settings.** filter_length, minimum_edge_spacing and index_tolerance may change at any time. counts_per_rev is
+-- sampled while rearm or reset is high, and for SYNCHRONISER_STAGES + 1 clocks after reset; at other times a change has
+-- no effect. A `filter_length` above INDEX_SKEW makes the time between two opposite steps longer than the time between
+-- a change of Z and its step, as index_zero requires.
 --
--- **Clear** affects only the faults; rearm affects only angle, turn_position and index.
+-- **Clear and rearm.** `clear` affects only the faults; `rearm` affects only angle, turn_position and index.
 --
 -- **Reset** may be as short as one clock. Counting starts from the levels that the pins have in the last clock of the
 -- reset: these levels cause no edge, and every later change is counted.

@@ -74,13 +74,14 @@ package number_formats_pkg is
   -- while the reading increases.
   constant STEEPEST_PERCENT           : positive := 100;
 
-  -- Default range in K above and below T0 in which lanes follow the temperature, if the file states no range.
+  -- Default of the range, in K above and below the reference temperature T0, in which lanes follow the temperature, if
+  -- the coefficient file states no range.
   constant THERMAL_RANGE_K            : positive := 10;
 
   constant LANES_MAX                  : positive := 64;
   constant LANES_DEFAULT              : positive := 32;
 
-  -- Number of samples in one capture bank: 12,000 for a turn at 30 deg/s and 1 kHz, plus a margin.
+  -- Number of samples in one capture bank: 12,000 samples of a turn at 30 deg/s and 1 kHz, plus a margin.
   constant CAPTURE_DEPTH_DEFAULT      : positive := 12288;
 
   -- The mean of the heads.

@@ -22,7 +22,8 @@ package cordic_pkg is
 
   type reals is array (natural range <>) of real;
 
-  -- Number of fraction bits of z, in turns: 2**-21 turn for a cosine of 18 bits.
+  -- Returns the number of fraction bits of z, which is in turns: 21 for a cosine of 18 bits, so that the unit is 2**-21
+  -- turn.
   function angle_fraction (
     cosine_width : positive
   ) return positive;

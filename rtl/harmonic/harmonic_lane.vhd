@@ -7,7 +7,7 @@
 -- product of a partner lane. With ROTATION = table, table_rotation replaces cordic_rotation; latency and formats do not
 -- change.
 --
--- **Latency.** The product comes CORDIC_ITERATIONS + 3 (19) clocks after `phase`: 1 clock for the fold,
+-- **Latency.** The product comes CORDIC_ITERATIONS + 3 (19) clocks after `phase`: 1 clock for quadrant_fold,
 -- CORDIC_ITERATIONS − 1 (15) for the rotation, 1 for the rounding, 2 for the multiplication. With ADD_PARTNER the
 -- latency is CORDIC_ITERATIONS + 4 (20) clocks, so that the product of a partner lane without ADD_PARTNER is ready in
 -- the clock in which it is added. The entity accepts one phase per clock. `amplitude` belongs to the phase that came

@@ -7,7 +7,8 @@
 --
 -- **Latency.** 1 clock.
 --
--- **Number formats.** phase u0.24 turn; folded and place have 22 bits in units of 2⁻²⁴ turn, 0 to a quarter turn.
+-- **Number formats.** phase u0.24 turn; folded and place have 22 bits in units of 2⁻²⁴ turn, from 0 to one unit below a
+-- quarter turn.
 --
 -- **Mirroring.** The place within the second or fourth quadrant is mirrored: `folded` is the complement of its bits.
 -- The complement needs no adder; it is one unit (2⁻²⁴ turn) less than the exact mirrored angle, a quarter turn − place,

@@ -9,22 +9,30 @@
 -- **Latency.** 15 clocks, as in cordic_rotation: in the first 7 the angle is only delayed, in the last 8 the cosine is
 -- computed. The entity accepts one angle per clock.
 --
--- **Number formats.** folded has 22 bits in units of 2⁻²⁴ turn; value s1.20; slope u3.8 per turn; cosine s1.18.
+-- **Number formats.** The port `folded` has 22 bits in units of 2⁻²⁴ turn; the table's value is s1.20 and its slope
+-- u3.8 per turn (see Table); the port `cosine` is s1.18.
 --
 -- **Table.** The quadrant has 128 intervals of 2¹⁵ units. In an interval with the middle m and the half width h (rad),
--- the line (1 − h²/4)·cos m − z·sin m, |z| ≤ h, approximates the cosine; z is the angle from the middle. The line lies
--- halfway between tangent and chord. For each interval the table holds the slope of the line and its value at the
+-- the cosine is approximated by the line (1 − h²/4)·cos m − z·sin m; z is the angle from the middle, |z| ≤ h. The line
+-- lies halfway between tangent and chord. For each interval the table holds the slope of the line and its value at the
 -- beginning of the interval.
 --
 -- **Product.** Five rows of adders multiply the slope by the 10 upper bits of the 15-bit place in the interval: each
--- row takes two of these bits and adds 0, 1, 2 or 3 slopes to a quarter of the previous row's sum, truncated. The
--- values in the table are corrected for the mean of the truncated parts: half a unit of the 10 bits, and half a unit of
--- the last row.
+-- row takes two of these bits and adds 0, 1, 2 or 3 slopes to a quarter of the previous row's sum, truncated.
+-- Truncation makes the product too small on average. The values in the table compensate the mean: half of the lowest of
+-- the 10 bits times the slope, and half of the last row's lowest bit.
 --
--- **Error.** The largest errors of the cosine add up to 2.7·10⁻⁵: line in place of the cosine h²/4 = 9.5·10⁻⁶; angle in
--- place of its sine h³/6 = 4·10⁻⁸; rounding of the slope 2⁻⁹·2⁻¹⁰ = 1.9·10⁻⁶; 5 truncated bits of the angle 2π·2⁻²⁰ =
--- 6.0·10⁻⁶; rounding of the value 2⁻²¹ = 4.8·10⁻⁷; truncation in the rows 2⁻²⁰ = 9.6·10⁻⁷; fold 2π·2⁻²⁴ = 3.8·10⁻⁷;
--- later rounding to s1.16 2⁻¹⁷ = 7.7·10⁻⁶. A sweep over all 2²⁴ phases shows at most 2.1·10⁻⁵.
+-- **Error.** The bounds of the errors of the cosine add up to 2.7·10⁻⁵. A sweep over all 2²⁴ phases shows at most
+-- 2.1·10⁻⁵. The bounds are:
+--
+-- - the line in place of the cosine: h²/4 = 9.5·10⁻⁶
+-- - the angle z in place of its sine: h³/6 = 4·10⁻⁸
+-- - rounding of the slope, over half an interval: 2⁻⁹·2⁻¹⁰ = 1.9·10⁻⁶
+-- - truncation of the 5 lower bits of the place: 2π·2⁻²⁰ = 6.0·10⁻⁶
+-- - rounding of the value: 2⁻²¹ = 4.8·10⁻⁷
+-- - truncation in the rows: 2⁻²⁰ = 9.6·10⁻⁷
+-- - mirroring of the phase into the first quadrant by the complement (quadrant_fold): 2π·2⁻²⁴ = 3.8·10⁻⁷
+-- - rounding of the result to s1.16 in harmonic_lane: 2⁻¹⁷ = 7.7·10⁻⁶
 --
 -- There is no reset, because no register holds state.
 

@@ -21,7 +21,7 @@
 -- **Error.** The place in the window is rounded to 2⁻²⁴ window, the error of its step is at most 2⁻⁴⁹ window per count,
 -- and the interpolation uses 12 bits of the place between two points. With one window, the value differs from the exact
 -- interpolation by at most (2⁻¹³ + 2⁻¹³) times the largest difference of two neighbouring points; with two or four
--- windows this factor is larger by 2⁻¹².
+-- windows, whose lowest bits of the place are truncated, this factor is larger by 2⁻¹².
 --
 -- **Size.** Yosys reports 893 LUT, 507 FF, 4 DSP48E1 and 4 RAMB36 for both banks.
 --

@@ -10,8 +10,8 @@
 -- 32 bits of step, word 6 its upper 16. Only these bits are stored; word 7 reads as 0.
 --
 -- **Swap.** A write of the word `choice` requests a swap of the table: the next swap of the lanes then also makes the
--- table's idle bank active, from the angle of the clock after `swap_comes` on. Without this request a swap of the lanes
--- does not change the table. Write `choice` after all other words.
+-- table's idle bank active; the first angle of the new bank comes in the clock after `swap_comes`. Without this request
+-- a swap of the lanes does not change the table. Write `choice` after all other words.
 --
 -- **Copy.** After the swap, as soon as no angle in the pipeline uses the formerly active bank, the entity copies the
 -- words of the new active bank into it: the place in one clock, then the points one after the other, 2 clocks each. An
@@ -22,8 +22,8 @@
 -- the request of a swap until the swap has taken place, so that the swap takes over exactly the writes that `done` has
 -- confirmed.
 --
--- **Latency.** LOCAL_TABLE_LATENCY clocks from `angle` to `value`; the entity accepts one angle per clock. `done`
--- follows an access by 3 clocks if the access need not wait.
+-- **Latency.** LOCAL_TABLE_LATENCY clocks from `angle` to `value`; the entity accepts one angle per clock. If the
+-- access need not wait, `done` follows a read by 3 clocks and a write by 2 clocks.
 --
 -- **Number formats.** angle and starts u24.0 counts; step u0.48 windows per count; points s(17 − F).F counts, written
 -- and read sign-extended; value s13.22 counts.

@@ -6,32 +6,35 @@
 -- prepared_sets activates the set of words without this head, and parity_sum monitors the parity of the heads. The
 -- entity contains head_watch and parity_sum, and the registers of all three units.
 --
--- **Failure.** When a head fails, the set without this head is loaded, provided that `failover.enable` is set, the
--- active words use all heads and no head is left out. Failures of other heads are then ignored, because only sets with
--- one missing head are prepared. From the first angle of the new set on the head is left out, and `rearm_heads` makes
--- its decoder forget the index, so that its next index defines its zero again.
+-- **Failure.** A set is a prepared set of words of lanes and mean (prepared_sets). When a head fails, the set without
+-- this head is loaded, provided that `failover.enable` is set, the active words use all heads and no head is left out.
+-- Failures of other heads are then ignored, because only sets with one missing head are prepared. From the first angle
+-- of the new set on the head is left out, and `rearm_heads` makes its decoder forget the index, so that its next index
+-- defines its zero again.
 --
 -- **Return.** A head that is left out comes back after its next index, either on request (`heads_command.come_back`) or
 -- after the time `failover.return_after`; the set of all heads is then loaded. A dead head gives no index, so it
 -- remains left out.
 --
 -- **Processor.** `heads_command.take_set` loads a set. A swap to words that the processor has written sets
--- `heads_status.set` to 7. A swap does not end the state of a left-out head. Words that use this head are refused, and
+-- `heads_status.set` to 7. Such a swap does not bring a left-out head back. Words that use this head are refused, and
 -- so is a set that uses it before its index; a refusal sets `heads_status.swap_refused`, and the active words stay
 -- active. If the head comes back while the processor's words are active, it is no longer left out, but no set is
 -- loaded: the processor must write words that use the head.
 --
--- **Allowed words.** `may_activate` is high while both conditions hold. First, the idle words do not use the left-out
--- head or, while a set is being loaded, the head that is missing in this set. Second, while a set is being loaded or a
--- head is left out, the carrier of the idle words is a used head. `may_activate` follows its inputs by one clock.
+-- **Allowed words.** `may_activate` is high while both conditions hold. First, the idle words do not use the barred
+-- head: while a set is being loaded, the head that is missing in this set, otherwise the left-out head. Second, while a
+-- set is being loaded or a head is left out, the carrier of the idle words (the head whose reading enters the pipeline)
+-- is a used head. `may_activate` follows its inputs by one clock.
 --
 -- **Latency.** The first angle of the set comes 3 clocks plus the latency of prepared_sets after head_watch has
 -- reported a failure. `read_data` follows `read_enable` by 1 clock and is 0 for words of other units in the window.
 -- head_registers signals `done` for its own words and for the words of this entity.
 --
--- **Number formats.** The formats of the registers; differences s16.4 counts, head 1 in the low bits.
+-- **Number formats.** differences s16.4 counts, head 1 in the low bits; the register map states the formats of the
+-- registers.
 --
--- **Reset.** No set is active, no head is left out, and every setting is 0.
+-- **Reset.** `heads_status.set` is 7 (no prepared set), no head is left out, and every setting is 0.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -55,7 +58,7 @@ entity head_failover is
     write_data       : in    std_ulogic_vector(31 downto 0);                            -- the word
     read_data        : out   std_ulogic_vector(31 downto 0) := (others => '0');         -- the word
     take_snapshot    : in    std_ulogic;                                                -- pulse
-    clear            : in    std_ulogic;                                                -- pulse: clears the sticky flag of the parity
+    clear            : in    std_ulogic;                                                -- pulse: clears the sticky flags of the parity and of a refused swap
     -- From the decoders, one bit per head, see head_watch
     steps            : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- strobe
     steps_up         : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- strobe

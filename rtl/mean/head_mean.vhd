@@ -15,19 +15,20 @@
 -- **Zero.** `zero_moved` toggles when the zero of any head moves, because each head's zero moves the mean; the ramp
 -- absorbs this change. `put_back` is the value of the carrier, because `position` continues the carrier's count.
 --
--- **Apply.** `apply` is high while the processor requests the correction and every used head has seen its index.
--- `referenced` is high while the carrier has seen its index.
+-- **Apply.** `apply` is high while the processor requests the correction and the carrier and every used head have seen
+-- their index. `referenced` is high while the carrier has seen its index.
 --
--- **Swap.** `may_swap` goes low when the zero of a head moves, a head sees its first index or a word is written. It
--- stays low for 8 clocks, so that the base of the next carrier is computed from readings after this change.
+-- **Swap.** `may_swap` goes low when the zero of a head moves, a head sees its first index or forgets it, a word is
+-- written, the words are swapped, or `unsettle` is high. It stays low for 8 more clocks, so that the base of the next
+-- carrier is computed from readings after this change.
 --
 -- **Latency.** Angle, position and the values that belong to them follow the heads by 0 clocks with two heads, and with
 -- more heads by 1 clock, in which the offsets are subtracted. `mean_term`, `limited`, `jumped` and `jump` follow the
 -- angle by MEAN_LATENCY clocks.
 --
--- **Number formats.** angles u24.0 counts below counts_per_rev; positions s31.0 counts modulo 2³²; put_backs s15.0 counts modulo
--- 2¹⁶; mean_term s19.20 counts; differences s16.4 counts, 5 clocks after the angle; jump s15.0
--- counts. Flat ports carry head 1 in the low bits.
+-- **Number formats.** angles u24.0 counts below counts_per_rev; positions s31.0 counts modulo 2³²; put_backs s15.0
+-- counts modulo 2¹⁶; mean_term s19.20 counts; differences s16.4 counts, 5 clocks after the angle; jump s15.0 counts.
+-- Flat ports carry head 1 in the low bits.
 --
 -- **Reset** sets the base to 0. The words keep their values.
 
@@ -47,11 +48,11 @@ entity head_mean is
     -- The heads
     angles            : in    std_ulogic_vector(HEADS * ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
     positions         : in    std_ulogic_vector(HEADS * POSITION_WIDTH - 1 downto 0);       -- counts, including counts put back
-    phases_of_zero    : in    std_ulogic_vector(HEADS * 2 - 1 downto 0);                    -- place of (A, B) at position 0
+    phases_of_zero    : in    std_ulogic_vector(HEADS * 2 - 1 downto 0);                    -- index of (A, B) in 00, 10, 11, 01 at position 0
     put_backs         : in    std_ulogic_vector(HEADS * 16 - 1 downto 0);                   -- counts in position without an edge
     zeros_moved       : in    std_ulogic_vector(HEADS - 1 downto 0);                        -- toggles when the zero of a head moves
     indices_seen      : in    std_ulogic_vector(HEADS - 1 downto 0);                        -- level
-    unsettle          : in    std_ulogic;                                                   -- level: angles restart
+    unsettle          : in    std_ulogic;                                                   -- level: angles start anew, so no swap is allowed
     counts_per_rev    : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);                -- counts
     compensate        : in    std_ulogic;                                                   -- level: the processor requests the correction
     -- The words, see mean_words
@@ -67,7 +68,7 @@ entity head_mean is
     -- To the pipeline
     angle             : out   u_unsigned(ANGLE_WIDTH - 1 downto 0);                         -- counts, below counts_per_rev
     position          : out   u_signed(POSITION_WIDTH - 1 downto 0);                        -- counts
-    phase_of_zero     : out   u_unsigned(1 downto 0);                                       -- place of (A, B) at position 0
+    phase_of_zero     : out   u_unsigned(1 downto 0);                                       -- index of (A, B) in 00, 10, 11, 01 at position 0
     put_back          : out   u_signed(15 downto 0);                                        -- counts in position without an edge
     zero_moved        : out   std_ulogic;                                                   -- toggles when the zero of a head moves
     referenced        : out   std_ulogic;                                                   -- level: the angle counts from an index
@@ -80,7 +81,7 @@ entity head_mean is
     mean_term         : out   u_signed(MEAN_TERM_WIDTH - 1 downto 0);                       -- counts, s19.20
     limited           : out   std_ulogic;                                                   -- level: a difference in this term is limited
     jumped            : out   std_ulogic;                                                   -- pulse: the first angle of new words
-    jump              : out   u_signed(15 downto 0)                                         -- counts by which reading jumps with jumped
+    jump              : out   u_signed(15 downto 0)                                         -- counts by which the reading jumps, valid with jumped
   );
 end entity head_mean;
 

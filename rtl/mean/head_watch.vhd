@@ -13,13 +13,14 @@
 -- head's last edge; counts up and counts down cancel. No head counts as dead while the table stands still. The value 0
 -- turns this check off.
 --
--- **Step.** The entity compares the difference between each reading and the carrier's reading with its value 7 to 8
--- intervals of 2**INTERVAL_BITS clocks earlier (1.15 to 1.31 ms at 100 MHz). Head k has stepped if the changes of all
--- other heads agree within less than `step_limit` counts, and if this is true for no other head in place of k. Assume
--- that the motion of the axis changes every difference of two heads by less than step_limit counts in that time. Then
--- this motion never counts as a step and never leads to a wrong head. The entity then also finds every step of one head
--- by 2 * step_limit counts or more: the other heads agree with each other, and differ from head k by more than
--- step_limit. If two heads step, the entity reports neither. The value 0 turns this check off.
+-- **Step.** The carrier is the head whose reading enters the pipeline. The entity compares the difference between each
+-- reading and the carrier's reading with the value that this difference had 7 to 8 intervals of 2**INTERVAL_BITS clocks
+-- earlier (1.15 to 1.31 ms at 100 MHz). Head k has stepped if the changes of all other heads agree within less than
+-- `step_limit` counts, and if this is true for no other head in place of k. Choose step_limit larger than the change of
+-- any difference of two heads that the motion of the axis causes in that time. Then this motion never counts as a step
+-- and never leads to a wrong head, and the entity finds every step of one head by 2 * step_limit counts or more: the
+-- other heads agree with each other, and differ from the stepping head by more than step_limit. If two heads step, the
+-- entity reports neither. The value 0 turns this check off.
 --
 -- **Restart.** While `restart` is high, and for 16 clocks after that, the entity does not search for steps; it then
 -- stores the readings anew and compares later readings with these. Hold `restart` high while readings jump without a
@@ -28,9 +29,9 @@
 -- **Latency.** `failed` follows a decoder's fault by 2 clocks, the last of the counted steps (missing edges) by 3
 -- clocks, and a step of a reading by at most 20 clocks.
 --
--- **Number formats.** differences s16.0 counts, head 1 in the low bits; missing_counts u8.0 counts; step_limit u16.0 counts.
--- `failed` has one bit per head; `causes` has the bits of the register `failover`: illegal, overspeed, swallowed,
--- missing_edges, step, index, from bit 0 on. Both are high for one clock.
+-- **Number formats.** differences s16.0 counts, head 1 in the low bits; missing_counts u8.0 counts; step_limit u16.0
+-- counts. `failed` has one bit per head; `causes` has the bits of the register `failover`: illegal, overspeed,
+-- swallowed, missing_edges, step, index, from bit 0 on. Both are high for one clock.
 --
 -- **Reset** clears the readings and the counts.
 

@@ -2,16 +2,17 @@
 --
 -- # parity_sum
 --
--- Computes the parity of the heads' readings, Σ cᵢ·rᵢ with Σ cᵢ = 0 and Σ cᵢ·e^{jβᵢ} = 0, where βᵢ are the places of
--- the heads. The parity depends neither on the angle of the table nor on a translation of the axis, but shows every
--- error of a single head. Because Σ cᵢ = 0, the parity equals the same sum over the differences to the carrier, which
--- the mean computes anyway. One multiplier computes the products of the heads one after the other.
+-- Computes the parity of the heads' readings, Σ cᵢ·rᵢ with Σ cᵢ = 0 and Σ cᵢ·e^{jβᵢ} = 0, where βᵢ are the angles of
+-- the heads around the axis. The parity depends neither on the angle of the table nor on a translation of the axis, but
+-- shows every error of a single head. Because Σ cᵢ = 0, the readings may be replaced by their differences from the
+-- reading of the carrier (the head that enters the pipeline), which weighted_mean computes anyway. One multiplier
+-- computes the products of the heads one after the other.
 --
--- **Latency.** `parity` is renewed every 8 clocks. It comes 7 clocks after its `differences`, which all belong to one
--- clock.
+-- **Latency.** `parity` is renewed every 8 clocks. It comes HEADS + 3 clocks after its `differences`, which all belong
+-- to one clock; `beyond` follows `parity` by 1 clock.
 --
 -- **Number formats.** differences s16.4 counts, weights s1.16, parity s19.11 counts, rounded down; limit u16.0 counts;
--- 0 turns the limit off. `beyond` is high while the magnitude of the parity is `limit` or more.
+-- 0 turns the limit off. `beyond` is high while |floor(parity)| is `limit` or more.
 --
 -- There is no reset: the parity depends only on the latest differences.
 
@@ -31,7 +32,7 @@ entity parity_sum is
     weights     : in    std_ulogic_vector(HEADS * HEAD_WEIGHT_WIDTH - 1 downto 0);     -- s1.16
     limit       : in    u_unsigned(15 downto 0);                                       -- counts, 0: off
     parity      : out   u_signed(CORRECTION_WIDTH - 1 downto 0) := (others => '0');    -- counts, s19.11
-    beyond      : out   std_ulogic                              := '0'                 -- level: |parity| >= limit
+    beyond      : out   std_ulogic                              := '0'                 -- level: |floor(parity)| >= limit
   );
 end entity parity_sum;
 

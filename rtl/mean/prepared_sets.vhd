@@ -3,9 +3,10 @@
 -- # prepared_sets
 --
 -- Stores complete sets of words, one for all heads and one for each missing head. A set consists of the words of the
--- lanes, the words of the mean, and the coefficient offset. On request the entity writes one set into the idle bank,
--- word by word, and then swaps the banks: all words become active in the same clock, and the ramp absorbs the change of
--- the output. All sets of four heads and 32 lanes fit into one block RAM of 36 Kbit.
+-- lanes, the words of the mean, and the coefficient offset; it has no turn steps and no local table. On request the
+-- entity writes one set into the idle bank, word by word, and then swaps the banks: all words become active in the same
+-- clock, and the ramp absorbs the change of the output. All sets of four heads and 32 lanes fit into one block RAM of
+-- 36 Kbit.
 --
 -- **Words.** `access_word` is the number of a word in a set, with words of 4 bytes in the order of the register map:
 -- lane * 4 + word for a lane, 512 + place for a word of `mean`, where place 15 is the coefficient offset. Access one
@@ -24,7 +25,7 @@
 -- if no write of the processor is under way and coefficient_memory is not filling its idle bank. `loaded` comes with
 -- `swap_comes`. The answer to an access follows it by 2 clocks if no set is being loaded.
 --
--- **Number formats.** The formats of the registers; the entity does no arithmetic.
+-- **Number formats.** The entity does no arithmetic; the register map states the formats of the words.
 --
 -- **Reset** stops loading and drops writes that wait. It keeps the sets.
 
@@ -63,7 +64,7 @@ entity prepared_sets is
     -- Request to load a set
     load              : in    std_ulogic;                     -- pulse: load set `number` and swap; ignored while busy
     number            : in    u_unsigned(2 downto 0);         -- number of the set
-    busy              : out   std_ulogic;                     -- level: from the clock after `load` until `loaded`
+    busy              : out   std_ulogic;                     -- level: from the clock after `load` until `loaded` or a refusal
     loaded            : out   std_ulogic;                     -- pulse: the next angle is the first of the set
     -- To the banks
     lane_out          : out   std_ulogic := '0';              -- pulse

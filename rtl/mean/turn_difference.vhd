@@ -11,7 +11,7 @@
 -- **Number formats.** Angles u24.0 counts below counts_per_rev; difference s24.0 counts with
 -- -counts_per_rev <= 2 * difference < counts_per_rev.
 --
--- There is no reset. `counts_per_rev` must not change.
+-- There is no reset. A difference uses the value that `counts_per_rev` has one clock after its angles.
 
 library ieee;
   use ieee.std_logic_1164.all;

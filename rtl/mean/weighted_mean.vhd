@@ -2,12 +2,13 @@
 --
 -- # weighted_mean
 --
--- Computes the term by which the weighted mean of the heads differs from the reading of the carrier s. The output is θ
--- = r_s + Σ wᵢ·(rᵢ − r_s) − E(r_s) with rᵢ = Rᵢ − oᵢ. The correction E and the term are added and then subtracted from
+-- Computes the term by which the weighted mean of the heads differs from the reading of the carrier s (the head whose
+-- reading enters the pipeline). The output of the core is θ = r_s + Σ wᵢ·(rᵢ − r_s) − E(r_s) with rᵢ = Rᵢ − oᵢ: Rᵢ is
+-- the reading of head i, oᵢ its offset, wᵢ its weight. The correction E and the term are added and then subtracted from
 -- the reading of head_mean, which lacks only the fraction f_s of o_s; so the term is f_s − Σ wᵢ·(rᵢ − r_s). If Σ
--- wᵢ·e^{jβᵢ} = 0, where βᵢ are the places of the heads, a translation of the axis does not change the mean. The
--- carrier's weight has no effect, because the carrier's difference is 0: the mean is formed as if this weight made the
--- sum of all weights 1.
+-- wᵢ·e^{jβᵢ} = 0, where βᵢ are the angles of the heads around the axis, a translation of the axis does not change the
+-- mean. The carrier's weight has no effect, because the carrier's difference is 0: the mean is formed as if this weight
+-- made the sum of all weights 1.
 --
 -- **Turn.** Differences are taken the shorter way round (turn_difference); the fractions of the offsets are applied
 -- after that.

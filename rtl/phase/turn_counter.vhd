@@ -4,10 +4,10 @@
 --
 -- Counts the turns of the angle, so that turn number and angle together give the angle over many turns. The entity
 -- assumes that the table went from the previous angle to the new angle the shorter way round: a wrap forwards adds a
--- turn, a wrap backwards subtracts one. This rule also applies when the angle jumps because the zero moves or another
--- head becomes the carrier. A change by exactly half a turn counts as no wrap. If no count is lost, the turn number is
--- also correct after a rearm: the rearm sets the angle to 0, the next index sets it to 0 again, and the two shifts
--- cancel.
+-- turn, a wrap backwards subtracts one. This rule also applies when the angle jumps because the zero moves or because
+-- the mean uses the reading of another head. A change by exactly half a turn counts as no wrap. If no count is lost,
+-- the turn number is also correct after a rearm: the rearm sets the angle to 0, the next index sets it to 0 again, and
+-- the two shifts cancel.
 --
 -- **Latency.** `turn_select` holds the two low bits of the turn number of an angle. It is valid one clock after the
 -- angle, until one clock after the next angle that is taken. `turn` is valid two clocks after the angle.

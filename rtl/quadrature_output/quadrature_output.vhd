@@ -8,11 +8,13 @@
 --
 -- **Latency.** 6 clocks from `corrected_position` to the edge, if no rule below delays the edge. `following_error`
 -- follows the position by 2 clocks and `cannot_keep_up` by 3; the last edge comes at most 3 clocks after
--- `cannot_keep_up` rises. A change of `enable`, `following_limit` or `counts_per_rev` affects these two outputs 1 to 3
--- clocks later; a change of `phase_of_zero` or of the settings of a gated Z takes effect 1 clock later.
+-- `cannot_keep_up` rises. A change of `enable` reaches `following_error` after 2 or 3 clocks; a change of
+-- `following_limit` or `counts_per_rev` reaches `cannot_keep_up` after 3 to 5 clocks. A change of `phase_of_zero`
+-- reaches the output's count, and a change of the settings of a gated Z reaches `z`, after 2 clocks.
 --
 -- **Number formats.** corrected_position s31.0 counts, multi-turn; corrected_angle u24.0 counts, the angle of the same
--- reading; minimum_spacing u16.0 clocks; following_limit u16.0 counts; following_error s31.0 counts.
+-- reading; minimum_spacing u16.0 clocks; following_limit u16.0 counts; following_error s31.0 counts; phase_of_zero and
+-- z_state are indices in 00, 10, 11, 01.
 --
 -- **Edges.** Two edges of A and B are at least `minimum_spacing` clocks apart (0 acts as 1: an edge in every clock); a
 -- change of minimum_spacing applies from the next edge on. A and B never change together. After a reversal the output
@@ -33,7 +35,7 @@
 -- begins at the zero. If `z_gated` is high, Z begins in the state `z_state` of A and B (index in 00, 10, 11, 01), at
 -- the only count with this state in the range from 2 counts before the zero to 1 count after it. Z changes together
 -- with an edge of A or B. If corrected_angle jumps relative to corrected_position (first index), Z follows the new
--- angle 3 clocks later, without an edge of A and B. Z is low while `referenced` is low, because the angle then has no
+-- angle 4 clocks later, without an edge of A and B. Z is low while `referenced` is low, because the angle then has no
 -- zero on the table: before the first index of the head, and from a re-arm to the next index. (Z is correct even for
 -- the smallest turn, 4 counts, at an edge every clock, when 4 counts are in the pipeline and 1 more count is held
 -- back.)
@@ -81,9 +83,9 @@ entity quadrature_output is
     corrected_position : in    u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, multi-turn
     corrected_angle    : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
     referenced         : in    std_ulogic;                                    -- corrected_angle counts from an index
-    phase_of_zero      : in    u_unsigned(1 downto 0);                        -- place of (A, B) at position 0 modulo 4
+    phase_of_zero      : in    u_unsigned(1 downto 0);                        -- index of (A, B) in 00, 10, 11, 01 at position 0
     z_gated            : in    std_ulogic;                                    -- 1: Z begins in z_state, 0: at the zero
-    z_state            : in    u_unsigned(1 downto 0);                        -- place of (A, B) in 00, 10, 11, 01
+    z_state            : in    u_unsigned(1 downto 0);                        -- index of (A, B) in 00, 10, 11, 01
     z_width            : in    u_unsigned(1 downto 0);                        -- 0: 1 count, 1: 2 counts, 2: 4 counts
     counts_per_rev     : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
     minimum_spacing    : in    u_unsigned(15 downto 0);                       -- clocks

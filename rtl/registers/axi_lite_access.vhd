@@ -8,7 +8,7 @@
 --
 -- **Latency.** 3 clocks from `arvalid`, or `awvalid` and `wvalid`, to the response: the transfer is accepted and
 -- checked in the 1st clock, the answer is requested in the 2nd and given in the 3rd. If the unit answers later, the
--- response comes later by the same number of clocks. The master can make one transfer every 4 or 5 clocks.
+-- response comes later by the same number of clocks. If unit and master do not wait, a transfer takes 4 clocks.
 --
 -- **Number formats.** Addresses are in bytes.
 --

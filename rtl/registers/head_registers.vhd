@@ -9,12 +9,14 @@
 --
 -- **Latency.** 1 clock from `read_enable` or `write_enable` to `done`; `read_data` is valid with `done`.
 --
--- **Number formats.** The register map states them. Flat ports carry head 3 in the low bits.
+-- **Number formats.** The register map states them. `pins` and `clear_heads` carry head 3 in the low bits, `delays` and
+-- `indices_seen` head 1.
 --
--- **Wide values.** A read of the low word of an index latches its high word. `take_snapshot` latches positions, angles and
--- times of the edges, in the clock in which the register block latches the values of heads 1 and 2.
+-- **Wide values.** A read of the position of a head's last index (word 4 of the head) latches the interval to the index
+-- before it (word 5). `take_snapshot` latches the positions, the angle and the time of the last edge of each head, in
+-- the clock in which the register block latches these values of heads 1 and 2.
 --
--- **Reset** sets every setting to its reset value and clears the sticky flag.
+-- **Reset** sets every setting to 0 and clears the sticky flag `heads_status.difference_limited`.
 
 library ieee;
   use ieee.std_logic_1164.all;

@@ -82,9 +82,9 @@ entity register_access is
     turns_write       : out   std_ulogic;                     -- pulse: write the word
     turns_done        : in    std_ulogic := '0';              -- pulse: the word is read or written
     turns_data        : in    std_ulogic_vector(31 downto 0) := (others => '0');
-    take_snapshot     : out   std_ulogic;                     -- pulse: the registers of the snapshot are latched
+    take_snapshot     : out   std_ulogic;                     -- pulse: latch the registers of the snapshot
     capture_read      : out   std_ulogic;                     -- pulse: read the word
-    capture_done      : in    std_ulogic;                     -- pulse: the word is read or written
+    capture_done      : in    std_ulogic;                     -- pulse: the word is read
     capture_data      : in    std_ulogic_vector(31 downto 0)
   );
 end entity register_access;

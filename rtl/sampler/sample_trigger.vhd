@@ -15,18 +15,18 @@
 -- clocks.
 --
 -- **Equal time.** The first trigger belongs to the clock that comes `sample_period` - 1 clocks after the first clock in
--- which `enable` is high. A change of `sample_period` applies to the present interval: if this interval is already
--- longer than the new period, it ends at once. A period of 0 acts as 1.
+-- which `enable` is high. A change of `sample_period` applies to the present interval: if this interval is already as
+-- long as the new period or longer, it ends at once. A period of 0 acts as 1.
 --
--- **Equal angle.** The multiples lie exactly m * angle_step counts from the zero that the index defines, so no error
--- accumulates. A multiple is reached at the same count from below and from above, so the samples of both directions lie
--- on the same grid. The multiple that was reached last gives no trigger again before one of its neighbours has been
--- reached: a table that vibrates at a multiple gives one sample, and after a reversal the table passes this multiple
--- without a sample. The first multiple after the start is reached from either side; a table that stands on a multiple
--- at the start has to reach a neighbour first. The entity finds the grid by a division, even while the table moves. So
--- there is no trigger in the first 36 clocks in which `enable` is high, nor in up to 38 clocks after a change of
--- angle_step. An angle_step of 0 gives no trigger. turn_position wraps modulo 2**32; the grid continues evenly across
--- the wrap.
+-- **Equal angle.** The multiples lie exactly m * angle_step counts from the zero of turn_position, m being any integer,
+-- so no error accumulates. A multiple is reached at the same count from below and from above, so the samples of both
+-- directions lie on the same grid. The multiple that was reached last gives no trigger again before one of its
+-- neighbours has been reached: a table that vibrates at a multiple gives one sample, and after a reversal the table
+-- passes this multiple without a sample. The first multiple after the start is reached from either side; a table that
+-- stands on a multiple at the start has to reach a neighbour first. The entity finds the grid by a division, even while
+-- the table moves. So there is no trigger in the first 36 clocks in which `enable` is high, nor in up to 38 clocks
+-- after a change of angle_step. An angle_step of 0 gives no trigger. turn_position wraps modulo 2**32; the grid
+-- continues evenly across the wrap.
 --
 -- From the start on the entity counts the movement modulo angle_step; the division only yields the value that this
 -- counter has at the multiples. So turn_position may move by at most one count per clock, as the decoder's
@@ -53,7 +53,7 @@ entity sample_trigger is
     external      : in    std_ulogic := '0';                         -- strobe: an external sample request
     sample_period : in    u_unsigned(31 downto 0);                   -- clocks
     angle_step    : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);      -- counts
-    turn_position : in    u_signed(POSITION_WIDTH - 1 downto 0);     -- counts from the index, head 1
+    turn_position : in    u_signed(POSITION_WIDTH - 1 downto 0);     -- counts from the zero, head 1
     zero_moved    : in    std_ulogic := '0';                         -- toggles with the first position from another zero
     trigger       : out   std_ulogic                                 -- strobe: one clock per sample
   );

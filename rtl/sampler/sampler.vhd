@@ -78,8 +78,8 @@ entity sampler is
     counts_per_rev      : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);       -- counts
     -- From the decoders
     timestamp           : in    u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);            -- clocks
-    turn_position1      : in    u_signed(POSITION_WIDTH - 1 downto 0);               -- counts from the index, head 1
-    turn_position2      : in    u_signed(POSITION_WIDTH - 1 downto 0);               -- counts from the index, head 2
+    turn_position1      : in    u_signed(POSITION_WIDTH - 1 downto 0);               -- counts from the zero, head 1
+    turn_position2      : in    u_signed(POSITION_WIDTH - 1 downto 0);               -- counts from the zero, head 2
     zero_moved1         : in    std_ulogic := '0';                                   -- toggles with turn_position1 from another zero
     index_seen1         : in    std_ulogic;                                          -- level
     index_seen2         : in    std_ulogic;                                          -- level
@@ -92,7 +92,7 @@ entity sampler is
     -- From the decoders, with more than two heads
     further_positions    : in    std_ulogic_vector(2 * POSITION_WIDTH - 1 downto 0) := (others => '0'); -- counts, head 4, head 3
     further_flags        : in    std_ulogic_vector(7 downto 0) := (others => '0');                      -- levels, as flags 0 to 7
-    reference_position   : in    u_signed(POSITION_WIDTH - 1 downto 0) := (others => '0');              -- counts from the index
+    reference_position   : in    u_signed(POSITION_WIDTH - 1 downto 0) := (others => '0');              -- counts from the zero
     reference_zero_moved : in    std_ulogic := '0';                                                     -- toggles when the zero moves
     -- To and from the processor
     release_bank        : in    std_ulogic;                                          -- pulse: the READY bank is free again

@@ -6,18 +6,20 @@
 -- and number, until the processor takes them. The entity position_latch keeps only the last edge; the queue keeps
 -- 2**DEPTH_LOG2 events, so that edges may come in bursts that are faster than the processor.
 --
--- **Latency.** An event enters the queue in the clock of its values: DELAY clocks after `probe`, COMPARE_DELAY clocks
--- after `compare`. If the queue was empty, the outputs show the event 2 clocks later. `take` (pulse) removes the oldest
--- event; the outputs show the next event 2 clocks later. `take` of an empty queue does nothing.
+-- **Latency.** An event enters the queue in the clock in which the ports `position` and `angle` belong to it: DELAY
+-- clocks after `probe`, COMPARE_DELAY clocks after `compare`. If the queue was empty, the outputs show the event 2
+-- clocks later. `take` (pulse) removes the oldest event; the outputs show the next event 2 clocks later. `take` of an
+-- empty queue does nothing.
 --
--- **Number formats.** position s31.0 counts; angle u24.0 counts; event_time u64.0 clocks, for both kinds of events the
--- time of the values minus DELAY; number and lost u16.0, both wrap.
+-- **Number formats.** position s31.0 counts; angle u24.0 counts; event_time u64.0 clocks: for both kinds of events it
+-- is `timestamp` in the clock in which the event enters the queue, minus DELAY (not COMPARE_DELAY); number and lost
+-- u16.0, both wrap.
 --
 -- **Events.** Bit 0 of `kind` is high for an edge of the probe, bit 1 for a pulse of the compare, both bits for an edge
--- and a pulse in the same clock. A `kind` of 0 states that the queue is empty; the other outputs then have no meaning.
--- `recorded` selects the kinds of events that enter the queue. Each event increases the number by 1. If the queue is
--- full, a new event is lost: it increases the number too, and `lost` counts it. So a gap in the numbers shows where
--- events are missing.
+-- and a pulse that belong to the same position, that is, enter the queue in the same clock. If `kind` is 0, the queue
+-- is empty, and the other outputs of the oldest event have no meaning. `recorded` selects the kinds of events that
+-- enter the queue. Each event increases the number by 1. If the queue is full, a new event is lost: it increases the
+-- number too, and `lost` counts it. So a gap in the numbers shows where events are missing.
 --
 -- **Reset** empties the queue and clears both counts. It must last at least DELAY and at least COMPARE_DELAY clocks to
 -- drop events that are still delayed.

@@ -5,7 +5,7 @@
 -- Reports faults at two pins, `alarm` and `driver_enable`. A fault switches `driver_enable` off: a drive then detects a
 -- broken encoder, and does not conclude from constant signals that the table stands still.
 --
--- **Latency.** 1 clock; from `clear` to `driver_enable` 2 clocks.
+-- **Latency.** The outputs follow the inputs by 1 clock, except `clear`, which they follow by 2 clocks.
 --
 -- **Alarm.** `alarm` is high while a bit is high in both `present` and `alarm_sources`.
 --

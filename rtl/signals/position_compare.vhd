@@ -3,7 +3,8 @@
 -- # position_compare
 --
 -- Gives a strobe when the corrected position reaches a given count, and then at every interval from this count. The
--- strobe triggers a camera or a laser at evenly spaced angles.
+-- strobe triggers, for example, a camera or a laser at evenly spaced angles. A place is a count at which a strobe
+-- comes.
 --
 -- **Latency.** 2 clocks from `position` to `strobe`.
 --

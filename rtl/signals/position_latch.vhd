@@ -2,7 +2,8 @@
 --
 -- # position_latch
 --
--- Latches the corrected position, the angle and the time at each edge of a probe, which is a touch probe or a camera.
+-- Latches the corrected position, the angle and the time at each edge of a probe, for example a touch probe or a
+-- camera.
 --
 -- **Latency.** The entity latches position, angle and time DELAY clocks after `strobe`. The core chooses DELAY so that
 -- the probe's edge takes as many clocks to the latch as head 1's pins take to the corrected position. So the latched

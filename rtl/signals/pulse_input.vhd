@@ -2,7 +2,8 @@
 --
 -- # pulse_input
 --
--- Gives a strobe for each active edge of an asynchronous pin, such as a probe or a request for a sample.
+-- Gives a strobe for each active edge (rising, or falling if `falling_edge` is high) of an asynchronous pin, such as a
+-- probe or a request for a sample.
 --
 -- **Latency.** SYNCHRONISER_STAGES + filter_length + 1 clocks from the pin's edge to `strobe`, that is 4 clocks with 2
 -- stages and the filter off.

@@ -4,8 +4,8 @@
 --
 -- Converts each strobe to a pulse of `width` clocks, long enough for the instrument at the pin.
 --
--- **Latency.** 1 clock from `strobe` to the pulse. A strobe during a pulse prolongs it: the pulse then ends `width`
--- clocks after the new strobe.
+-- **Latency.** 1 clock from `strobe` to the pulse. A strobe during a pulse prolongs it: `width` clocks of the pulse
+-- follow the new strobe.
 --
 -- **Number formats.** width u16.0 clocks; 0 acts as 1.
 --

@@ -3,21 +3,23 @@
 -- # arctrue_device
 --
 -- Connects the processor side of a Zynq-7000 (zynq_processor), the core (arctrue_core) and four LEDs (status_leds), for
--- two to four heads. The top levels connect its ports to pins: arctrue_zynq_top for two heads, arctrue_zynq_heads_top
--- for three and four, arctrue_zynq_differential_top for pairs. Of the processor's pins, only those of the I2C
--- controller are ports of this entity; the other pins need no port.
+-- two to four heads. The top levels connect the ports of this entity to pins: arctrue_zynq_top for two heads,
+-- arctrue_zynq_heads_top for three and four heads, arctrue_zynq_differential_top for two heads at differential pairs of
+-- pins. Of the processor's pins, only those of the I2C controller are ports of this entity; the other pins need no
+-- port.
 --
 -- **Latency.** The latency equals that of arctrue_core; there is no register between arctrue_core and the pins.
 --
 -- **Number formats.** All ports are single bits. The register map describes the registers, which start at 0x4000_0000
 -- for the processor.
 --
--- **Clock and reset** come from the processor, see zynq_processor. Until the firmware releases the reset, the outputs
--- are low and the LEDs are off.
+-- **Clock and reset** come from the processor, see zynq_processor. From power-up until the firmware releases the reset,
+-- the outputs are low and the LEDs are off.
 --
 -- **LEDs.** The LED alive blinks; capture is lit while a turn is captured; compensation is lit while the output is
--- corrected. The LED fault is lit while an index error, illegal transition or overspeed of a head has not been cleared,
--- the output cannot keep up, or a correction was clipped. See status_leds.
+-- corrected. The LED fault is lit while one of the faults of the register `alarm` is present, for example an index
+-- error that has not been cleared, or a clipped correction. Each LED shows the state with the delay and the shortest
+-- time that status_leds states.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -27,16 +29,16 @@ library ieee;
 
 entity arctrue_device is
   generic (
-    LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;         -- harmonics
-    CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples per bank
+    LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;         -- number of harmonic lanes
+    CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- number of samples per capture bank
     FOLD          : positive range 1 to 8         := 1;                     -- lanes that share a pipeline: 1, 2, 4 or 8
     HEADS         : positive range 2 to HEADS_MAX := 2;
     MEAN          : boolean                       := false;                 -- true: correct the mean of two heads (more heads: always)
     ROTATION      : string                        := "cordic";              -- or "table": method of computing the cosine
-    MODULATORS    : boolean                       := false;                 -- amplitudes of lanes follow conditions
+    MODULATORS    : boolean                       := false;                 -- amplitudes of lanes can follow conditions
     FAILOVER      : boolean                       := false;                 -- true: a failed head of three or four is left out of the mean
-    LOCAL_TABLE   : boolean                       := false;                 -- a table corrects errors that are no sum of orders
-    REAL_ORDERS   : boolean                       := false;                 -- phases of lanes continue from turn to turn
+    LOCAL_TABLE   : boolean                       := false;                 -- a table corrects errors that a sum of orders cannot represent
+    REAL_ORDERS   : boolean                       := false;                 -- phases of lanes can continue from turn to turn
     EVENTS        : boolean                       := false;                 -- events of probe and compare wait in a queue
     LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the clocks for which an LED is lit at least
     DNA_PORTS     : natural range 0 to 1          := 1                      -- 0: for tools without the primitive DNA_PORT

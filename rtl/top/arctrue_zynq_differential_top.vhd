@@ -16,14 +16,14 @@ library ieee;
 
 entity arctrue_zynq_differential_top is
   generic (
-    LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;         -- harmonics
-    CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples per bank
+    LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;         -- number of harmonic lanes
+    CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- number of samples per capture bank
     FOLD          : positive range 1 to 8         := 1;                     -- lanes that share a pipeline: 1, 2, 4 or 8
     MEAN          : boolean                       := false;                 -- correct the mean of both heads, not head 1 alone
     ROTATION      : string                        := "cordic";              -- or "table": method of computing the cosine
-    MODULATORS    : boolean                       := false;                 -- amplitudes of lanes follow conditions
-    LOCAL_TABLE   : boolean                       := false;                 -- a table corrects errors that are no sum of orders
-    REAL_ORDERS   : boolean                       := false;                 -- phases of lanes continue from turn to turn
+    MODULATORS    : boolean                       := false;                 -- amplitudes of lanes can follow conditions
+    LOCAL_TABLE   : boolean                       := false;                 -- a table corrects errors that a sum of orders cannot represent
+    REAL_ORDERS   : boolean                       := false;                 -- phases of lanes can continue from turn to turn
     EVENTS        : boolean                       := false;                 -- events of probe and compare wait in a queue
     LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the clocks for which an LED is lit at least
     DNA_PORTS     : natural range 0 to 1          := 1                      -- 0: for tools without the primitive DNA_PORT

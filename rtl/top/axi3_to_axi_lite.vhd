@@ -6,9 +6,10 @@
 -- up to 16 beats, the kind FIXED, INCR or WRAP, and an ID; its beats may be narrower than the bus. Source: AMBA AXI
 -- protocol specification, issue D, chapters A3 to A5.
 --
--- **Latency.** If the slave answers in the next clock, each beat, write or read, takes 4 clocks. Reads and writes do
--- not wait for each other. In each direction the entity handles one burst at a time, so answers come in order; they
--- carry the ID of their burst.
+-- **Latency.** If the slave accepts each request at once and answers in the next clock, a read beat takes 4 clocks and
+-- a write beat 3; a burst takes 1 clock more for its address, and a write burst 1 clock more for its response. Reads
+-- and writes do not wait for each other. In each direction the entity handles one burst at a time, so answers come in
+-- order; they carry the ID of their burst.
 --
 -- **Number formats.** Addresses are in bytes; `size` is log2 of the number of bytes in a beat; `len` is the number of
 -- beats minus 1.
@@ -19,10 +20,10 @@
 --
 -- **Errors.** The response to a write burst is the first response among its beats that is not OKAY, or else OKAY; every
 -- read beat carries its own response. The entity makes no access and answers SLVERR if the burst kind is 3, if `size`
--- is above 2, or if a WRAP burst is not 2, 4, 8 or 16 beats long or does not start at a multiple of its size. It makes
--- no access and answers DECERR if an address is outside of BASE .. BASE + 2**AXI_LITE_ADDRESS_WIDTH - 1. It accepts as
--- many write beats as AWLEN states, and answers SLVERR if WLAST is not at the last of them. It answers OKAY to an
--- exclusive access, which tells the master that there is no exclusive monitor.
+-- is above 2, or if a WRAP burst is not 2, 4, 8 or 16 beats long or does not start at a multiple of the bytes of a
+-- beat. Otherwise it makes no access and answers DECERR if the first address is outside of BASE .. BASE +
+-- 2**AXI_LITE_ADDRESS_WIDTH - 1. It accepts as many write beats as AWLEN states, and answers SLVERR if WLAST is not at
+-- the last of them. It answers OKAY to an exclusive access, which tells the master that there is no exclusive monitor.
 --
 -- **Reset** drops a burst in progress, so master and slave must be reset together with the entity. A burst that is
 -- requested during the reset waits, because the entity then accepts no address.

@@ -7,7 +7,7 @@
 -- shifts the register, so that DOUT shows the next bit. Source: 7 series configuration user guide (UG470), chapter 5,
 -- "Device DNA".
 --
--- **Latency.** 118 × CLOCKS_PER_HALF clocks from the end of the reset to `known`.
+-- **Latency.** 116 × CLOCKS_PER_HALF clocks from the end of the reset to `known`.
 --
 -- **Number formats.** `dna` u57.0.
 --

@@ -10,7 +10,8 @@
 --
 -- **Number formats.** All ports are single bits.
 --
--- **Reset.** The simulated table starts to turn 64 clocks after the configuration of the chip.
+-- **Reset.** The simulated table starts to turn 67 clocks after the configuration of the chip. The edges of A, B and Z
+-- begin when each head has loaded its coefficients.
 
 library ieee;
   use ieee.std_logic_1164.all;

@@ -1,5 +1,6 @@
 -- Template that replaces the generator's own template for reads (see scripts/register_block.py). A read returns the OR
--- of all words, of which all but the selected word are 0; one register holds even words, another one odd words.
+-- of all words, of which all but the selected word are 0. Two registers hold this result: one collects the words with
+-- even numbers, the other the words with odd numbers.
 readback: block
     type words_t is array (natural range <>) of std_logic_vector({{cpuif.data_width-1}} downto 0);
     signal halves : words_t(0 to 1);
