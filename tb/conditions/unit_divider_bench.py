@@ -35,5 +35,5 @@ async def quotients(dut: Any) -> None:
         for _ in range(20):
             await RisingEdge(dut.clock)
             done.append(bool(dut.done.value))
-        assert done == [False] * 18 + [True, False], "18 clocks, and one until it is seen here"
+        assert done == [False] * 18 + [True, False], "19 clocks after the clock of start"
         assert int(dut.quotient.value) == unit_quotient(dividend % 2**56, divisor)
