@@ -115,8 +115,10 @@ def rows_of(
 ) -> FileRows:
     """Convert the mapped columns of a file to common units.
 
-    Raises MeasurementError for a field that is missing or no number. If ``missing`` is ``drop``,
-    rows without a value are left out instead, and a note says so.
+    Raises MeasurementError for a missing value; if ``missing`` is ``drop``, rows with a missing
+    value are left out instead, and a note says so. Raises MeasurementError also for a field that is
+    not a number, a fraction in a column of whole numbers, a direction other than ±1, and if no row
+    has all values.
     """
     raw: dict[str, Any] = {}
     complete = np.ones(recording.rows, dtype=bool)

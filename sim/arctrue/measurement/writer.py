@@ -49,7 +49,8 @@ _DECIMALS = {"time_s": 6, "target_deg": 9, "error_arcsec": 6, "temperature_c": 3
 def write_measurement_set(folder: Path | str, measurement: MeasurementSet) -> None:
     """Write a set to a folder.
 
-    Times are rounded to 1 µs, targets to 10⁻⁹ °, errors to 10⁻⁶ ″, temperatures to 1 mK.
+    Times are rounded to 1 µs, targets to 10⁻⁹ °, errors and uncertainties to 10⁻⁶ ″, temperatures
+    to 1 mK.
 
     Parameters
     ----------

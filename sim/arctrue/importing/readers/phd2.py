@@ -53,7 +53,7 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
 
     Each stretch of guiding is a run; a dither or a new lock position begins a new run. The zero of
     a run is unknown, so its mean is subtracted. The sign of the error depends on the camera, so the
-    user is asked for it. Raises MeasurementError naming the row, AmbiguousError.
+    import asks the user for it later. Raises MeasurementError, which names the row of a wrong line.
     """
     sections, dropped = _sections(path)
     sections = [section for section in sections if len(section.rows) > 1]
