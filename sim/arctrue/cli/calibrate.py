@@ -1,4 +1,4 @@
-"""``arctrue calibrate SET``: computes the gateware's coefficients from two heads or from a
+"""``arctrue calibrate SET``: computes the gateware's coefficients from two to four heads or from a
 reference run."""
 
 from __future__ import annotations

@@ -1,4 +1,5 @@
-"""arctrue revolution: simulates one turn at the paper's size on the virtual instrument."""
+"""arctrue revolution: simulates two turns at the paper's size: one calibrates, the next is
+corrected."""
 
 from __future__ import annotations
 

@@ -158,14 +158,14 @@ def load_frames(
     sets: bool = True,
     clock_hz: float = CLOCK_HZ,
 ) -> list[str]:
-    """Return the console lines that load those lanes whose amplitude is not 0.
+    """Return the console lines that load the coefficients; unused lanes are omitted.
 
     With ``unseen`` the device also accepts lanes that no turn of two heads shows: order 0, orders
-    that the heads cannot see, words of the processor. With ``force`` it also accepts orders that
-    turns leave undecided. Without ``sets`` the sets for a missing head are omitted. ``clock_hz``:
-    clock of the gateware. If the set corrects a mean of heads, the lines also define this mean.
-    Raises ValueError for an offset without a mean, which the device does not accept, and for parts
-    for which the console has no command.
+    that the heads cannot see, lanes that follow a word of the processor. With ``force`` it also
+    accepts orders that turns leave undecided. Without ``sets`` the sets for a missing head are
+    omitted. ``clock_hz``: clock of the gateware. If the set corrects a mean of heads, the lines
+    also define this mean. Raises ValueError for an offset without a mean, which the device does not
+    accept, and for parts for which the console has no command.
     """
     mean = _mean_of(coefficients)
     if coefficients.offset and mean is None:
@@ -263,8 +263,8 @@ class SentSet:
     sought: int = 0
     """Number of lanes of real orders whose phase the device finds from the heads or the probe."""
     unseen_followed: int = 0
-    """Number of lanes that follow a condition and that no turn of two heads shows: order 0, and
-    words of the processor."""
+    """Number of lanes that follow a condition and that no turn of two heads shows: lanes of order
+    0, and lanes that follow a word of the processor."""
     has_table: bool = False
     """Whether the set has a local table."""
     has_sets: bool = False
@@ -298,7 +298,7 @@ def send_coefficients(
     force: bool = False,
     unseen: bool = False,
 ) -> SentSet:
-    """Send all frames; if one was damaged in transmission, send all of them again.
+    """Send all frames; after a damaged frame or a missing answer, send all of them again.
 
     ``progress`` gets the number of sent frames and the number of all frames. ``force`` and
     ``unseen`` are those of :func:`load_frames`. Raises LoadRefusedError if the device refuses the

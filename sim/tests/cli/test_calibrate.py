@@ -204,8 +204,8 @@ def test_bad_usage(folder: Path, tmp_path: Path) -> None:
 
 
 def test_a_reference_run_alone_calibrates(folder: Path, tmp_path: Path) -> None:
-    """The command calibrates a set without a second head from the reference run alone. Only orders
-    of the disc that 24 faces can separate get amplitudes."""
+    """The command calibrates a set without a capture from the reference run alone. Only orders of
+    the disc that 24 faces can separate get amplitudes."""
     whole = read_measurement_set(folder)
     alone = tmp_path / "alone"
     write_measurement_set(alone, replace(whole, capture=None))

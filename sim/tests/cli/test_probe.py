@@ -80,7 +80,7 @@ LOST = range(60, 64)
 
 
 class QueueDevice(Device):
-    """A device with a queue of events, which gets a burst of 50 events whenever it is empty.
+    """A device with a queue of events, which gets four bursts of 50 events, each when it is empty.
 
     Events 11 to 14 of the second burst are lost.
     """

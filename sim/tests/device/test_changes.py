@@ -57,7 +57,7 @@ def test_an_unchanged_table_rarely_shows_a_change() -> None:
 def test_the_changed_order_and_the_moved_head_are_named() -> None:
     true = np.full(ORDERS, 5.0 + 0.0j)
     moved = true.copy()
-    moved[3] += 0.6j  # 8 standard uncertainties of the difference
+    moved[3] += 0.6j  # 8.5 standard uncertainties of the difference
     found = changes_since(turn_of(true), turn_of(moved, separation_arcsec=-0.6))
     assert [change.quantity for change in found if change.significant] == [
         "head separation",

@@ -228,8 +228,9 @@ def test_accuracy_of_iso_230_is_more_than_the_range_of_means() -> None:
 
 @pytest.mark.parametrize(("heads", "unknown"), [(3, 1), (4, 0), (5, 0)])
 def test_heads_that_separate_the_motion_of_the_axis(heads: int, unknown: int) -> None:
-    """Four heads can separate the motion of the axis: at every order there are four complex
-    unknowns, the true angle, the disc, and the axis' motion in two directions."""
+    """Four heads can separate the motion of the axis from the disc at every order except 1. At each
+    order there are four complex unknowns: the true angle, the disc, and the axis' motion in two
+    directions."""
     places = np.radians([0.0, 33.0, 162.5, 300.5, 71.5][:heads])
     for order in range(1, 129):
         disc = np.exp(1j * order * places)
