@@ -30,7 +30,7 @@ from arctrue.report.numbers import plain
     "places_deg",
     type=Places(),
     metavar="0,P2,P3[,P4]",
-    help="Places after head 1 to compare with the best ones, degrees (with --heads 3 or 4).",
+    help="Places of the heads to compare with the best ones, degrees (with --heads 3 or 4).",
 )
 @click.option(
     "--alpha",
@@ -44,7 +44,8 @@ from arctrue.report.numbers import plain
     "--orders",
     type=click.IntRange(2, 1000),
     multiple=True,
-    help="Judge orders 1 to N; repeatable.  [default: 10, 12, 20, 32, 40, 64]",
+    help="Judge orders 1 to N; repeatable.  [default: 10, 12, 20, 32, 40, 64; with --heads 3 or "
+    "4: 40, 64]",
 )
 @json_option
 @page_option

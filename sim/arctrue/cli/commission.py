@@ -140,4 +140,6 @@ def _show_turns(turned: Turned) -> None:
     _show_table(TURNED_COLUMNS, TURNED_WIDTHS, turned_rows(turned))
     say(f"Noise of the {turned.noise_name}: {turned.noise_arcsec:.3f}″.")
     delays = turned.skew.head_delays
-    say(f"set head_delays {delays}, while the table stands: the zero begins anew.")
+    say(
+        f"Against the skew: set head_delays {delays}, while the table stands; this resets the zero."
+    )

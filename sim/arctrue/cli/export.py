@@ -395,10 +395,10 @@ def _with_fitted_lag(model: Model, loaded: LoadedSet) -> tuple[Model, LoadedSet,
 def _tell_what_became(became: Outcome) -> None:
     """Print which part corrects each effect of the model, and the remaining error."""
     effects_table = table(
-        "Where each effect of the model is taken away, RMS at head 1",
+        "What corrects each effect of the model, RMS at head 1",
         words("effect"),
-        number("its part ″"),
-        words("taken away by"),
+        number("size ″"),
+        words("corrected by"),
         number("left ″"),
     )
     for item in became.effects:
@@ -418,7 +418,8 @@ def _tell_what_became(became: Outcome) -> None:
             soft_wrap=True,
         )
     console.print(
-        f"all that is not taken away: {figure(became.left_arcsec, 3)}″ RMS of the error of head 1",
+        f"all effects that are not corrected: {figure(became.left_arcsec, 3)}″ RMS of the error "
+        "of head 1",
         soft_wrap=True,
     )
 

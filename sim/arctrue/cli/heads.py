@@ -86,7 +86,11 @@ def heads(
 
 def _print(found: dict[str, Any]) -> None:
     balls, shift = found["ball_pass"], found["hub_shift"][0]
-    rows = table("On other turns, ″ RMS", words(), *map(number, ("two heads", "four heads, mean")))
+    rows = table(
+        "Errors on turns after the calibration, ″ RMS",
+        words(),
+        *map(number, ("two heads", "four heads, mean")),
+    )
     rows.add_row(
         "ball pass 0.25 µm, orders 2 and 3 of the axis, 0.1″ of noise",
         f"{balls['two_heads_rms_arcsec']:.3f}",

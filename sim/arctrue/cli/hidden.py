@@ -217,7 +217,7 @@ def print_result(result: HiddenResult) -> None:
     if result.reversal_arcsec is not None:
         paper, corrected = (result.reversal_arcsec[key] for key in ("paper", "corrected"))
         say(
-            f"Up less down at the stations of the polygon: {paper:.2f}″ with the paper's model, "
+            f"Up minus down at the stations of the polygon: {paper:.2f}″ with the paper's model, "
             f"{corrected:.2f}″ with the exported one"
         )
     left = result.judged_arcsec()

@@ -28,7 +28,7 @@ FULL_LANES = 32
 FULL_SAMPLES = 12000
 
 
-@click.command(short_help="One revolution at the paper's size, on the compiled gateware.")
+@click.command(short_help="Calibrate a table of the paper's size, and correct it.")
 @lanes_option(FULL_LANES)
 @click.option(
     "--heads",

@@ -64,7 +64,8 @@ def parts_of(image: bytes) -> tuple[bytes, bytes]:
         )
     if len(image) > END:
         raise FlashRefusedError(
-            f"it has {len(image):,} bytes, more than the {END:,} before what the device saves"
+            f"it has {len(image):,} bytes; expected at most {END:,}: the device saves its settings "
+            "behind them"
         )
     return boot, fabric
 

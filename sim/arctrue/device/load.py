@@ -428,8 +428,8 @@ def wait_until_judged(console: Console, sent: SentSet, seconds: float) -> tuple[
         raise ConsoleError(
             f"{console.port}: waiting for a turn "
             + " and one ".join(_WAITED[name] for name in status.waits_for)
-            + f" for {seconds:g} s; nothing is loaded. Load again and turn the table so, or take "
-            "the lanes that follow a condition unjudged (--force)"
+            + f" for {seconds:g} s; nothing is loaded. Load again while the table turns like that, "
+            "or load the lanes that follow a condition without a test (--force)"
         )
     if status.undecided:
         raise ConsoleError(
@@ -437,7 +437,7 @@ def wait_until_judged(console: Console, sent: SentSet, seconds: float) -> tuple[
             f"{_listed(' the orders ', status.undecided)} are right: their noise is as large as "
             "the orders, or the samples of a turn cannot separate them; nothing is loaded. Wait "
             "longer "
-            "(--timeout), leave them out, or take them unjudged (--force)"
+            "(--timeout), leave them out, or load them without a test (--force)"
         )
     raise ConsoleError(
         f"{console.port}: no turn judged the coefficients within {seconds:g} s, nothing is loaded; "

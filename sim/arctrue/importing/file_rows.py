@@ -84,7 +84,7 @@ class FileRows:
         """Return the angle in turns, without a restart at the end of a turn."""
         found, wraps = without_jumps(self.angles[quantity] if angle is None else angle)
         if wraps:
-            choices.note(f"{self.name}: {quantity} restarts at a turn {wraps} times")
+            choices.note(f"{self.name}: {quantity} restarts {wraps} times at the end of a turn")
         return found
 
     def counts(self, quantity: str, counts_per_rev: int) -> Integer:
@@ -139,7 +139,7 @@ def rows_of(
         raw[quantity] = values
     if not complete.all():
         choices.note(
-            f"{recording.path.name}: {int((~complete).sum())} rows without a value are left out"
+            f"{recording.path.name}: {int((~complete).sum())} rows with missing values are left out"
         )
     if not complete.any():
         raise recording.fault("no row has all values")

@@ -112,7 +112,7 @@ def came(kind: str, before: MeasurementSet, taken: MeasurementSet) -> Came:
             return Came(["it has no capture of both heads"], [])
         runs = runs_of(taken.capture, float(taken.table.counts_per_rev or 1))
         if not runs:
-            return Came(["no run of it turns"], [])
+            return Came(["the table turns in none of its runs"], [])
         return min(
             (Came(asked.faults(first, run), _remarks(kind, first, run)) for run in runs),
             key=lambda one: len(one.faults),
@@ -181,7 +181,7 @@ def _remarks(kind: str, first: Run, run: Run) -> list[str]:
     off = run.temperature_c - first.temperature_c
     if abs(off) <= SAME_TEMPERATURE_K:
         return []
-    return [f"it is {abs(off):.1f} K {'warmer' if off > 0.0 else 'colder'} than the first run too"]
+    return [f"it is also {abs(off):.1f} K {'warmer' if off > 0.0 else 'colder'} than the first run"]
 
 
 def _speed_steps(first: Run) -> list[str]:
@@ -291,7 +291,7 @@ def _both_ways(reference: Reference) -> list[str]:
 
 def _reference_steps(before: MeasurementSet) -> list[str]:
     return [
-        f"put a polygon of {_faces(before)} faces on the table, and an autocollimator before it",
+        f"put a polygon of {_faces(before)} faces on the table and an autocollimator in front",
         "go to each face upwards, then back to each face downwards; five cycles or more",
     ]
 

@@ -180,7 +180,7 @@ def _columns(columns: Capture | Reference, names: tuple[str, ...]) -> dict[str, 
         if large.size:
             raise ValueError(
                 f"{name}[{large[0]}]: {array[large[0]]:g} is too large; expected a number "
-                f"within ±{LARGEST_NUMBER:g}, which is what is read"
+                f"within ±{LARGEST_NUMBER:g}, because no larger number can be read"
             )
         decimals = _DECIMALS.get(name)
         values = array.astype(np.float64)

@@ -279,7 +279,7 @@ def test_text_beside_the_numbers_is_left_out_with_a_warning() -> None:
     assert data.reference is not None
     assert list(data.reference.conditions) == ["room"]
     assert data.warnings == (
-        "reference: column remark is not used: it holds values that are no finite numbers",
+        "reference: column remark is not used: not all of its values are finite numbers",
     )
 
 

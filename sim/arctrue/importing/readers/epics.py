@@ -119,7 +119,9 @@ def _base(path: Path, wanted: str, times: dict[str, list[float]], choices: Choic
             return names[0]
         wanted = choices.ask(
             Ambiguous(
-                "--group", f"{path}: its variables have different times; which are used?", names
+                "--group",
+                f"{path}: the variables have different times; whose are used?",
+                names,
             )
         )
     if wanted not in times:

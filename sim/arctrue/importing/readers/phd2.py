@@ -162,8 +162,8 @@ def _error(
         sent = guide
         if moved.any():
             choices.note(
-                f"{path.name}: the log does not state the guide rate; RAGuideDistance is taken as "
-                "the correction"
+                f"{path.name}: the log states no guide rate that fits the pulses; "
+                "RAGuideDistance is taken as the correction"
             )
     scale = section.scale
     if scale is None:

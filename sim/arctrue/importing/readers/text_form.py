@@ -125,7 +125,11 @@ def form_of(path: Path, lines: Sequence[str], settings: ReadSettings, choices: C
         best = [form for form in best if form.delimiter == given]
     if len(best) > 1 and any(_has_comma(form, data) for form in best):
         given = choices.ask(
-            Ambiguous("--decimal", f"{path}: a comma in a number.", ["point", "comma"])
+            Ambiguous(
+                "--decimal",
+                f"{path}: numbers have commas; what is the decimal sign?",
+                ["point", "comma"],
+            )
         )
         best = [form for form in best if form.decimal == given]
     return best[0]
