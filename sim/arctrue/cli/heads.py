@@ -1,4 +1,4 @@
-"""arctrue heads: judges the calibrated mean of four heads on a simulated table."""
+"""arctrue heads: tests the calibrated mean of four heads on a simulated table."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from arctrue.cli._tables import number, table, words
 from arctrue.report.numbers import plain
 
 
-@click.command(short_help="Judge the mean of four heads on a simulated table.")
+@click.command(short_help="Test the mean of four heads on a simulated table.")
 @click.option(
     "--samples",
     "samples_a_turn",
@@ -53,7 +53,7 @@ def heads(
     json_file: Path | None,
     page_file: Path | None,
 ) -> None:
-    """Calibrate a simulated table of four heads once and judge their mean on other turns.
+    """Calibrate a simulated table of four heads once, and test their mean on other turns.
 
     The study covers ball-pass motion of the bearing, a disc whose centre moves, a head that is
     missing or has moved, and the disc's error up to high orders; it compares the mean of four heads

@@ -225,7 +225,7 @@ def print_result(result: HiddenResult) -> None:
         order = result.case.judged_order
         unit = "local table" if result.case.local_table else "lanes that follow a condition"
         if result.case.real_orders:
-            unit = "lane of a real order"
+            unit = "lane of an order that is not an integer"
         say(
             ("Largest error" if order is None else f"Order {order} of the error")
             + f" in the fresh turns: {left['paper']:.2f}″ with the paper's model, "

@@ -1,4 +1,4 @@
-"""Controls the console of the firmware over a serial port: commands, telemetry and dumps."""
+"""Controls the console of the firmware: commands, telemetry, and dumps (captures, row by row)."""
 
 from __future__ import annotations
 

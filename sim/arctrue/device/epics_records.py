@@ -1,4 +1,4 @@
-"""Defines the PVs of a device: for each PV the telemetry field, the unit and the limits."""
+"""Defines the process variables (PVs) of a device for EPICS, with telemetry field, unit, limits."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Serves the PVs of a device over Channel Access and PVAccess; the server is a watcher of the
-device's daemon."""
+"""Serves the EPICS process variables (PVs) of a device over Channel Access and PVAccess; the server
+gets the values from the device's daemon."""
 
 from __future__ import annotations
 

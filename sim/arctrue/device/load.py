@@ -1,8 +1,10 @@
 """Sends a coefficient file to a running device, in frames that its console checks.
 
 Each frame is a line of the console with a CRC-32 over its numbers, as little-endian words in the
-order of the line; the last frame has the CRC of all words before it. The device accepts the set
-completely or not at all, and judges each order by the turns that it captures.
+order of the line; the last frame has the CRC of all words before it. The device accepts the
+coefficients completely or not at all, and tests each order with the turns that it captures. A lane
+is the part of the gateware that corrects one harmonic; a set for a missing head contains the
+coefficients with which the mean works without this head.
 """
 
 from __future__ import annotations
@@ -234,7 +236,7 @@ def load_frames(
 
 
 def phase_commands(coefficients: Coefficients, turn: int) -> list[str]:
-    """Return the console lines that state the phases of the lanes of real orders.
+    """Return the console lines that state the phases of the lanes whose order is not an integer.
 
     The lines omit phases that the device finds itself. ``turn``: the core's number of the turn that
     is turn 0 of the file; the phases in the file are valid for this turn.
@@ -259,9 +261,10 @@ class SentSet:
     followed: int = 0
     """Number of lanes that follow a condition."""
     real: int = 0
-    """Number of lanes of real orders, which are off until their phase is sent or found."""
+    """Number of lanes whose order is not an integer; they are off until their phase is sent or
+    found."""
     sought: int = 0
-    """Number of lanes of real orders whose phase the device finds from the heads or the probe."""
+    """Number of these lanes whose phase the device finds from the heads or the probe."""
     unseen_followed: int = 0
     """Number of lanes that follow a condition and that no turn of two heads shows: lanes of order
     0, and lanes that follow a word of the processor."""
@@ -401,8 +404,8 @@ class _Status:
 
 
 def wait_until_judged(console: Console, sent: SentSet, seconds: float) -> tuple[int, ...]:
-    """Wait until captured turns have judged the sent set; return the orders that no turn has
-    judged.
+    """Wait until captured turns have tested the sent set; return the orders that no turn has
+    tested.
 
     Raises LoadRefusedError if a turn contradicts the set, or if the device has another set at the
     end; ConsoleError if no turn decides.

@@ -1,5 +1,5 @@
-"""Finds the wraps of an angle, its passes in one direction and its cycles, from the angles
-alone."""
+"""Finds the wraps of an angle (restarts at the end of a turn), its passes in one direction and its
+cycles, from the angles alone."""
 
 from __future__ import annotations
 
