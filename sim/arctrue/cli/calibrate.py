@@ -483,8 +483,7 @@ def _figures(calibration: Calibration, method: str, warnings: tuple[str, ...]) -
 
 
 def _finite(value: float) -> float | None:
-    """Return the value, or None (null in JSON) if the value is infinite, because JSON has no
-    infinity."""
+    """Return the value, or None (null in JSON) for infinity and NaN, which JSON does not have."""
     return float(value) if math.isfinite(value) else None
 
 

@@ -430,8 +430,8 @@ def _tell_what_became(became: Outcome) -> None:
 def _tell_not_judged(errors: Sequence[TakenAway]) -> None:
     for item in errors:
         console.print(
-            f"not judged: {item.effect}, {figure(item.part_arcsec, 3)}″ RMS of the reference run: "
-            f"{item.note}",
+            f"not evaluated: {item.effect}, {figure(item.part_arcsec, 3)}″ RMS of the reference "
+            f"run: {item.note}",
             soft_wrap=True,
         )
 

@@ -226,7 +226,7 @@ def import_(
     command = _command(choices.answers)
     _print(files, imported)
     if dry_run:
-        console.print(f"{out} is not written (--dry-run); the whole command: {command}")
+        console.print(f"{out} is not written (--dry-run); the complete command is: {command}")
         return
     decided = tuple(one_line(text) for text in imported.notes)
     origin = Origin(one_line(command), f"arctrue {version('arctrue')}", decided)

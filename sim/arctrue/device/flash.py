@@ -146,8 +146,8 @@ def _compare(console: Console, data: bytes, address: int, first: int, last: int)
         answer = _ask(console, f"flash check {address + place:X} {len(part):X}")
         if answer[0] != f"crc {zlib.crc32(part):08X}":
             raise FlashRefusedError(
-                f"what was written from {address + place:#x} on does not read back as it was "
-                "sent; is another program writing the flash?"
+                f"the flash from {address + place:#x} on does not contain what was sent; does "
+                "another program write to the flash?"
             )
 
 

@@ -206,8 +206,8 @@ def _with_places(table: Table, heads: Sequence[str], choices: Choices) -> Table:
             return table
         raise ValueError(
             f"expected a place for each of the {len(heads)} heads, found {len(places)}: give "
-            f"--places {','.join(map(str, (0, 33, 162.5, 300.5)[: len(heads)]))} with those of "
-            "your table"
+            f"--places {','.join(map(str, (0, 33, 162.5, 300.5)[: len(heads)]))} with the places "
+            "of your table"
         )
     if len(heads) > 2:
         asked = Ambiguous(
@@ -397,7 +397,7 @@ def _capture(files: list[FileRows], table: Table, choices: Choices) -> Capture:
             if wraps:
                 choices.note(
                     f"{rows.name}: {name} restarts at {counts_per_rev} counts {wraps} times; "
-                    "its turns are counted on"
+                    "the counts are continued past each turn"
                 )
         for name, place_deg in zip(heads[1:], places_deg[1:], strict=False):
             if wrapped:

@@ -100,7 +100,9 @@ def _places(recordings: Sequence[FileContent], name: str, source: str) -> list[t
         raise ValueError(f"--column {name}={source}: no such column. Columns: {listed}")
     if 1 < len(places) < len(recordings):
         listed = ", ".join(f"{file + 1}:{column}" for file, column in places)
-        raise ValueError(f"--column {name}={source}: several files have it; say which: {listed}")
+        raise ValueError(
+            f"--column {name}={source}: several files have this column; name one: {listed}"
+        )
     return places
 
 
@@ -209,8 +211,8 @@ def _by_common_names(
 
 
 def _may_be(recording: FileContent, name: str, column: str, others: set[str]) -> bool:
-    """Tell whether a column may contain the quantity ``name``, judged by its values and the file's
-    other columns."""
+    """Tell whether a column may contain the quantity ``name``, according to its values and the
+    file's other columns."""
     values, kind = recording.columns[column], QUANTITIES[name]
     if kind == "whole":
         whole = values.dtype.kind in "iu"

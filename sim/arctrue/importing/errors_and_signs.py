@@ -142,7 +142,9 @@ def one_zero(
             "One shift applies to files of one measurement: import the files one by one, then "
             "arctrue join"
         )
-    choices.note(f"{together * 360.0:.6f}° are added to target in all rows: its zero is head1's")
+    choices.note(
+        f"{together * 360.0:.6f}° are added to target in all rows: its zero is that of head1"
+    )
     shifted = dict(compared)
     for number in means:
         item = compared[number]

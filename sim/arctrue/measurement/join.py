@@ -165,8 +165,8 @@ def _time_shift(
     if times != "after":
         raise OverlapError(
             f"{name} begins at {start:g} s, and the set before it ends at {end_s:g} s: its clock "
-            "began anew. State it with one of: --times after (it follows the set before), "
-            "--times keep (both clocks are the same)"
+            "began anew. Give --times after (its times follow those of the set before) or "
+            "--times keep (both sets have the same clock)"
         )
     step = min((float(np.median(np.diff(t))) for t in found if t.size > 1), default=1.0)
     shift = end_s + max(step, 1e-6) - start
