@@ -28,8 +28,8 @@ def position_of(edge: int) -> int:
 
 
 class ProbedDevice(Device):
-    """A device whose probe has one new edge after each printed latch; twice it has three new edges
-    at once."""
+    """A device whose probe has one new edge after each printed latch; after the second and after
+    the eighth edge it has three new edges at once."""
 
     def attach(self, made: Firmware) -> None:
         self.core = made.core
