@@ -190,8 +190,9 @@ def test_unseen_order() -> None:
 
 
 def test_pitch_and_diameter_of_the_disc() -> None:
-    """The pitch and the diameter of the disc agree. The test uses the arc between two of the 16,384
-    lines, which differs from the chord by a relative 6e-9."""
+    """The printed pitch and the printed diameter of the disc contradict each other by 3.5 %; the
+    page states which values follow from each of them. The test uses the arc between two of the
+    16,384 lines, which differs from the chord by a relative 6e-9."""
     lines, printed_mm, printed_pitch_um = 16384, 107.95, 20.0
     pitch_um = math.pi * printed_mm * 1e3 / lines
     of_lines_mm = printed_pitch_um * lines / math.pi / 1e3
