@@ -29,9 +29,9 @@ def test_an_image_is_written_and_reported(tmp_path: Path, monkeypatch: pytest.Mo
     file.write_bytes(flash_image(OLD, 0, None))
     answer = _run(monkeypatch, chip, file)
     assert answer.exit_code == 0, answer.output
-    assert "the golden image is the same" in answer.output
+    assert "it is the golden image, too" in answer.output
     assert starts(chip) == (0, program(OLD))
-    assert "the golden image stays" in _run(monkeypatch, chip, file).output
+    assert "the golden image is unchanged" in _run(monkeypatch, chip, file).output
 
 
 def test_what_cannot_be_written_is_reported(

@@ -94,7 +94,7 @@ def test_an_error_of_the_reference_judges_no_correction(tmp_path: Path) -> None:
     result_file = tmp_path / "result.json"
     answer = CliRunner().invoke(main, [*words, "--json", str(result_file)])
     assert answer.exit_code == 0, answer.output
-    assert "not judged: polygon_eccentricity" in answer.output
+    assert "not evaluated: polygon_eccentricity" in answer.output
     written = read_coefficient_file(path)
     assert any("rises" in text for text in objections(made.measurement, written))
     rows = {

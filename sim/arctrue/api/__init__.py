@@ -1,7 +1,7 @@
 """Offers ArcTrue to Python programs and notebooks: ``import arctrue as at``.
 
-Each function does the same as the command of the same name. Results are dataclasses that a notebook
-shows as tables; ``plot()`` gives the pictures that the commands write with ``--out``.
+A function with the name of a command does the same as this command. Results are dataclasses that a
+notebook shows as tables; ``plot()`` gives the pictures that the commands write with ``--out``.
 docs/python.md describes the functions.
 """
 

@@ -306,7 +306,7 @@ class Dataset(MeasurementSet):
         Raises
         ------
         MeasurementError
-            The variables have several dimensions, or as in :meth:`from_arrays`.
+            The columns have different dimensions, or as in :meth:`from_arrays`.
         TypeError
             An argument is not an xarray dataset, or a keyword is unknown.
         """
@@ -502,7 +502,7 @@ def sha256_of(measurement: MeasurementSet) -> str:
 
 
 def _same_rows(one: MeasurementSet, other: MeasurementSet) -> bool:
-    """Tell whether two sets have equal tables, columns and keys."""
+    """Tell whether two sets have the same table, title, date, capture and reference run."""
     return _fingerprint(one) == _fingerprint(other)
 
 

@@ -390,14 +390,16 @@ class ModelTest:
 
     def __str__(self) -> str:
         """Return one line of text for each comparison."""
-        lines = [f"BIC of the first less that of the second: {figure(self.bic_difference, 2)}"]
+        lines = [
+            f"BIC of the first model minus that of the second: {figure(self.bic_difference, 2)}"
+        ]
         if self.ratio is not None:
             lines.append(
                 f"likelihood ratio {figure(self.ratio.gain, 2)} with {self.ratio.parameters} "
                 f"parameters, p {probability(self.ratio.p_value)}"
             )
         lines += [
-            f"{channel}: error held out falls by {with_uncertainty(fall, error, 'arcsec')}"
+            f"{channel}: held-out error falls by {with_uncertainty(fall, error, 'arcsec')}"
             for channel, (fall, error) in self.held_out_fall_arcsec.items()
         ]
         return "\n".join(lines)

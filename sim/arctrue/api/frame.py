@@ -118,7 +118,7 @@ def columns_of(
             conditions[column] = array.astype(np.float64)
         else:
             warnings.append(
-                f"{frame.name}: column {column} is not used: it holds values that are no finite "
+                f"{frame.name}: column {column} is not used: not all of its values are finite "
                 "numbers"
             )
     return Found(found, conditions, warnings, time_ns)

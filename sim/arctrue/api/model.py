@@ -28,8 +28,8 @@ class Model:
     Parameters
     ----------
     content : arctrue.workbench.model.Model, optional
-        Effects, fitted values and history; by default the paper's model, which is
-        ``graduation_harmonics`` with the orders 1 to 20.
+        Effects, fitted values and history; by default the model of the paper (docs/paper.md), which
+        is ``graduation_harmonics`` with the orders 1 to 20.
     folders : tuple of Path, optional
         Folders of the user's own effects.
     """

@@ -166,7 +166,7 @@ class Explanation:
 
     def _repr_html_(self) -> str:
         rows = [(name, f"{size:.4f}") for name, size in self.sizes_arcsec.items()]
-        return html_table(("cause", "taken ″"), rows) + self.verdict._repr_html_()
+        return html_table(("cause", "error removed, ″"), rows) + self.verdict._repr_html_()
 
 
 def compare(

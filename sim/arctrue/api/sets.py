@@ -41,8 +41,8 @@ def write_set(folder: Path | str, measurement: MeasurementSet) -> None:
     folder : Path or str
         The folder; it is made if it does not exist.
     measurement : MeasurementSet
-        The set to write. Times are rounded to 1 µs, targets to 10⁻⁹ °, errors to 10⁻⁶ ″,
-        temperatures to 1 mK.
+        The set to write. Times are rounded to 1 µs, targets to 10⁻⁹ °, errors and uncertainties to
+        10⁻⁶ ″, temperatures to 1 mK.
 
     Raises
     ------
@@ -82,8 +82,8 @@ def simulate(
     *effects : str
         Causes of error that the table has, as ``arctrue simulate --list`` names them.
     sizes : sequence of float, optional
-        Sizes of the effects, in the order and unit of the effects; random sizes are drawn if none
-        are given.
+        Sizes of the effects, in the order and unit of the effects; an effect without a size gets a
+        random size.
     experiment : {"full", "short", "lean"}, optional
         Extent of the measurement.
     seed : int, optional

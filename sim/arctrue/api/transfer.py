@@ -63,7 +63,7 @@ def import_files(
     zero : {"shift", "keep"}, optional
         Whether the reference's zero is shifted to the zero of the reading.
     missing : {"drop"}, optional
-        ``drop`` leaves out rows without a value, which are otherwise an error.
+        ``drop`` leaves out the rows in which a value is missing; otherwise such a row is an error.
     order : str, optional
         Treatment of rows whose time decreases, as for ``--order``.
     **metadata
@@ -144,7 +144,7 @@ def export(
         Temperature for which the coefficients hold, °C; by default the coefficients follow the
         table's temperature.
     force : bool, optional
-        Write the file even if it makes the error larger on the set.
+        Write the file even if the correction makes the error of the set larger.
 
     Returns
     -------
@@ -154,7 +154,7 @@ def export(
     Raises
     ------
     ExportRefusedError
-        The file would make the error larger on the set; nothing was written.
+        The correction would make the error of the set larger; nothing was written.
     ValueError
         The format is not known, or the set does not state the counts per turn.
     OSError

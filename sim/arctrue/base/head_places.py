@@ -1,12 +1,12 @@
-"""Reads the places of heads from text."""
+"""Reads the angles at which the heads stand from text."""
 
 from __future__ import annotations
 
 
 def places_from_text(text: str) -> tuple[float, ...]:
-    """Return the places after head 1 in degrees, from ``0,64.3,177,257.9``.
+    """Return the angles of all heads relative to head 1, degrees, from ``0,64.3,177,257.9``.
 
-    Raises ValueError if a place is no number below 360 or head 1 is not at 0.
+    Raises ValueError if an angle is not a number between −360 and 360 or head 1 is not at 0.
     """
     try:
         places = tuple(float(word) for word in text.split(","))

@@ -1,4 +1,4 @@
-"""Makes text safe to print: its characters cannot move the cursor or hide other text."""
+"""Escapes characters that could move the cursor or hide text; formats remaining times."""
 
 from __future__ import annotations
 

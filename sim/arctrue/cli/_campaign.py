@@ -1,4 +1,5 @@
-"""Defines the options and the progress bar of every command that runs a campaign."""
+"""Defines the options and the progress bar of every command that runs a campaign (many independent
+tasks)."""
 
 from __future__ import annotations
 

@@ -26,8 +26,8 @@ def next_option(function: Callable[..., None]) -> Callable[..., None]:
             "kind",
             type=click.Choice(KINDS),
             metavar="KIND",
-            help="Kind of measurement that diagnose requested; the command compares it with the "
-            f"first run. One of {', '.join(KINDS)}.",
+            help="Kind of measurement that diagnose requested; the command checks it against the "
+            f"earlier one. One of {', '.join(KINDS)}.",
         ),
     ):
         function = option(function)
@@ -42,7 +42,9 @@ def steps(kind: str, measurement: MeasurementSet) -> list[str]:
 
 
 def commands(kind: str, folder: Path, *, model: Path | None = None) -> list[str]:
-    """Return the commands to type after the steps; NEW stands for the new measurement's folder."""
+    """Return the commands to type after the steps. PORT, FILE, NEW, JOINED and MODEL.toml are
+    placeholders: for the device's port, the recorded file, the folders of the new set and of the
+    joined set, and the model."""
     there = shlex.quote(str(folder))
     with_model = "" if model is None else f" --model {shlex.quote(str(model))}"
     if by_device(kind):

@@ -160,7 +160,8 @@ def _sentence(error: Exception) -> str:
 
 
 def load_model(model_file: Path | None, *, may_be_new: bool = False) -> Model:
-    """Read the model from the file; if no file is given, return the default model."""
+    """Read the model from the file; without a file (or with a new one), return the default
+    model."""
     if model_file is None or (may_be_new and not model_file.exists()):
         return default_model()
     return read_model(model_file)

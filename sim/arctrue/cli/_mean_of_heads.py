@@ -73,7 +73,7 @@ def print_mean(console: Console, found: MeanCalibration) -> None:
             )
         console.print(motion)
     orders = table(
-        "Orders of the disc, and what the mean of the heads shows of them",
+        "Orders of the disc, and their amplitudes in the mean of the heads",
         *map(number, ("order", "disc ″", "noise\ngain", "mean ″", "u ″")), words(),
     )  # fmt: skip
     for row in figures(found)["orders"]:

@@ -1,4 +1,4 @@
-"""Defines the command-line type of the places of the heads."""
+"""Defines the command-line type of the angles at which the heads stand."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from arctrue.base.head_places import places_from_text
 
 
 class Places(click.ParamType[tuple[float, ...]]):
-    """Accepts the places of the heads after head 1 in degrees, for example ``0,64.3,177,257.9``."""
+    """Accepts the angles of all heads relative to head 1, degrees, such as ``0,64.3,177,257.9``."""
 
     name = "places"
 

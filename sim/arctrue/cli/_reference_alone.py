@@ -116,6 +116,6 @@ def calibrate_from_reference(
             *measurement.warnings,
             *result.warnings,
             *(f"not used: {row}" for row in observations.masked),
-            "the reference run judges its own calibration: measure another one to test it",
+            "the calibration is tested only with its own reference run: measure another one",
         ],
     )

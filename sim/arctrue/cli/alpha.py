@@ -23,14 +23,14 @@ from arctrue.report.numbers import plain
     type=click.IntRange(2, 4),
     default=2,
     show_default=True,
-    help="Number of heads. 2: judge the angle α; 3 or 4: judge the places of all heads.",
+    help="Number of heads. 2: compare angles α; 3 or 4: compare places of all heads.",
 )
 @click.option(
     "--places",
     "places_deg",
     type=Places(),
     metavar="0,P2,P3[,P4]",
-    help="Places after head 1 to compare with the best ones, degrees (with --heads 3 or 4).",
+    help="Places of the heads to compare with the best ones, degrees (with --heads 3 or 4).",
 )
 @click.option(
     "--alpha",
@@ -44,7 +44,8 @@ from arctrue.report.numbers import plain
     "--orders",
     type=click.IntRange(2, 1000),
     multiple=True,
-    help="Judge orders 1 to N; repeatable.  [default: 10, 12, 20, 32, 40, 64]",
+    help="Evaluate orders 1 to N; repeatable.  [default: 10, 12, 20, 32, 40, 64; with --heads 3 or "
+    "4: 40, 64]",
 )
 @json_option
 @page_option
@@ -59,7 +60,7 @@ def alpha(
     page_file: Path | None,
     out: Path | None,
 ) -> None:
-    """Print noise gain, blind orders, sensitivity to α, and the best α for orders 1 to N.
+    """Print noise gain, unseen orders and error by mounting of α, and the best α for orders 1 to N.
 
     The page of --page also states which error remains on the paper's table, by the number of lanes
     and of bits. With --heads 3 or 4 the command prints the places with the least noise gain for

@@ -280,14 +280,14 @@ def page(
     type=click.Choice([*WORLDS, *independent_worlds()]),
     metavar="NAME",
     required=True,
-    help=f"Conditions of the set: one of {', '.join(WORLDS)}; for the second generator one of "
+    help=f"Conditions of the set: one of {', '.join(WORLDS)}; for the independent generator one of "
     f"{', '.join(independent_worlds())}.",
 )
 @click.option(
     "--content",
     type=click.Choice([*CONTENTS, HIDDEN]),
     required=True,
-    help="Hidden cause; the second generator accepts only nothing and hidden.",
+    help="Hidden cause; the independent generator accepts only nothing and hidden.",
 )
 @click.option("--seed", type=SEED, required=True, help="Seed of the set.")
 @click.option(

@@ -37,7 +37,7 @@ from arctrue.workbench.model.growth import fitted
 from arctrue.workbench.model.stations import model_of_stations
 
 
-@click.command("budget", short_help="Uncertainty budget of a set's calibration.")
+@click.command("budget", short_help="Print the uncertainty budget of a set's calibration.")
 @set_argument
 @common_options
 @temperature_option

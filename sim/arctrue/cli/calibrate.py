@@ -1,4 +1,4 @@
-"""``arctrue calibrate SET``: computes the gateware's coefficients from two heads or from a
+"""``arctrue calibrate SET``: computes the gateware's coefficients from two to four heads or from a
 reference run."""
 
 from __future__ import annotations
@@ -483,8 +483,7 @@ def _figures(calibration: Calibration, method: str, warnings: tuple[str, ...]) -
 
 
 def _finite(value: float) -> float | None:
-    """Return the value, or None (null in JSON) if the value is infinite, because JSON has no
-    infinity."""
+    """Return the value, or None (null in JSON) for infinity and NaN, which JSON does not have."""
     return float(value) if math.isfinite(value) else None
 
 

@@ -23,7 +23,7 @@ from arctrue.metrology.certificate_details import CertificateDetails, read_detai
 FULL_TURN_DEG = 360.0
 
 
-@click.command("certificate", short_help="Digital Calibration Certificate (DCC) of a set.")
+@click.command("certificate", short_help="Write a Digital Calibration Certificate (DCC) of a set.")
 @click.argument("measurement_set", metavar="SET", type=click.Path(path_type=Path))
 @click.option(
     "--details",

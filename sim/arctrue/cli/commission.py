@@ -70,9 +70,9 @@ def commission(
     names each head that counts in the wrong direction, does not count, has no index, or is
     exchanged with another head. Steps 2 and 3: the table turns once forward and once backward at
     constant speed. The command prints the heads' places with their uncertainties, their radii, the
-    noise of the parity, and the skew of the heads' electronics with the delays that remove it. A
-    bearing that moves differently backward looks like skew; a second pair of turns at another speed
-    separates the two.
+    noise of one reading, and the skew (delay) of the heads' electronics with the settings that
+    remove it. A bearing that moves differently backward looks like skew; a second pair of turns at
+    another speed separates the two.
 
     Exit code 1: a head is connected wrongly, or a turn is refused. 2: the device does not answer.
     """
@@ -140,4 +140,6 @@ def _show_turns(turned: Turned) -> None:
     _show_table(TURNED_COLUMNS, TURNED_WIDTHS, turned_rows(turned))
     say(f"Noise of the {turned.noise_name}: {turned.noise_arcsec:.3f}″.")
     delays = turned.skew.head_delays
-    say(f"set head_delays {delays}, while the table stands: the zero begins anew.")
+    say(
+        f"Against the skew: set head_delays {delays}, while the table stands; this resets the zero."
+    )

@@ -36,7 +36,7 @@ TESTS = {
     "normality_p": "normality\np",
 }
 WHITE_P = SIGNIFICANCE / (len(TESTS) * len(CHANNELS))
-"""Significance level of a single test; by chance, one set in a hundred fails at least one test."""
+"""Significance level of a single test; by chance, at most one set in a hundred fails a test."""
 
 
 @click.command("compare", short_help="Show where a model does not fit a set.")

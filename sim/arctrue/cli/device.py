@@ -140,7 +140,7 @@ def run(
     if host not in LOOPBACK:
         tell_warning(
             f"{host} can be reached by other machines, and the connection is not encrypted; only "
-            "those who have the token get in"
+            "clients with the token are accepted"
         )
     try:
         settings = DaemonSettings(

@@ -109,7 +109,7 @@ def _lines(data: dict[str, Any]) -> Iterator[tuple[str, str]]:
     named = [
         name if unit == "1" else f"{name} ({unit})" for name, unit in data["parameters"].items()
     ]
-    yield "parameters", ", ".join(named) or "one a column"
+    yield "parameters", ", ".join(named) or "one per column"
 
 
 @effects.command("new")

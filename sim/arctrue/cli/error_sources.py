@@ -20,7 +20,7 @@ from arctrue.report.numbers import plain
 from arctrue.studies.error_budget import DRAWS
 
 
-@click.command("error-sources", short_help="Budget of the calibration, source by source.")
+@click.command("error-sources", short_help="Simulate each error source of the calibration.")
 @click.option(
     "--draws",
     type=click.IntRange(2, 1000),

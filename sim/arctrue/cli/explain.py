@@ -82,11 +82,11 @@ def _print(found: Explanation) -> None:
     console.print(ladder_table(found.model.history))
     if found.causes:
         causes = table(
-            "Causes, by the error that each takes away",
+            "Causes, by the error that each removes",
             words("effect"),
             words("parameter"),
             words("channel"),
-            number("takes away,\nheld out ″"),
+            number("removes,\nheld out ″"),
         )
         for cause in found.causes:
             parameters = [

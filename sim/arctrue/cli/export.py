@@ -121,7 +121,8 @@ GATEWARE = "gateware"
     type=Finite(min=1e-3, max=20.0),
     default=USUAL_REVERSAL_WIDTH_DEG,
     show_default=True,
-    help="With --modulators: degrees of travel from the middle of a wind-up to its end.",
+    help="With --modulators: half the travel, in degrees, in which the correction changes over "
+    "after a reversal.",
 )
 @click.option(
     "--local-table",
@@ -140,15 +141,15 @@ GATEWARE = "gateware"
 @click.option(
     "--real-orders",
     is_flag=True,
-    help="For a gateware built with REAL_ORDERS = true: lines whose order is not whole (a belt, a "
-    "gear of 71.4 teeth) become lanes whose phase continues from turn to turn. The file states "
-    "their phase in the turn that begins at the zero of SET.",
+    help="For a gateware built with REAL_ORDERS = true: harmonics whose order is not an "
+    "integer (a belt, a gear of 71.4 teeth) become lanes whose phase continues from turn to turn. "
+    "The file states their phase in the turn that begins at the zero of SET.",
 )
 @click.option(
     "--phase-from",
     type=click.Choice(["heads", "probe"]),
     help="With --real-orders: signal from which the device determines the phase of these lanes. "
-    "heads: the difference of two heads, for lines that turn with the disc; probe: an index of "
+    "heads: the difference of two heads, for errors that turn with the disc; probe: an index of "
     "the drive at probe_in.  [default: the operator enters the phase]",
 )
 @click.option(
@@ -316,7 +317,9 @@ def export(
     for text in result.local:
         console.print(f"in the local table: {text}")
     for text in result.real:
-        console.print(f"lane of a real order, phase in turn 0 of the set: {text}")
+        console.print(
+            f"lane of an order that is not an integer, phase in turn 0 of the set: {text}"
+        )
     _tell_what_became(became)
     for text in result.left_out:
         console.print(f"not corrected: {text}")
@@ -395,10 +398,10 @@ def _with_fitted_lag(model: Model, loaded: LoadedSet) -> tuple[Model, LoadedSet,
 def _tell_what_became(became: Outcome) -> None:
     """Print which part corrects each effect of the model, and the remaining error."""
     effects_table = table(
-        "Where each effect of the model is taken away, RMS at head 1",
+        "What corrects each effect of the model, RMS at head 1",
         words("effect"),
-        number("its part ″"),
-        words("taken away by"),
+        number("size ″"),
+        words("corrected by"),
         number("left ″"),
     )
     for item in became.effects:
@@ -418,7 +421,8 @@ def _tell_what_became(became: Outcome) -> None:
             soft_wrap=True,
         )
     console.print(
-        f"all that is not taken away: {figure(became.left_arcsec, 3)}″ RMS of the error of head 1",
+        f"all effects that are not corrected: {figure(became.left_arcsec, 3)}″ RMS of the error "
+        "of head 1",
         soft_wrap=True,
     )
 
@@ -426,8 +430,8 @@ def _tell_what_became(became: Outcome) -> None:
 def _tell_not_judged(errors: Sequence[TakenAway]) -> None:
     for item in errors:
         console.print(
-            f"not judged: {item.effect}, {figure(item.part_arcsec, 3)}″ RMS of the reference run: "
-            f"{item.note}",
+            f"not evaluated: {item.effect}, {figure(item.part_arcsec, 3)}″ RMS of the reference "
+            f"run: {item.note}",
             soft_wrap=True,
         )
 

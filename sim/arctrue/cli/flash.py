@@ -52,5 +52,5 @@ def flash(port: str, file: Path) -> None:
     except ConsoleError as error:
         tell_error(str(error))
         sys.exit(NO_DEVICE)
-    golden = "the golden image stays" if state.has_golden else "the golden image is the same"
+    golden = "the golden image is unchanged" if state.has_golden else "it is the golden image, too"
     say(f"{file}: written and read back; {golden}. It starts with the next power-on")

@@ -1,4 +1,4 @@
-"""arctrue heads: judges the calibrated mean of four heads on a simulated table."""
+"""arctrue heads: tests the calibrated mean of four heads on a simulated table."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from arctrue.cli._tables import number, table, words
 from arctrue.report.numbers import plain
 
 
-@click.command(short_help="Judge the mean of four heads on a simulated table.")
+@click.command(short_help="Test the mean of four heads on a simulated table.")
 @click.option(
     "--samples",
     "samples_a_turn",
@@ -53,7 +53,7 @@ def heads(
     json_file: Path | None,
     page_file: Path | None,
 ) -> None:
-    """Calibrate a simulated table of four heads once and judge their mean on other turns.
+    """Calibrate a simulated table of four heads once, and test their mean on other turns.
 
     The study covers ball-pass motion of the bearing, a disc whose centre moves, a head that is
     missing or has moved, and the disc's error up to high orders; it compares the mean of four heads
@@ -86,7 +86,11 @@ def heads(
 
 def _print(found: dict[str, Any]) -> None:
     balls, shift = found["ball_pass"], found["hub_shift"][0]
-    rows = table("On other turns, ″ RMS", words(), *map(number, ("two heads", "four heads, mean")))
+    rows = table(
+        "Errors on turns after the calibration, ″ RMS",
+        words(),
+        *map(number, ("two heads", "four heads, mean")),
+    )
     rows.add_row(
         "ball pass 0.25 µm, orders 2 and 3 of the axis, 0.1″ of noise",
         f"{balls['two_heads_rms_arcsec']:.3f}",

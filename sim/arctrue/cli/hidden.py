@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 FULL_LINES = 16384
 USUAL_LINES = 1024
 LEAST_COUNTS = 1 << 18
-"""Smallest number of counts per turn; with fewer counts a turn ends before the firmware has judged
-the previous turn."""
+"""Smallest number of counts per turn; with fewer counts a turn ends before the firmware has
+evaluated the previous turn."""
 FOLLOWED_TURNS = 4
 _FOLLOWED = ", ".join(name for name, case in CASES.items() if case.order1_warms)
 
@@ -125,8 +125,8 @@ def hidden(
     if lines * int(interpolation) < LEAST_COUNTS:
         raise click.UsageError(
             f"{lines * int(interpolation):,} counts a turn are too few: the firmware could not "
-            f"judge a turn before the next is over. --lines {LEAST_COUNTS // int(interpolation)} "
-            f"or more with --interpolation {interpolation}"
+            "evaluate a turn before the next one ends. Give --lines "
+            f"{LEAST_COUNTS // int(interpolation)} or more with --interpolation {interpolation}"
         )
     settings = HiddenSettings.of_lines(lines, lanes, samples)
     scale = dataclasses.replace(settings.revolution, interpolation=int(interpolation))
@@ -217,7 +217,7 @@ def print_result(result: HiddenResult) -> None:
     if result.reversal_arcsec is not None:
         paper, corrected = (result.reversal_arcsec[key] for key in ("paper", "corrected"))
         say(
-            f"Up less down at the stations of the polygon: {paper:.2f}″ with the paper's model, "
+            f"Up minus down at the stations of the polygon: {paper:.2f}″ with the paper's model, "
             f"{corrected:.2f}″ with the exported one"
         )
     left = result.judged_arcsec()
@@ -225,7 +225,7 @@ def print_result(result: HiddenResult) -> None:
         order = result.case.judged_order
         unit = "local table" if result.case.local_table else "lanes that follow a condition"
         if result.case.real_orders:
-            unit = "lane of a real order"
+            unit = "lane of an order that is not an integer"
         say(
             ("Largest error" if order is None else f"Order {order} of the error")
             + f" in the fresh turns: {left['paper']:.2f}″ with the paper's model, "

@@ -119,7 +119,7 @@ def _ask(asked: Ambiguous) -> str:
     "places_deg",
     type=Places(),
     metavar="0,P2,P3[,P4]",
-    help="Angles of three or four heads after head 1, degrees.",
+    help="Angles of three or four heads relative to head 1, degrees.",
 )
 @click.option(
     "--sign",
@@ -139,7 +139,9 @@ def _ask(asked: Ambiguous) -> str:
     type=click.Choice(["sort", "runs"]),
     help="If the time steps back: sort the rows, or begin a new run at each such row.",
 )
-@click.option("--missing", type=click.Choice(["drop"]), help="Leave out rows without a value.")
+@click.option(
+    "--missing", type=click.Choice(["drop"]), help="Leave out rows in which a value is missing."
+)
 @click.option("--lines", type=click.IntRange(min=1), help="Grating lines of the disc.")
 @click.option(
     "--gear-teeth",
@@ -224,7 +226,7 @@ def import_(
     command = _command(choices.answers)
     _print(files, imported)
     if dry_run:
-        console.print(f"{out} is not written (--dry-run); the whole command: {command}")
+        console.print(f"{out} is not written (--dry-run); the complete command is: {command}")
         return
     decided = tuple(one_line(text) for text in imported.notes)
     origin = Origin(one_line(command), f"arctrue {version('arctrue')}", decided)

@@ -38,7 +38,7 @@ SIGN = (
 )
 
 
-@click.command("iso230", short_help="Figures of ISO 230-2 for the reference run.")
+@click.command("iso230", short_help="Print the figures of ISO 230-2 for the reference run.")
 @set_argument
 @common_options
 @click.option(

@@ -47,9 +47,9 @@ def join(
 ) -> None:
     """Write the runs of all SETs to OUT, one after another.
 
-    Runs and cycles are numbered consecutively over all sets. Sets of different tables are refused.
-    With --next the last SET must be the measurement that a diagnosis of the first SET requested
-    (otherwise exit code 1).
+    The run and cycle numbers of later sets are increased if necessary, so that no number occurs
+    twice. Sets of different tables are refused. With --next the last SET must be the measurement
+    that a diagnosis of the first SET requested (otherwise exit code 1).
     """
     if (out / FILE_NAME).exists():
         raise ValueError(f"{out}: already holds a measurement set; name a new folder")

@@ -34,24 +34,24 @@ NO_DEVICE = 2
     type=Finite(min=1.0),
     default=120.0,
     show_default=True,
-    help="Longest time to wait for the turns that judge the coefficients, seconds.",
+    help="Longest time to wait for the turns that test the coefficients, seconds.",
 )
 @click.option(
     "--force",
     is_flag=True,
-    help="Also load orders that no turn has judged, whether two heads can see them or not.",
+    help="Also load orders that no turn has tested, whether two heads can see them or not.",
 )
 @click.option(
     "--unseen",
     is_flag=True,
-    help="Also load orders that two heads cannot see, such as order 0; turns judge the others.",
+    help="Also load orders that two heads cannot see, such as order 0; turns test the others.",
 )
 @click.option(
     "--turn",
     type=click.IntRange(-(1 << 23), (1 << 23) - 1),
     help="Number that the device gives to turn 0 of FILE (`load status` shows the present "
-    "number). It sets the phases of lanes of real orders; without it such a lane is off until the "
-    "device finds its phase.",
+    "number). It sets the phases of lanes whose order is not an integer; without it such a lane "
+    "is off until the device finds its phase.",
 )
 def load(
     port: str, file: Path, timeout: float, *, force: bool, unseen: bool, turn: int | None
@@ -60,8 +60,8 @@ def load(
 
     The device continues to calibrate: FILE corrects the orders that it contains, and the device's
     own calibration corrects all others. A file without lanes removes the loaded orders. The device
-    judges each order by captured turns; if one order is wrong, it refuses the whole file, even with
-    --force.
+    tests each order with captured turns; if one order is wrong, it refuses the whole file, even
+    with --force.
 
     Exit code 1: the device refuses the coefficients, states the reason and keeps its active
     coefficients; or other coefficients are active at the end. 2: FILE cannot be used, the device
@@ -85,7 +85,7 @@ def load(
                 force=force,
                 unseen=unseen,
             )
-            progress.now("waiting for turns that judge them")
+            progress.now("waiting for turns that test them")
             unjudged = wait_until_judged(console, sent, timeout)
             for line in phase_commands(coefficients, turn) if turn is not None else []:
                 console.command(line)

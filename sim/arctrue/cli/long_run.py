@@ -18,7 +18,7 @@ LEAST_TURNS = 30
 """Smallest number of turns; fewer turns do not show how the orders depend on the temperature."""
 
 
-@click.command("long-run", short_help="Many turns with drift, heat and a fault.")
+@click.command("long-run", short_help="Simulate many turns with drift, heat and a fault.")
 @click.argument("scenario_file", metavar="SCENARIO.toml", type=click.Path(path_type=Path))
 @click.option(
     "--turns",

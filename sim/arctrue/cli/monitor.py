@@ -134,7 +134,7 @@ _COLUMNS = (
     ("die °C", 6),
     ("order1″", 8),
 )
-"""Columns of the live table; the table is 76 columns wide, spaces included."""
+"""Columns of the live table; the table is 75 characters wide, spaces included."""
 
 _HEAD = live_head(_COLUMNS)
 

@@ -21,7 +21,7 @@ from arctrue.studies.monte_carlo.score import scored
 USUAL = TrialPlan(400, 1)
 
 
-@click.command("monte-carlo", short_help="How often the stated uncertainty covers the truth.")
+@click.command("monte-carlo", short_help="Count how often the stated uncertainty is right.")
 @click.argument("folder", type=OutputFolder())
 @click.option(
     "--trials",

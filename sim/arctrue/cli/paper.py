@@ -27,7 +27,7 @@ LEAST_INTERPOLATION = 16
 the polygon's cycles have begun."""
 
 
-@click.command(short_help="The paper's experiment on the virtual instrument.")
+@click.command(short_help="Repeat the paper's experiment on the virtual instrument.")
 @click.option(
     "--cycles",
     type=click.IntRange(2),

@@ -1,4 +1,5 @@
-"""arctrue revolution: simulates one turn at the paper's size on the virtual instrument."""
+"""arctrue revolution: simulates two turns at the paper's size: one calibrates, the next is
+corrected."""
 
 from __future__ import annotations
 
@@ -27,7 +28,7 @@ FULL_LANES = 32
 FULL_SAMPLES = 12000
 
 
-@click.command(short_help="One revolution at the paper's size, on the compiled gateware.")
+@click.command(short_help="Calibrate a table of the paper's size, and correct it.")
 @lanes_option(FULL_LANES)
 @click.option(
     "--heads",

@@ -17,7 +17,7 @@ from arctrue.cli._tables import number, table, words
 from arctrue.report.numbers import plain
 
 
-@click.command("stop-and-go", short_help="The paper's ten cycles with a simulated servo.")
+@click.command("stop-and-go", short_help="Repeat the paper's ten cycles with a simulated servo.")
 @click.option(
     "--cycles",
     type=click.IntRange(2, 100),

@@ -44,8 +44,8 @@ with needs_extras():
 CAPTURE_S = 400.0
 """Longest time of a capture in seconds, as in ``arctrue device epics``."""
 JUDGED_S = 180.0
-"""Longest time in seconds until captured turns have judged a loaded file, as in ``arctrue
-load``."""
+"""Longest time in seconds until captured turns have tested a loaded file. ``arctrue load`` waits
+120 s unless the user states another time."""
 TURN_S = 180.0
 """Longest time from one turn to the next, seconds."""
 
@@ -75,8 +75,8 @@ class LoadedCoefficients(Device, Movable[Path]):
 
     @AsyncStatus.wrap
     async def set(self, value: Path) -> None:
-        """Load a coefficient file; the move ends when turns have judged the file and the PVs show a
-        turn that uses it.
+        """Load a coefficient file; the move ends when turns have tested the file and the PVs show a
+        later turn.
 
         Parameters
         ----------
@@ -88,7 +88,8 @@ class LoadedCoefficients(Device, Movable[Path]):
         LoadRefusedError
             If the device refuses the coefficients.
         ConsoleError
-            If no daemon runs, the daemon is read-only, or no turn judges the coefficients in time.
+            If no daemon runs, the daemon is read-only, or no turn decides about the coefficients in
+            time.
         ValueError, OSError
             If the file cannot be read or needs a part that the device does not have.
         """

@@ -1,8 +1,8 @@
 """Measures how the heads of a device are connected, and then their places, radii and skew.
 
-Each of three steps needs a movement of the table: two turns in the positive direction by hand, one
-turn forward at constant speed, and one turn backward at the same speed. The caller asks the
-operator for the movement; each function reads the device while the table moves.
+Each of three steps needs a movement of the table: two turns in the positive direction (by hand or
+by the drive), one turn forward at constant speed, and one turn backward at the same speed. The
+caller asks the operator for the movement; each function reads the device while the table moves.
 """
 
 from __future__ import annotations

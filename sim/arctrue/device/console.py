@@ -1,4 +1,4 @@
-"""Controls the console of the firmware over a serial port: commands, telemetry and dumps."""
+"""Controls the console of the firmware: commands, telemetry, and dumps (captures, row by row)."""
 
 from __future__ import annotations
 
@@ -125,11 +125,11 @@ class Console:
             if head is not None and head.period_clocks == 0:
                 raise ConsoleError(
                     f"{self.port}: the samples came at edges of sync_in, so that their times are "
-                    "not known; say `sync capture 0` on the console for samples at equal times"
+                    "not known; enter `sync capture 0` on the console for samples at equal times"
                 )
             if head is not None:
                 return self._completed(head, rows, seconds)
-        raise ConsoleError(f"{self.port}: the head of the dump was spoiled {ATTEMPTS} times")
+        raise ConsoleError(f"{self.port}: the first line of the dump was damaged {ATTEMPTS} times")
 
     def _completed(
         self, head: DumpHead, rows: dict[int, tuple[int, ...]], seconds: float
@@ -141,8 +141,8 @@ class Console:
         if head.missing(rows):
             lacking = head.samples - len(rows)
             raise ConsoleError(
-                f"{self.port}: {lacking} of {head.samples} rows were spoiled {ATTEMPTS} times: "
-                "is the cable good, the port free?"
+                f"{self.port}: {lacking} of {head.samples} rows were damaged {ATTEMPTS} times: "
+                "check the cable, and that no other program uses the port"
             )
         return head.measurement(rows, self.port)
 

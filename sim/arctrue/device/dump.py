@@ -126,8 +126,8 @@ def read_head(line: str) -> DumpHead | None:
 
 
 def read_row(line: str) -> tuple[int, ...] | None:
-    """Return number and counts of two to four heads from a line; None if the line is no row or was
-    changed."""
+    """Return a row's number and the counts of its two to four heads; None if the line is not a row
+    or was changed."""
     found = _ROW.fullmatch(line)
     if found is None:
         return None

@@ -1,4 +1,4 @@
-"""Defines the PVs of a device: for each PV the telemetry field, the unit and the limits."""
+"""Defines the process variables (PVs) of a device for EPICS, with telemetry field, unit, limits."""
 
 from __future__ import annotations
 
@@ -167,8 +167,8 @@ class Records:
     def show(self, fields: dict[str, Any], recorded_s: float) -> None:
         """Set the PVs to one line of telemetry with the time at which it was recorded.
 
-        A number that the device did not send is INVALID; after a refused turn all PVs of the turn
-        are INVALID.
+        A number that the device did not send is INVALID. After a refused turn, Result and Reason
+        have the severity MINOR. The waveforms keep their values if the device sent no harmonics.
         """
         at: dict[str, Any] = {"timestamp": recorded_s}
         self._device_alarms = list(fields.get("alarms", []))

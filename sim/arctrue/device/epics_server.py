@@ -1,5 +1,5 @@
-"""Serves the PVs of a device over Channel Access and PVAccess; the server is a watcher of the
-device's daemon."""
+"""Serves the EPICS process variables (PVs) of a device over Channel Access and PVAccess; the server
+gets the values from the device's daemon."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def bind_to(interface: str) -> None:
 
 
 def confine_to_loopback() -> None:
-    """Bind to loopback each UDP socket of this program that listens on all interfaces (Linux only).
+    """Bind each UDP socket of this program to the loopback interface (Linux only).
 
     PVXS listens for searches at port 5076 of all interfaces, whatever the values of its variables.
     On other systems the sockets stay as they are. Raises OSError if the system refuses it.

@@ -64,7 +64,8 @@ def parts_of(image: bytes) -> tuple[bytes, bytes]:
         )
     if len(image) > END:
         raise FlashRefusedError(
-            f"it has {len(image):,} bytes, more than the {END:,} before what the device saves"
+            f"it has {len(image):,} bytes; expected at most {END:,}: the device saves its settings "
+            "behind them"
         )
     return boot, fabric
 
@@ -73,7 +74,7 @@ def lines_of(data: bytes, address: int, first: int = 0, last: int | None = None)
     """Yield the console lines that write ``data[first:last]``; the byte ``data[0]`` has the address
     ``address``.
 
-    A line ends at the end of a page; bytes that equal erased flash are omitted.
+    A line ends at the end of a page; a line whose bytes all equal erased flash is omitted.
     """
     step = LINE_WORDS * WORD_BYTES
     end = len(data) if last is None else min(last, len(data))
@@ -145,8 +146,8 @@ def _compare(console: Console, data: bytes, address: int, first: int, last: int)
         answer = _ask(console, f"flash check {address + place:X} {len(part):X}")
         if answer[0] != f"crc {zlib.crc32(part):08X}":
             raise FlashRefusedError(
-                f"what was written from {address + place:#x} on does not read back as it was "
-                "sent; is another program writing the flash?"
+                f"the flash from {address + place:#x} on does not contain what was sent; does "
+                "another program write to the flash?"
             )
 
 

@@ -1,8 +1,10 @@
 """Sends a coefficient file to a running device, in frames that its console checks.
 
 Each frame is a line of the console with a CRC-32 over its numbers, as little-endian words in the
-order of the line; the last frame has the CRC of all words before it. The device accepts the set
-completely or not at all, and judges each order by the turns that it captures.
+order of the line; the last frame has the CRC of all words before it. The device accepts the
+coefficients completely or not at all, and tests each order with the turns that it captures. A lane
+is the part of the gateware that corrects one harmonic; a set for a missing head contains the
+coefficients with which the mean works without this head.
 """
 
 from __future__ import annotations
@@ -158,14 +160,14 @@ def load_frames(
     sets: bool = True,
     clock_hz: float = CLOCK_HZ,
 ) -> list[str]:
-    """Return the console lines that load those lanes whose amplitude is not 0.
+    """Return the console lines that load the coefficients; unused lanes are omitted.
 
     With ``unseen`` the device also accepts lanes that no turn of two heads shows: order 0, orders
-    that the heads cannot see, words of the processor. With ``force`` it also accepts orders that
-    turns leave undecided. Without ``sets`` the sets for a missing head are omitted. ``clock_hz``:
-    clock of the gateware. If the set corrects a mean of heads, the lines also define this mean.
-    Raises ValueError for an offset without a mean, which the device does not accept, and for parts
-    for which the console has no command.
+    that the heads cannot see, lanes that follow a word of the processor. With ``force`` it also
+    accepts orders that turns leave undecided. Without ``sets`` the sets for a missing head are
+    omitted. ``clock_hz``: clock of the gateware. If the set corrects a mean of heads, the lines
+    also define this mean. Raises ValueError for an offset without a mean, which the device does not
+    accept, and for parts for which the console has no command.
     """
     mean = _mean_of(coefficients)
     if coefficients.offset and mean is None:
@@ -234,7 +236,7 @@ def load_frames(
 
 
 def phase_commands(coefficients: Coefficients, turn: int) -> list[str]:
-    """Return the console lines that state the phases of the lanes of real orders.
+    """Return the console lines that state the phases of the lanes whose order is not an integer.
 
     The lines omit phases that the device finds itself. ``turn``: the core's number of the turn that
     is turn 0 of the file; the phases in the file are valid for this turn.
@@ -259,12 +261,13 @@ class SentSet:
     followed: int = 0
     """Number of lanes that follow a condition."""
     real: int = 0
-    """Number of lanes of real orders, which are off until their phase is sent or found."""
+    """Number of lanes whose order is not an integer; they are off until their phase is sent or
+    found."""
     sought: int = 0
-    """Number of lanes of real orders whose phase the device finds from the heads or the probe."""
+    """Number of these lanes whose phase the device finds from the heads or the probe."""
     unseen_followed: int = 0
-    """Number of lanes that follow a condition and that no turn of two heads shows: order 0, and
-    words of the processor."""
+    """Number of lanes that follow a condition and that no turn of two heads shows: lanes of order
+    0, and lanes that follow a word of the processor."""
     has_table: bool = False
     """Whether the set has a local table."""
     has_sets: bool = False
@@ -298,7 +301,7 @@ def send_coefficients(
     force: bool = False,
     unseen: bool = False,
 ) -> SentSet:
-    """Send all frames; if one was damaged in transmission, send all of them again.
+    """Send all frames; after a damaged frame or a missing answer, send all of them again.
 
     ``progress`` gets the number of sent frames and the number of all frames. ``force`` and
     ``unseen`` are those of :func:`load_frames`. Raises LoadRefusedError if the device refuses the
@@ -401,8 +404,8 @@ class _Status:
 
 
 def wait_until_judged(console: Console, sent: SentSet, seconds: float) -> tuple[int, ...]:
-    """Wait until captured turns have judged the sent set; return the orders that no turn has
-    judged.
+    """Wait until captured turns have tested the sent set; return the orders that no turn has
+    tested.
 
     Raises LoadRefusedError if a turn contradicts the set, or if the device has another set at the
     end; ConsoleError if no turn decides.
@@ -428,8 +431,8 @@ def wait_until_judged(console: Console, sent: SentSet, seconds: float) -> tuple[
         raise ConsoleError(
             f"{console.port}: waiting for a turn "
             + " and one ".join(_WAITED[name] for name in status.waits_for)
-            + f" for {seconds:g} s; nothing is loaded. Load again and turn the table so, or take "
-            "the lanes that follow a condition unjudged (--force)"
+            + f" for {seconds:g} s; nothing is loaded. Load again while the table turns like that, "
+            "or load the lanes that follow a condition without a test (--force)"
         )
     if status.undecided:
         raise ConsoleError(
@@ -437,7 +440,7 @@ def wait_until_judged(console: Console, sent: SentSet, seconds: float) -> tuple[
             f"{_listed(' the orders ', status.undecided)} are right: their noise is as large as "
             "the orders, or the samples of a turn cannot separate them; nothing is loaded. Wait "
             "longer "
-            "(--timeout), leave them out, or take them unjudged (--force)"
+            "(--timeout), leave them out, or load them without a test (--force)"
         )
     raise ConsoleError(
         f"{console.port}: no turn judged the coefficients within {seconds:g} s, nothing is loaded; "

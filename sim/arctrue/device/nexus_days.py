@@ -121,7 +121,7 @@ def write_day(record: Path, day: date, path: Path) -> None:
 def _make_layout(file: Any, start: datetime, orders: list[int]) -> None:
     entry = _group(file, "entry", "NXentry")
     entry.attrs["default"] = "orders"
-    entry["title"] = "Telemetry of an ArcTrue device, a row a turn"
+    entry["title"] = "Telemetry of an ArcTrue device, one row per turn"
     entry["start_time"] = _iso(start)
     entry["end_time"] = _iso(start + 24 * _STEP)
     entry["program_name"] = "arctrue device"

@@ -94,4 +94,4 @@ def _not_opened(port: str, error: Exception) -> ConsoleError:
 
 def _in_use(port: str, users: list[str]) -> ConsoleError:
     who = " and ".join(users) or "another program, whose name the system does not show"
-    return ConsoleError(f"{port}: is in use by {who}; end that first, two cannot share a port")
+    return ConsoleError(f"{port}: is in use by {who}; end that program first")

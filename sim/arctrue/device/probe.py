@@ -1,4 +1,5 @@
-"""Reads the corrected positions at edges of the probe and at compare pulses, over the console.
+"""Reads the corrected positions at edges of probe_in and at pulses of compare_out, over the
+console.
 
 A core with the generic EVENTS keeps its events in a queue, so that edges may come in bursts. A core
 without this queue has only a latch, which holds the last edge.

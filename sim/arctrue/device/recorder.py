@@ -1,4 +1,5 @@
-"""Records telemetry in an SQLite file: one row for each turn, each harmonic and each event."""
+"""Records telemetry in an SQLite file: one row for each turn, each harmonic, each edge of the probe
+and each event."""
 
 from __future__ import annotations
 
@@ -178,7 +179,8 @@ class Recorder:
             )
 
     def apply_retention(self) -> None:
-        """Delete the oldest turns until both limits are satisfied."""
+        """Delete the oldest turns until both limits are satisfied, but no turn above
+        ``deletable``."""
         if self._retention.days is not None:
             before = _utc(self._clock() - self._retention.days * _DAY_S)
             while self._delete_oldest("AND recorded < ?", before):

@@ -50,7 +50,7 @@ class Settings:
     clock_offset_s : float, optional
         Encoder's time minus the reference's time, seconds.
     missing : {"", "drop"}, optional
-        ``drop`` leaves out rows without a value.
+        ``drop`` leaves out the rows in which a value is missing.
     order : str, optional
         Treatment of rows whose time steps back, see ``row_order``.
     table : Table, optional
@@ -106,9 +106,9 @@ def import_recordings(
 ) -> Imported:
     """Make a measurement set from recordings.
 
-    Files with the same quantities are runs of one set. If one file has a reading and another file
-    has a reference, they are two logs of one motion; the function aligns their clocks and
-    interpolates the reading at the reference's times.
+    Files with the same quantities become successive runs of one set. If one file has a reading and
+    another file has a reference, they are two logs of one motion; the function aligns their clocks
+    and interpolates the reading at the reference's times.
 
     Parameters
     ----------
@@ -127,7 +127,8 @@ def import_recordings(
     Raises
     ------
     MeasurementError
-        If a field is missing or no number; the error names file, row and column.
+        If a value is missing or is not a number (the error names file, row and column), or if no
+        row has all values.
     AmbiguousError
         If a question is open.
     ValueError
@@ -205,8 +206,8 @@ def _with_places(table: Table, heads: Sequence[str], choices: Choices) -> Table:
             return table
         raise ValueError(
             f"expected a place for each of the {len(heads)} heads, found {len(places)}: give "
-            f"--places {','.join(map(str, (0, 33, 162.5, 300.5)[: len(heads)]))} with those of "
-            "your table"
+            f"--places {','.join(map(str, (0, 33, 162.5, 300.5)[: len(heads)]))} with the places "
+            "of your table"
         )
     if len(heads) > 2:
         asked = Ambiguous(
@@ -235,7 +236,8 @@ def _with_places(table: Table, heads: Sequence[str], choices: Choices) -> Table:
 
 
 def _from_the_start(files: list[FileRows], choices: Choices) -> list[FileRows]:
-    """If the times count from an epoch, subtract the first time of all files from them."""
+    """Subtract the earliest time, rounded down to whole seconds, if the times count from an
+    epoch."""
     starts = [float(f.time_s[0]) for f in files if f.time_s is not None and f.time_s.size]
     if not starts or min(starts) < LATE_START_S:
         return files
@@ -251,8 +253,8 @@ def _joined_logs(
     settings: Settings,
     choices: Choices,
 ) -> tuple[list[FileRows], ClockOffset | None]:
-    """Return the rows of the reference's log, with the encoder's reading interpolated at their
-    times."""
+    """Return the references and the clock offset; the reference without a reading gets the
+    encoder's reading, interpolated at the reference's times."""
     if len(encoders) != 1 or len(lonely) != 1:
         raise ValueError(
             f"{len(encoders)} files have a reading without a reference and {len(lonely)} a "
@@ -327,11 +329,10 @@ def _clocks(
 def _labelled(
     rows: FileRows, angle: Float, choices: Choices, *, split: bool
 ) -> tuple[Integer, Integer | None, Integer]:
-    """Find run, direction (None: no motion) and cycle of each row; ``split`` divides runs at
-    reversals.
+    """Find run, direction (None if the rows are not in order of angle) and cycle of each row.
 
     A run, direction or cycle that the file states in a column takes precedence over one derived
-    from the motion.
+    from the motion. With ``split``, a reversal divides a stated run, too.
     """
     given = rows.whole.get("run")
     label = np.zeros(angle.size, dtype=np.int64) if given is None else given
@@ -396,7 +397,7 @@ def _capture(files: list[FileRows], table: Table, choices: Choices) -> Capture:
             if wraps:
                 choices.note(
                     f"{rows.name}: {name} restarts at {counts_per_rev} counts {wraps} times; "
-                    "its turns are counted on"
+                    "the counts are continued past each turn"
                 )
         for name, place_deg in zip(heads[1:], places_deg[1:], strict=False):
             if wrapped:

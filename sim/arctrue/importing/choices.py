@@ -1,4 +1,4 @@
-"""Handles questions that a file leaves open: a user answers them, a script ends with an error."""
+"""Handles questions that a file leaves open: a user answers them; a script stops with an error."""
 
 from __future__ import annotations
 
@@ -128,7 +128,8 @@ def open_questions(
     The search answers each question provisionally with the first possible answer, and collects the
     questions that follow. If ``no`` is the last possible answer of the question for the column of
     the error, the provisional answer is ``no``. If a provisional answer leads to an error, the
-    search ends.
+    search ends. A question about zero, clocks or row order is collected only if it comes first,
+    because its answer depends on the data that the earlier answers select.
     """
     found: list[Ambiguous] = []
 

@@ -37,8 +37,9 @@ class ClockOffset:
     """Clock offset: the reference's time plus this offset is the encoder's time.
 
     ``u_s``: standard uncertainty, from the scatter of the offsets of parts of the log.
-    ``drift_ppm``, ``u_drift_ppm``: rate of the encoder's clock relative to the reference's clock,
-    and its standard uncertainty. ``left_s``: largest remaining offset in a part of the log.
+    ``drift_ppm``, ``u_drift_ppm``: rate of the encoder's clock divided by the rate of the
+    reference's clock, minus 1, in 10⁻⁶, and its standard uncertainty. ``left_s``: largest
+    difference between ``offset_s`` and the offset of a part of the log.
     """
 
     offset_s: float
@@ -56,8 +57,8 @@ def clock_offset(
     The cross-correlation of the speeds gives the offset to within one sample. Least squares on the
     angles, ``turns(t + τ) = ±reference(t) + c``, refines it.
 
-    Raises UndeterminedOffsetError for a motion of constant speed, logs that do not match, and a
-    motion that repeats.
+    Raises UndeterminedOffsetError for a motion of constant speed, a motion that repeats, and logs
+    that are too short, do not overlap or do not match.
     """
     coarse = _coarse(reference_time_s, reference_turns, time_s, turns)
     offset, _ = _fine(reference_time_s, reference_turns, time_s, turns, coarse)

@@ -31,7 +31,9 @@ NONE = "none"
 
 @dataclass(frozen=True)
 class Source:
-    """Source of a quantity: a column and its unit ("" for whole numbers and conditions)."""
+    """Source of a quantity: a column and its unit ("" for whole numbers and conditions).
+    ``said_by`` names the ground of the assignment: an option, an answer, the column's name or the
+    format."""
 
     column: str
     unit: str
@@ -39,7 +41,7 @@ class Source:
 
 
 Mapped = dict[str, Source]
-"""Columns of one file: for each quantity, then for each condition, the column that contains it."""
+"""Columns of one file: for each quantity or condition, the column that contains it."""
 
 
 def map_columns(
@@ -53,7 +55,8 @@ def map_columns(
     ``columns`` gives the source by quantity or condition, as ``NAME``, ``NUMBER`` or ``FILE:NAME``;
     columns and files are numbered from 1. ``units`` gives the unit by quantity.
 
-    Raises ValueError for a column that no file has, AmbiguousError for an open assignment.
+    Raises ValueError for an unknown unit, for a column that does not exist or whose file is
+    unclear, and if no column is left for a quantity; AmbiguousError for an open assignment.
     """
     found: list[Mapped] = [{} for _ in recordings]
     for name, unit in units.items():
@@ -79,7 +82,8 @@ def map_columns(
 
 
 def _places(recordings: Sequence[FileContent], name: str, source: str) -> list[tuple[int, str]]:
-    """Return the files that have the column ``source``, with the column's name in each of them."""
+    """Return the index of each file that has the column ``source``, with the column's name
+    there."""
     number, colon, rest = source.partition(":")
     if colon and number.isdigit() and 1 <= int(number) <= len(recordings):
         file = int(number) - 1
@@ -96,7 +100,9 @@ def _places(recordings: Sequence[FileContent], name: str, source: str) -> list[t
         raise ValueError(f"--column {name}={source}: no such column. Columns: {listed}")
     if 1 < len(places) < len(recordings):
         listed = ", ".join(f"{file + 1}:{column}" for file, column in places)
-        raise ValueError(f"--column {name}={source}: several files have it; say which: {listed}")
+        raise ValueError(
+            f"--column {name}={source}: several files have this column; name one: {listed}"
+        )
     return places
 
 
@@ -147,14 +153,14 @@ def _unit(
 
 
 def _has_parts_of_sixty(values: NDArray[Any]) -> bool:
-    """Tell whether the first text of the column is a sexagesimal number."""
+    """Tell whether the first non-empty text of the column is a sexagesimal number."""
     if values.dtype.kind != "U":
         return False
     return is_sexagesimal(next((text for text in values[:LOOKED_AT] if text.strip()), ""))
 
 
 def _surely_degrees(values: NDArray[Any]) -> bool:
-    """Tell whether a sexagesimal column is in degrees: it has ° signs, or absolute values ≥ 24."""
+    """Tell whether a sexagesimal column is in degrees: ° or d in the first row, or a size ≥ 24."""
     if any(sign in values[0] for sign in OF_DEGREES):
         return True
     return any(abs(sexagesimal(text) or 0.0) >= UNITS["angle"]["hours"] for text in values)
@@ -205,8 +211,8 @@ def _by_common_names(
 
 
 def _may_be(recording: FileContent, name: str, column: str, others: set[str]) -> bool:
-    """Tell whether a column may contain the quantity ``name``, judged by its values and the file's
-    other columns."""
+    """Tell whether a column may contain the quantity ``name``, according to its values and the
+    file's other columns."""
     values, kind = recording.columns[column], QUANTITIES[name]
     if kind == "whole":
         whole = values.dtype.kind in "iu"
@@ -371,7 +377,7 @@ def seconds(recording: FileContent, source: Source) -> NDArray[np.float64]:
                 source.column,
             ) from None
     if of_day == found.size:
-        # Times of day increase by a day at midnight, so that they continue to rise.
+        # Times of day get one more day after each midnight, so that they continue to rise.
         found[1:] += DAY_S * np.cumsum(np.diff(found) < -0.5 * DAY_S)
     return found
 

@@ -32,7 +32,7 @@ means a wrong unit."""
 
 def signed_error(rows: FileRows, sign: str, choices: Choices) -> Float:
     """Return the file's error column in turns (n,) as reading minus true angle. Raises
-    AmbiguousError."""
+    AmbiguousError if the sign is not stated."""
     if not sign:
         sign = choices.ask(
             Ambiguous(
@@ -67,7 +67,8 @@ def error_of_readings(rows: FileRows, sign: str, choices: Choices) -> Compared:
 
     If the reference counts in the opposite direction, the function changes the reference's sign and
     adds a note. The sign of an error column follows from reading and reference. Raises ValueError
-    if reading and reference move by different amounts (a wrong unit).
+    if reading and reference move by different amounts (a wrong unit or column), or if the error
+    column or the stated sign contradicts them.
     """
     reading, target = rows.angles["head1"], rows.angles["target"]
     way = _way(rows, reading, target)
@@ -97,11 +98,11 @@ def error_of_readings(rows: FileRows, sign: str, choices: Choices) -> Compared:
 def one_zero(
     files: Sequence[FileRows], compared: Mapping[int, Compared], zero: str, choices: Choices
 ) -> dict[int, Compared]:
-    """Shift the references of all files so that they share the zero of the readings.
+    """Shift the references of all files to the zero of the readings, if the zeros differ.
 
-    ``files`` and ``compared`` are indexed by the number of the file. All files get the same shift:
-    a difference between files, such as the reversal error between an upward and a downward run, is
-    an error of the table.
+    ``files`` and ``compared`` are indexed by the number of the file. The shift is made only if the
+    user wants it. All files get the same shift: a difference between files, such as the reversal
+    error between an upward and a downward run, is an error of the table.
 
     Raises AmbiguousError if the zeros differ and the user stated neither ``shift`` nor ``keep``,
     and ValueError if the zeros of the files differ too much for one shift.
@@ -141,7 +142,9 @@ def one_zero(
             "One shift applies to files of one measurement: import the files one by one, then "
             "arctrue join"
         )
-    choices.note(f"{together * 360.0:.6f}° are added to target in all rows: its zero is head1's")
+    choices.note(
+        f"{together * 360.0:.6f}° are added to target in all rows: its zero is that of head1"
+    )
     shifted = dict(compared)
     for number in means:
         item = compared[number]
@@ -178,7 +181,7 @@ def _way(rows: FileRows, reading: Float, target: Float) -> int:
 
 
 def _refuse_standstill(rows: FileRows, reading: Float, target: Float) -> None:
-    """Raise ValueError if reading or reference moves and the other one stands still."""
+    """Raise ValueError if the reading or the reference stands still, or both do."""
     ways = {"head1": _range_turns(reading), "target": _range_turns(target)}
     for still, moving in (("target", "head1"), ("head1", "target")):
         if ways[still] <= STANDSTILL_SHARE * ways[moving]:

@@ -84,7 +84,7 @@ class FileRows:
         """Return the angle in turns, without a restart at the end of a turn."""
         found, wraps = without_jumps(self.angles[quantity] if angle is None else angle)
         if wraps:
-            choices.note(f"{self.name}: {quantity} restarts at a turn {wraps} times")
+            choices.note(f"{self.name}: {quantity} restarts {wraps} times at the end of a turn")
         return found
 
     def counts(self, quantity: str, counts_per_rev: int) -> Integer:
@@ -115,8 +115,10 @@ def rows_of(
 ) -> FileRows:
     """Convert the mapped columns of a file to common units.
 
-    Raises MeasurementError for a field that is missing or no number. If ``missing`` is ``drop``,
-    rows without a value are left out instead, and a note says so.
+    Raises MeasurementError for a missing value; if ``missing`` is ``drop``, rows with a missing
+    value are left out instead, and a note says so. Raises MeasurementError also for a field that is
+    not a number, a fraction in a column of whole numbers, a direction other than ±1, and if no row
+    has all values.
     """
     raw: dict[str, Any] = {}
     complete = np.ones(recording.rows, dtype=bool)
@@ -137,7 +139,7 @@ def rows_of(
         raw[quantity] = values
     if not complete.all():
         choices.note(
-            f"{recording.path.name}: {int((~complete).sum())} rows without a value are left out"
+            f"{recording.path.name}: {int((~complete).sum())} rows with missing values are left out"
         )
     if not complete.any():
         raise recording.fault("no row has all values")

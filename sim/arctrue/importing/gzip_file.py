@@ -24,7 +24,7 @@ def is_gzip(path: Path) -> bool:
 
 @contextmanager
 def unpacked(path: Path) -> Iterator[Path]:
-    """Unpack the file into a temporary file without ``.gz`` in its name.
+    """Unpack the file into a temporary file, whose name lacks the last suffix (``.gz``).
 
     The result exists until the context ends. Raises MeasurementError for a damaged file, and as
     soon as the output exceeds the limit.

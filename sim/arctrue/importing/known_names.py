@@ -57,9 +57,9 @@ def quantity_meant(name: str, *, unit_of_time: bool = False) -> str | None:
 UNLOCKS: Mapping[str, str] = {
     "time": "latency, drift, vibration and all that depends on speed",
     "temperature": "the effects of heat",
-    "direction": "hysteresis where the motion does not show the direction",
+    "direction": "hysteresis, if the motion does not show the direction",
     "head2": "graduation and head angle without a reference",
-    "head3": "orders that two heads hardly see, a mean that is free of the axis' motion",
-    "head4": "the axis' motion and the disc's error separately, and a head that fails",
+    "head3": "orders that two heads hardly show, and a mean without the motion of the axis",
+    "head4": "the motion of the axis and the error of the disc separately, and a head that fails",
 }
 """Effects, by quantity, that can be tested only if the set has this quantity."""

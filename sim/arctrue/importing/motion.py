@@ -1,5 +1,5 @@
-"""Finds the wraps of an angle, its passes in one direction and its cycles, from the angles
-alone."""
+"""Finds the wraps of an angle (restarts at the end of a turn), its passes in one direction and its
+cycles, from the angles alone."""
 
 from __future__ import annotations
 
@@ -47,11 +47,11 @@ def without_jumps(angle_turns: Float) -> tuple[Float, int]:
 
 
 def passes(angle_turns: Float) -> list[Pass]:
-    """Divide all rows into passes, in order; return [] if there is no motion.
+    """Divide all rows into passes; return [] without motion or with under 4 rows per pass.
 
-    A pass ends where the angle turns back by more than one degree or 1 % of the whole range. The
-    row at the turning point belongs to the pass before it; if the table stands there for several
-    rows, the first half of these rows belongs to the pass before.
+    A pass ends where the angle turns back by more than 1 % of the whole range or more than one
+    degree, whichever is less. The row at the turning point belongs to the pass before it; if the
+    table stands there for several rows, the first half of these rows belongs to the pass before.
     """
     if angle_turns.size < 2:
         return []

@@ -141,7 +141,7 @@ def read_recording(path: Path, name: str, settings: ReadSettings, choices: Choic
     path : Path
         The file.
     name : str
-        Name of the reader; "" selects the reader that recognises the file.
+        Name of the reader; "" selects the reader that recognises the file, or else the text reader.
     settings : ReadSettings
         Statements of the user about the file.
     choices : Choices
@@ -155,7 +155,7 @@ def read_recording(path: Path, name: str, settings: ReadSettings, choices: Choic
     Raises
     ------
     MeasurementError
-        If the file is damaged, or is a folder.
+        If the file is damaged or empty, or is a folder.
     AmbiguousError
         If a question is open.
     ValueError

@@ -69,7 +69,8 @@ def _begins_anew(time_s: Float, back: NDArray[np.int64]) -> bool:
 
 
 def _is_safe(rows: FileRows, order: NDArray[np.int64]) -> bool:
-    """Tell whether all times differ and sorting makes the travel much shorter.
+    """Tell whether all times differ (needed only without a column of runs) and sorting makes the
+    travel much shorter.
 
     Only steps that sorting changes are compared, because a few misplaced rows hardly change the
     travel of all rows.

@@ -1,8 +1,9 @@
 """Handles the measurements that a diagnosis requests: writes instructions and checks the new run.
 
-A requested run repeats the first run of the set with one condition changed; a requested reference
-run repeats the first reference run in the same way. The recorded run is compared with the first
-run, within the limits below.
+A requested run of the heads repeats the first run of the set, with at most one condition changed
+(for example the speed). A requested reference run repeats the reference run of the set in a similar
+way, or is the first one. The recorded run is compared with the run that it repeats, within the
+limits below.
 """
 
 from __future__ import annotations
@@ -22,20 +23,20 @@ MORE_TURNS = 30
 MORE_SAMPLES = 5
 FACES = 24
 TURNED_FACES = 1.0 / 3.0
-"""Changes in a requested run: factor of the speed, rise of temperature in °C, number of turns,
-factor of the samples per turn, faces of the polygon, and the share of a face by which the polygon
-is turned."""
+"""Values of a requested run: factor of the speed, rise of temperature in K, number of turns, factor
+of the samples per turn, faces of the polygon if the set does not state them, and the share of a
+face by which the polygon is turned."""
 
 ENOUGH = 2.0 / 3.0
-"""Fraction of the requested change from which a condition counts as changed."""
+"""Fraction of the requested value (speed, rise of temperature, number) that a run must reach."""
 SAME_SPEED = 0.2
 """Relative difference between two speeds below which they count as equal."""
 SAME_TEMPERATURE_K = 1.0
 """Largest change of temperature that is not reported; a larger change means that two conditions
 changed."""
 TURNED_WITHIN = 0.1
-"""Largest deviation from the requested rotation of the polygon (a third of a face), as a share of a
-face."""
+"""Largest deviation from the requested rotation of the polygon (a third of a face in either
+direction), as a share of a face."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,7 @@ def runs_of(capture: Capture, counts_per_rev: float) -> list[Run]:
 
 def at_the_table(kind: str, before: MeasurementSet) -> list[str]:
     """Return instructions for the operator of the table, one sentence each. Raises ValueError for
-    an unknown kind."""
+    an unknown kind, or if the set lacks the run to repeat."""
     asked = _asked(kind)
     if isinstance(asked, _OfACapture):
         return asked.steps(_first_run(kind, before))
@@ -102,7 +103,7 @@ def came(kind: str, before: MeasurementSet, taken: MeasurementSet) -> Came:
     ``before``.
 
     If ``taken`` has several runs, the run with the fewest faults is compared. Raises ValueError for
-    an unknown kind.
+    an unknown kind, or if ``before`` lacks the run to repeat.
     """
     asked = _asked(kind)
     if isinstance(asked, _OfACapture):
@@ -111,7 +112,7 @@ def came(kind: str, before: MeasurementSet, taken: MeasurementSet) -> Came:
             return Came(["it has no capture of both heads"], [])
         runs = runs_of(taken.capture, float(taken.table.counts_per_rev or 1))
         if not runs:
-            return Came(["no run of it turns"], [])
+            return Came(["the table turns in none of its runs"], [])
         return min(
             (Came(asked.faults(first, run), _remarks(kind, first, run)) for run in runs),
             key=lambda one: len(one.faults),
@@ -180,7 +181,7 @@ def _remarks(kind: str, first: Run, run: Run) -> list[str]:
     off = run.temperature_c - first.temperature_c
     if abs(off) <= SAME_TEMPERATURE_K:
         return []
-    return [f"it is {abs(off):.1f} K {'warmer' if off > 0.0 else 'colder'} than the first run too"]
+    return [f"it is also {abs(off):.1f} K {'warmer' if off > 0.0 else 'colder'} than the first run"]
 
 
 def _speed_steps(first: Run) -> list[str]:
@@ -290,7 +291,7 @@ def _both_ways(reference: Reference) -> list[str]:
 
 def _reference_steps(before: MeasurementSet) -> list[str]:
     return [
-        f"put a polygon of {_faces(before)} faces on the table, and an autocollimator before it",
+        f"put a polygon of {_faces(before)} faces on the table and an autocollimator in front",
         "go to each face upwards, then back to each face downwards; five cycles or more",
     ]
 

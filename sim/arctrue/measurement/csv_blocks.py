@@ -166,7 +166,7 @@ class CsvFile:
             raise self._no_rows()
 
     def _blocks_of_lines(self) -> Iterator[Columns]:
-        """Yield the same blocks as :meth:`blocks` without pyarrow, ten times more slowly."""
+        """Yield the same rows as :meth:`blocks` without pyarrow, about ten times more slowly."""
         rows = 0
         waiting: list[list[str]] = []
         try:

@@ -1,4 +1,4 @@
-"""Computes a digest that changes if any byte of a measurement set changes."""
+"""Computes a digest that changes with any byte of a set's description, capture or reference run."""
 
 from __future__ import annotations
 

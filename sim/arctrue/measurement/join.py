@@ -23,7 +23,7 @@ class JoinError(ValueError):
 
 
 class OverlapError(JoinError):
-    """Is raised if the clock of a later set begins within the times of an earlier set."""
+    """Is raised if the times of a later set begin before the earlier sets end."""
 
 
 def joined(
@@ -54,9 +54,9 @@ def joined(
     Raises
     ------
     JoinError
-        If the sets are of different tables, or have different columns.
+        If the sets are of different tables, have different columns, or contain the same rows.
     OverlapError
-        If the same rows occur twice.
+        If the times of a set begin before the earlier sets end, and ``times`` is "".
     """
     names = [str(item.folder or item.title or number) for number, item in enumerate(sets, start=1)]
     notes: list[str] = []
@@ -165,8 +165,8 @@ def _time_shift(
     if times != "after":
         raise OverlapError(
             f"{name} begins at {start:g} s, and the set before it ends at {end_s:g} s: its clock "
-            "began anew. State it with one of: --times after (it follows the set before), "
-            "--times keep (both clocks are the same)"
+            "began anew. Give --times after (its times follow those of the set before) or "
+            "--times keep (both sets have the same clock)"
         )
     step = min((float(np.median(np.diff(t))) for t in found if t.size > 1), default=1.0)
     shift = end_s + max(step, 1e-6) - start
@@ -208,8 +208,8 @@ def _moved(rows: Rows, runs: int, cycles: int, shift_s: float) -> Rows:
 def _rows_with_uncertainty(
     references: Sequence[tuple[str, Reference]],
 ) -> list[tuple[str, Reference]]:
-    """Return the reference runs of the sets; if their uncertainties differ, store them as
-    columns."""
+    """Return the reference runs of the sets; if all state an uncertainty and these differ, store
+    them as columns."""
     stated = {rows.standard_uncertainty_arcsec for _, rows in references}
     if len(stated) < 2 or None in stated:
         return list(references)

@@ -90,7 +90,8 @@ class Table:
     index_repeatability_counts : float, optional
         Standard deviation of one head's index mark from run to run, counts.
     head_places_deg : tuple of float, optional
-        Angle of every head after head 1, degrees; in place of ``head_separation_deg``.
+        Angles of all heads relative to head 1, degrees, beginning with 0 for head 1; in place of
+        ``head_separation_deg``.
     """
 
     counts_per_rev: Annotated[int, Meta(ge=4, le=2**62)] | None = None

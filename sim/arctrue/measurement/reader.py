@@ -43,7 +43,7 @@ def read_measurement_set(
 ) -> MeasurementSet:
     """Read a whole measurement set into memory.
 
-    Each field needs 8 bytes; during the reading, one block of the file is in memory, too.
+    Each field needs 8 bytes; while the blocks of a file are joined, one column is in memory twice.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ def open_capture(folder: Path | str) -> Iterator[Iterator[Columns]]:
 
 
 def data_file(description: Description, section: str) -> Path | None:
-    """Return the file of the section "capture" or "reference"; None if the set has no such section.
+    """Return the file of the section "capture" or "reference"; None without section and file.
 
     Raises MeasurementError if the description names something that is no file.
     """

@@ -49,7 +49,8 @@ _DECIMALS = {"time_s": 6, "target_deg": 9, "error_arcsec": 6, "temperature_c": 3
 def write_measurement_set(folder: Path | str, measurement: MeasurementSet) -> None:
     """Write a set to a folder.
 
-    Times are rounded to 1 µs, targets to 10⁻⁹ °, errors to 10⁻⁶ ″, temperatures to 1 mK.
+    Times are rounded to 1 µs, targets to 10⁻⁹ °, errors and uncertainties to 10⁻⁶ ″, temperatures
+    to 1 mK.
 
     Parameters
     ----------
@@ -179,7 +180,7 @@ def _columns(columns: Capture | Reference, names: tuple[str, ...]) -> dict[str, 
         if large.size:
             raise ValueError(
                 f"{name}[{large[0]}]: {array[large[0]]:g} is too large; expected a number "
-                f"within ±{LARGEST_NUMBER:g}, which is what is read"
+                f"within ±{LARGEST_NUMBER:g}, because no larger number can be read"
             )
         decimals = _DECIMALS.get(name)
         values = array.astype(np.float64)

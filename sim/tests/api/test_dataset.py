@@ -135,8 +135,8 @@ def test_an_hdf5_file_gives_the_same_set(tmp_path: Path) -> None:
 
 
 def test_the_columns_are_those_of_the_equations() -> None:
-    """The columns equal the counts of the unwrapped reading, which the test computes from the
-    equation."""
+    """The columns equal, up to whole turns in the run downward, the counts of the unwrapped
+    reading, which the test computes from the equation."""
     data = from_arrays()
     up = np.linspace(0.0, 720.0, 720, endpoint=False)
     angle = np.concatenate([up, up[::-1]])
@@ -279,7 +279,7 @@ def test_text_beside_the_numbers_is_left_out_with_a_warning() -> None:
     assert data.reference is not None
     assert list(data.reference.conditions) == ["room"]
     assert data.warnings == (
-        "reference: column remark is not used: it holds values that are no finite numbers",
+        "reference: column remark is not used: not all of its values are finite numbers",
     )
 
 

@@ -84,7 +84,8 @@ def test_values_and_uncertainties_are_those_of_least_squares() -> None:
 
 
 def test_an_interval_in_white_noise_is_students() -> None:
-    """The interval of a linear parameter in white noise equals the interval of Student's t."""
+    """In white noise the half-widths of a linear parameter's interval agree, within 15 %, with
+    those of Student's t."""
     amplitude = fitted().params["graduation_harmonics.order_1_amplitude"]
     freedom = data().reference.error_arcsec.size - 6  # type: ignore[union-attr]
     for level in (0.68, 0.95):

@@ -34,8 +34,8 @@ def test_an_imported_file_is_that_of_the_command(tmp_path: Path) -> None:
     np.testing.assert_allclose(
         found.reference.error_arcsec, expected.reference.error_arcsec, atol=1e-6
     )
-    # The file contains the true angle minus the reading; a set has the opposite sign, as in ISO
-    # 230-2.
+    # The file contains the true angle minus the reading, as in ISO 230-2; a set has the opposite
+    # sign.
     angle = np.deg2rad(found.reference.target_deg)
     np.testing.assert_allclose(found.reference.error_arcsec, -2.0 * np.cos(angle), atol=1e-5)
     assert found.reference.faces == 24

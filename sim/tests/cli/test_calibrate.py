@@ -204,15 +204,15 @@ def test_bad_usage(folder: Path, tmp_path: Path) -> None:
 
 
 def test_a_reference_run_alone_calibrates(folder: Path, tmp_path: Path) -> None:
-    """The command calibrates a set without a second head from the reference run alone. Only orders
-    of the disc that 24 faces can separate get amplitudes."""
+    """The command calibrates a set without a capture from the reference run alone. Only orders of
+    the disc that 24 faces can separate get amplitudes."""
     whole = read_measurement_set(folder)
     alone = tmp_path / "alone"
     write_measurement_set(alone, replace(whole, capture=None))
     done = run(alone, "--out", tmp_path / "out", "--json", tmp_path / "a.json")
     assert done.exit_code == 0, done.output
     assert "determine orders 1 to 11" in done.output
-    assert "judges its own calibration" in done.stderr
+    assert "only with its own reference run" in done.stderr
     held = read_coefficient_file(tmp_path / "out" / "coefficients.toml")
     there = held.amplitudes != 0
     assert held.orders[there].tolist() == [1, 2, 8]

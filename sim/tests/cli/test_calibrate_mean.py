@@ -1,5 +1,5 @@
-"""Tests that ``arctrue calibrate --angle mean`` writes words that give the true angle of four
-heads."""
+"""Tests that ``arctrue calibrate --angle mean`` writes words with which the mean of four heads
+gives the true angle."""
 
 from __future__ import annotations
 

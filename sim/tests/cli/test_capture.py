@@ -21,7 +21,8 @@ from arctrue.measurement import read_measurement_set
 
 
 class NoisyLine(Device):
-    """A serial line that, once per dump, changes a digit of row 17 and loses rows 300 to 302."""
+    """A serial line that changes the head of the first dump and, each once, a digit of row 17; it
+    loses rows 300 to 302 once."""
 
     head_spoiled = False
 

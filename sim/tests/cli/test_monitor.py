@@ -250,8 +250,7 @@ def test_a_port_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     ],
 )
 def test_a_spoiled_line_is_one_turn_less(spoiled: bytes) -> None:
-    """The monitor skips a line in which a character was changed, even if the line is still valid
-    JSON."""
+    """The console skips a damaged line of telemetry, even if the line is still valid JSON."""
     near, far = pty.openpty()
     tty.setraw(far)
     device = console.Console(os.ttyname(far), timeout_s=0.2)

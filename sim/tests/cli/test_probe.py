@@ -28,8 +28,8 @@ def position_of(edge: int) -> int:
 
 
 class ProbedDevice(Device):
-    """A device whose probe has one new edge after each printed latch; twice it has three new edges
-    at once."""
+    """A device whose probe has one new edge after each printed latch; after the second and after
+    the eighth edge it has three new edges at once."""
 
     def attach(self, made: Firmware) -> None:
         self.core = made.core
@@ -80,7 +80,7 @@ LOST = range(60, 64)
 
 
 class QueueDevice(Device):
-    """A device with a queue of events, which gets a burst of 50 events whenever it is empty.
+    """A device with a queue of events, which gets four bursts of 50 events, each when it is empty.
 
     Events 11 to 14 of the second burst are lost.
     """

@@ -92,7 +92,7 @@ time.sleep(60)
 def test_a_port_that_another_program_has_is_refused_with_its_name(
     program: str, tmp_path: Path
 ) -> None:
-    """The command refuses a port that another program uses and names this program. Two programs
+    """The console refuses a port that another program uses and names this program. Two programs
     would each receive parts of the lines."""
     near, far = pty.openpty()
     port = os.ttyname(far)
@@ -156,7 +156,7 @@ def test_an_answer_that_comes_late_is_not_taken_for_the_next_ones(
 
 
 def test_what_another_program_has_asked_for_is_left_out(device: Device) -> None:
-    """The command ignores the device's answer to an earlier program that ended in the middle of a
+    """The console ignores the device's answer to an earlier program that ended in the middle of a
     line."""
     os.write(device.far, b"load status\rload la")
     time.sleep(0.1)

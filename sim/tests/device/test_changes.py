@@ -42,8 +42,9 @@ def test_a_change_of_phase_alone_is_a_change() -> None:
 
 
 def test_an_unchanged_table_rarely_shows_a_change() -> None:
-    """A turn of an unchanged table shows a change with the probability FALSE_CHANGES_A_TURN: 4 are
-    expected in 4,000 turns. The test accepts up to 11, the 99.9 % point of Poisson(4)."""
+    """A turn of an unchanged table shows a change with at most the probability
+    FALSE_CHANGES_A_TURN: at most 4 are expected in 4,000 turns. The test accepts up to 11, the 99.9
+    % point of Poisson(4)."""
     rng = np.random.default_rng(1)
     true = rng.normal(0.0, 20.0, ORDERS) + 1j * rng.normal(0.0, 20.0, ORDERS)
     turns, found = 4_000, 0
@@ -57,7 +58,7 @@ def test_an_unchanged_table_rarely_shows_a_change() -> None:
 def test_the_changed_order_and_the_moved_head_are_named() -> None:
     true = np.full(ORDERS, 5.0 + 0.0j)
     moved = true.copy()
-    moved[3] += 0.6j  # 8 standard uncertainties of the difference
+    moved[3] += 0.6j  # 8.5 standard uncertainties of the difference
     found = changes_since(turn_of(true), turn_of(moved, separation_arcsec=-0.6))
     assert [change.quantity for change in found if change.significant] == [
         "head separation",

@@ -179,8 +179,8 @@ def test_earlier_turns_come_first_without_a_gap(replay: Replay, tmp_path: Path) 
 
 
 def test_edges_of_the_probe_are_recorded(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """The daemon records each edge of the probe. A new edge comes after each read of the latch;
-    twice, three edges come at once."""
+    """The daemon records the edges of the probe and counts the missed ones. A new edge comes after
+    each read of the latch; twice, three edges come at once, of which two are missed."""
     device = ProbedDevice()
     os.close(device.far)
     with (

@@ -1,4 +1,4 @@
-"""Tests that a daemon survives faults of the port, the device, the disc, the clock and its
+"""Tests that a daemon survives faults of the port, the device, the disk, the clock and its
 clients."""
 
 from __future__ import annotations
@@ -132,8 +132,8 @@ daemon.RETRY_RECORD_S = 0.2
 
 
 def test_a_full_disc_is_reported_and_telemetry_goes_on(replay: Replay, tmp_path: Path) -> None:
-    """The daemon reports a full disc and continues. At first no file can grow beyond 300 kB, as on
-    a full disc; then the test removes this limit."""
+    """The daemon reports a full disk and continues. At first no file can grow beyond 300 kB, as on
+    a full disk; then the test removes this limit."""
     import resource
 
     wide = [[order, 1.0, 0.5, 0.01, 1] for order in range(1, 41)]

@@ -158,8 +158,8 @@ class ProbedReplay(Replay):
 def test_edges_of_the_probe_count_from_the_zero_of_a_motor_record(
     tmp_path: Path, ports: dict[str, str]
 ) -> None:
-    """The position of an edge counts from the zero of a motor record. The motor was homed at the
-    index, and its record wrote the angle of the index into the PV Zero."""
+    """The PV ProbeAngle counts from the zero of a motor record. Such a record writes the angle of
+    the index into the PV Zero after its homing; here the test writes it."""
     device = ProbedReplay()
     with (
         daemon(device.port, tmp_path, "--probe-every", "0.01"),

@@ -125,7 +125,7 @@ def test_a_damaged_file_is_made_anew_and_a_fuller_one_stays(tmp_path: Path) -> N
 
 
 def columns_of(path: Path) -> dict[str, list[Any]]:
-    """Return every dataset of a file that has one value per turn or per event."""
+    """Return the content of every array in a file, keyed by path; NaN becomes −1."""
     found: dict[str, list[Any]] = {}
 
     def take(name: str, item: Any) -> None:

@@ -360,7 +360,7 @@ def test_two_logs_on_different_clocks_are_brought_together(tmp_path: Path) -> No
     ]
     found = import_recordings(read, settings, choices)
     assert found.clocks is not None
-    # The speed varies by only 0.004 turn/s, so that the table's error of 20″ changes the estimated
+    # The speed varies by only ±0.005 turn/s, so that the table's error of 20″ changes the estimated
     # offset.
     assert abs(found.clocks.offset_s - 1000.0 - late) < max(5 * found.clocks.u_s, 1e-4)
     assert found.clocks.u_s < 2e-3

@@ -137,8 +137,8 @@ def test_a_column_left_out_by_hand_is_not_suggested(tmp_path: Path) -> None:
 
 
 def _direction_files(tmp_path: Path, reversal_deg: float) -> list[Path]:
-    """Write a forward and a backward run to separate files; the readings of both runs differ from
-    the target by 12.5°."""
+    """Write a forward and a backward run to separate files. The readings differ from the target by
+    12.5° plus (forward) or minus (backward) half of ``reversal_deg``."""
     up = np.arange(0.0, 361.0, 5.0)
     paths = []
     for name, angle, sign in (("up", up, 1.0), ("down", up[::-1], -1.0)):

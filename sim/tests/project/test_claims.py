@@ -1,5 +1,4 @@
-"""Tests that each claim about the diagnosis in the pages has a figure from this tree or a named
-commit."""
+"""Tests that the pages repeat no withdrawn claim, and name the commit of each earlier figure."""
 
 from __future__ import annotations
 

@@ -190,8 +190,9 @@ def test_unseen_order() -> None:
 
 
 def test_pitch_and_diameter_of_the_disc() -> None:
-    """The pitch and the diameter of the disc agree. The test uses the arc between two of the 16,384
-    lines, which differs from the chord by a relative 6e-9."""
+    """The printed pitch and the printed diameter of the disc contradict each other by 3.5 %; the
+    page states which values follow from each of them. The test uses the arc between two of the
+    16,384 lines, which differs from the chord by a relative 6e-9."""
     lines, printed_mm, printed_pitch_um = 16384, 107.95, 20.0
     pitch_um = math.pi * printed_mm * 1e3 / lines
     of_lines_mm = printed_pitch_um * lines / math.pi / 1e3
@@ -228,8 +229,9 @@ def test_accuracy_of_iso_230_is_more_than_the_range_of_means() -> None:
 
 @pytest.mark.parametrize(("heads", "unknown"), [(3, 1), (4, 0), (5, 0)])
 def test_heads_that_separate_the_motion_of_the_axis(heads: int, unknown: int) -> None:
-    """Four heads can separate the motion of the axis: at every order there are four complex
-    unknowns, the true angle, the disc, and the axis' motion in two directions."""
+    """Four heads can separate the motion of the axis from the disc at every order except 1. At each
+    order there are four complex unknowns: the true angle, the disc, and the axis' motion in two
+    directions."""
     places = np.radians([0.0, 33.0, 162.5, 300.5, 71.5][:heads])
     for order in range(1, 129):
         disc = np.exp(1j * order * places)

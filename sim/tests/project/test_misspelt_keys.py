@@ -1,7 +1,7 @@
 """Tests that a misspelt key in a file that users write is refused or reported, and never ignored.
 
-The tests misspell every key of a complete file in turn. The expected message names the file, the
-misspelt key and the right key.
+The tests misspell every key of an example file in turn, except the names in NAMED_BY_THE_EFFECT.
+The expected message names the file, the misspelt key and the right key.
 """
 
 from __future__ import annotations

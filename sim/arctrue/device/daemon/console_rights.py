@@ -1,5 +1,5 @@
-"""Lists the console lines that change nothing in the device; a read-only daemon forwards only these
-lines."""
+"""Lists the console lines that change nothing in the device (except that one of them switches
+telemetry on); a read-only daemon forwards only these lines."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ def checked_machine_alarms(alarms: Any) -> dict[str, str]:
 
 
 def read_machine_alarms(file: Path) -> dict[str, str]:
-    """Return the alarms that an earlier daemon kept; return none if the file is missing or
+    """Return the alarms that an earlier daemon kept; the mapping is empty if the file is missing or
     damaged."""
     try:
         return msgspec.json.decode(file.read_bytes(), type=_Alarms)

@@ -1,5 +1,5 @@
-"""Collects the events of probe and compare: the daemon requests them from the device while no
-operator has the console."""
+"""Collects the events of probe and compare (edges of probe_in, pulses of compare_out): the daemon
+requests them from the device while no operator has the console."""
 
 from __future__ import annotations
 

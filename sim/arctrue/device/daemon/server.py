@@ -210,7 +210,9 @@ class Server:
             writer.write(_line({"error": text}))
             return
         if not self._state.connected:
-            writer.write(_line({"error": "the port is lost at present; the daemon tries again"}))
+            writer.write(
+                _line({"error": "the serial port is lost; the daemon tries to open it again"})
+            )
             return
         self._operator = writer
         self._state.console_in_use = True

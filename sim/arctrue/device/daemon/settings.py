@@ -32,7 +32,7 @@ class DaemonSettings:
     """Shortest time in seconds between two captures that alarms cause."""
     most_captures: int = 500
     probe_every_s: float = 0.0
-    """Time in seconds between two reads of the latch of probe_in; 0: no reads."""
+    """Time in seconds between two requests for events of probe and compare; 0: no requests."""
     files: Path | None = None
     """Folder of the daily NeXus files; None: no files."""
     files_every_s: float = 3600.0

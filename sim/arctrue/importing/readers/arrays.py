@@ -14,10 +14,10 @@ from arctrue.measurement import MeasurementError
 
 
 def recording_of(path: Path, format_name: str, arrays: Mapping[str, NDArray[Any]]) -> FileContent:
-    """Return a recording with equally long columns; a matrix becomes numbered columns (``name.1``).
+    """Return equally long columns; a matrix becomes numbered columns (``name.1``).
 
-    Raises MeasurementError if there is no array, and for arrays of unequal length or of more than
-    two dimensions.
+    Single numbers are ignored. Raises MeasurementError if no rows remain, and for arrays of unequal
+    length or of more than two dimensions, and for integers that need more than 64 bits.
     """
     columns: dict[str, NDArray[Any]] = {}
     for name, array in arrays.items():

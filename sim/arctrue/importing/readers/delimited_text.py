@@ -40,13 +40,14 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     """Return the columns under the names of the header; without a header they are named ``1``,
     ``2`` …
 
-    Lines that begin with #, % or // are comments; the last comment before the rows is the header if
-    it has as many words as the rows have fields. A row of units under the header is added to the
-    names. Lines of words after the last row and repeated headers are left out, with a note. A
-    column with a field that is no number becomes a text column.
+    Lines that begin with #, % or // are comments; the last line above the rows, a comment or not,
+    is the header if it has as many words as the rows have fields. A row of units under the header
+    is added to the names. Lines of words after the last row, a last line that is cut off and
+    repeated headers are left out, with a note. A column with a field that is no number becomes a
+    text column.
 
-    Raises MeasurementError naming row and column, AmbiguousError if two interpretations are
-    possible.
+    Raises MeasurementError, which names the row of a wrong line, and AmbiguousError if two
+    interpretations are possible.
     """
     encoding = encoding_of(path)
     source = TextLines(path, encoding)
@@ -101,7 +102,7 @@ class _Rows:
 
     def add(self, block: Sequence[Line]) -> None:
         """Add those lines of the block that are rows. Raises MeasurementError for a line with a
-        wrong field."""
+        wrong number of fields."""
         lines = [line for line in block if not line[1].startswith(COMMENT)]
         if not lines:
             return
@@ -131,7 +132,8 @@ class _Rows:
                 self._back.append((line, text))
                 continue
             if len(fields) != self.shape.width:
-                # A line with too few fields may be the last line, cut off; the line is held back.
+                # A line with a wrong number of fields may be the last line, cut off; it is held
+                # back.
                 self._back.append((line, text))
                 continue
             yield from self._kept_back()

@@ -20,19 +20,19 @@ _NOT_THERE = re.compile(r"\S+\s+\*\*\* ")
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """Tell whether the first line has the form NAME DATE TIME VALUE."""
+    """Tell whether one of the first three lines has the form NAME DATE TIME VALUE."""
     text = head.decode("utf-8", "replace")
     return any(_LINE.match(line) for line in text.splitlines()[:3])
 
 
 def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
-    """Return one column per variable, at the times of one of the variables; the others are
-    interpolated.
+    """Return ``time_s`` and one column per variable; all have the times of one of the variables.
 
-    EPICS records a variable when its value changes, so each variable has its own times.
-    ``settings.group`` names the variable whose times are used; the user is asked for it if the
-    times differ. Rows outside the times of another variable are left out. Raises MeasurementError
-    naming the row, AmbiguousError.
+    EPICS records a variable when its value changes, so each variable has its own times; the values
+    of the other variables are interpolated linearly. ``settings.group`` names the variable whose
+    times are used; the user is asked for it if the times differ. Rows outside the times of another
+    variable are left out. Raises MeasurementError, which names the row of a wrong line, and
+    AmbiguousError.
     """
     times: dict[str, list[float]] = {}
     values: dict[str, list[float]] = {}
@@ -119,7 +119,9 @@ def _base(path: Path, wanted: str, times: dict[str, list[float]], choices: Choic
             return names[0]
         wanted = choices.ask(
             Ambiguous(
-                "--group", f"{path}: its variables have different times; which are used?", names
+                "--group",
+                f"{path}: the variables have different times; whose are used?",
+                names,
             )
         )
     if wanted not in times:

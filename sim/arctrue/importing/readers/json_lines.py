@@ -31,7 +31,7 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     """Return one column per key, or the columns ``1``, ``2`` … for lists; an absent key is a
     missing value.
 
-    Raises MeasurementError naming the row.
+    Raises MeasurementError; for a wrong line it names the row.
     """
     rows: list[dict[str, Any]] = []
     places = []

@@ -25,11 +25,12 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
-    """Return the columns ``1``, ``2`` … and ``time_s``, the number of the sample times the thread's
-    period.
+    """Return the columns ``1``, ``2`` … and ``time_s``, the thread's period times the number of
+    samples since the first row.
 
     A file with an overrun and without sample numbers is refused, because the number of lost samples
-    is unknown. Raises MeasurementError naming the row, AmbiguousError if the period is not stated.
+    is unknown. Raises MeasurementError, which names the row of a wrong line, and AmbiguousError if
+    the period is not stated.
     """
     rows: list[list[float]] = []
     places: list[int] = []

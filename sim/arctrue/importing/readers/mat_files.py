@@ -38,8 +38,8 @@ Tree = dict[str, Any]
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """Tell whether the file begins with the header of level 5 or 7.3, or of Octave's text
-    format."""
+    """Tell whether the file begins with the text of level 5 or 7.3; in a file ``*.mat``, the
+    version number and byte order of level 5 are enough."""
     return head.startswith((LEVEL_5, LEVEL_73)) or (
         path.suffix.lower() == ".mat" and head[124:128] in (b"\x00\x01IM", b"\x01\x00MI")
     )
@@ -48,10 +48,10 @@ def recognises(path: Path, head: bytes) -> bool:
 def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     """Read the vectors of the file, or of one struct (``settings.group``), as columns.
 
-    Only vectors of the most frequent length become columns; other vectors, texts and cells are left
-    out, with a note. The user is asked if several structs hold columns. Raises MeasurementError for
-    a damaged file, an unknown struct or a file above the limit, AmbiguousError, ValueError if level
-    7.3 needs h5py.
+    A matrix becomes several columns. Only columns of the most frequent length are kept; other
+    vectors and cells are left out, with a note. The user is asked if several structs hold columns.
+    Raises MeasurementError for a damaged file, an unknown struct or a file above the limit,
+    AmbiguousError, ValueError if level 7.3 needs h5py.
     """
     left_out: list[str] = []
     with path.open("rb") as file:

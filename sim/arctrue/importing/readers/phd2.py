@@ -53,7 +53,7 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
 
     Each stretch of guiding is a run; a dither or a new lock position begins a new run. The zero of
     a run is unknown, so its mean is subtracted. The sign of the error depends on the camera, so the
-    user is asked for it. Raises MeasurementError naming the row, AmbiguousError.
+    import asks the user for it later. Raises MeasurementError, which names the row of a wrong line.
     """
     sections, dropped = _sections(path)
     sections = [section for section in sections if len(section.rows) > 1]
@@ -162,8 +162,8 @@ def _error(
         sent = guide
         if moved.any():
             choices.note(
-                f"{path.name}: the log does not state the guide rate; RAGuideDistance is taken as "
-                "the correction"
+                f"{path.name}: the log states no guide rate that fits the pulses; "
+                "RAGuideDistance is taken as the correction"
             )
     scale = section.scale
     if scale is None:

@@ -72,7 +72,7 @@ class RowShape:
         """Tell whether the fields form a line of words, for example a heading, a remark, or
         statistics after the rows.
 
-        A row whose first fields are correct and that has a wrong field later is faulty; it is not a
+        A row whose first number is correct and that has a wrong field later is faulty; it is not a
         line of words.
         """
         if len(fields) != self.width:
@@ -87,7 +87,7 @@ class RowShape:
 
 
 def form_of(path: Path, lines: Sequence[str], settings: ReadSettings, choices: Choices) -> Form:
-    """Return the form in which most lines are rows of numbers; ask the user if several forms match.
+    """Return the form that :func:`_score` rates highest; ask the user if several forms are equal.
 
     Raises MeasurementError if no form matches, AmbiguousError, ValueError for an unknown setting.
     """
@@ -125,7 +125,11 @@ def form_of(path: Path, lines: Sequence[str], settings: ReadSettings, choices: C
         best = [form for form in best if form.delimiter == given]
     if len(best) > 1 and any(_has_comma(form, data) for form in best):
         given = choices.ask(
-            Ambiguous("--decimal", f"{path}: a comma in a number.", ["point", "comma"])
+            Ambiguous(
+                "--decimal",
+                f"{path}: numbers have commas; what is the decimal sign?",
+                ["point", "comma"],
+            )
         )
         best = [form for form in best if form.decimal == given]
     return best[0]
@@ -136,11 +140,11 @@ def _has_comma(form: Form, data: Sequence[str]) -> bool:
 
 
 def _score(form: Form, data: Sequence[str]) -> tuple[int, int] | None:
-    """Rate a form by its lines with the most common number of fields; return None if no line has a
-    number in this form.
+    """Rate a form by one group of lines, those with the same number of fields; return None if no
+    line has a number in this form.
 
-    Returns, for these lines, the number of numbers minus the number of other fields, and the number
-    of lines.
+    Returns, for the group of lines with the highest rating, the number of numbers minus the number
+    of other fields, and the number of lines.
     """
     widths: dict[int, int] = {}
     numbers: dict[int, int] = {}

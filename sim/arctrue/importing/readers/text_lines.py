@@ -41,7 +41,8 @@ def encoding_of(path: Path) -> Encoding:
     """Find the encoding by the byte order mark; a file without a mark is UTF-8 if it is valid
     UTF-8, otherwise Windows-1252.
 
-    Windows-1252 has all letters of Latin-1. Raises MeasurementError for a file that is no text.
+    UTF-16 without a mark is recognised by its zero bytes. Windows-1252 has all letters of Latin-1.
+    Raises MeasurementError for a file that is no text.
     """
     with path.open("rb") as file:
         head = file.read(4096)
@@ -92,8 +93,8 @@ class TextLines:
         self.ended = True
 
     def __iter__(self) -> Iterator[tuple[int, str]]:
-        """Yield the number and the stripped text of each line. Raises MeasurementError for a line
-        that is too long."""
+        """Yield the number and the stripped text of each line that is not empty. Raises
+        MeasurementError for a line that is too long."""
         try:
             with self._path.open(encoding=self._encoding) as file:
                 number = 0
