@@ -18,6 +18,7 @@ from arctrue.calibration.calibration import objections
 from arctrue.importing import Choices, ReadSettings, Settings
 from arctrue.importing.questions import Import
 from arctrue.measurement import Origin
+from arctrue.measurement.date import moment
 from arctrue.workbench.model.growth import fitted
 
 GATEWARE = "gateware"
@@ -100,6 +101,7 @@ def import_files(
         instrument=of_reference.instrument,
         standard_uncertainty_arcsec=of_reference.standard_uncertainty_arcsec,
         title=keys.title,
+        date=moment(keys.date) if keys.date else None,
     )
     reading = ReadSettings(group=group, period_s=period_s)
     imported = Import(paths, reader, reading, settings).run(Choices())
@@ -107,7 +109,10 @@ def import_files(
         program=f"arctrue {version('arctrue')}",
         notes=tuple(one_line(text) for text in imported.notes),
     )
-    return Dataset.of(replace(imported.measurement, origin=origin))
+    found = replace(imported.measurement, origin=origin)
+    if found.capture is not None and keys.capture is not None:
+        found = replace(found, capture=replace(found.capture, clock_hz=keys.capture.clock_hz))
+    return Dataset.of(found)
 
 
 def export(

@@ -247,13 +247,18 @@ def _command(answers: Sequence[tuple[str, str]]) -> str:
     given = context.params
     for option in context.command.params:
         value = given.get(option.name or "")
-        if isinstance(option, click.Argument) or option.name == "dry_run" or not value:
+        if isinstance(option, click.Argument) or option.name == "dry_run" or value in (None, ""):
             continue
         for item in value if option.multiple else [value]:
-            words += [option.opts[0], str(item)]
+            words += [option.opts[0], _typed(item)]
     for name, answer in answers:
         words += [name, answer]
     return shlex.join([*words, *map(str, given["files"]), str(given["out"])])
+
+
+def _typed(value: object) -> str:
+    """Return the value of an option as it is typed."""
+    return ",".join(map(str, value)) if isinstance(value, tuple) else str(value)
 
 
 def _print(files: Sequence[Path], imported: Imported) -> None:

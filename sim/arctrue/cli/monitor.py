@@ -84,8 +84,10 @@ def monitor(
         watch = TrendWatch(trend)
         say(_HEAD)
         seen = 0
+        captures = 0
         while turns is None or seen < turns:
-            if sets is not None and seen % every == 0:
+            if sets is not None and seen >= captures * every:
+                captures += 1
                 name = time.strftime("%Y%m%dT%H%M%S")
                 write_measurement_set(sets / name, _capture(port, console, max(silence, 60.0)))
                 say(f"capture: {sets / name}")

@@ -44,6 +44,22 @@ def test_an_imported_file_is_that_of_the_command(tmp_path: Path) -> None:
         at.import_files(log, columns={"target": "Angle [deg]"})
 
 
+def test_date_and_clock_of_an_imported_capture_are_kept(tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    log.write_text(
+        "time_s,head1_counts,head2_counts\n"
+        + "".join(f"{n},{10 * n},{10 * n}\n" for n in range(40)),
+        encoding="utf-8",
+    )
+    found = at.import_files(
+        log, counts_per_rev=360, head_separation_deg=33.0, clock_hz=1e8, date="2026-03-12T09:30"
+    )
+    assert found.capture is not None
+    assert found.capture.clock_hz == 1e8
+    assert found.date is not None
+    assert found.date.isoformat() == "2026-03-12T09:30:00+00:00"
+
+
 def test_an_exported_file_is_that_of_the_command(tmp_path: Path) -> None:
     data = at.simulate(experiment="lean", seed=4)
     at.write_set(tmp_path / "set", data)

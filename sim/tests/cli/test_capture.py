@@ -21,10 +21,11 @@ from arctrue.measurement import read_measurement_set
 
 
 class NoisyLine(Device):
-    """A serial line that changes the head of the first dump and, each once, a digit of row 17; it
-    loses rows 300 to 302 once."""
+    """A serial line that changes the head of the first dump and, once in a later dump, a digit of
+    row 17; it loses rows 300 to 302 of this later dump."""
 
     head_spoiled = False
+    head_right = False
 
     def attach(self, made: object) -> None:
         self.held = ""
@@ -35,11 +36,12 @@ class NoisyLine(Device):
         super().tell("".join(f"{kept}\n" for line in lines if (kept := self.changed(line))))
 
     def changed(self, line: str) -> str:
-        if line.startswith("dump ") and not self.head_spoiled:
+        if line.startswith("dump "):
+            self.head_right = self.head_spoiled
             self.head_spoiled = True
-            return line.replace("samples=600", "samples=500")
+            return line if self.head_right else re.sub(r"samples=\d", "samples=5", line)
         row = re.match(r"(\d+),", line)
-        if row is None or int(row[1]) in self.spoiled:
+        if row is None or not self.head_right or int(row[1]) in self.spoiled:
             return line
         number = int(row[1])
         if number in (17, 300, 301, 302):

@@ -4,6 +4,7 @@ pseudo-terminal."""
 from __future__ import annotations
 
 import functools
+import importlib
 import os
 import pty
 import re
@@ -28,7 +29,7 @@ from arctrue.cli import main
 from arctrue.device import console
 from arctrue.device.console import TelemetryLine
 from arctrue.device.recorder import Recorder
-from arctrue.measurement import read_measurement_set
+from arctrue.measurement import MeasurementSet, Reference, Table, read_measurement_set
 from arctrue.metrology import trend
 
 COUNTS = counts_of(samples=600)
@@ -218,6 +219,34 @@ def test_a_further_capture_is_what_was_asked_for_or_refused(device: Device, tmp_
     grown = read_measurement_set(folder).capture
     assert grown is not None
     assert np.unique(grown.run).size == 2
+
+
+def test_silence_is_followed_by_no_further_capture(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With ``--sets --every 2``, three turns have captures before turns 1 and 3 only, although no
+    turn comes for a while before each."""
+    module = importlib.import_module("arctrue.cli.monitor")
+    turns = iter([None, 1, None, 2, None, 3])
+    captures: list[str] = []
+
+    class Telemetry:
+        def turn(self, _: float) -> TelemetryLine | None:
+            number = next(turns)
+            return None if number is None else TelemetryLine({"turn": number})
+
+    def capture(port: str, *_: object) -> MeasurementSet:
+        captures.append(port)
+        return MeasurementSet(Table(), None, Reference(np.zeros(1), np.zeros(1)))
+
+    monkeypatch.setattr(module, "watch_at", lambda _: Telemetry())
+    monkeypatch.setattr(module, "_capture", capture)
+    monkeypatch.setattr(module, "_row", str)
+    monkeypatch.setattr(module, "write_measurement_set", lambda *_: None)
+    words = ["monitor", "port", "--turns", "3", "--sets", str(tmp_path / "sets"), "--every", "2"]
+    done = CliRunner().invoke(main, words, catch_exceptions=False)
+    assert done.exit_code == 0, done.output
+    assert captures == ["port"] * 2
 
 
 def test_a_port_that_is_not_there(tmp_path: Path) -> None:

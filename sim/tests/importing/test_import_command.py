@@ -318,6 +318,18 @@ def test_the_command_is_written_and_repeats_the_import(
     assert texts[0] == texts[1]
 
 
+def test_the_command_repeats_places_and_zeros(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(
+        "target_deg,head1_counts,head2_counts\n" + "".join(f"{n},{n},{n}\n" for n in range(40))
+    )
+    words = ["--places", "0,64.5", "--clock-offset", "0", "--counts-per-rev", "360"]
+    command = imported(tmp_path, tmp_path / "a.csv", *words).origin.command
+    assert command is not None
+    typed = shlex.split(command)
+    for option, value in (("--places", "0.0,64.5"), ("--clock-offset", "0.0")):
+        assert typed[typed.index(option) + 1] == value
+
+
 def test_a_dry_run_writes_nothing(real: MeasurementSet, tmp_path: Path) -> None:
     target, _, error = _columns(real)
     np.savez(tmp_path / "a.npz", target_deg=target, error_arcsec=error)
