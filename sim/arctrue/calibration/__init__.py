@@ -1,4 +1,5 @@
-"""Calibrates a table: finds the error of the reference head from the difference of two heads."""
+"""Calibrates a table: computes the error of head 1 from the difference of the readings of two
+heads."""
 
 from arctrue.calibration.calibration import Calibration, CalibrationSettings, calibrate
 from arctrue.calibration.capture_check import CaptureRefusedError, WholeTurns, whole_turns

@@ -20,7 +20,7 @@ Float = NDArray[np.float64]
 
 DISAGREEMENT_FALSE_ALARM = 1e-3
 LEAST_LINE_ARCSEC = 0.03
-"""Smallest amplitude of a line that is reported."""
+"""Smallest amplitude of a spectral line of the residual that is reported."""
 
 
 def combined_estimate(
@@ -44,10 +44,11 @@ def combined_estimate(
 ) -> Estimate:
     """Combine the runs into an estimate with its covariance.
 
-    ``values`` and every entry of ``by_run``: (2·seen,); ``information``: XᵀX of each run for noise
-    of variance 1; ``own_residuals``: residuals of each run after a fit of this run alone, so that a
-    run with different values does not count as noisy; ``residual_rms_by_run``: RMS of the residuals
-    with the common values.
+    ``seen``: the orders that the heads' difference determines; ``values`` and every entry of
+    ``by_run``: (2·seen,); ``information``: XᵀX of each run for noise of variance 1;
+    ``own_residuals``: residuals of each run after a fit of this run alone, so that a run with
+    different values does not count as noisy; ``residual_rms_by_run``: RMS of the residuals with the
+    common values.
 
     The covariance is first computed for white noise with each run's own variance. At each order it
     is then multiplied by two factors. The first is the residual's power near this order divided by

@@ -36,8 +36,8 @@ class Connection:
     """Reports how the heads are connected; lists have one entry per cable, that of head 1 first.
 
     ``travels``: counts that each head moved; ``places_deg``: angle of each head after head 1, NaN
-    if the head has not seen its index; ``at_head``: number of the planned head to which each cable
-    is connected, 0 if no plan fits.
+    if this head or head 1 has not seen its index; ``at_head``: number of the planned head to which
+    each cable is connected, 0 if no plan fits.
     """
 
     travels: tuple[int, ...]

@@ -77,7 +77,8 @@ def compare(reference: Reference, coefficients: Coefficients) -> ReferenceCompar
 
 
 def reading_counts(reference: Reference, counts_per_rev: int) -> NDArray[np.int64]:
-    """Return head 1's reading in counts, as recorded or else as reference angle + error."""
+    """Return head 1's reading in counts: the recorded reading or, without one, the target plus the
+    error."""
     if reference.head1_counts is not None:
         return reference.head1_counts
     degrees = reference.target_deg + reference.error_arcsec / 3600.0

@@ -30,7 +30,8 @@ class RunFit:
 class Estimate:
     """The error ε = Σ cosine·cos(n·x) + sine·sin(n·x), x the reading or the true angle.
 
-    Orders that cannot be seen have value 0 and infinite variance.
+    An order that is not seen (the heads' difference does not determine it) has value 0 and infinite
+    variance.
 
     Parameters
     ----------

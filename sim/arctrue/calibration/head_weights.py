@@ -30,8 +30,8 @@ NOISE_LIMIT = 1.0
 """Largest ratio of the mean's noise to the noise of one reading; above 1, one head alone has less
 noise."""
 LEAK_LIMIT = 1e-3
-"""Largest share of a translation that the mean may contain if no weights make it 0, as for two
-heads within 3′ of 180°."""
+"""Largest share of a translation that the mean may contain if no weights make it 0. Two heads stay
+below this limit if they are within 6′ of 180°."""
 
 
 class WeightsRefusedError(ValueError):

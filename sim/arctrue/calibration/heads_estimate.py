@@ -52,12 +52,12 @@ class HeadsEstimate:
 
     @property
     def orders(self) -> Integer:
-        """Orders of the disc that these heads see, (N,)."""
+        """Orders of the disc that the readings of these heads determine, (N,)."""
         return self.state.layout.orders
 
     @property
     def unseen_orders(self) -> Integer:
-        """Requested orders that are not seen at these places."""
+        """Requested orders that heads at these places do not determine."""
         return np.setdiff1d(self.asked_orders, self.orders)
 
     @property
@@ -120,8 +120,8 @@ class HeadsEstimate:
         )
 
     def on_disc(self) -> HeadsOnDisc:
-        """Return the disc's orders and the heads' geometry, from which the gateware's banks are
-        made."""
+        """Return the disc's orders and the heads' geometry, from which the gateware's coefficients
+        are calculated."""
         return HeadsOnDisc(
             self.orders, self.values, self.places_rad, self.offsets_rad, self.radius_ratios
         )

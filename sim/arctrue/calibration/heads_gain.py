@@ -1,4 +1,5 @@
-"""Calculates which orders heads at given places see, and the noise of each order.
+"""Calculates which orders of the disc heads at given places see (determine), and the noise of each
+order.
 
 At order n a head at the place p after head 1 reads T + E·e^{jnp} + P·e^{jp} + Q·e^{−jp}: T is the
 table's own motion, which is unknown; E is the disc's order; P and Q are the two circles of a motion

@@ -38,8 +38,8 @@ Integer = NDArray[np.int64]
 U_PLACE_DEFAULT_ARCSEC = NOMINAL_TOLERANCE_ARCSEC / float(np.sqrt(3.0))
 """Standard uncertainty of a head's place: rectangular distribution over the mounting tolerance."""
 U_RADIUS_DEFAULT = 0.1 / float(np.sqrt(3.0)) / 53.975
-"""Standard uncertainty of a radius ratio: rectangular distribution of ± 0.1 mm at the paper's disc.
-"""
+"""Standard uncertainty of a radius ratio: rectangular distribution of ± 0.1 mm at the radius of the
+paper's disc, 53.975 mm."""
 LOW_MOTION_ORDERS = tuple(range(1, 9))
 LOW_ORDERS = 24
 """Largest order of disc and axis in the first fit, where motion is unknown at every order."""

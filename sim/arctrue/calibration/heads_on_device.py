@@ -333,8 +333,8 @@ def _colour(residual: Float, seen: NDArray[np.bool_], variance: float) -> float:
 def mean_orders(
     found: OnDevice, weights: Float, offsets_rad: Float, carrier: int = 0
 ) -> tuple[Complex, float, Float, Float]:
-    """Return the orders of the mean's error as a function of the carrier's reading, arcseconds,
-    (N,).
+    """Return the orders of the mean's error as a function of the reading of the head ``carrier``,
+    arcseconds, (N,).
 
     The further results are the error's constant, the variance of a component of each order due to
     the noise, and the variance of each order due to the uncertainties of places and radii.

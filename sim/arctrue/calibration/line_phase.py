@@ -1,5 +1,5 @@
-"""Tracks the phase of a line of non-integer order from turn to turn, from the difference of two
-heads.
+"""Tracks the phase of a line (a sine in the error) of non-integer order from turn to turn, from the
+difference of two heads.
 
 The error ε of head 1 has a line Re(c e^{jνΘ}), where ν is not an integer and Θ is the angle counted
 over the turns. A line that is fixed to the disc appears in head 2 minus head 1 as Re(c g e^{jνΘ})
@@ -28,11 +28,12 @@ START_ARCSEC = 1e4
 LEAST_TURNS = 4
 """Number of turns before a phase counts as known; two turns would already determine K and c."""
 SIGMAS = 3.0
-"""Number of standard uncertainties by which |c| must exceed half the loaded amplitude. With a
-smaller |c| the lane would add more than it removes."""
+"""Number of standard uncertainties by which |c| must exceed half the loaded amplitude, so that the
+phase counts as known. If |c| is less than half the loaded amplitude, the lane (the circuit that
+subtracts the line with this amplitude) increases the error."""
 LARGEST_SHARE = 0.125
-"""Largest ratio of the standard uncertainty of c to |c|: twice this uncertainty is a quarter of the
-line."""
+"""Largest ratio of the standard uncertainty of c to |c| at which the phase counts as known; twice
+the uncertainty is then a quarter of |c|."""
 
 
 @dataclass
@@ -62,15 +63,15 @@ class LineFinder:
         Parameters
         ----------
         theta_turns : Float
-            Angles of head 1 within the turn, shape ``(n,)``.
+            Angles of head 1 within the turn, in turns, shape ``(n,)``.
         turn : NDArray[np.int64]
             Number of the turn of each sample, ``(n,)``; the samples cover one turn of the angle.
         difference_arcsec : Float
-            Head 2 minus head 1 minus a constant, ``(n,)``.
+            R₂ − R₁ − α₀ of each sample, ``(n,)``; α₀ is any constant.
         separation_rad : float
             Angle α between the heads.
         noise_arcsec : float
-            Standard deviation of the noise of a difference.
+            Standard deviation of the noise of one difference, arcseconds.
         """
         place = turn + theta_turns
         way = 1.0 if place[-1] > place[0] else -1.0

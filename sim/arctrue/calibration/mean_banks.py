@@ -3,7 +3,8 @@
 The mean Σwᵢrᵢ has the error E = Σwᵢ·ε under head i. The calibration fits g(R) = ε(θ) as a function
 of the reading. Let y_i be the disc reading under head i, y_i = θ + p_i + g_i(y_i). The readings rᵢ
 = y_i − p_i then give E = Σwᵢ·g_i(y_i). This module calculates E at even steps of the reading r_s of
-head s, the carrier: θ = r_s − g_s(r_s + p_s) without approximation.
+head s, whose reading the lanes use (the carrier): θ = r_s − g_s(r_s + p_s) without approximation.
+The lanes are the circuits that each add one harmonic to the correction.
 """
 
 from __future__ import annotations

@@ -56,11 +56,12 @@ class ResidualSpectrum:
         return np.asarray((total[first + number] - total[first]) / number)
 
     def peaks(self, most: int = 3) -> list[tuple[float, float]]:
-        """Return the lines that exceed white noise: (order, amplitude in standard deviations)."""
+        """Return the largest spectral lines that white noise does not explain, at most ``most``:
+        (order, amplitude in standard deviations of the noise)."""
         if self.power.size < NEIGHBOURS:
             return []
-        # The median of an exponential distribution is ln 2 times its mean, and a few lines do not
-        # change it.
+        # The median of an exponential distribution is ln 2 times its mean, and a few strong lines
+        # hardly change it.
         floor = float(np.median(self.power)) / np.log(2.0)
         limit = floor * np.log(self.power.size / PEAK_FALSE_ALARM)
         found: list[tuple[float, float]] = []

@@ -14,7 +14,7 @@ FALSE_ALARM = 0.05
 """Probability that noise alone makes at least one order of a set significant."""
 GAIN_LIMIT_DEFAULT = 50.0
 """Largest noise gain of an order. With heads 33° apart this limit keeps n = 11 and 109 (gain 19)
-and excludes the multiples of 120 and their neighbours."""
+and excludes the multiples of 120."""
 UNCERTAINTY_LIMIT_ARCSEC = 0.1
 """Standard uncertainty above which an order is flagged."""
 

@@ -24,8 +24,8 @@ from arctrue.measurement.measurement_set import Reference
 Float = NDArray[np.float64]
 
 LARGEST_CONDITION = 1e4
-"""Largest condition number of the reference's normal matrix: stations all round the turn have about
-1."""
+"""Largest accepted condition number of the reference's normal matrix; stations that are spread
+evenly over the turn have about 1."""
 _BLOCK = 1 << 15
 
 

@@ -6,12 +6,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 UNSEEN_GAIN = 1e4
-"""Largest |TF| of an order that is seen. Above this limit |e^{jnα} − 1| is smaller than the
-uncertainty of α and counts as 0."""
+"""Limit of |TF|: an order with a smaller |TF| is seen, which means that the difference of the heads
+determines it. Above this limit |e^{jnα} − 1| is smaller than the uncertainty of α and counts as 0.
+"""
 
 
 def transfer_function(orders: ArrayLike, head_separation_rad: float) -> NDArray[np.complex128]:
-    """Return TF(n) = 1/(e^{jnα} − 1), 0 where the denominator is 0; the shape of ``orders``."""
+    """Return TF(n) = 1/(e^{jnα} − 1), or 0 for an order not seen, shaped like ``orders``."""
     phase = np.asarray(orders, dtype=np.float64) * head_separation_rad
     # e^{jx} − 1 = 2j·sin(x/2)·e^{jx/2} keeps its digits near x = 0 and whole turns.
     denominator = 2j * np.sin(phase / 2.0) * np.exp(0.5j * phase)

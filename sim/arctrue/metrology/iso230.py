@@ -27,8 +27,10 @@ SAME_TARGET_DEG = 1e-6
 
 @dataclass(frozen=True)
 class Direction:
-    """Approaches from one direction, in arrays (targets,), with NaN for a target without an
-    approach."""
+    """Statistics of the approaches from one direction, in arrays (targets,).
+
+    For a target without an approach, ``approaches`` is 0 and the mean is NaN.
+    """
 
     approaches: Integer
     mean_arcsec: Float
@@ -189,8 +191,9 @@ class Contributions:
         The contributors are those of ISO/TR 230-9. The law of propagation (JCGM 100:2008, equation
         10) is applied to the definitions above: a range of means is a difference of the means at
         two angles. The reference has the same error at each visit of an angle, so this error does
-        not enter R and B. Drift alone gives R↑ = 4 u; this bound is taken as the expanded
-        uncertainty of R↑.
+        not enter R and B. If only the drift scattered the approaches, with the standard uncertainty
+        u = ``environment_arcsec``, R↑ would be 4 u; this value is taken as the expanded uncertainty
+        of R↑.
         """
         device = math.nan if self.device_arcsec is None else self.device_arcsec
         drift = math.nan if self.environment_arcsec is None else self.environment_arcsec

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 Float = NDArray[np.float64]
 
 BINS = 180
-"""Number of bins of the polar plot; each bin of two degrees contains some 66 of 12,000 samples a
-turn."""
+"""Number of bins of the polar plot; each bin of two degrees contains about 67 of the 12,000 samples
+in a turn."""
 
 
 @dataclass(frozen=True)

@@ -26,8 +26,8 @@ HeadNumber = Annotated[int, Meta(ge=1, le=4)]
 Half = Annotated[float, Meta(ge=-0.5, le=0.5)]
 
 Kind = Literal["catalogue", "parts", "stranger", "noise"]
-"""Kinds of a cause: an effect of the catalogue, a product of parts, an error that is neither of
-these, and noise, which is no effect."""
+"""Kinds of a cause: an effect of the workbench's catalogue; a product of parts (a condition times a
+wave); a stranger, which is neither of these; and noise, which is no effect."""
 
 
 class Given(Struct, frozen=True, forbid_unknown_fields=True):
@@ -89,7 +89,7 @@ class Recipe:
     """Number of coefficients of the cause's true form, which the ideal test fits; 0 for noise."""
     places: float = 1
     """Number of orders, frequencies, instants, places on the disc or time constants that a search
-    tries."""
+    for the cause tries."""
     kind: Kind = "catalogue"
     parts: tuple[str, ...] = ()
     """Names of the factors of a product of parts."""

@@ -64,8 +64,8 @@ def count_edges(
     Raises
     ------
     UnhonouredCauseError
-        If a cause acts on more than the lines and their signals. For example, a counter that loses
-        counts does not change the edges that it counts.
+        If a cause acts on a quantity other than the lines of the disc and their signals, because
+        edges cannot show it. For example, a counter that loses counts leaves the edges unchanged.
     """
 
     refuse_unhonoured(table.causes, SIGNALS, "a head's edges")

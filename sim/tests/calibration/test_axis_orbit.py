@@ -98,12 +98,12 @@ def test_compare_draws_the_orbit(tmp_path: Path) -> None:
     assert done.exit_code == 0, done.output
     assert "ISO 230-7" in done.output
     found = json.loads(file.read_text(encoding="utf-8"))["axis_orbit"]
-    # The axis moves by 0.5 µm at order 2 along a line at 0.6 rad. In x and y this is 1.91″ peak to
+    # The axis moves by 0.5 µm at order 2 along a line at 0.6 rad. In x and y this is 3.82″ peak to
     # peak, times the cosine and the sine of this angle.
     size = 2.0 * 0.5e-6 / DISC_RADIUS_M * ARCSEC_PER_RAD
     for direction, share in (("x", np.cos(0.6)), ("y", np.sin(0.6))):
-        # The mean of three turns contains a third of the ball motion, about 0.95″. Each bin holds
-        # 66 samples with 0.1″ of noise.
+        # The mean of three turns contains a third of the ball motion, about 0.95″. Each bin
+        # contains 200 samples with 0.1″ of noise.
         assert found[direction]["synchronous_arcsec"] == pytest.approx(size * share, abs=0.9)
         # The ball motion describes a circle with a diameter of 1.91″; its phases in three turns
         # cover more than half of this diameter.

@@ -225,7 +225,7 @@ def rankings(settings: PageSettings, client: FlaskClient, opened: str) -> list[R
     """Return the rankings that a job writes for the first step: first the partial ranking, then the
     complete one.
 
-    The model of the step lacks an effect.
+    The model of the step contains only graduation_harmonics.
     """
     session = Sessions(settings.state)[opened.split("/")[2]]
     analysis = analyse_opened(session.opened, session.model(1), built_in())
@@ -250,9 +250,9 @@ def test_what_is_not_judged_yet_is_not_denied(
     assert FOLLOWS_NONE not in where
     assert "diagnosis will show" in where
 
-    # The ranking now judges the conditions. In the first case no condition explains more than
-    # chance; in the second, one condition has a share that the page shows but that is too small for
-    # a sentence.
+    # The ranking now contains the share of the residual that each condition explains. In the first
+    # case every share is 0; in the second, every share is 24 %, which the page shows but which is
+    # too small to name a condition as the cause.
     quiet = [{**item, "share": 0.0} for item in whole["regressors"]]
     session.write_ranking(1, {**whole, "findings": [], "regressors": quiet})
     assert f"{FOLLOWS_NONE} below:" in section(client.get(first).text, "where")
@@ -274,7 +274,7 @@ def test_a_set_that_is_opened_again_is_not_ranked_again(
     write_measurement_set(folder, measurement_set(paper_error, seed=5, runs=1, cycles=1, turns=1))
     before, address = open_it()
     before.write_ranking(1, rankings[0])
-    assert open_it()[0].ranking(1) is None, "a part of a ranking is none"
+    assert open_it()[0].ranking(1) is None, "a partial ranking is not used again"
     before.write_ranking(1, rankings[1])
     again, _ = open_it()
     assert again.ranking(1) == rankings[1]
@@ -284,8 +284,7 @@ def test_a_set_that_is_opened_again_is_not_ranked_again(
     assert before.ranking(2) is None
     assert before.ranking(3) == rankings[1]
 
-    # The server makes the ranking again if the mask, a byte of the set, or the code of an effect
-    # has changed.
+    # The server does not reuse the ranking if the mask or a byte of the set has changed.
     (folder / "mask.csv").write_text("capture_row,mask\n5,1\n", "utf-8")
     assert open_it()[0].ranking(1) is None
     (folder / "mask.csv").unlink()

@@ -15,8 +15,8 @@ from arctrue.metrology.correction import Correction
 Float = NDArray[np.float64]
 
 GRID = 36_000
-"""Number of angles at which a table is tested: they are 36″ apart, so that some of them lie between
-the rows of every table."""
+"""Number of angles at which a table is tested. They are 36″ apart, so that they also lie between
+the rows of a table with fewer rows."""
 
 
 @dataclass(frozen=True)

@@ -32,14 +32,15 @@ FEWEST_SETS = 7
 """Smallest number of sets: two on either side of a change, and three degrees of freedom for the
 scatter."""
 ON_A_SIDE = 2
-"""Smallest number of sets on each side of a change; a single outlying set is therefore not a
-change."""
+"""Smallest number of sets on each side of a step, and after the beginning of a drift; a single
+outlying set is therefore not a change."""
 MOST_CHANGES = 4
 """Largest number of changes that the search finds in one series."""
 FEWEST_DRAWS, MOST_DRAWS = 199, 19_999
 DRAWS_OF_ALPHA = 10.0
-"""Number of draws for each series, multiplied by α: the smallest adjusted p-value is then a tenth
-of α."""
+"""Number of draws for each series, multiplied by α and divided by the number of series. The
+smallest adjusted p-value is then a tenth of α, if the number is within FEWEST_DRAWS and MOST_DRAWS.
+"""
 EXPONENTS = (0.5, 1.0, 2.0)
 """Exponents of the time since a drift began: with 0.5 the drift slows down, with 1 it keeps its
 rate, with 2 it speeds up. The search for changes uses 1; date, size and forecast are averaged over

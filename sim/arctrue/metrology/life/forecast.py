@@ -31,7 +31,7 @@ DRAWS = 1_000
 """Number of draws of the posterior; the ends of the interval are the 25th draws from the lower and
 the upper end."""
 GRID = 160
-"""Number of future days for which the size is computed; each day is 6 % farther away than the one
+"""Number of future days for which the size is computed; each day is 7 % farther away than the one
 before it."""
 NEAREST_DAYS = 1.0
 LEVEL = 0.95

@@ -51,7 +51,7 @@ class LifeHistory:
 
     @property
     def look_probability(self) -> float:
-        """Probability that this evaluation reports at least one false change."""
+        """Permitted probability that this evaluation reports at least one false change."""
         return look_probability(self.machine.days, self.false_alarms_a_year)
 
     @property

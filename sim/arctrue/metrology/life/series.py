@@ -29,8 +29,8 @@ class Series:
     days: Float
     """Times of the sets, (sets,), days since 1970, ascending."""
     values: Float
-    """Values, (sets, 1); for an amplitude with a phase its cosine and sine components, (sets,
-    2)."""
+    """Values, (sets, 1); for an amplitude A with a phase φ the components A cos φ and −A sin φ,
+    (sets, 2)."""
     u: Float
     """Standard uncertainty of each component, (sets,), from the fit of the set."""
 
@@ -48,8 +48,8 @@ def series_of(days: Float, found: Sequence[Mapping[str, Parameter]]) -> list[Ser
     """Return the series of every parameter that all sets determine.
 
     ``days`` (sets,) ascend; ``found`` contains the parameters of each set by name. A phase is used
-    only together with its amplitude; a parameter has a series only if some set states its
-    uncertainty.
+    only together with its amplitude. A parameter has a series only if every set states a finite
+    value and a positive uncertainty.
     """
     made: list[Series] = []
     for name in found[0] if found else ():
@@ -70,12 +70,13 @@ def series_of(days: Float, found: Sequence[Mapping[str, Parameter]]) -> list[Ser
 
 
 def _plane(amplitudes: Sequence[Parameter], phases: Sequence[Parameter]) -> tuple[Float, Float]:
-    """Return cosine and sine of each amplitude, (sets, 2), and the mean uncertainty of a component,
-    (sets,).
+    """Return the points (A cos φ, −A sin φ), (sets, 2), and the root mean square of the
+    uncertainties of a point's two components, (sets,).
 
-    Along the amplitude the uncertainty is u(amplitude); at right angles to it the uncertainty is
-    amplitude · u(phase). The stated u(phase) is at most that of a uniform phase; if the amplitude
-    is below its own u, the uncertainty along the amplitude is therefore used for both.
+    Along the amplitude A the uncertainty is u(A); at right angles to it the uncertainty is A ·
+    u(φ). The fit limits u(φ) to the standard deviation of a uniformly distributed phase. For an
+    amplitude of at most u(A), A · u(φ) would therefore be too small; u(A) is then used in both
+    directions.
     """
     size = np.array([item.value for item in amplitudes])
     angle = np.radians([item.value for item in phases])

@@ -20,8 +20,9 @@ _SHORTER = "…"
 def tick_names(axis: Axis, letters: float) -> list[tuple[float, str]]:
     """Return the ticks with names that fit an axis with room for ``letters`` letters.
 
-    If there is no room for all numbers, every second or third is kept. Words are wrapped to the
-    width of a tick; if this width is too narrow to read, only the first word is kept.
+    If there is no room for all numbers, only every second, third, … number is kept. Words are
+    wrapped to the width of a tick; if this width is too narrow to read, only the first word is
+    kept.
     """
     ticks = list(axis.ticks or ())
     longest = max((len(line) for _, name in ticks for line in name.split("\n")), default=1)

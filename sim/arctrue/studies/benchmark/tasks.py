@@ -1,4 +1,9 @@
-"""Returns the sets of a plan as tasks, each with a world, a content and a seed."""
+"""Lists the tasks of a benchmark: each task names a world (the disturbances of a set), a content
+(its hidden causes) and a seed, from which one set is simulated.
+
+Two generators simulate the sets. The first one uses the causes of ``arctrue.table`` and the worlds
+of ``worlds.py``; the second one, the package ``independent``, has its own code and worlds.
+"""
 
 from __future__ import annotations
 
@@ -9,13 +14,17 @@ from arctrue.studies.benchmark.worlds import CONTENTS, WORLDS
 from arctrue.studies.campaign.task import Task
 
 SHARES = {"nothing": 0.28, "one": 0.40, "parts": 0.06, "stranger": 0.12, "several": 0.14}
-"""Share of each content in the sets of a world. Of 6,600 sets, 308 per world have no cause; in
-total 2,640 have one cause of the catalogue, 1,188 a cause that the catalogue does not contain, and
-924 two or three causes."""
+"""Share of each content in the sets of a world of the first generator: no cause, one cause of the
+catalogue, one cause that is a product of parts, one cause that the catalogue does not contain
+("stranger"), or two or three causes.
+
+Of 6,600 sets in six worlds, 1,848 have no cause, 2,640 have one cause of the catalogue, 396 have a
+product of parts, 792 have a stranger, and 924 have two or three causes.
+"""
 
 EVERY_NULL = 3
-"""Number n: in every n-th cycle through the second generator's worlds, no set has a hidden cause.
-"""
+"""Number n: in every n-th cycle through the second generator's worlds, a set has no hidden cause if
+its world permits sets without one."""
 EVERY_INDEPENDENT = 5
 """Number n: if both generators make sets, the second generator makes every n-th set."""
 INDEPENDENT_STREAM = 2
@@ -50,7 +59,8 @@ def set_tasks(sets: int, samples: int, seed: int, subject: str) -> list[Task]:
 def independent_tasks(sets: int, samples: int, seed: int, subject: str) -> list[Task]:
     """Return sets of the second generator as tasks.
 
-    The worlds alternate; in every third cycle through the worlds, no set has a hidden cause.
+    The worlds alternate. In every third cycle through the worlds, a set has no hidden cause if its
+    world permits sets without one.
     """
     worlds = list(independent_worlds().values())
     found: list[Task] = []

@@ -46,7 +46,7 @@ time limit."""
 
 
 class Interrupted(Exception):  # noqa: N818 - no error: the user wished it
-    """Raised when the user stops the campaign; finished results are on the disk."""
+    """Raised when a signal stops the campaign; finished results are on the disk."""
 
     def __init__(self, done: int, total: int) -> None:
         """Make a message with the number of finished tasks and the number of all tasks."""
@@ -156,7 +156,7 @@ class Campaign:
         ValueError
             There is no such shard.
         Interrupted
-            The user pressed Ctrl-C.
+            A signal (Ctrl-C, or the time limit of a batch system) stopped the campaign.
         CampaignError
             Workers die repeatedly, or their code differs from that of the campaign.
         StoreError

@@ -40,7 +40,8 @@ Float = NDArray[np.float64]
 GRADUATION_ARCSEC = {2: 1.6, 5: 0.9}
 """Amplitudes of the disc's graduation orders, by order."""
 RECORDED_TURNS = 3.0
-"""Length of a recording, over which the balls' order 4.37 is orthogonal to the disc's orders."""
+"""Length of a recording; over three turns the balls' order 4.37 is nearly orthogonal to the integer
+orders of the disc."""
 KEPT_EVERY = 16
 """Interval of the kept edges: the recording keeps every 16th edge."""
 MOST_ORDER = 8

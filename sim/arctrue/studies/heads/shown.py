@@ -161,7 +161,8 @@ def _change_of_mean(coefficients: Any, bench: Bench, change: Float, weights: Flo
     """Return the RMS change of the output that a shift of the readings causes, without rounding of
     the readings.
 
-    The shift also changes the reading of the carrier head, at which the lanes are evaluated.
+    The shift also changes the reading of the carrier, the head at whose reading the lanes are
+    evaluated.
     """
     counts, _ = bench.turn(5, (), noise=False)
     mean = coefficients.extension.mean

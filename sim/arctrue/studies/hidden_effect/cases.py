@@ -29,7 +29,8 @@ STROKE_RAD = math.radians(1.0)
 """Travel after a reversal over which the friction changes sign; far shorter than the distance
 between two stations."""
 FRESH_C = USUAL_TEMPERATURE_C + 2.5
-"""Temperature of the judged turns, which differs from the temperatures of all measured runs."""
+"""Temperature of the judged turns, in which the corrected output is compared with the true angle;
+no measured run has this temperature."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,8 +113,8 @@ class Case:
 
 
 def _subdivision(settings: HiddenSettings) -> list[Cause]:
-    # A relative difference p between the amplitudes of the two signals causes an error of p radians
-    # of the signal period: 0.63″ at 16,384 lines.
+    # An offset of the share p of the signals' amplitude causes an error of p radians of the signal
+    # period: p = 0.050 of head 1 causes 0.63″ at 16,384 lines.
     lines = settings.revolution.lines
     return [
         SignalDistortion(0, lines, 0.036, 0.035, 0.016, 0.012),
@@ -179,8 +180,8 @@ def _gear(settings: HiddenSettings) -> list[Cause]:
 
 
 MESH_WOBBLE_RAD = 0.3
-"""Modulation of the mesh by an eccentric gear, radians: a side line has 15 % of the amplitude of
-the gear's line."""
+"""Modulation of the mesh by an eccentric gear, radians: the orders one below and one above the
+gear's order have 15 % of its amplitude."""
 PINION_TEETH = 21
 BELT_ORDER = 0.5
 

@@ -80,8 +80,8 @@ class HiddenResult:
     corrected: TurnScore
     """Score of the output with the coefficients that the workbench exported."""
     unit_left_out: TurnScore | None
-    """Score like ``corrected``, but without the lanes that follow a condition, or with an empty
-    local table."""
+    """Score like ``corrected``, but without the lanes that follow a condition or have a real order,
+    and with an empty local table."""
     raw_period: SignalPeriod
     """Error of head 1 over a period of the grating; the next two attributes are the same error with
     the paper's model and with the export."""
@@ -217,8 +217,8 @@ def _generics_of(case: Case) -> dict[str, str]:
 
 
 def without_extensions(coefficients: Coefficients) -> Coefficients:
-    """Return the coefficients with amplitude 0 in the lanes that follow a condition, and an empty
-    table."""
+    """Return the coefficients with amplitude 0 in the lanes that follow a condition or have a real
+    order, and with an empty local table."""
     extension = coefficients.extension
     amplitudes = coefficients.amplitudes.copy()
     if extension is not None:

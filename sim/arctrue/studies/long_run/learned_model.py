@@ -22,8 +22,8 @@ FALSE_FINDS = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class LearnedOrder:
-    """Order n as c₀ + c₁·(T − T₀); the real part is the factor of cos nθ, the imaginary part is the
-    factor of sin nθ."""
+    """Order n as a function of the temperature T: c₀ + c₁·(T − T₀), with the reference temperature
+    T₀. The real part is the factor of cos nθ, the imaginary part is the factor of sin nθ."""
 
     order: int
     cold_arcsec: complex
@@ -52,10 +52,11 @@ def learn(
     """Fit each order by least squares with a constant, T − T₀ and the turn number as regressors;
     return the orders that follow T.
 
-    ``turns`` (t,), ``values`` (t, orders) and ``celsius`` (t,). The regressor of the turn number
-    absorbs wear and creep, so that these are not attributed to temperature. An order follows the
-    temperature if an F test detects its slope; in one of a thousand such fits, noise alone passes
-    the test. Raises ValueError if the temperature depends on the turn number alone.
+    ``turns`` (t,), ``values`` (t, orders) and ``celsius`` (t,); ``reference_c`` is T₀. The
+    regressor of the turn number absorbs wear and creep, so that these are not attributed to
+    temperature. An order follows the temperature if an F test detects its slope; in one of a
+    thousand such fits, noise alone passes the test. Raises ValueError if the temperature is
+    constant or a linear function of the turn number.
     """
     warmth = celsius - reference_c
     columns = np.column_stack([np.ones(turns.size), warmth, turns - turns.mean()])

@@ -6,8 +6,8 @@ sum of a constant, a straight line and e^{−vt}. Each line passes again after e
 (closure); this separates the lines' errors from the deceleration. A torque that repeats with the
 angle moves the table by an angle proportional to 1/speed²; this dependence on speed (dynamic
 reversal) separates the torque from the lines' errors. The friction is the same as in ``arctrue
-stop-and-go``: a spin lasts three turns, and the table is spun up repeatedly during the measuring
-time.
+stop-and-go``: the table stops after about three turns, of which two are timed, and it is spun up
+repeatedly during the measuring time.
 """
 
 from __future__ import annotations

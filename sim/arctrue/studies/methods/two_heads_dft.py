@@ -36,8 +36,8 @@ def _fourier(world: World, choice: Choice) -> Output:
 
 
 def _applied(estimate: Estimate) -> Output:
-    """Return the output corrected by the orders that ``arctrue calibrate`` would apply, that is,
-    the orders whose gain is within the limit."""
+    """Return the output corrected by the orders whose gain is within the limit of ``arctrue
+    calibrate``."""
     kept = estimate.noise_gain <= GAIN_LIMIT_DEFAULT
     return of_harmonics(estimate.orders[kept], estimate.values[np.tile(kept, 2)])
 

@@ -1,8 +1,9 @@
-"""Runs one revolution at the paper's size: capture, calibrate with the firmware, swap, and score.
+"""Simulates two turns of a table of the paper's size; the firmware calibrates between them.
 
 The table has the paper's kind of error (section 4: [−150.0″, 137.9″]). The gateware captures the
-first turn and the firmware's C code calibrates. The second turn is compensated and compared edge by
-edge with the true angle; only this comparison uses the true angle.
+first turn; the firmware's C code calibrates, loads the coefficients and swaps the banks. The second
+turn is compensated. The script compares the output of both turns edge by edge with the true angle;
+only this comparison uses the true angle.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ from arctrue.studies.revolution.settings import (
 
 @dataclass(frozen=True, slots=True)
 class RevolutionResult:
-    """Result of the revolution: errors, telemetry, clocks and faults."""
+    """Result of the two turns: errors, telemetry, clocks and faults."""
 
     settings: RevolutionSettings
     """Settings of the run."""
@@ -54,8 +55,8 @@ class RevolutionResult:
 
     @property
     def limit_arcsec(self) -> float:
-        """Return the permitted error of a bin of half a degree; at the paper's size it equals
-        ``limit_arcsec`` of the settings.
+        """Largest permitted error of the corrected turn, averaged over half a degree, arcsec; at
+        the paper's size it equals ``limit_arcsec`` of the settings.
 
         The output is within half a count of its target, so that larger counts increase the limit by
         half of their excess over the paper's count. Orders of the table's error for which there is
@@ -132,7 +133,7 @@ def run_revolution(
         poll = settings.poll_clocks
         firmware.run(
             until=lambda f: f.phase == "capture",
-            stage="to the index of all heads",
+            stage="until all heads have passed their index",
             poll_clocks=poll,
         )
 
@@ -258,7 +259,7 @@ def _with_faults(
         if raised:
             found.append(f"{head}: {', '.join(raised)}")
     if instrument.read("status.cannot_keep_up"):
-        found.append("the output could not keep up")
+        found.append("the output could not follow the speed of the table")
     return RevolutionResult(
         **{name: getattr(result, name) for name in result.__slots__ if name != "faults"},
         faults=tuple(found),

@@ -24,7 +24,7 @@ from arctrue.table.registry import NOISES, REGISTRY
 from arctrue.table.rotary_table import HEAD_PLACES_DEG, RotaryTable, heads_at, two_heads
 
 ECCENTRICITY_UM = (20.0, 30.0)
-"""Range of the eccentricity in µm; the paper's table has 28 µm, which cause 108″ in order 1."""
+"""Range of the eccentricity in µm: it causes 76″ to 115″ in order 1."""
 GRADUATION_ORDERS = (2, 3, 4, 5, 6, 8)
 GRADUATION_ARCSEC = (0.15, 1.0)
 NOISE_ARCSEC = 0.1

@@ -31,7 +31,8 @@ class LeaningBracket(TurnedHead):
     """The bracket of one head leans in the direction in which the disc turns, by angle × direction.
 
     After a reversal the head moves to the other side within ``stroke_rad`` of travel: the factor of
-    the angle is −1 + 2·(1 − exp(−travel/stroke)).
+    the angle is −1 + 2·(1 − exp(−travel/stroke)). If the travel since the reversal is unknown, the
+    factor is 1.
     """
 
     angle_rad: float

@@ -18,7 +18,7 @@ from arctrue.table.state import TableState
 @dataclass(frozen=True, slots=True)
 class LooseCentre(Cause):
     """The drive pushes the disc by ``shift_m`` (x + jy, table frame) while the angle rises, and by
-    −``shift_m`` otherwise."""
+    −``shift_m`` while it falls; at rest the disc is centred."""
 
     shift_m: complex
 

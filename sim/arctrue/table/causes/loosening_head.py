@@ -29,7 +29,7 @@ class LooseningHead(TurnedHead):
     """The head jumps at irregular instants between two stops; the play between the stops grows with
     time.
 
-    The play is ``angle_rad``·(time/last instant); successive jumps lead to opposite stops.
+    The stops are at ±``angle_rad``·(time/last instant); successive jumps lead to opposite stops.
     """
 
     angle_rad: float

@@ -15,8 +15,8 @@ from arctrue.table.draws import log_uniform
 
 @dataclass(frozen=True, slots=True)
 class TimeGaps(Cause):
-    """Stretches of rows are missing: ``share`` of all rows, in stretches of ``mean_rows`` rows on
-    average.
+    """Stretches of rows are missing: about the share ``share`` of all rows, in stretches of
+    ``mean_rows`` rows on average.
 
     A stretch begins at every row with the same probability, and ends with another constant
     probability. The first and the last row of a run are always present.

@@ -13,8 +13,8 @@ FACES = 24
 MOUNTING_OFFSET_M = 1e-6
 FLATNESS_M = 0.03e-6
 FACE_WIDTH_M = 10e-3
-"""Polygon of the paper's section 4: number of faces, distance of a face from the axis, depth and
-width of a face."""
+"""Polygon of the paper's section 4: number of faces, distance of the polygon's centre from the
+axis, depth of a hollow face, and width of a face."""
 
 
 def hollow_slope(flatness_m: float, sideways_m: Float, width_m: float) -> Float:

@@ -1,5 +1,5 @@
-"""Tests that a campaign gives equal lines for any number of shards and loses no result by a stop or
-a killed worker."""
+"""Tests that a campaign writes the same lines of results for any number of shards, and that a stop
+or a killed worker loses no result."""
 
 from __future__ import annotations
 

@@ -112,8 +112,8 @@ def test_order_one_follows_the_eccentricity(result: ScenarioResult) -> None:
         metres = (10 + UM_PER_K * (turn.temperature_c - 20.0)) * 1e-6
         expected = np.rad2deg(metres / DISC_RADIUS_M) * 3600
         assert turn.uncorrected is not None
-        # 65,536 edges are each rounded to a clock, which is 0.9 count: 0.05″ in an amplitude, and
-        # the bound is 5 times this.
+        # Each of the 65,536 edges is rounded to a clock, which is 0.9 count: 0.03″ in an amplitude,
+        # and the bound is eight times this.
         assert turn.uncorrected.amplitude_arcsec[0] == pytest.approx(expected, abs=0.25)
 
 

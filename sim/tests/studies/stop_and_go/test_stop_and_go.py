@@ -32,8 +32,9 @@ def test_the_path_is_the_integral_of_its_speed() -> None:
 
 
 def test_sliding_rubs_as_stribeck_says_and_standing_bends() -> None:
-    """The friction torque has the Stribeck level and a viscous part at constant speed. Below the
-    Stribeck level the axis only bends, by torque divided by σ₀."""
+    """At constant speed the friction torque is the sum of the Stribeck torque and a viscous part. A
+    torque below the static friction only bends the bristles of the LuGre model, by the torque
+    divided by their stiffness σ₀."""
     axis, step_s = Axis(), 1e-4
     speed, bend = np.array([0.005, 0.5]), np.zeros(2)
     for _ in range(5000):
@@ -82,13 +83,14 @@ def test_raw_the_table_stops_where_the_geometry_says() -> None:
         stands += target - table.reading_rad(0, TableState.at_rest(stands))
     expected = (target - stands) * ARCSEC_PER_RAD
     found = np.array(FOUND["raw"]["true_mean_arcsec"])
-    # The mean of ten readings has σ = 0.04″; the tolerance is 5 times this.
+    # The tolerance is 2.6 counts of the feedback. The true angle at a face scatters by at most
+    # 0.01″ between the cycles.
     np.testing.assert_allclose(found, expected - expected.mean(), atol=0.2)
 
 
 def test_corrected_the_table_stops_within_the_calibration() -> None:
-    """With the corrected signal, the table stops near the target: the bound is the calibration's U
-    at one angle, 0.12″ (k = 2), plus the scatter of a mean of ten."""
+    """With the corrected signal, the table stops near each target. The bound of 0.3″ is 2.5 times
+    the calibration's U at one angle, 0.12″ (k = 2), because the largest of 24 faces counts."""
     assert np.abs(FOUND["corrected"]["true_mean_arcsec"]).max() < 0.3
     raw, corrected = (FOUND[name]["true_deviation_arcsec"] for name in ("raw", "corrected"))
     assert np.mean(corrected) < 1.5 * np.mean(raw) + 0.05

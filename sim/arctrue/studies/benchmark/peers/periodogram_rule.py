@@ -16,7 +16,7 @@ HIGHEST_ORDER = 400
 
 def periodogram_rule(folder: Path) -> dict[str, Any]:
     """Name a line in angle or in time at a false-alarm probability of 1 %, else answer
-    ``adequate``."""
+    ``adequate``; without a capture, answer ``cannot_tell``."""
     fit = Fit(problem(folder))
     given, left = fit.given, fit.left()[fit.part(0)]
     if not left.size:

@@ -103,7 +103,7 @@ def problem(folder: Path) -> Problem:
     facts = measured.table
     counts = float(facts.counts_per_rev or 1)
     repeats = facts.index_repeatability_counts
-    # If no repeatability is stated, the index is rectangularly distributed within one count.
+    # If no repeatability is stated, the index is rectangularly distributed within ± 1 count.
     repeats = 1.0 / math.sqrt(3.0) if repeats is None else repeats
     return Problem(
         **_of_capture(measured.capture, facts),

@@ -214,8 +214,8 @@ class Chirp(Stranger):
 
     @classmethod
     def drawn(cls, random: Random, length_s: float, sigma_arcsec: float) -> Chirp:
-        """Draw a size of 1 to 4 σ and an initial frequency of 8 to 20 periods per session, which at
-        most triples."""
+        """Draw a size of 1 to 4 σ and an initial frequency of 8 to 20 periods per session; the
+        frequency triples by the end of the session."""
         hz = random.uniform(8, 20) / length_s
         size = sigma_arcsec * log_uniform(random, 1.0, 4.0)
         return cls(size, hz, 2 * hz / length_s, random.uniform(0, 2 * np.pi))
