@@ -1,4 +1,4 @@
-"""Rolling elements move the axis at an order that is not whole."""
+"""The rolling elements of a bearing move the axis at an order that is not an integer."""
 
 from __future__ import annotations
 
@@ -44,11 +44,12 @@ class BearingBallPass(Effect):
         "multiples of the table's rotation. The motion repeats over the unwrapped angle, not in "
         "every turn."
     )
-    equation = "x, y = Σ c cos νθ + s sin νθ, θ unwrapped, ν found"
+    equation = "x, y = Σ c cos νθ + s sin νθ, θ unwrapped; the fit searches for ν"
     source = "ISO 15243 kinematics of rolling bearings; ISO 230-7 asynchronous error motion"
-    capture_sees = "a line at the order ν over all revolutions; three heads separate x from y"
+    capture_sees = "order ν of the unwrapped angle; three heads separate x from y"
     reference_sees = (
-        "a line at ν, because the stations are at the same unwrapped angles in every cycle"
+        "order ν of the unwrapped angle; at stations that every cycle visits, an error that is not "
+        "the same in every cycle"
     )
     separated_by = "order tracking over the unwrapped angle; the order is the same at every speed"
     next_measurement = "a capture of more turns in one run: ν is resolved to 1/(2·turns)"
@@ -62,12 +63,12 @@ class BearingBallPass(Effect):
         "head1_phase": "deg",
     }
     compensation_note = (
-        "a lane of a real order, in a bitstream with REAL_ORDERS, can correct it if a reference "
-        "or a third head separates x from y; the weighted mean of three or four heads does not "
+        "the default bitstream cannot correct it; a bitstream with REAL_ORDERS can, if a reference "
+        "run or a third head separates x from y; the weighted mean of three or four heads does not "
         "contain it (arctrue calibrate --angle mean)"
     )
     search_kind = "unwrapped_order"
-    search = (SearchParameter("order", "1", 0.2, 60.0, "periods a turn, not whole"),)
+    search = (SearchParameter("order", "1", 0.2, 60.0, "periods per turn, not an integer"),)
     defaults = {"highest_order": 60}
 
     def missing(self, observations: Observations) -> list[str]:

@@ -62,17 +62,17 @@ class DriveGearError(Effect):
         "relative to its heads, so the two heads do not see the error."
     )
     equation = (
-        "ε = Σ c cos(kGθ) + s sin(kGθ), G teeth (drive_gear_teeth, any number above 0); with side "
-        "lines kG ± 1 too"
+        "ε = Σ c cos(kGθ) + s sin(kGθ); G is the number of teeth (drive_gear_teeth, a positive "
+        "number, not necessarily an integer); an eccentric gear also causes the orders kG ± 1"
     )
     source = "ISO 1328, periodic error of a gear"
     capture_sees = "nothing if the disc is mounted on the axis"
     reference_sees = (
-        "order G; with a polygon, an alias at G mod faces. If the number of faces divides G, "
-        "only the alias of the side lines remains, at order 1"
+        "order G; with a polygon, an alias at G modulo the number of faces. If the number of faces "
+        "divides G, only the orders G ± 1 remain visible, as an alias at order 1"
     )
     separated_by = "the order is the tooth count"
-    next_measurement = "reference stations closer than half a tooth"
+    next_measurement = "a reference run with stations closer than half a tooth"
     plausible = "0.5 to 30″"
     parameter_units = {
         "multiple_K_amplitude": "arcsec",

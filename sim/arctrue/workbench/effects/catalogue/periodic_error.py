@@ -1,4 +1,4 @@
-"""The data show a line but not its cause."""
+"""The data show a periodic error, but not the part of the machine that causes it."""
 
 from __future__ import annotations
 
@@ -65,16 +65,18 @@ class PeriodicError(Effect):
         "part."
     )
     equation = (
-        "c cos φ + s sin φ, φ = νθ or φ = 2πft; ν or f found, any real number; "
-        "by_direction: ν whole, c and s for each direction"
+        "c cos φ + s sin φ, φ = νθ or φ = 2πft; the fit searches for ν or f, any real number; with "
+        "the setting by_direction, ν is an integer and each direction has its own c and s"
     )
     source = "periodogram of uneven samples: Scargle, Astrophys. J. 263 (1982) 835"
-    capture_sees = "a line of any order or frequency, if the part acts on the disc or on a head"
-    reference_sees = "a line of any order or frequency"
-    separated_by = (
-        "runs at two speeds show whether the line is fixed to the angle, to time or to the drive"
+    capture_sees = (
+        "an oscillation of any order or frequency, if the part acts on the disc or on a head"
     )
-    next_measurement = "the same run at another speed: the line keeps its order, or its frequency"
+    reference_sees = "an oscillation of any order or frequency"
+    separated_by = (
+        "runs at two speeds show whether the error is fixed to the angle, to time or to the drive"
+    )
+    next_measurement = "the same run at another speed: the error keeps its order, or its frequency"
     plausible = "0.05 to 30″"
     parameter_units = {
         "order": "1",
@@ -93,12 +95,21 @@ class PeriodicError(Effect):
     unspecific = True
     search_kind = "line"
     search = (
-        SearchParameter("order", "1", 0.0, 1e7, "periods a turn; 0: a line in time"),
-        SearchParameter("frequency", "Hz", 0.0, 1e6, "of a line in time, else 0"),
+        SearchParameter("order", "1", 0.0, 1e7, "periods per turn; 0: an error fixed to time"),
+        SearchParameter(
+            "frequency", "Hz", 0.0, 1e6, "frequency of an error fixed to time; otherwise 0"
+        ),
         SearchParameter(
             "in_time", "1", 0.0, 1.0, "1: fixed to time, 0: to the angle", integer=True
         ),
-        SearchParameter("in_capture", "1", 0.0, 1.0, "1: in R₂ − R₁, 0: in ε", integer=True),
+        SearchParameter(
+            "in_capture",
+            "1",
+            0.0,
+            1.0,
+            "1: R₂ − R₁ has the error; 0: ε has the error",
+            integer=True,
+        ),
     )
 
     def __init__(self, **settings: object) -> None:

@@ -36,8 +36,8 @@ class PolygonFaceError(Effect):
         "belongs to the polygon, not to the table, and moves with the polygon when the polygon "
         "is re-indexed."
     )
-    equation = "ε = f_i at face i, Σ f_i = 0"
-    source = "paper, Table 3, u₁; EURAMET cg-19"
+    equation = "ε = f_i at face i, Σ f_i = 0; reference only"
+    source = "the paper (docs/paper.md), Table 3, u₁; EURAMET cg-19"
     capture_sees = "nothing"
     reference_sees = "the same error each time a face is read"
     separated_by = (
