@@ -151,8 +151,8 @@ def _compensation(effects: dict[str, type[Effect]]) -> list[str]:
         "`drive_gear_error` is eccentric and also causes the two orders next to its tooth count.",
         "The fitted model does not contain them (settings `below` and `above`), so "
         f"{gear['left_with_arcsec']:.3f}″ remain.",
-        "The effect `periodic_error` was measured with a gear of the same kind. Its search finds the",
-        "order as a real number, so a lane of a bitstream with `REAL_ORDERS` corrects it.",
+        "The effect `periodic_error` was measured with a gear of the same kind. Its search finds",
+        "the order as a real number, so a lane of a bitstream with `REAL_ORDERS` corrects it.",
         "",
     ]
     return lines
