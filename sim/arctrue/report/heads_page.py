@@ -64,7 +64,7 @@ FAULT_TABLE = (
     "",
     "A removed head returns to the mean on request (console command `come_back`) or after the time "
     "`failover.return_after`, as soon as it has seen its next index; the ramp spreads the",
-    "change, and the index repeats within ± 1 count. A dead head sees no index and does not return. "
+    "change; the index repeats within ± 1 count. A dead head sees no index and does not return. "
     "A snapshot contains the parity Σcᵢ·rᵢ of the readings rᵢ, which neither table motion nor",
     "axis motion changes; it exists for four heads only. The device computes the prepared sets "
     "itself, or `arctrue load` loads them ([firmware](firmware-load.md#three-and-four-heads)).",
@@ -117,8 +117,8 @@ OBSERVABLE = (
     "out |",
     "",
     "The mean of three heads contains no axis motion. But the calibration attributes axis motion "
-    "to the disc, and the lanes then subtract it from the mean: with heads at 0°, 118°, 237°, 1″ of "
-    "axis motion causes an output error of 0.02″ to 0.05″ at orders 2, 4 and 5, 10″ at order 3 and "
+    "to the disc, and the lanes then subtract it from the mean: with heads at 0°, 118°, 237° 1″ "
+    "of axis motion causes an output error of 0.02″ to 0.05″ at orders 2, 4 and 5, 10″ at order 3 and "
     "5″ at order 6.",
     "Heads near 120° determine orders 3 and 6 poorly (noise gain 8.9 and 4.4), and their mean "
     "contains the full disc error of these orders. If the axis moves at these orders, set "
