@@ -181,8 +181,8 @@ def _verdict(found: Mapping[str, Any]) -> list[str]:
         f"  worst gain of orders 1 to 64 is {_gain(every['worst_gain_to_64'])} at these places and "
         f"{_gain(spare['worst_gain_to_64'])} at the places in the last row. Head 1, corrected "
         f"under the assumption of motion at orders 1 to 8 only, keeps {four['rms_arcsec']:.3f}″,",
-        f"  mostly from motion at other orders, and {four['rms_later_arcsec']:.3f}″ *later*, mainly "
-        "because the disc's centre has shifted.",
+        f"  mostly from motion at other orders, and {four['rms_later_arcsec']:.3f}″ *later*, "
+        "mainly because the disc's centre has shifted.",
         "- **Order 1 of the axis**: a forward circle of the axis gives the same readings as an "
         "eccentric disc, with any number of heads. Four heads separate a backward circle or a "
         "line from the disc.",
