@@ -63,9 +63,9 @@ class BearingBallPass(Effect):
         "head1_phase": "deg",
     }
     compensation_note = (
-        "the default bitstream cannot correct it; a bitstream with REAL_ORDERS can, if a reference "
-        "run or a third head separates x from y; the weighted mean of three or four heads does not "
-        "contain it (arctrue calibrate --angle mean)"
+        "only a bitstream with REAL_ORDERS can correct it, and only if a reference run or a third "
+        "head separates x from y; the weighted mean of three or four heads does not contain it "
+        "(arctrue calibrate --angle mean)"
     )
     search_kind = "unwrapped_order"
     search = (SearchParameter("order", "1", 0.2, 60.0, "periods per turn, not an integer"),)

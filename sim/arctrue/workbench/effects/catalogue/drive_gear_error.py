@@ -84,7 +84,7 @@ class DriveGearError(Effect):
     }
     compensation = "lanes"
     compensation_note = (
-        "lanes at the tooth count, after a reference run has measured the error; a tooth count "
+        "the lanes have the orders kG, after a reference run has measured the error; a tooth count "
         "that is not an integer needs REAL_ORDERS"
     )
     defaults = {"multiples": [1], "below": [], "above": []}

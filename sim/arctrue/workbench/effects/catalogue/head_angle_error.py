@@ -29,7 +29,7 @@ class HeadAngleError(ScalarOfEachHead):
     plausible = "±50″ is the mounting tolerance"
     parameter_units = {"head_angle_error": "arcsec"}
     compensation = "none"
-    compensation_note = "nothing to correct: use the measured α in the calibration"
+    compensation_note = "the output has no such error; use the measured α in the calibration"
     depends_on_model = True
     parameter_name = "head_angle_error"
     parameter_unit = "arcsec"

@@ -89,8 +89,8 @@ class PeriodicError(Effect):
     defaults: ClassVar[dict[str, object]] = {"by_direction": False}
     compensation = "lanes"
     compensation_note = (
-        "only an order of the angle that a reference run has measured; an order that is not an "
-        "integer needs REAL_ORDERS"
+        "lanes correct only an order of the angle that a reference run has measured; an order that "
+        "is not an integer needs REAL_ORDERS"
     )
     unspecific = True
     search_kind = "line"
@@ -122,7 +122,7 @@ class PeriodicError(Effect):
             )
             self.compensation = "none"  # type: ignore[misc, assignment]
             self.compensation_note = (  # type: ignore[misc]
-                "export writes no lanes for a line that depends on the direction"
+                "export writes no lanes for an error that depends on the direction"
             )
 
     @property

@@ -57,8 +57,8 @@ class RadialErrorMotion(Effect):
     }
     compensation = "lanes"
     compensation_note = (
-        "the part that head 1 sees (y), after a reference run has separated it; the weighted "
-        "mean of three or four heads does not contain the motion"
+        "lanes correct the part that head 1 sees (y), after a reference run has separated it; the "
+        "weighted mean of three or four heads does not contain the motion"
     )
     defaults = {"orders": list(range(2, 9))}
 
