@@ -27,8 +27,8 @@ from arctrue.workbench.effects.conditions import one_speed
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 SEPARATED_SIGMA = 5.5
-"""Smallest distance of the order from whole and half orders, in σ: a χ² of 30, as the search
-requires."""
+"""Smallest distance of the order from whole and half orders, in standard uncertainties; 5.5² is the
+χ² of 30 that the search requires."""
 LEAST_TURNS = 1.98
 """Smallest number of turns between first and last sample; a run of two turns has slightly less than
 2."""
@@ -36,7 +36,7 @@ LEAST_TURNS = 1.98
 
 class BearingBallPass(Effect):
     """Adds axis motion as cos νθ and sin νθ over the unwrapped angle; a search finds ν, which is
-    not whole."""
+    not an integer."""
 
     name = "bearing_ball_pass"
     physics = (
@@ -104,10 +104,11 @@ class BearingBallPass(Effect):
     ) -> str | None:
         """Refuse an order that cannot be distinguished from a whole or half order.
 
-        A motion that repeats after one or two turns (a belt, a gear of two to one) has a simple
-        order and is the simpler explanation; balls and cage do not turn at simple rates. Few of all
-        possible orders lie in the narrow interval around a simple order. An order in this interval
-        therefore counts as simple unless the odds against this are 10⁶ (Occam's factor).
+        A motion that repeats after one or two turns (a belt, a gear of two to one) has such an
+        order and is the simpler explanation; balls and cage do not turn at such rates. Few of all
+        possible orders lie in the narrow interval around a whole or half order. An order in this
+        interval therefore counts as whole or half unless the odds against this are 10⁶ (Occam's
+        factor).
         """
         order = found["order"]
         half = round(2.0 * order.value) / 2.0

@@ -25,34 +25,34 @@ from arctrue.workbench.observations import Observations, ReferenceRows
 
 HIGHEST_MULTIPLE = 3
 WHOLE_TURN = 0.9
-"""Smallest share of a turn that the stations must cover to separate lines one order apart."""
+"""Smallest share of a turn that the stations must cover to separate harmonics one order apart."""
 LEAST_VARIANCE = 0.1
-"""Smallest sum of the variances of a line's cosine and sine columns over the stations; the sum is 1
-if the stations resolve the line fully."""
+"""Smallest sum of the variances of a harmonic's cosine and sine columns over the stations; the sum
+is 1 if the stations resolve the harmonic fully."""
 AS_GOOD = 6.0
-"""Difference of the gains of two lines that are aliases above which the better line is taken, not
-the lower one: odds of 20 to 1."""
+"""Largest difference of the gains of two harmonics that are aliases at which the first harmonic is
+taken, not the better one: odds of 20 to 1."""
 LISTS = {"multiples": 0, "below": -1, "above": 1}
 """Settings that list multiples of the tooth count, with the distance of a line from its multiple,
 in orders."""
 
 Line = tuple[int, int]
-"""Factor of the tooth count, and the distance of the line from this multiple, in orders."""
+"""A harmonic ("line"): factor of the tooth count, and distance from this multiple, in orders."""
 
 USUAL: list[list[Line]] = [
     [(multiple, away) for away in distances for multiple in range(1, highest + 1)]
     for highest in range(1, HIGHEST_MULTIPLE + 1)
     for distances in ((0,), tuple(LISTS.values()))
 ]
-"""The usual forms of the lines: the tooth count and its first multiples, for a centred gear and for
-an eccentric gear."""
+"""The usual sets of lines: the tooth count and its first multiples, for a centred gear and for an
+eccentric gear."""
 
 
 class DriveGearError(Effect):
     """Adds cosine and sine of the tooth count and its multiples to the reference run only.
 
-    A gear off its centre meshes slightly early and late once a turn, which causes a line one order
-    below and a line one order above each multiple: ``below`` and ``above`` list them.
+    A gear off its centre meshes slightly early and late once a turn, which causes the orders one
+    below and one above each multiple: ``below`` and ``above`` list these multiples.
     """
 
     name = "drive_gear_error"

@@ -13,10 +13,10 @@ class HeadAngleError(ScalarOfEachHead):
 
     name = "head_angle_error"
     physics = (
-        "The separation of the heads is α + Δα instead of α. The factor e^{jnα} − 1, by which the "
-        "calibration divides, is then wrong at every order n. The relative error of a coefficient "
-        "is n·Δα divided by the factor's magnitude: at order 11 of the paper's heads 210·Δα (Δα in "
-        "rad). The mean of R₂ − R₁ shows Δα."
+        "The separation of the heads is α + Δα instead of α, so the factor e^{jnα} − 1, by which "
+        "the calibration divides, is wrong at every order n, and the mean of R₂ − R₁ shows Δα. The "
+        "relative error of a coefficient is n·Δα divided by the factor's magnitude (at α = 33° and "
+        "order 11: 210·Δα, Δα in rad)."
     )
     equation = "δ₂₁ = Δα·(1 + ε′(θ + α)) + ε(θ + α) − ε(θ), first order in Δα"
     source = "the paper (docs/paper.md), equation (3) with α + Δα"

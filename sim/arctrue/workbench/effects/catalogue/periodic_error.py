@@ -32,30 +32,30 @@ WHOLE = 0.01
 """Largest distance of an order from a whole order at which it counts as whole: the phase is then
 wrong by at most 4° over half a turn."""
 OF_THE_DRIVE = 0.02
-"""Largest distance of an order from a multiple of the tooth count at which the line is assigned to
+"""Largest distance of an order from a multiple of the tooth count at which the order is assigned to
 the drive, as a share of the tooth count. One order in 25 is this close by chance."""
 
 OF_THE_SCHEDULE = 0.25
-"""Largest distance of a line in time from a multiple of the frequency of visits, at which the line
-is assigned to the schedule of the visits; in units of the run's frequency resolution (1/length).
-With ten visits of a station, one of 20 lines in time is this close by chance."""
+"""Largest distance of a frequency from a multiple of the frequency at which the stations are
+visited, up to which the visits count as its cause; in units of the run's frequency resolution
+(1/length). With ten visits of a station, one of 20 frequencies is this close by chance."""
 REGULAR = 0.05
 """Largest relative spread of the times between visits of a station at which the visits count as a
 schedule."""
 SAME_STATION_RAD = 1e-6
 TELLS_DIRECTIONS = 6.0
-"""BIC advantage that a whole order with a size and a phase for each direction needs over one line
-of any order: odds of 20 to 1. The whole order has one parameter more: four coefficients in place of
-two coefficients and the order."""
+"""BIC advantage that a whole order with a size and a phase for each direction needs over one
+sinusoid of any order: odds of 20 to 1. The whole order has one parameter more: four coefficients in
+place of two coefficients and the order."""
 
 
 class PeriodicError(Effect):
-    """Adds cosine and sine of νθ or of 2πft to one channel; a search finds the real order or the
-    frequency.
+    """Adds cosine and sine of νθ or of 2πft to R₂ − R₁ or to ε; a search finds the order ν, any
+    real number, or the frequency f.
 
-    With ``by_direction`` the line has a whole order of a reference, with a size and a phase for
-    each direction: stiction or a drive with play. If such an error were fitted as one line, its
-    order would differ a little from the whole order.
+    With ``by_direction`` the error is in the reference run, has a whole order, and has a size and a
+    phase for each direction, as stiction or a drive with play causes it. If such an error were
+    fitted as one sinusoid, its order would differ a little from the whole order.
     """
 
     name = "periodic_error"
@@ -170,8 +170,8 @@ class PeriodicError(Effect):
     def at_place(
         self, residuals: Leftover, nonlinear: Nonlinear
     ) -> tuple[Effect, dict[str, float]]:
-        """Return the whole order near a reference line if each direction has a wave of its own;
-        otherwise return the line unchanged."""
+        """Return the effect with the nearest whole order if each direction of the reference run
+        has a wave of its own; otherwise return the effect unchanged."""
         rows = residuals.observations.reference
         order = float(round(nonlinear["order"]))
         same = self, dict(nonlinear)
@@ -315,7 +315,8 @@ class PeriodicError(Effect):
         return paired_real_lanes([order], coefficients[:2])
 
     def _of_the_angle(self, nonlinear: Nonlinear) -> bool:
-        """Tell whether the effect is one line of the reference that is fixed to the angle."""
+        """Tell whether the effect is one sinusoid of the reference run that is fixed to the
+        angle."""
         return not (self._by_direction or nonlinear["in_time"] or nonlinear["in_capture"])
 
 
