@@ -354,8 +354,7 @@ class Effect(ABC):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> list[ConditionedLane]:
-        """Return the harmonics that lanes can correct whose amplitudes follow a condition; by
-        default none."""
+        """Return the harmonics for lanes that follow a condition; by default none."""
         return []
 
     def real_lanes(
@@ -364,8 +363,7 @@ class Effect(ABC):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> list[RealLane]:
-        """Return the harmonics of orders that are not integers and that lanes can correct; by
-        default none."""
+        """Return the harmonics for lanes of orders that are not integers; by default none."""
         return []
 
     def local_error(
@@ -427,8 +425,7 @@ class Effect(ABC):
         return None
 
     def constant_between_heads_arcsec(self, coefficients: NDArray[np.float64]) -> float:
-        """Return the largest constant, ″, that the effect may add to R₂ − R₁ apart from its
-        columns."""
+        """Return the largest constant, ″, that the effect may add to R₂ − R₁ without a column."""
         return 0.0
 
     def search_contradiction(
