@@ -84,8 +84,8 @@ class DriveGearError(Effect):
     }
     compensation = "lanes"
     compensation_note = (
-        "lanes of the orders kG correct it, after a reference run has measured it; a tooth count that "
-        "is not an integer needs REAL_ORDERS"
+        "lanes of the orders kG correct it, after a reference run has measured it; a tooth count "
+        "that is not an integer needs REAL_ORDERS"
     )
     defaults = {"multiples": [1], "below": [], "above": []}
     multiples_setting = "multiples"
