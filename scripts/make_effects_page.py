@@ -71,8 +71,8 @@ A *lane* is a circuit of the gateware that adds one harmonic to the correction. 
 build of the gateware; `MODULATORS`, `REAL_ORDERS` and `LOCAL_TABLE` are options with which a
 bitstream is built ([extensions of the map](map-extensions.md)). With `MODULATORS`, the amplitudes
 of lanes follow direction or speed; with `REAL_ORDERS`, lanes accept orders that are not integers;
-`LOCAL_TABLE` adds a table of corrections over the turn or parts of it. The default bitstream has none
-of these options.
+`LOCAL_TABLE` adds a table of corrections over the turn or parts of it. The default bitstream has
+none of these options.
 
 """
 
