@@ -320,9 +320,9 @@ def number_formats_page(package: str) -> str:
         "",
         "# Number formats",
         "",
-        f"They are defined in one place, [{NUMBER_FORMATS}](../{NUMBER_FORMATS}).",
-        "`make generate` makes from it the Python module `arctrue.generated.number_formats` and "
-        "the",
+        f"The number formats are defined in one place, [{NUMBER_FORMATS}](../{NUMBER_FORMATS}).",
+        "`make generate` makes from this file the Python module "
+        "`arctrue.generated.number_formats` and the",
         "C header `build/generated/c/arctrue_number_formats.h`.",
         "",
         "uI.F is unsigned with I integer and F fraction bits (I + F bits); sI.F is signed:",

@@ -37,7 +37,10 @@ TAKEN = {
     "lanes of real orders": "lanes of a bitstream with `REAL_ORDERS`",
     "local table": "the table of a bitstream with `LOCAL_TABLE`",
     "nothing": "nothing",
-    "not in the output": "no correction needed: only head 2 has the error, the output does not",
+    "not in the output": (
+        "no correction needed: in this simulation only head 2 has the error, and the output does "
+        "not contain head 2"
+    ),
     "reference": "no correction needed: the reference has the error, the table does not",
 }
 
@@ -52,11 +55,24 @@ have to contain. Each effect is one file in
 files, and `arctrue effects show NAME` prints them. You can add your own effect with the same
 interface: [how to write an effect](own-effect.md).
 
-θ is the angle of the table, ψ the angle of the disc under a head (θ for head 1, θ + α for
-head 2: [head geometry](architecture.md#head-geometry)), ω the speed, d the direction (±1), T the
-temperature, and R the reading of a head. A *capture* records both heads over time; it shows
-R₂ − R₁. A *reference run* compares head 1 with a polygon or another reference; it shows ε. 1 µm at
-the disc is 3.82″.
+θ is the angle of the table, and θ *unwrapped* counts on over several turns. α is the angle between
+the heads, and ψ is the angle of the disc under a head: θ for head 1, θ + α for head 2
+([head geometry](architecture.md#head-geometry)). ω is the speed, d the direction (±1), T the
+temperature, T₀ the reference temperature of the set. R₁ and R₂ are the readings of the heads.
+ε(ψ) is the error of the disc at ψ, ε or ε₁ the error of head 1 (R₁ − θ), and ε_h the error of head
+h. δ₂₁ = R₂ − R₁ − α is the difference of the heads without its nominal value. A harmonic of
+*order* n has n periods per turn; N is the highest order of `graduation_harmonics`.
+
+A *capture* records both heads over time; it shows R₂ − R₁. A *reference run* compares head 1 with a
+polygon or another reference at some angles (*stations*); it shows ε. "Reference only" means that
+only reference runs show the error. 1 µm at the disc (radius 54 mm) is 3.82″.
+
+A *lane* is a circuit of the gateware that adds one harmonic to the correction. A *bitstream* is a
+build of the gateware; `MODULATORS`, `REAL_ORDERS` and `LOCAL_TABLE` are options with which a
+bitstream is built ([extensions of the map](map-extensions.md)). With `MODULATORS`, the amplitudes
+of lanes follow direction or speed; with `REAL_ORDERS`, lanes accept orders that are not integers;
+`LOCAL_TABLE` adds a table of corrections over the turn or parts of it. The default bitstream has
+none of these options.
 
 """
 
@@ -86,25 +102,27 @@ def _compensation(effects: dict[str, type[Effect]]) -> list[str]:
     """Return a table: the part that corrects each effect on a simulated table, and the remaining
     error."""
     measured = stored()
+    faces, gear = (measured["effects"][name] for name in ("polygon_face_error", "drive_gear_error"))
     lines = [
         "",
         "## Which part of the gateware corrects it",
         "",
-        "A lane adds one harmonic a·cos(nR + φ) of the reading R of head 1, with n up to "
-        f"{ORDER_MAX:,};",
-        "the offset adds a constant. The firmware calculates the coefficients of some lanes from",
-        "the temperature of the table. The gateware's default build can correct an error of head 1",
-        "if it is a function of the reading, or of reading and temperature; it cannot correct any",
-        "other error. `arctrue export` states this for every effect of a fitted model.",
+        "A lane adds one harmonic a·cos(nR + φ) to the correction of head 1; R is the reading of",
+        f"head 1, and n is at most {ORDER_MAX:,}. A register, the offset, adds a constant. The",
+        "firmware calculates the coefficients of some lanes from the temperature of the table. The",
+        "default bitstream can correct an error of head 1 that is a function of the reading, or of",
+        "the reading and the temperature, and no other error. `arctrue export` states for every",
+        "effect of a fitted model which part of the gateware corrects it.",
         "",
-        "`python -m scripts.measure_taken_away` measures the figures of the table. It simulates a",
+        "`python -m scripts.measure_taken_away` measures the figures below. It simulates a rotary",
         "table with an eccentric disc and the effect, records a set with noise, fits one model",
         "without and one model with the effect, and exports the lanes. It then compares the lanes'",
         "correction with the true error of head 1 on a turn up and a turn down at "
         f"{measured['temperature_c']:g} °C, a",
         "temperature at which the set has no run. The figures are RMS values in arcseconds.",
-        "*Remains* refers to the whole error, which contains the eccentricity of the disc. With",
-        "`MODULATORS`, direction and speed are constant in each of the two turns.",
+        "*Remains* refers to the whole error, which contains the eccentricity of the disc.",
+        "Direction and speed are constant in each of the two turns; for `MODULATORS` the script",
+        "therefore uses one value of direction and speed per turn.",
         "",
         "| Effect | Simulated | Adds to the error of head 1 | Remains, effect not in the model "
         "| Remains, effect in the model | Corrected by |",
@@ -124,13 +142,18 @@ def _compensation(effects: dict[str, type[Effect]]) -> list[str]:
         lines.append(f"| [`{name}`](#{name}) | {row['simulated']} | {figures} | {words} |")
     lines += [
         "",
-        "The model must also contain an effect that no part of the gateware corrects: otherwise",
-        "the fit attributes the effect to orders of the turn, and lanes would add a wrong",
-        "correction. The figures do not contain errors of the reference, and the export states",
-        "this. The gear of `drive_gear_error` is eccentric: the orders next to its tooth count",
-        "need the settings `below` and `above`. The effect `periodic_error` describes one line of",
-        "a gear at an order that is not an integer; this order has a lane in a bitstream with",
-        "`REAL_ORDERS`.",
+        "The model must also contain an effect that no part of the gateware corrects. Otherwise",
+        "the fit may attribute the effect to orders of the turn, and lanes then add a wrong",
+        "correction: for `polygon_face_error` "
+        f"{faces['left_without_arcsec']:.3f}″ remain in place of",
+        f"{faces['left_with_arcsec']:.3f}″. "
+        "The figures do not contain errors of the reference; for such an",
+        "effect `arctrue export` states that the reference has the error. The simulated gear of",
+        "`drive_gear_error` is eccentric and also causes the two orders next to its tooth count.",
+        "The fitted model does not contain them (settings `below` and `above`), so "
+        f"{gear['left_with_arcsec']:.3f}″ remain.",
+        "The effect `periodic_error` was measured with a gear of the same kind. Its search finds",
+        "the order as a real number, so a lane of a bitstream with `REAL_ORDERS` corrects it.",
         "",
     ]
     return lines

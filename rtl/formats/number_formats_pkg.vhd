@@ -21,7 +21,7 @@
 --   head difference   s16.4   counts, reading of a head minus reading of the carrier, limited
 --   mean term         s19.20  counts, the term that the mean adds to the correction
 --   turn number       s23.0   number of turns of the angle; wraps modulo 2**24
---   turn step         u0.48   turn a turn, fractional part of a real order n: round(n * 2**48) mod 2**48
+--   turn step         u0.48   turns per turn, fractional part of an order n: round(n * 2**48) mod 2**48
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -54,8 +54,8 @@ package number_formats_pkg is
   constant DELAY_LINE_LATENCY         : positive := 25;
   constant PIPELINE_LATENCY           : positive := 29;
 
-  -- Clocks from the readings of the heads to their differences (turn_difference), and to the term of the mean
-  -- (weighted_mean).
+  -- Clocks from the readings of the heads: DIFFERENCE_LATENCY to their differences (turn_difference), MEAN_LATENCY to
+  -- the term that the mean adds to the correction (weighted_mean).
   constant DIFFERENCE_LATENCY         : positive := 3;
   constant MEAN_LATENCY               : positive := 10;
 
@@ -70,12 +70,11 @@ package number_formats_pkg is
   -- Largest number of clocks by which Z may change before or after its edge of A or B.
   constant INDEX_SKEW                 : positive := 3;
 
-  -- Steepest correction |d eps / d R| that may be loaded, in percent: from 100 on the corrected angle could decrease
-  -- while the reading increases.
+  -- Slope |d eps / d R| of a correction, in percent, from which on the correction is refused: the corrected angle could
+  -- decrease while the reading increases.
   constant STEEPEST_PERCENT           : positive := 100;
 
-  -- Default of the range, in K above and below the reference temperature T0, in which lanes follow the temperature, if
-  -- the coefficient file states no range.
+  -- Lanes follow the temperature up to this many kelvins above and below T0, if the coefficient file states no range.
   constant THERMAL_RANGE_K            : positive := 10;
 
   constant LANES_MAX                  : positive := 64;
@@ -84,7 +83,7 @@ package number_formats_pkg is
   -- Number of samples in one capture bank: 12,000 samples of a turn at 30 deg/s and 1 kHz, plus a margin.
   constant CAPTURE_DEPTH_DEFAULT      : positive := 12288;
 
-  -- The mean of the heads.
+  -- Mean of the heads: number of heads, and number formats of offsets, weights, differences and the mean's term.
   constant HEADS_MAX                  : positive := 4;
   constant HEAD_OFFSET_WIDTH          : positive := 28;
   constant HEAD_OFFSET_FRACTION       : positive := 4;
@@ -96,8 +95,8 @@ package number_formats_pkg is
 
   constant TURN_NUMBER_WIDTH          : positive := 24;
 
-  -- Smallest number of counts per turn with lanes of real orders: a number for each lane that is built plus a constant.
-  -- Then the phase offsets are ready before the next wrap at every speed (turn_offset_sweep).
+  -- Smallest number of counts per turn with REAL_ORDERS: REAL_ORDER_COUNTS_A_LANE for each lane that is built, plus
+  -- REAL_ORDER_COUNTS_BESIDE. Then the phase offsets are ready before the next wrap at every speed (turn_offset_sweep).
   constant REAL_ORDER_COUNTS_A_LANE   : positive := 72;
   constant REAL_ORDER_COUNTS_BESIDE   : positive := 48;
 

@@ -9,8 +9,8 @@ FAULT_TABLE = (
     "## A head that fails",
     "",
     "With the generic `FAILOVER` the gateware removes a failed head from the mean: it loads the "
-    "prepared set of carrier, weights, offsets and lanes for the other heads",
-    "and swaps to this set; the ramp limits the output's change "
+    "set of carrier (the head whose reading the output follows), weights, offsets and lanes that",
+    "was prepared for the other heads, and swaps to this set; a ramp limits the output's change "
     "([head_failover](entities/head_failover.md)). One block RAM holds all sets of four heads and "
     "32 lanes; loading one set takes",
     "4 · (4 · 32 + 10) + 4 clocks, 5.6 µs at 100 MHz. The benches in the table are cocotb tests of "
@@ -54,19 +54,20 @@ FAULT_TABLE = (
     "head has the weight 0 and returns only after its index.",
     "",
     "The gateware distinguishes a step of a head from axis motion without the places of the heads: "
-    "head k has failed if the other heads agree",
-    "within the limit, and if this is true for no other choice of k. Axis motion of 0.5 µm "
-    "changes the difference of two heads on a radius of 100 mm by 26.8 counts;",
-    "eccentricity adds 3.8 counts in 1.31 ms at 90°/s. With a limit of 32 counts the gateware "
-    "therefore never removes a wrong head. It always detects a slip of 2 · 32 counts or more;",
+    "it removes head k if the readings of all other heads changed equally, within the limit,",
+    "and if this is true for no other head in place of k. Axis motion of 0.5 µm changes the "
+    "difference of two heads on a radius of 100 mm by 26.8 counts; eccentricity adds 3.8 counts",
+    "in 1.31 ms at 90°/s. Under these conditions, with a limit of 32 counts, the gateware never "
+    "removes a wrong head and always detects a slip of 2 · 32 counts or more;",
     "whether it detects a slip of 32 to 64 counts depends on the motion. Faster tables and larger "
     "motions need a larger limit.",
     "",
-    "After its next index a head returns, with the ramp, on request (console command "
-    "`come_back`) or after the time `failover.return_after`; its index repeats within ± 1 count.",
-    "A dead head has no index and does not return. A snapshot contains the parity Σcᵢ·rᵢ, which "
-    "exists for four heads only. The device computes the sets itself,",
-    "or `arctrue load` loads them ([firmware](firmware-load.md#three-and-four-heads)).",
+    "A removed head returns to the mean on request (console command `come_back`) or after the time "
+    "`failover.return_after`, as soon as it has seen its next index; the ramp spreads the",
+    "change; the index repeats within ± 1 count. A dead head sees no index and does not return. "
+    "A snapshot contains the parity Σcᵢ·rᵢ of the readings rᵢ, which neither table motion nor",
+    "axis motion changes; it exists for four heads only. The device computes the prepared sets "
+    "itself, or `arctrue load` loads them ([firmware](firmware-load.md#three-and-four-heads)).",
     "",
 )
 """Section about the faults of a head; the gateware's testbenches measured its numbers."""
@@ -116,8 +117,9 @@ OBSERVABLE = (
     "out |",
     "",
     "The mean of three heads contains no axis motion. But the calibration attributes axis motion "
-    "to the disc, and the lanes then subtract it from the mean: 1″ of axis motion causes an output "
-    "error of 0.02″ to 0.05″ at orders 2, 4 and 5, 10″ at order 3 and 5″ at order 6.",
+    "to the disc, and the lanes then subtract it from the mean: with heads at 0°, 118°, 237° 1″ "
+    "of axis motion causes an output error of 0.02″ to 0.05″ at orders 2, 4 and 5, 10″ at order 3 "
+    "and 5″ at order 6.",
     "Heads near 120° determine orders 3 and 6 poorly (noise gain 8.9 and 4.4), and their mean "
     "contains the full disc error of these orders. If the axis moves at these orders, set "
     "`gain_limit` below these gains or use a fourth head.",
@@ -141,11 +143,12 @@ def heads_page(found: Mapping[str, Any]) -> str:
             "# Four heads and their mean",
             "",
             "The weighted mean of four heads at the places pᵢ, with Σwᵢ = 1 and Σwᵢ·e^{jpᵢ} = 0, "
-            "does not change when the axis or the centre of the disc moves. This is true at",
-            "every order, and for motion that does not repeat. One combination of the four "
-            "readings contains neither table motion nor axis motion: the calibration estimates "
-            "from it",
-            "the disc's error in the mean, and the lanes correct this error. `arctrue heads` "
+            "does not change when the axis or the centre of the disc moves. This is true for",
+            "motion of every order, and for motion that does not repeat. One combination of the "
+            "four readings contains neither table motion nor axis motion: from it the calibration "
+            "estimates",
+            "the disc's error in the mean, and the lanes (circuits that each add one harmonic) "
+            "correct this error. `arctrue heads` "
             "calibrates a simulated table once and evaluates this calibration on other turns, with",
             "the number formats of the gateware's mean. The command makes this page from "
             "[heads.json](data/heads.json).",
@@ -221,8 +224,8 @@ def heads_page(found: Mapping[str, Any]) -> str:
             "",
             "A head that moves along the scale changes its own offset; an axis that moves changes "
             "the offsets of all heads. Four heads give three differences. A motion of any of the",
-            "four heads, together with a suitable axis motion, explains the three differences; but "
-            "only for the head that really moved, this axis motion is below 5 µm "
+            "four heads, together with a suitable axis motion, would explain the three "
+            "differences; but only for the head that really moved, this axis motion is below 5 µm "
             "(`arctrue.calibration.moved_head`).",
             "If the firmware calibrates the mean itself, it does this test in every turn: it "
             "shifts the offset of the moved head and reports `moved_head` and `moved_arcsec` in "
@@ -245,9 +248,9 @@ def heads_page(found: Mapping[str, Any]) -> str:
             f"{every['orders']}, calculated from the noise gain of every order, for heads at "
             f"{fine}, noise of 0.1″, whole counts and {found['samples_a_turn']:,} samples per "
             "turn.",
-            "At these places all orders have low gains. Order 1 is omitted: the mean does not "
-            "contain order 1, and the forward circle of the axis gives the same readings as an "
-            "eccentric disc.",
+            "At these places the noise gains of all orders are low. Order 1 is omitted, because "
+            "the mean does not contain it, and because the forward circle of the axis gives the "
+            "same readings as an eccentric disc.",
             f"With {every['turns']} turns the study found {every['left_2_sigma_arcsec']:.4f}″ "
             f"(expected: {every['expected_2_sigma_arcsec']:.4f}″) for unknown motion and "
             f"{rest['left_2_sigma_arcsec']:.4f}″ (expected: "

@@ -129,7 +129,8 @@ def _model(found: Mapping[str, Any]) -> list[str]:
         "(firmware-load.md#lanes-that-follow-the-temperature), which a thermometer on the table "
         "measures in steps of 1/128 K. At temperatures above those of the fit, the model "
         "extrapolates.",
-        "- The model has no noise and no lag, but follows only the temperature. In turns 3 to "
+        "- The model's correction has no noise and no lag, but follows only the temperature. In "
+        "turns 3 to "
         f"{found['learned_turns']}, {_part(found, 'model', first=True):.2f}″ remain with the "
         f"model and {_part(found, 'average', first=True):.2f}″ with the running average. In the",
         "  last hundred turns, after the disc has crept further, "
@@ -155,12 +156,12 @@ def _part(found: Mapping[str, Any], name: str, *, first: bool) -> float:
 def _worst(found: Mapping[str, Any]) -> list[str]:
     """Return the orders that are active in the worst turn with calibration from single turns."""
     one = found["strategies"]["single"]
-    orders = ", ".join(
+    orders = " and ".join(
         f"{order} ({amplitude:.0f}″)" for order, amplitude in one["largest_orders"].items()
     )
     said = [
         "- With calibration from every single turn, the largest error remains in turn "
-        f"{one['largest_turn']}. The largest orders of the active correction are then {orders}."
+        f"{one['largest_turn']}. The largest orders of the correction in this turn are {orders}."
     ]
     if WEAK_ORDER in one["largest_orders"]:
         said += [
@@ -196,8 +197,8 @@ def _allan(found: Mapping[str, Any]) -> list[str]:
         "",
         "The table shows the overlapping Allan deviation of the orders in the firmware's telemetry "
         "(calibration from every single turn), with cosine and sine combined",
-        "(root mean of the two variances), against the number m of averaged turns. Noise makes the "
-        "deviation fall as 1/√m; a drift of D per turn makes it rise as D·m/√2.",
+        "(square root of the mean of the two variances), against the number m of averaged turns. "
+        "Noise makes the deviation fall as 1/√m; a drift of D per turn makes it rise as D·m/√2.",
         "",
         "| Order | Stated u of a turn, ″ | "
         + " | ".join(f"m = {lengths[place]}" for place in columns)
@@ -206,8 +207,9 @@ def _allan(found: Mapping[str, Any]) -> list[str]:
         *rows,
         "",
         *_noise_as_stated(allan),
-        "- If the deviation rises again at a larger m, an average over so many turns does not "
-        "follow the table. This happens to order 1, because of heat and creep. The other orders "
+        "- If the deviation rises again at a larger m, the table changes noticeably during so many "
+        "turns, and their average does not follow it. This happens to order 1, because of heat and "
+        "creep. The other orders "
         "do not drift, and their deviation continues to fall.",
         "- `keep` k = 0.8 averages about (1 + k)/(1 − k) = 9 turns.",
         "",
@@ -260,7 +262,7 @@ def _trends(found: Mapping[str, Any]) -> list[str]:
         "",
         "`arctrue monitor PORT --trend ARCSEC` fits, for each order, a straight line through the "
         "latest 8 means of 16 turns, and tests its slope against the scatter about",
-        "the line (F test). Noise alone raises an alarm in one of a thousand lines. This run "
+        "the line (F test). Noise alone raises an alarm for one in a thousand lines. This run "
         "raised these alarms:",
         "",
         "| Order | First alarm in turn | Change at this alarm, ″ (k = 2) | over turns | Number of "

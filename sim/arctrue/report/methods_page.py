@@ -104,9 +104,9 @@ def methods_page(found: Mapping[str, Any]) -> str:
             f"| orders | 1 to {given['most_order']} and 120, if the method can fit them; the "
             "correction omits orders with a noise gain above 50 |",
             "",
-            "*Later*: the unchanged calibration is evaluated three turns later; the disc's centre "
-            "has shifted by 2 µm (heat), and the bearing's balls move the axis by 0.25 µm "
-            "(0.95″).",
+            "*Later*: the calibration, unchanged, is evaluated again three turns later, when the "
+            "disc's centre has shifted by 2 µm (heat) and the bearing's balls move the axis by "
+            "0.25 µm (0.95″).",
             f"The uncorrected error is {_span(raw['span_arcsec'])}″, {raw['rms_arcsec']:.2f}″ RMS.",
             "",
             "| Method | Heads | Output | Remaining error, ″ | RMS, ″ | RMS, axis at rest, ″ "
@@ -134,8 +134,8 @@ def methods_page(found: Mapping[str, Any]) -> str:
             "The gain of an order is the noise of its estimated coefficient, divided by the noise "
             "of one head's reading; ∞: the heads do not determine the order. Places are angles "
             "from head 1.",
-            "*Mean* is the noise of the weighted mean that is free of axis translation, divided by "
-            "the noise of one reading; –: no such mean exists.",
+            "*Mean* is the noise of the weighted mean that does not contain axis translation, "
+            "divided by the noise of one reading; –: no such mean exists.",
             "",
             "| Heads | Places | Order 1 | Order 11 | Worst of orders 1 to 40 | 1 to 64 | 1 to 128 "
             "| Order 120 | Mean |",
@@ -172,23 +172,23 @@ def _verdict(found: Mapping[str, Any]) -> list[str]:
         "  separate axis and disc: three motions (the table's rotation, the axis' forward and "
         "backward circle) already explain all three readings. With axis motion, "
         f"{three['rms_arcsec']:.3f}″ remain.",
-        "  Three heads have a weighted mean that is free of axis translation: its error *later* is "
-        f"{mean3['rms_later_arcsec']:.3f}″, as before. This error is motion that the calibration "
-        "attributed to the disc.",
+        "  Three heads have a weighted mean that does not contain axis translation: its error is "
+        f"{mean3['rms_arcsec']:.3f}″, and *later* {mean3['rms_later_arcsec']:.3f}″. This error is "
+        "motion that the calibration attributed to the disc.",
         "- **A fourth head** separates disc and axis. If the axis is known to move at orders 1 to "
         "8 only, the worst gain of orders 1 to 128 is "
         f"{_gain(listed['worst_gain_to_128'])}. With unknown motion at every order, the",
         f"  worst gain of orders 1 to 64 is {_gain(every['worst_gain_to_64'])} at these places and "
         f"{_gain(spare['worst_gain_to_64'])} at the places in the last row. Head 1, corrected "
-        f"under the assumption of motion at orders 1 to 8 only, keeps {four['rms_arcsec']:.3f}″",
-        f"  from motion at other orders, and {four['rms_later_arcsec']:.3f}″ *later*, mostly "
-        "because the disc's centre has shifted.",
+        f"under the assumption of motion at orders 1 to 8 only, keeps {four['rms_arcsec']:.3f}″,",
+        f"  mostly from motion at other orders, and {four['rms_later_arcsec']:.3f}″ *later*, "
+        "mainly because the disc's centre has shifted.",
         "- **Order 1 of the axis**: a forward circle of the axis gives the same readings as an "
         "eccentric disc, with any number of heads. Four heads separate a backward circle or a "
         "line from the disc.",
         f"- **The calibrated mean of four heads** keeps {mean4['rms_arcsec']:.3f}″ RMS, and "
-        f"{mean4['rms_later_arcsec']:.3f}″ *later*, mostly from orders of the disc that the "
-        "calibration does not fit. The disc error that is subtracted from the mean is",
+        f"{mean4['rms_later_arcsec']:.3f}″ *later* (largest remaining orders: "
+        f"{_largest(mean4)}). The disc error that is subtracted from the mean is",
         "  estimated from the one combination of the four readings that contains neither table nor "
         "axis motion. An uncalibrated mean keeps the part of the disc error that is equal at all "
         f"heads ({plain['rms_arcsec']:.2f}″ for two heads at 180°).",

@@ -39,7 +39,8 @@ READING = """## How to read it
 
 - The true value is the error R₁ − θ of head 1 as a function of its reading, at the mean temperature
   of the capture. The error includes the effect of radial motion on the reading.
-- A deviation is the stated value minus the true value.
+- A deviation is the stated value minus the true value. The number after ± is the standard error of
+  a coverage.
 - A stated uncertainty is *too small* or *too large* if its coverage differs from 95 % by more than
   chance explains: over all figures of one case, the probability of such a difference is below 1 %.
 - *Estimate* is the sum of all fitted orders. *Corrected angle* is the output of the bit-true

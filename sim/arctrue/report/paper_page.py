@@ -99,12 +99,12 @@ def _experiment(found: Mapping[str, Any]) -> list[str]:
         "the firmware's C code calibrates in every turn. Each time the signal passes a multiple of "
         f"15°, the autocollimator reads the face in front of it, in {given['cycles']} cycles of "
         f"{printed['faces']} faces.",
-        "*Without correction* is head 1's signal in the same turns.",
+        "*Error without correction* is the error of head 1's signal in the same turns.",
         "",
         "| Simulated part | Errors |",
         "|---|---|",
         "| Table | errors in the paper's range: an eccentricity of 37.7 µm and six higher orders; "
-        "the heads' separation is 50″ off 33°; 0.1″ of noise on each reading |",
+        "the heads' separation differs from 33° by 50″; 0.1″ of noise on each reading |",
         "| Polygon | error of 0.1″ at each face, within its certificate (u₁); faces are tilted by "
         "up to 8″ and concave by 0.03 µm; the polygon's centre is 1 µm off the axis |",
         "| Autocollimator | error of 0.05″ at each face (u₂); standard deviation of a reading "
@@ -191,7 +191,8 @@ def _remarks(found: Mapping[str, Any]) -> list[str]:
         f"- **The pipeline's {delay['pipeline_ns']:.0f} ns are not far below a count's duration**, "
         f"contrary to the paper: they are {delay['pipeline_ns'] / delay['count_ns']:.1f} of this "
         f"duration ({delay['count_ns']:.0f} ns at 30°/s); above "
-        f"{30.0 * delay['count_ns'] / delay['pipeline_ns']:.0f}°/s a count is shorter.",
+        f"{30.0 * delay['count_ns'] / delay['pipeline_ns']:.0f}°/s a count is shorter than the "
+        "latency.",
         "- **The causes of the paper's remaining 1.6″ are unknown.** Subdivision, heat and bearing "
         "are possible causes, but the table simulated here has none of them, and there is no",
         "  published measurement of the paper's table that shows them. The "
@@ -205,9 +206,9 @@ def _remarks(found: Mapping[str, Any]) -> list[str]:
         "count.",
         f"  This rounding is {rounding:.2f}″ RMS (a count/√12); together with the noise of head "
         f"and autocollimator, u₃ is at most {expected:.2f}″.{measured}",
-        f"  At 2²⁴ counts per turn the rounding is {rounding / 16:.2f}″.",
-        "- The remaining error in this table comes from the errors of polygon and autocollimator: "
-        "0.11″ at each face are 0.046″ in an order (the dashed line of Fig. 11 (b)).",
+        f"  At 2²⁴ counts per turn the rounding error is {rounding / 16:.2f}″ RMS.",
+        "- The error with correction comes mainly from the errors of polygon and autocollimator: "
+        "0.11″ at each face cause 0.046″ in an order (the dashed line of Fig. 11 (b)).",
         "  The error of the output itself is smaller: 0.03″ RMS. Only a simulation can show it "
         "([virtual instrument](instrument.md#one-revolution-at-the-papers-size)).",
         "",

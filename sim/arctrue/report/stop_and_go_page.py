@@ -71,12 +71,12 @@ def stop_and_go_page(found: Mapping[str, Any]) -> str:
             "",
             f"![Error at the faces, raw and corrected](images/{PICTURE})",
             "",
-            "- Sign: if the signal is too large by ε, the table stops at target − ε.",
+            "- Sign: if the signal is too large by ε, the servo stops the table at target − ε.",
             "- The servo increases the scatter, but hardly the mean error: its integral action "
-            "brings the mean of the reading to the target.",
-            "- The correction changes by less than 0.0003° per degree of rotation; therefore the "
+            "brings the mean of the signal to the target.",
+            "- The correction changes by less than 0.001° per degree of rotation; therefore the "
             "following error and the settling time are the same with both signals.",
-            "- The offset common to all faces is the error at the index mark, a₀ of equation (9). "
+            "- The offset common to all faces is a₀ of equation (9), the error at the index mark. "
             "Two heads do not determine a₀, and the autocollimator's zero",
             "  removes the offset. All moves have the same direction; therefore the offset also "
             "contains the creep after a move, during which the integral action releases",

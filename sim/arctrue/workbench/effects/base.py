@@ -2,9 +2,10 @@
 implements.
 
 An effect turns the conditions of each measured row (angle, time, temperature, direction, ...) into
-columns of the design matrix; the fit finds one coefficient per column, common to both channels. If
-an effect needs more than linear coefficients (an order, a frequency, an instant), it declares these
-as search parameters, with the kind of search that finds them.
+columns of the design matrix; the fit finds one coefficient per column, common to the rows of the
+capture and of the reference run. If the columns depend on further unknowns (an order, a frequency,
+an instant), the effect declares these as search parameters, with the kind of search that finds
+them.
 """
 
 from __future__ import annotations
@@ -30,9 +31,10 @@ Nonlinear = Mapping[str, float]
 """Values of the search parameters, by name."""
 
 Compensation = Literal["lanes", "offset", "modulators", "local_table", "none", "reference"]
-"""The part of an effect that the gateware can correct: harmonics of the angle, a constant,
-harmonics that follow a condition, a shape at one place of the turn, or nothing. ``reference``: an
-error of the reference, which every judgement of the table excludes."""
+"""The part of the gateware that can correct an effect: ``lanes`` (harmonics of the angle),
+``offset`` (a constant), ``modulators`` (lanes whose amplitudes follow a condition) or
+``local_table`` (an error at one place of the turn); ``none``: no part. ``reference``: the reference
+has the error, not the table, so every evaluation of the table excludes it."""
 
 
 SearchKind = Literal[
@@ -116,8 +118,8 @@ class ConditionedLane:
 
 @dataclass(frozen=True, slots=True)
 class RealLane:
-    """A line of head 1's error at an order that is not whole, over all turns (generic
-    REAL_ORDERS)."""
+    """A harmonic of head 1's error at an order that is not an integer; its phase continues from
+    turn to turn (the gateware's generic REAL_ORDERS)."""
 
     order: float
     cosine_arcsec: float
@@ -159,7 +161,7 @@ the 1 % that the diagnosis allows for false names."""
 
 @dataclass(frozen=True)
 class FitContext:
-    """State of the present model, for effects whose columns depend on it.
+    """The fitted error function and coefficients, for effects whose columns depend on them.
 
     The error function ε is the error of the graduation, equation (9): arcseconds as a function of
     the disc angle in radians.
@@ -352,7 +354,7 @@ class Effect(ABC):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> list[ConditionedLane]:
-        """Return the harmonics that lanes with a condition can correct; by default none."""
+        """Return the harmonics for lanes that follow a condition; by default none."""
         return []
 
     def real_lanes(
@@ -361,7 +363,7 @@ class Effect(ABC):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> list[RealLane]:
-        """Return the lines of non-integer orders that lanes can correct; by default none."""
+        """Return the harmonics for lanes of orders that are not integers; by default none."""
         return []
 
     def local_error(
@@ -387,10 +389,9 @@ class Effect(ABC):
         return self.name
 
     def concerns(self, observations: Observations) -> bool:
-        """Tell whether the set describes the machine part that the effect belongs to.
+        """Tell whether the set has data on the part of a machine that causes the effect.
 
-        An effect of another kind of machine returns False. The diagnosis then does not test it and
-        does not report its columns as :meth:`missing`.
+        If False, the diagnosis neither tests the effect nor lists it as not tested.
         """
         return True
 
@@ -424,7 +425,7 @@ class Effect(ABC):
         return None
 
     def constant_between_heads_arcsec(self, coefficients: NDArray[np.float64]) -> float:
-        """Return the largest constant that the effect may add to R₂ − R₁ besides its columns, ″."""
+        """Return the largest constant, ″, that the effect may add to R₂ − R₁ without a column."""
         return 0.0
 
     def search_contradiction(
@@ -505,8 +506,8 @@ class Effect(ABC):
     def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
         """Return the effect with the settings that the residuals need, and the number of trials.
 
-        The diagnosis judges the result, so that an effect of many orders has a penalty only for
-        orders that exist. Default: the effect as it is.
+        The diagnosis tests the returned effect, so that an effect of many orders has a penalty only
+        for the orders that the residuals show. Default: the effect as it is.
         """
         return self, 1.0
 

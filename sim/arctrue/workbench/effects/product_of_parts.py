@@ -243,7 +243,8 @@ def _share(head: int, rows: CaptureRows) -> float:
 
 
 class ProductOfParts(Effect):
-    """Adds a condition times a wave that is fixed to a frame."""
+    """Adds a condition (a factor of each row) times a wave that is fixed to a frame (disc, stator,
+    head or reference)."""
 
     name = "product_of_parts"
     physics = "A description by parts, which the settings state; its physics is not known yet."
@@ -278,11 +279,11 @@ class ProductOfParts(Effect):
     def __init__(self, **settings: object) -> None:
         """Check and store the settings.
 
-        ``condition`` is a name of CONDITIONS. In its place, ``time_constant_s`` > 0 sets a settling
-        that starts with each run (``each_run``) or with the set, or ``column`` sets a column minus
-        ``column_zero``. ``orders``: an empty list is a constant. ``electrical_head``: 1 to 4 for
-        multiples of that head's electrical phase. Raises ValueError for settings that define no
-        product.
+        ``condition`` is a name of CONDITIONS. In its place, ``time_constant_s`` > 0 sets the factor
+        exp(−t/τ), with t from the start of each run (``each_run``) or of the set, or ``column``
+        sets a column minus ``column_zero``. ``orders``: an empty list is a constant.
+        ``electrical_head``: 1 to 4 for multiples of that head's electrical phase. Raises ValueError
+        for settings that define no product.
         """
         super().__init__(**settings)
         said = self.settings

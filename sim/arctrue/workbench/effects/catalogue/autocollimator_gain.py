@@ -16,11 +16,11 @@ class AutocollimatorGain(ScalarEffect):
         "error is proportional to the table's error and becomes smaller when the table is "
         "compensated."
     )
-    equation = "measured ε = (1 + g)·ε(θ)"
+    equation = "measured ε = (1 + g)·ε(θ); reference only"
     source = "scale error of an autocollimator; its certificate"
     capture_sees = "nothing"
-    reference_sees = "a copy of the error itself"
-    separated_by = "the copy becomes smaller when the table is compensated"
+    reference_sees = "the table's error, multiplied by 1 + g"
+    separated_by = "the additional error becomes smaller when the table is compensated"
     next_measurement = "the same reference run with the compensation on"
     plausible = "0.01 to 1 %"
     parameter_units = {"gain": "1"}

@@ -1,4 +1,4 @@
-"""Rolling elements move the axis at an order that is not whole."""
+"""The rolling elements of a bearing move the axis at an order that is not an integer."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ from arctrue.workbench.effects.conditions import one_speed
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 SEPARATED_SIGMA = 5.5
-"""Smallest distance of the order from whole and half orders, in σ: a χ² of 30, as the search
-requires."""
+"""Smallest distance of the order from whole and half orders, in standard uncertainties; 5.5² is the
+χ² of 30 that the search requires."""
 LEAST_TURNS = 1.98
 """Smallest number of turns between first and last sample; a run of two turns has slightly less than
 2."""
@@ -36,7 +36,7 @@ LEAST_TURNS = 1.98
 
 class BearingBallPass(Effect):
     """Adds axis motion as cos νθ and sin νθ over the unwrapped angle; a search finds ν, which is
-    not whole."""
+    not an integer."""
 
     name = "bearing_ball_pass"
     physics = (
@@ -44,11 +44,12 @@ class BearingBallPass(Effect):
         "multiples of the table's rotation. The motion repeats over the unwrapped angle, not in "
         "every turn."
     )
-    equation = "x, y = Σ c cos νθ + s sin νθ, θ unwrapped, ν found"
+    equation = "x, y = Σ c cos νθ + s sin νθ, θ unwrapped; the fit searches for ν"
     source = "ISO 15243 kinematics of rolling bearings; ISO 230-7 asynchronous error motion"
-    capture_sees = "a line at the order ν over all revolutions; three heads separate x from y"
+    capture_sees = "order ν of the unwrapped angle; three heads separate x from y"
     reference_sees = (
-        "a line at ν, because the stations are at the same unwrapped angles in every cycle"
+        "order ν of the unwrapped angle; at stations that every cycle visits, an error that is not "
+        "the same in every cycle"
     )
     separated_by = "order tracking over the unwrapped angle; the order is the same at every speed"
     next_measurement = "a capture of more turns in one run: ν is resolved to 1/(2·turns)"
@@ -62,12 +63,12 @@ class BearingBallPass(Effect):
         "head1_phase": "deg",
     }
     compensation_note = (
-        "a lane of a real order, in a bitstream with REAL_ORDERS, can correct it if a reference "
-        "or a third head separates x from y; the weighted mean of three or four heads does not "
-        "contain it (arctrue calibrate --angle mean)"
+        "only a bitstream with REAL_ORDERS can correct it, and only if a reference run or a third "
+        "head separates x from y; the weighted mean of three or four heads does not contain it "
+        "(arctrue calibrate --angle mean)"
     )
     search_kind = "unwrapped_order"
-    search = (SearchParameter("order", "1", 0.2, 60.0, "periods a turn, not whole"),)
+    search = (SearchParameter("order", "1", 0.2, 60.0, "periods per turn, not an integer"),)
     defaults = {"highest_order": 60}
 
     def missing(self, observations: Observations) -> list[str]:
@@ -103,10 +104,11 @@ class BearingBallPass(Effect):
     ) -> str | None:
         """Refuse an order that cannot be distinguished from a whole or half order.
 
-        A motion that repeats after one or two turns (a belt, a gear of two to one) has a simple
-        order and is the simpler explanation; balls and cage do not turn at simple rates. Few of all
-        possible orders lie in the narrow interval around a simple order. An order in this interval
-        therefore counts as simple unless the odds against this are 10⁶ (Occam's factor).
+        A motion that repeats after one or two turns (a belt, a gear of two to one) has such an
+        order and is the simpler explanation; balls and cage do not turn at such rates. Few of all
+        possible orders lie in the narrow interval around a whole or half order. An order in this
+        interval therefore counts as whole or half unless the odds against this are 10⁶ (Occam's
+        factor).
         """
         order = found["order"]
         half = round(2.0 * order.value) / 2.0

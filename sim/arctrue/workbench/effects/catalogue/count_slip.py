@@ -27,11 +27,13 @@ class CountSlip(Effect):
         "From then until the next index pass, the reading of this head is wrong by a whole "
         "number of counts."
     )
-    equation = "δ₂₁ = m·(one count) after the instant, m whole"
+    equation = "δ₂₁ = m·(one count) after the instant, m an integer"
     source = "incremental counting"
     capture_sees = "a step between two samples"
     reference_sees = "a step if head 1 lost the counts"
-    separated_by = "index-to-index count differs from counts_per_rev by the step"
+    separated_by = (
+        "the number of counts between two index passes differs from counts_per_rev by the step"
+    )
     next_measurement = "a capture across several index passes, with the index counts recorded"
     plausible = "1 to 1,000 counts, often a multiple of 4"
     parameter_units = {"run": "1", "instant": "s", "step": "arcsec", "counts": "counts"}
@@ -39,7 +41,7 @@ class CountSlip(Effect):
     compensation_note = "count again from the index"
     search_kind = "step"
     search = (
-        SearchParameter("run", "1", -1e12, 1e12, "run in which it happens", integer=True),
+        SearchParameter("run", "1", -1e12, 1e12, "run in which the step happens", integer=True),
         SearchParameter("instant", "s", -1e12, 1e12, "time of the step", integer=True),
     )
 

@@ -25,34 +25,34 @@ from arctrue.workbench.observations import Observations, ReferenceRows
 
 HIGHEST_MULTIPLE = 3
 WHOLE_TURN = 0.9
-"""Smallest share of a turn that the stations must cover to separate lines one order apart."""
+"""Smallest share of a turn that the stations must cover to separate harmonics one order apart."""
 LEAST_VARIANCE = 0.1
-"""Smallest sum of the variances of a line's cosine and sine columns over the stations; the sum is 1
-if the stations resolve the line fully."""
+"""Smallest sum of the variances of a harmonic's cosine and sine columns over the stations; the sum
+is 1 if the stations resolve the harmonic fully."""
 AS_GOOD = 6.0
-"""Difference of the gains of two lines that are aliases above which the better line is taken, not
-the lower one: odds of 20 to 1."""
+"""Largest difference of the gains of two harmonics that are aliases at which the first harmonic is
+taken, not the better one: odds of 20 to 1."""
 LISTS = {"multiples": 0, "below": -1, "above": 1}
 """Settings that list multiples of the tooth count, with the distance of a line from its multiple,
 in orders."""
 
 Line = tuple[int, int]
-"""Factor of the tooth count, and the distance of the line from this multiple, in orders."""
+"""A harmonic ("line"): factor of the tooth count, and distance from this multiple, in orders."""
 
 USUAL: list[list[Line]] = [
     [(multiple, away) for away in distances for multiple in range(1, highest + 1)]
     for highest in range(1, HIGHEST_MULTIPLE + 1)
     for distances in ((0,), tuple(LISTS.values()))
 ]
-"""The usual forms of the lines: the tooth count and its first multiples, for a centred gear and for
-an eccentric gear."""
+"""The usual sets of lines: the tooth count and its first multiples, for a centred gear and for an
+eccentric gear."""
 
 
 class DriveGearError(Effect):
     """Adds cosine and sine of the tooth count and its multiples to the reference run only.
 
-    A gear off its centre meshes slightly early and late once a turn, which causes a line one order
-    below and a line one order above each multiple: ``below`` and ``above`` list them.
+    A gear off its centre meshes slightly early and late once a turn, which causes the orders one
+    below and one above each multiple: ``below`` and ``above`` list these multiples.
     """
 
     name = "drive_gear_error"
@@ -62,17 +62,17 @@ class DriveGearError(Effect):
         "relative to its heads, so the two heads do not see the error."
     )
     equation = (
-        "ε = Σ c cos(kGθ) + s sin(kGθ), G teeth (drive_gear_teeth, any number above 0); with side "
-        "lines kG ± 1 too"
+        "ε = Σ c cos(kGθ) + s sin(kGθ); G is the number of teeth (drive_gear_teeth, a positive "
+        "number, not necessarily an integer); an eccentric gear also causes the orders kG ± 1"
     )
     source = "ISO 1328, periodic error of a gear"
     capture_sees = "nothing if the disc is mounted on the axis"
     reference_sees = (
-        "order G; with a polygon, an alias at G mod faces. If the number of faces divides G, "
-        "only the alias of the side lines remains, at order 1"
+        "order G; with a polygon, an alias at G modulo the number of faces. If the number of faces "
+        "divides G, only the orders G ± 1 remain visible, as an alias at order 1"
     )
     separated_by = "the order is the tooth count"
-    next_measurement = "reference stations closer than half a tooth"
+    next_measurement = "a reference run with stations closer than half a tooth"
     plausible = "0.5 to 30″"
     parameter_units = {
         "multiple_K_amplitude": "arcsec",
@@ -84,7 +84,7 @@ class DriveGearError(Effect):
     }
     compensation = "lanes"
     compensation_note = (
-        "lanes at the tooth count, after a reference run has measured the error; a tooth count "
+        "lanes of the orders kG correct it, after a reference run has measured it; a tooth count "
         "that is not an integer needs REAL_ORDERS"
     )
     defaults = {"multiples": [1], "below": [], "above": []}

@@ -39,18 +39,19 @@ class GraduationDefect(Effect):
         "Both heads meet it at the same disc angle, α apart, so R₂ − R₁ contains the error "
         "twice, with opposite signs."
     )
-    equation = "ε(ψ) = h·exp(−(ψ − ψ₀)²/2w²); ψ₀, w found"
+    equation = "ε(ψ) = h·exp(−(ψ − ψ₀)²/2w²); the fit searches for ψ₀ and w"
     source = "a local error of the graduation"
     capture_sees = "the error twice, α apart, with opposite signs"
     reference_sees = "the error at one station at most"
     separated_by = "both heads see the error at the same disc angle"
     local_on_disc = True
-    next_measurement = "a slow capture with many samples across the place"
+    next_measurement = "a slow capture with many samples across the defect"
     plausible = "0.5 to 20″ high, 0.05 to 5° wide"
     parameter_units = {"place": "deg", "width": "deg", "height": "arcsec"}
     compensation = "local_table"
     compensation_note = (
-        "lanes of low orders are too smooth to correct it; otherwise clean or replace the disc"
+        "lanes of low orders are too smooth to correct it; without this table, clean or replace "
+        "the disc"
     )
     search_kind = "disc_place"
     search = (

@@ -24,15 +24,18 @@ class GraduationHarmonics(Effect):
 
     name = "graduation_harmonics"
     physics = (
-        "The centre of the disc is off the axis (order 1), the disc is oval or tilted (order 2) "
-        "or clamped (orders 3 to 8), or its lines are not evenly spaced. These errors turn with "
-        "the disc, so head 2 sees them α ahead of head 1."
+        "The centre of the disc is off the axis (order 1), the disc is oval or tilted (order 2), "
+        "its clamping distorts it (orders 3 to 8), or its lines are not evenly spaced. These "
+        "errors turn with the disc, so head 2 sees them α ahead of head 1."
     )
     equation = "ε(ψ) = Σ cₙ cos nψ + sₙ sin nψ; R₂ − R₁ − α = ε(θ + α) − ε(θ)"
-    source = "paper, equations (4), (5) and (9)"
+    source = "the paper (docs/paper.md), equations (4), (5) and (9)"
     capture_sees = "order n with the factor e^{jnα} − 1"
     reference_sees = "order n; 24 faces cannot separate n from 24 − n"
-    separated_by = "base of every model: both heads and the reference agree on every order"
+    separated_by = (
+        "nothing has to separate it, because the default model contains it; capture and reference "
+        "run give the same coefficients of each order"
+    )
     next_measurement = "a capture of whole turns with both heads"
     plausible = "order 1 up to 150″, orders 2 to 8 up to 2″"
     parameter_units = {"order_N_amplitude": "arcsec", "order_N_phase": "deg"}

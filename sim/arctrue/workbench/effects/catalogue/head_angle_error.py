@@ -1,4 +1,4 @@
-"""The heads are not at the angle that the method takes for α."""
+"""The angle between the heads differs from the α of the measurement set."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ class HeadAngleError(ScalarOfEachHead):
 
     name = "head_angle_error"
     physics = (
-        "The separation of the heads is α + Δα instead of α. The transfer function is then "
-        "wrong at every order, most at orders with a high noise gain (210 Δα at order 11), and "
-        "the mean of R₂ − R₁ shows Δα."
+        "The separation of the heads is α + Δα instead of α, so the factor e^{jnα} − 1, by which "
+        "the calibration divides, is wrong at every order n, and the mean of R₂ − R₁ shows Δα. The "
+        "relative error of a coefficient is n·Δα divided by the factor's magnitude (at α = 33° and "
+        "order 11: 210·Δα, Δα in rad)."
     )
     equation = "δ₂₁ = Δα·(1 + ε′(θ + α)) + ε(θ + α) − ε(θ), first order in Δα"
-    source = "equation (3) with α + Δα"
+    source = "the paper (docs/paper.md), equation (3) with α + Δα"
     capture_sees = "the mean of R₂ − R₁ − α, and Δα·ε′"
     reference_sees = "nothing"
     separated_by = "the mean of R₂ − R₁ is the same at every speed, direction and temperature"
@@ -28,7 +29,7 @@ class HeadAngleError(ScalarOfEachHead):
     plausible = "±50″ is the mounting tolerance"
     parameter_units = {"head_angle_error": "arcsec"}
     compensation = "none"
-    compensation_note = "nothing to correct: use the measured α in the calibration"
+    compensation_note = "the output has no such error; use the measured α in the calibration"
     depends_on_model = True
     parameter_name = "head_angle_error"
     parameter_unit = "arcsec"

@@ -1,4 +1,4 @@
-"""The disc has one line or a few lines in the order spectrum above the orders of the base model."""
+"""The disc has an error at one order above the orders of ``graduation_harmonics``."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from arctrue.workbench.observations import CaptureRows, Observations, ReferenceR
 
 
 class HighOrderGraduation(Effect):
-    """Adds c·cos nψ + s·sin nψ with n above the base model; a search of the order spectrum finds
-    n."""
+    """Adds c·cos nψ + s·sin nψ with n above the setting ``above``; a search of the order spectrum
+    finds n."""
 
     name = "high_order_graduation"
     physics = (
@@ -30,12 +30,14 @@ class HighOrderGraduation(Effect):
         "error with many periods per turn. The error turns with the disc like every graduation "
         "error."
     )
-    equation = "ε(ψ) = c cos nψ + s sin nψ, n > N found"
-    source = "paper, equation (5), for orders above the paper's N"
+    equation = "ε(ψ) = c cos nψ + s sin nψ; the fit searches for the order n above N"
+    source = "the paper (docs/paper.md), equation (5), for orders above its N"
     capture_sees = "order n with the factor e^{jnα} − 1"
-    reference_sees = "order n if the stations are dense; with 24 faces, an alias at n mod 24"
+    reference_sees = (
+        "order n if there are more than 2n stations per turn; with 24 faces, the alias n mod 24"
+    )
     separated_by = (
-        "a line at an integer order in the order spectrum of R₂ − R₁; a reference run alone "
+        "a peak at an integer order in the order spectrum of R₂ − R₁; a reference run alone "
         "cannot separate it from periodic_error"
     )
     next_measurement = "a capture with more samples per turn than this set has"
@@ -44,15 +46,15 @@ class HighOrderGraduation(Effect):
     compensation = "lanes"
     at_reading = True
     search_kind = "disc_order"
-    search = (SearchParameter("order", "1", 21.0, 4096.0, "periods a turn", integer=True),)
+    search = (SearchParameter("order", "1", 21.0, 4096.0, "periods per turn", integer=True),)
     defaults = {"above": 20}
 
     def disc_orders(self, nonlinear: Nonlinear) -> Sequence[int]:
         return (round(nonlinear["order"]),)
 
     def missing(self, observations: Observations) -> list[str]:
-        # With one head, a line of the disc looks the same as the cogging of a motor or the error of
-        # a gear.
+        # With one head, an order of the disc looks the same as the cogging of a motor or the error
+        # of a gear.
         return [] if observations.capture is not None else ["a capture of both heads"]
 
     @property

@@ -1,4 +1,4 @@
-"""The table stops at a place that depends on the direction of approach."""
+"""The table stops at an angle that depends on the direction of approach."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Hysteresis(ScalarEffect):
     parameter_units = {"reversal_error": "arcsec"}
     compensation = "modulators"
     compensation_note = (
-        "these lanes follow the direction of approach; the default bitstream cannot correct it"
+        "the correction follows the direction of approach; the default bitstream cannot correct it"
     )
     parameter_name = "reversal_error"
     parameter_unit = "arcsec"

@@ -1,4 +1,4 @@
-"""The reading of the table is older than the reading of the reference."""
+"""The reading of the table is delayed and shows the angle of an earlier instant."""
 
 from __future__ import annotations
 
@@ -20,12 +20,14 @@ class Latency(ScalarEffect):
 
     name = "latency"
     physics = (
-        "A reading reaches the user by a delay τ after the light has passed the disc. While the "
-        "table moves, the reading belongs to the angle τ·ω earlier, with the error at that "
-        "angle; both heads have the same delay, so only a reference shows it."
+        "A reading reaches the user with a delay τ. While the table moves at the speed ω, the "
+        "reading belongs to the earlier angle θ − ωτ and has the error at that angle; both heads "
+        "have the same delay, so only a reference shows it."
     )
     equation = "measured ε = ε(θ − ωτ) − ωτ"
-    source = "sampling of a moving scale; the paper's 290 ns are a part of it"
+    source = (
+        "sampling of a moving scale; the paper's delay of 290 ns (docs/paper.md) is a part of τ"
+    )
     capture_sees = "nothing if both heads have the same delay"
     reference_sees = (
         "only in runs without stops: an offset proportional to the speed, and a phase shift nωτ "
@@ -36,7 +38,7 @@ class Latency(ScalarEffect):
     plausible = "0.3 to 100 µs"
     parameter_units = {"latency": "us"}
     compensation = "modulators"
-    compensation_note = "these lanes follow the speed; the default bitstream cannot correct it"
+    compensation_note = "the correction follows the speed; the default bitstream cannot correct it"
     depends_on_model = True
     parameter_name = "latency"
     parameter_unit = "us"

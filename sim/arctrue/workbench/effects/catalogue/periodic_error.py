@@ -1,4 +1,4 @@
-"""The data show a line but not its cause."""
+"""The data show a periodic error, but not the part of the machine that causes it."""
 
 from __future__ import annotations
 
@@ -32,30 +32,30 @@ WHOLE = 0.01
 """Largest distance of an order from a whole order at which it counts as whole: the phase is then
 wrong by at most 4° over half a turn."""
 OF_THE_DRIVE = 0.02
-"""Largest distance of an order from a multiple of the tooth count at which the line is assigned to
+"""Largest distance of an order from a multiple of the tooth count at which the order is assigned to
 the drive, as a share of the tooth count. One order in 25 is this close by chance."""
 
 OF_THE_SCHEDULE = 0.25
-"""Largest distance of a line in time from a multiple of the frequency of visits, at which the line
-is assigned to the schedule of the visits; in units of the run's frequency resolution (1/length).
-With ten visits of a station, one of 20 lines in time is this close by chance."""
+"""Largest distance of a frequency from a multiple of the frequency at which the stations are
+visited, up to which the visits count as its cause; in units of the run's frequency resolution
+(1/length). With ten visits of a station, one of 20 frequencies is this close by chance."""
 REGULAR = 0.05
 """Largest relative spread of the times between visits of a station at which the visits count as a
 schedule."""
 SAME_STATION_RAD = 1e-6
 TELLS_DIRECTIONS = 6.0
-"""BIC advantage that a whole order with a size and a phase for each direction needs over one line
-of any order: odds of 20 to 1. The whole order has one parameter more: four coefficients in place of
-two coefficients and the order."""
+"""BIC advantage that a whole order with a size and a phase for each direction needs over one
+sinusoid of any order: odds of 20 to 1. The whole order has one parameter more: four coefficients in
+place of two coefficients and the order."""
 
 
 class PeriodicError(Effect):
-    """Adds cosine and sine of νθ or of 2πft to one channel; a search finds the real order or the
-    frequency.
+    """Adds cosine and sine of νθ or of 2πft to R₂ − R₁ or to ε; a search finds the order ν, any
+    real number, or the frequency f.
 
-    With ``by_direction`` the line has a whole order of a reference, with a size and a phase for
-    each direction: stiction or a drive with play. If such an error were fitted as one line, its
-    order would differ a little from the whole order.
+    With ``by_direction`` the error is in the reference run, has a whole order, and has a size and a
+    phase for each direction, as stiction or a drive with play causes it. If such an error were
+    fitted as one sinusoid, its order would differ a little from the whole order.
     """
 
     name = "periodic_error"
@@ -65,16 +65,18 @@ class PeriodicError(Effect):
         "part."
     )
     equation = (
-        "c cos φ + s sin φ, φ = νθ or φ = 2πft; ν or f found, any real number; "
-        "by_direction: ν whole, c and s for each direction"
+        "c cos φ + s sin φ, φ = νθ or φ = 2πft; the fit searches for ν or f, any real number; with "
+        "the setting by_direction, ν is an integer and each direction has its own c and s"
     )
     source = "periodogram of uneven samples: Scargle, Astrophys. J. 263 (1982) 835"
-    capture_sees = "a line of any order or frequency, if the part acts on the disc or on a head"
-    reference_sees = "a line of any order or frequency"
-    separated_by = (
-        "runs at two speeds show whether the line is fixed to the angle, to time or to the drive"
+    capture_sees = (
+        "an oscillation of any order or frequency, if the part acts on the disc or on a head"
     )
-    next_measurement = "the same run at another speed: the line keeps its order, or its frequency"
+    reference_sees = "an oscillation of any order or frequency"
+    separated_by = (
+        "runs at two speeds show whether the error is fixed to the angle, to time or to the drive"
+    )
+    next_measurement = "the same run at another speed: the error keeps its order, or its frequency"
     plausible = "0.05 to 30″"
     parameter_units = {
         "order": "1",
@@ -87,18 +89,27 @@ class PeriodicError(Effect):
     defaults: ClassVar[dict[str, object]] = {"by_direction": False}
     compensation = "lanes"
     compensation_note = (
-        "only an order of the angle that a reference run has measured; an order that is not an "
-        "integer needs REAL_ORDERS"
+        "lanes correct only an order of the angle that a reference run has measured; an order that "
+        "is not an integer needs REAL_ORDERS"
     )
     unspecific = True
     search_kind = "line"
     search = (
-        SearchParameter("order", "1", 0.0, 1e7, "periods a turn; 0: a line in time"),
-        SearchParameter("frequency", "Hz", 0.0, 1e6, "of a line in time, else 0"),
+        SearchParameter("order", "1", 0.0, 1e7, "periods per turn; 0: an error fixed to time"),
+        SearchParameter(
+            "frequency", "Hz", 0.0, 1e6, "frequency of an error fixed to time; otherwise 0"
+        ),
         SearchParameter(
             "in_time", "1", 0.0, 1.0, "1: fixed to time, 0: to the angle", integer=True
         ),
-        SearchParameter("in_capture", "1", 0.0, 1.0, "1: in R₂ − R₁, 0: in ε", integer=True),
+        SearchParameter(
+            "in_capture",
+            "1",
+            0.0,
+            1.0,
+            "1: R₂ − R₁ has the error; 0: ε has the error",
+            integer=True,
+        ),
     )
 
     def __init__(self, **settings: object) -> None:
@@ -111,7 +122,7 @@ class PeriodicError(Effect):
             )
             self.compensation = "none"  # type: ignore[misc, assignment]
             self.compensation_note = (  # type: ignore[misc]
-                "export writes no lanes for a line that depends on the direction"
+                "export writes no lanes for an error that depends on the direction"
             )
 
     @property
@@ -159,8 +170,8 @@ class PeriodicError(Effect):
     def at_place(
         self, residuals: Leftover, nonlinear: Nonlinear
     ) -> tuple[Effect, dict[str, float]]:
-        """Return the whole order near a reference line if each direction has a wave of its own;
-        otherwise return the line unchanged."""
+        """Return the effect with the nearest whole order if each direction of the reference run
+        has a wave of its own; otherwise return the effect unchanged."""
         rows = residuals.observations.reference
         order = float(round(nonlinear["order"]))
         same = self, dict(nonlinear)
@@ -304,7 +315,8 @@ class PeriodicError(Effect):
         return paired_real_lanes([order], coefficients[:2])
 
     def _of_the_angle(self, nonlinear: Nonlinear) -> bool:
-        """Tell whether the effect is one line of the reference that is fixed to the angle."""
+        """Tell whether the effect is one sinusoid of the reference run that is fixed to the
+        angle."""
         return not (self._by_direction or nonlinear["in_time"] or nonlinear["in_capture"])
 
 

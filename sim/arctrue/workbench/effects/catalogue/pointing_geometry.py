@@ -38,7 +38,8 @@ class PointingGeometry(Effect):
     )
     equation = (
         "first axis: ε = (c cos θ + s sin θ + n)·tan E + k·sec E; "
-        "second axis: ε = c cos A + s sin A; reference only"
+        "second axis: ε = c cos A + s sin A; A and E: angles of the first and second axis (for "
+        "example azimuth and elevation); c, s, n, k: constants; reference only"
     )
     source = "spherical trigonometry; terms AN, AW, NPAE and CA of pointing models"
     capture_sees = "nothing"

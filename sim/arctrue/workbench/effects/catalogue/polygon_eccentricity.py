@@ -1,4 +1,4 @@
-"""Only the reference shows an error of first order."""
+"""The reference has an error of order 1, which the table does not have."""
 
 from __future__ import annotations
 
@@ -24,14 +24,17 @@ class PolygonEccentricity(Effect):
     physics = (
         "The polygon is tilted, so that its faces tilt up and down once per turn: an "
         "autocollimator rolled by ρ about its line of sight reads tilt·sin ρ as an angle. A "
-        "polygon off the axis by s causes a small error, 8sh/H² or 0.0005″ per µm, if its faces "
-        "of width H are concave by h; an encoder as the reference, off the axis by s, causes s/r."
+        "polygon off the axis by s causes the small error 8sh/H² (0.0005″ per µm of s in the "
+        "paper) if its faces of width H are concave by h; an encoder of radius r as the reference, "
+        "off the axis by s, causes the error s/r."
     )
     equation = "ε = c cos θ + s sin θ, reference only"
-    source = "paper, equation (14) for the offset; law of reflection for the tilt"
+    source = (
+        "the paper (docs/paper.md), equation (14), for the offset; law of reflection for the tilt"
+    )
     capture_sees = "nothing"
     reference_sees = "order 1"
-    separated_by = "two heads and the reference disagree at order 1"
+    separated_by = "at order 1 the coefficients from two heads differ from those of the reference"
     next_measurement = "a reference run with the polygon re-indexed by some faces"
     plausible = "0.05 to 1″ by tilt (30″ at a roll of 1°: 0.5″); 0.0005″ per µm by the offset"
     parameter_units = {"amplitude": "arcsec", "phase": "deg"}

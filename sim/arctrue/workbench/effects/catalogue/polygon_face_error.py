@@ -36,8 +36,8 @@ class PolygonFaceError(Effect):
         "belongs to the polygon, not to the table, and moves with the polygon when the polygon "
         "is re-indexed."
     )
-    equation = "ε = f_i at face i, Σ f_i = 0"
-    source = "paper, Table 3, u₁; EURAMET cg-19"
+    equation = "ε = f_i at face i, Σ f_i = 0; reference only"
+    source = "the paper (docs/paper.md), Table 3, u₁; EURAMET cg-19"
     capture_sees = "nothing"
     reference_sees = "the same error each time a face is read"
     separated_by = (
@@ -86,8 +86,8 @@ class PolygonFaceError(Effect):
         Patterns are a wave over the faces (Fisher's test of the periodogram, Proc. R. Soc. A 125
         (1929) 54), one face or some neighbouring faces as outliers among the other faces (Grubbs,
         Ann. Math. Stat. 21 (1950) 27), or a shape that repeats several times a turn (analysis of
-        variance). A motion of the table itself causes such patterns; a polygon on the table shows
-        this motion as well.
+        variance). A motion of the table itself causes such patterns, and the polygon on the table
+        shows this motion too.
         """
         values = coefficients - coefficients.mean()
         size, level = values.size, CONTRADICTED_P

@@ -1,4 +1,4 @@
-"""The axis moves in the stator frame, as a function of the angle."""
+"""The axis of the table moves sideways in its bearing, as a function of the angle."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ from arctrue.workbench.observations import CaptureRows, Observations, ReferenceR
 
 
 class RadialErrorMotion(Effect):
-    """Adds x(θ) and y(θ) of the axis in the stator frame, orders 2 to 8; with three heads, orders 1
-    to 8."""
+    """Adds x(θ) and y(θ) of the axis in the frame of the heads, orders 2 to 8. With three or more
+    heads, :meth:`narrowed` also tries order 1."""
 
     name = "radial_error_motion"
     physics = (
@@ -38,11 +38,13 @@ class RadialErrorMotion(Effect):
     )
     equation = "ε₁ = y(θ), δ₂₁ = x sin α + y (cos α − 1); x, y = Σ c cos kθ + s sin kθ"
     source = "ISO 230-7, synchronous radial error motion; exact for small motions"
-    capture_sees = "order k, but not with the factor of a disc-fixed order"
+    capture_sees = (
+        "order k; the factor e^{jkα} − 1 of errors that are fixed to the disc does not apply"
+    )
     reference_sees = "order k"
     separated_by = (
-        "two heads and reference disagree at orders 2 to 8; three or four heads disagree at orders "
-        "1 to 8"
+        "at orders 2 to 8 the coefficients from two heads differ from those of the reference; with "
+        "three or four heads, the coefficients of different pairs of heads differ at orders 1 to 8"
     )
     next_measurement = "a third head, or the reference with its polygon re-indexed by some faces"
     moves_axis = True
@@ -55,8 +57,8 @@ class RadialErrorMotion(Effect):
     }
     compensation = "lanes"
     compensation_note = (
-        "the part that head 1 sees (y), after a reference run has separated it; the weighted "
-        "mean of three or four heads does not contain the motion"
+        "lanes correct the part that head 1 sees (y), after a reference run has separated it; the "
+        "weighted mean of three or four heads does not contain the motion"
     )
     defaults = {"orders": list(range(2, 9))}
 

@@ -17,11 +17,11 @@ class ReferenceDrift(Effect):
         "The stand of the autocollimator or its electronics creeps during the run. All stations "
         "shift together, by an amount that grows with time."
     )
-    equation = "ε = Σ r_j·tʲ, t from the middle of the run"
+    equation = "ε = Σ r_j·tʲ, t from the middle of the run; reference only"
     source = "drift of an instrument; EURAMET cg-19"
     capture_sees = "nothing"
-    reference_sees = "a ramp over the cycles"
-    separated_by = "the first station repeated at the end"
+    reference_sees = "an error that grows from cycle to cycle"
+    separated_by = "a second reading of the first station at the end"
     next_measurement = "repeat the first station at the end of every cycle"
     in_parts = ("time", "reference")
     plausible = "0.1 to 5″/h"

@@ -38,8 +38,14 @@ class SubdivisionError(Effect):
     )
     equation = "ε_h = Σ c_{h,k} cos kφ_h + s_{h,k} sin kφ_h, φ_h = 2π·frac(counts·lines/turn)"
     source = "Heydemann (1981), quadrature errors of an interferometer"
-    capture_sees = "both heads' oscillations, without the factor of the disc-fixed orders"
-    reference_sees = "an alias at order 8, because 24 faces meet only 3 electrical phases"
+    capture_sees = (
+        "the oscillations of both heads; the factor e^{jnα} − 1 of errors that are fixed to the "
+        "disc does not apply"
+    )
+    reference_sees = (
+        "with 24 faces and 16,384 lines, an alias at order 8, because the faces meet only 3 "
+        "electrical phases"
+    )
     separated_by = "the error follows the electrical phase, counts mod (counts per line)"
     next_measurement = "a slow capture over a few signal periods with many samples per period"
     plausible = "0.06 to 2.4″"

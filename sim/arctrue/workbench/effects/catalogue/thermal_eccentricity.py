@@ -39,8 +39,8 @@ class ThermalEccentricity(Effect):
     parameter_units = {"amplitude": "arcsec/K", "phase": "deg"}
     compensation = "lanes"
     compensation_note = (
-        "order 1, which the firmware calculates for the temperature of the table; the weighted "
-        "mean of three or four heads does not contain it"
+        "the firmware calculates order 1 for the temperature of the table; the weighted mean of "
+        "three or four heads does not contain order 1"
     )
 
     def missing(self, observations: Observations) -> list[str]:

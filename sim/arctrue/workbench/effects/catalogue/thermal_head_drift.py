@@ -9,6 +9,7 @@ from arctrue.workbench.effects.scalar_effect import ScalarOfEachHead
 from arctrue.workbench.observations import CaptureRows, Observations
 
 LEAST_SPAN_K = 0.2
+"""Smallest change of the temperature, in kelvins, with which a thermal effect is fitted."""
 
 
 class ThermalHeadDrift(ScalarOfEachHead):
@@ -27,7 +28,10 @@ class ThermalHeadDrift(ScalarOfEachHead):
     next_measurement = "a capture while the table warms and cools again"
     plausible = "0.05 to 5″/K"
     parameter_units = {"drift": "arcsec/K"}
-    compensation_note = "head 2 is not in the output; use α at the present temperature"
+    compensation_note = (
+        "the output does not contain head 2; use in the calibration the angle α that applies at "
+        "the present temperature"
+    )
     parameter_name = "drift"
     parameter_unit = "arcsec/K"
     in_parts = ("temperature", "head2")

@@ -26,7 +26,10 @@ class TimingSkew(ScalarOfEachHead):
     in_parts = ("speed", "head2")
     plausible = "0.05 to 10 µs"
     parameter_units = {"skew": "us"}
-    compensation_note = "only head 1 goes to the output; correct the latch instead"
+    compensation_note = (
+        "the output contains only head 1, so it has no such error; make the electronics read both "
+        "heads at the same instant"
+    )
     parameter_name = "skew"
     parameter_unit = "us"
 

@@ -1,4 +1,4 @@
-"""A bracket or the building shakes at a frequency of its own."""
+"""A head's bracket or the building vibrates at a fixed frequency in time."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ class Vibration(Effect):
         "phase does not depend on the angle and differs between runs."
     )
     equation = (
-        "δ₂₁ = Σ_run c_r cos 2πft + s_r sin 2πft, t since the run's start, f found; "
-        "ε₁ = c cos 2πft + s sin 2πft"
+        "δ₂₁ = c_r cos 2πft + s_r sin 2πft in run r, t since the run's start; "
+        "ε₁ = c cos 2πft + s sin 2πft, t since the set's start; the fit searches for f"
     )
     source = "forced oscillation of one head"
-    capture_sees = "a line in time, at the same frequency at every speed"
-    reference_sees = "scatter; with constant time steps a slow line, the alias of f"
+    capture_sees = "an oscillation in time, with the same frequency at every speed"
+    reference_sees = "scatter; if the time steps are constant, a slow oscillation, the alias of f"
     separated_by = (
         "the frequency is the same at another speed; the frequency of an order changes with the "
         "speed"
@@ -46,7 +46,7 @@ class Vibration(Effect):
         "reference_amplitude": "arcsec",
     }
     search_kind = "frequency"
-    search = (SearchParameter("frequency", "Hz", 0.1, 2000.0, "of the oscillation"),)
+    search = (SearchParameter("frequency", "Hz", 0.1, 2000.0, "frequency of the oscillation"),)
 
     def missing(self, observations: Observations) -> list[str]:
         return [] if observations.capture is not None else ["a capture of both heads"]
