@@ -90,9 +90,9 @@ HEADINGS = (
     "tasks",
     "CPU s a task",
     "CPU s of all processes",
-    "of that the tasks' own %",
+    "tasks' share of it, %",
     "tasks a second on free cores",
-    "on the wall",
+    "tasks a second, measured",
 )
 
 
@@ -123,16 +123,17 @@ def table(found: Sequence[Measured], load: float) -> list[str]:
     whole_s = CLUSTER_SETS * own_s / CLUSTER_CORES + start_s
     lines += [
         "",
-        f"Measured while the load of the machine's {os.cpu_count()} cores was {load:.0f}: *on the "
-        "wall* is shared with other work. The rate on free cores assumes that the CPU time does "
-        "not change, which holds for one process a core (one BLAS thread each). A task's message "
-        "and lines "
-        f"cost {1e3 * message_s:.2g} ms, start and imports {start_s:.2g} s a process.",
+        f"The load of the machine's {os.cpu_count()} cores was {load:.0f} during the measurement, "
+        "so the measured rate contains waiting for other work. The rate on free cores is computed "
+        "from the CPU time, which is assumed not to change; this holds for one process a core (one "
+        f"BLAS thread each). The runner takes {1e3 * message_s:.2g} ms of CPU time per task for "
+        f"its message and lines, and {start_s:.2g} s per process for start and imports.",
         "",
-        f"On paper, {CLUSTER_SETS:,} sets on {CLUSTER_CORES} cores: {CLUSTER_SETS:,} · "
+        f"Computed time for {CLUSTER_SETS:,} sets on {CLUSTER_CORES} cores: {CLUSTER_SETS:,} · "
         f"{own_s:.2f} s / {CLUSTER_CORES} + {start_s:.2g} s = {whole_s / 60:.0f} min. One process "
-        f"hands out and writes, {CLUSTER_SETS * message_s:.0f} s in all "
-        f"({CLUSTER_SETS / 1000:.0f} s more with Dask, at its 1 ms a task), so it delays none.",
+        "hands out the tasks and writes the results; this takes "
+        f"{CLUSTER_SETS * message_s:.0f} s in total ({CLUSTER_SETS / 1000:.0f} s more with Dask, "
+        "which needs 1 ms a task), so no worker waits for it.",
     ]
     return lines
 
