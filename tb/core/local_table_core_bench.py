@@ -52,7 +52,7 @@ async def settled(machine: Machine) -> None:
 
 
 async def turn_and_compare(machine: Machine, dut: Any, loaded: LocalTable | None) -> None:
-    """Turn the table 1.5 times and compare the correction of every accepted angle with the model
+    """Turn by 1.5 turns and compare the correction of every accepted angle with the model
     with ``loaded``."""
     seen: list[list[int]] = []
     turning = cocotb.start_soon(machine.turn(machine.now + turns(1.5)))

@@ -345,8 +345,7 @@ class FitResult:
         return "\n".join(lines)
 
     def plot(self) -> Pictures:
-        """Draw the residual over the angle, by run and by direction, and its maps over the
-        conditions.
+        """Draw the residual over the angle, by run and by direction, and over the conditions.
 
         Returns
         -------

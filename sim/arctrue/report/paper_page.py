@@ -226,7 +226,8 @@ def _figures() -> list[str]:
     ]
     for number, (title, _, _) in DRAWINGS.items():
         name = f"Fig. {number}" if number.isdigit() else f"Fig. A.{number[1:]}"
-        lines += [f"![{name}: {title}](images/{drawing_name(number)})", ""]
+        caption = title if title.startswith(name) else f"{name}: {title}"
+        lines += [f"![{caption}](images/{drawing_name(number)})", ""]
     return lines[:-1]
 
 

@@ -115,8 +115,8 @@ PLACES = {
     "rtl/core/compensation_pipeline.vhd": ["Section 3.3 and figure 7"],
     "rtl/core/arctrue_core.vhd": ["figures 3 and 5 to 7 and section 3"],
     "rtl/sampler/sampler.vhd": ["section 3.2"],
-    "rtl/phase/phase_unit.vhd": ["Figure 8 and section 3.3"],
-    "rtl/harmonic/harmonic_unit.vhd": ["Figure 9 and section 3.3"],
+    "rtl/phase/phase_unit.vhd": ["figure 8 and section 3.3"],
+    "rtl/harmonic/harmonic_unit.vhd": ["figure 9 and section 3.3"],
     "rtl/compensation/error_compensation.vhd": ["equation (8), θ_com = R − ε(R)"],
     # Equation (2) is the reading R = θ + ε(θ); equation (1) defines the deviation of the table.
     "rtl/encoder_source/encoder_source.vhd": ["ε of equation (2)"],

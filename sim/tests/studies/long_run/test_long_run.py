@@ -98,7 +98,7 @@ def test_a_short_run_claims_nothing_of_noise_and_trends(found: dict[str, Any]) -
     for deviation in found["allan"]["deviation_arcsec"].values():
         deviation[-1] = None
     page = long_run_page(found)
-    assert "the stated noise is right" not in page
+    assert "the stated uncertainty is right." not in page
     assert "The run is too short for a line" in page
 
 
