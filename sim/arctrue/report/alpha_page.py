@@ -54,8 +54,8 @@ def alpha_page(found: Mapping[str, Any]) -> str:
             "--out docs/images",
             "```",
             "",
-            "Equation (6) multiplies the noise of order n by the gain |TF(n)| = 1/(2 |sin(nα/2)|). "
-            "An error Δα of α changes the amplitude of order n",
+            "Equation (6) of the [paper](paper.md) multiplies the noise of order n by the noise "
+            "gain |TF(n)| = 1/(2 |sin(nα/2)|). An error Δα of α changes the amplitude of order n",
             "by the relative amount n·|TF(n)|·Δα. If n·α is near a whole number of turns, the two "
             "heads determine order n poorly or not at all.",
             "",
@@ -73,8 +73,8 @@ def alpha_page(found: Mapping[str, Any]) -> str:
             "",
             "- *Noise*: RMS over the turn of the error of these orders that 0.1″ of noise on each "
             "reading causes, for one captured turn of 12,000 samples.",
-            "- *Mounting*: RMS of the error if the true α differs by up to ± 50″ from the nominal "
-            "α that the calibration uses.",
+            "- *Mounting*: RMS of the error if the true α differs from the nominal α, which the "
+            "calibration uses, by a random angle within ± 50″.",
             "- *Not determined*: the first orders up to 128 that two heads at α do not determine.",
             "",
             "| Orders | Choice | α | Worst gain | Gain, order 1 | RMS gain | Noise, ″ | Mounting, "
@@ -97,8 +97,9 @@ def alpha_page(found: Mapping[str, Any]) -> str:
             *_places(found.get("places", [])),
             "## How many lanes, how many bits",
             "",
-            "The error of the paper's rotary table is corrected with exact coefficients. The first "
-            "table shows the RMS of the orders that have no lane.",
+            "In this simulation the error of the paper's rotary table is corrected with exact "
+            "coefficients. The first table shows the RMS of the orders that have no lane (the "
+            "circuit for one order).",
             "",
             "| Lanes | Remaining error, ″ RMS |",
             "|---:|---:|",
@@ -134,8 +135,8 @@ def _places(choices: Sequence[Mapping[str, Any]]) -> list[str]:
     return [
         "## Three and four heads",
         "",
-        "`arctrue alpha --heads 4 --orders 64` searches the best places of all heads, first in "
-        "steps of 4° and then in smaller steps, with the heads at least 20° apart;",
+        "`arctrue alpha --heads 4 --orders 64` searches the best places (angles) of all heads, "
+        "first in steps of 4° and then in smaller steps, with the heads at least 20° apart;",
         "other places can be equally good. `--places 0,64.3,177,257.9` evaluates given places.",
         "",
         "- *Worst gain* is the largest noise of an order of the disc, divided by the noise of one "
@@ -143,7 +144,8 @@ def _places(choices: Sequence[Mapping[str, Any]]) -> list[str]:
         "  at every order, and the orders begin at 2, because the mean does not contain order 1.",
         "- *Mean* is √Σwᵢ² of the weighted mean that is free of axis translation. *One missing* is "
         "the same value without one head, in the worst case.",
-        "  The search accepts only places at which both values are below 0.85.",
+        "  Three heads have no mean without one head. The search accepts only places at which each "
+        "existing value is below 0.85.",
         "",
         "| Heads | Orders | Places after head 1 | Worst gain | Mean | One missing |",
         "|---:|---|---|---:|---:|---:|",

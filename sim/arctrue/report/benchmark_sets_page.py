@@ -3,17 +3,21 @@ generators are."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from arctrue.studies.benchmark.independent.world import independent_worlds
 from arctrue.studies.benchmark.worlds import WORLDS
 
 MADE = "<!-- Made by scripts/make_docs.py from the worlds. Do not edit: make docs -->"
 WORLDS_TEXT = """## The first generator, based on the simulated table
 
-A set has 24,000 rows: four runs (up, down, three times as fast, warm) and ten polygon cycles.
-Each world has five kinds of sets: sets without a cause; with one cause of the catalogue; with a
-product of parts that is not in the catalogue; with a stranger, which no product of parts can
-represent; and with two or three causes at once. Causes and sizes are drawn at random from the
-ranges that `arctrue simulate --list` shows; causes that look like each other may be drawn too.
+A *world* is a kind of measurement with its disturbances. Unless the world says otherwise, a set has
+24,000 rows of two heads in four runs (up, down, three times as fast, warm) and ten cycles over a
+polygon. Each world has five kinds of sets: sets without a cause; with one cause of the catalogue;
+with a product of parts (a condition times a wave, such as temperature × order 2) that is not in the
+catalogue; with a *stranger*, a cause that no product of parts can represent; and with two or three
+causes at once. Causes and sizes are drawn at random from the ranges that `arctrue simulate --list`
+shows; causes that look like each other may be drawn too.
 
 | world | disturbances of the measurement |
 |---|---|
@@ -24,8 +28,8 @@ SECOND_TEXT = """## The second generator
 The option `--generator independent` selects the second generator; with `--generator both` it makes
 a fifth of the sets. Its author wrote it from the physics, without having read the effects of the
 workbench or the first generator, and it imports no code of them. Its noise is white noise, noise
-with Student's t distribution, a relaxation, a random walk, 1/f noise by fractional integration, or
-a driven oscillator.
+with Student's t distribution, a relaxation (exponentially correlated noise), a random walk, 1/f
+noise by fractional integration, or a driven oscillator.
 
 Each set states which answers are right: names with the same meaning, and verdicts that the design
 of the measurement allows (for example `ambiguous` if the temperature rises with time; the score
@@ -34,16 +38,17 @@ frequency: the right name at another order or frequency is a false name. A dampe
 noise counts as a cause that the catalogue does not have: `unknown` is right if the diagnosis states
 the oscillator's frequency within the half width at half power.
 
-The oracle of the second generator removes from each cause, by projection, 20 orders, the offsets of
-the runs and all other causes, and whitens the result with the spectrum of the drawn noise.
+The oracle is an ideal test, which knows the form of the cause and the noise. The oracle of the
+second generator removes from each cause, by projection, 20 orders, the offsets of the runs and all
+other causes, and whitens the result with the spectrum of the drawn noise.
 
 | world | what is measured, and what may be hidden |
 |---|---|
 """
 INDEPENDENCE_TEXT = """## How independent the first generator is of the effects
 
-The first generator moves discs, brackets and counters by exact plane geometry and solves for the
-reading; it shares no code with the workbench. If the formula of a cause equals the formula of the
+The first generator moves discs and heads by exact plane geometry and solves for the reading; it
+shares no code with the workbench. If the formula of a cause equals the formula of the
 workbench's effect, a right diagnosis shows that the search and the statistics work, but not that
 the physics is right.
 
@@ -139,7 +144,8 @@ noise. Most noise of the first generator has a similar form:
 
 - *ornstein_uhlenbeck* and *wandering_reference* are one relaxation with a different time constant.
 - *pink* and *power_law* are sums of many relaxations.
-- *autoregressive* is a relaxation in rows instead of seconds, which starts again in each run.
+- *autoregressive* is a relaxation whose time constant is a number of rows instead of seconds; it
+  starts again in each run.
 - *by_angle* scales the noise with a cosine of the angle instead of 36 steps.
 
 Outliers have Student's t distribution with two degrees of freedom; the shift of an index mark is a
@@ -149,12 +155,16 @@ time of the rows.
 """
 
 
+def _about(make: Callable[..., object]) -> str:
+    """Return the disturbances that the docstring of a world's function states, as a sentence."""
+    said = " ".join((make.__doc__ or "").split()).removeprefix("Draw disturbances in which ")
+    return said[:1].upper() + said[1:]
+
+
 def benchmark_sets_page() -> str:
     """Return the page as Markdown, from the descriptions of the worlds."""
     lines = [MADE, "", "# The sets of the benchmark", "", WORLDS_TEXT.rstrip()]
-    lines += [
-        f"| {name} | {' '.join((make.__doc__ or '').split())} |" for name, make in WORLDS.items()
-    ]
+    lines += [f"| {name} | {_about(make)} |" for name, make in WORLDS.items()]
     lines += ["", SECOND_TEXT.rstrip()]
     lines += [f"| {name} | {world.about} |" for name, world in independent_worlds().items()]
     lines += ["", INDEPENDENCE_TEXT.rstrip()]

@@ -88,14 +88,15 @@ def _sources(found: Mapping[str, Any]) -> list[str]:
         *_sum_and_whole(found),
         f"- The transfer function predicts the row *noise of the readings* without a simulation: "
         f"0.1″ · √(4 Σ |TF(n)|² / 12,000) = {noise['expected_arcsec']:.4f}″.",
-        f"- Order 11 alone contributes {percent(share)} of the variance of this row, because two "
+        f"- Order 11 alone contributes {percent(share)} of the variance of this noise, because two "
         "heads at α = 33° determine order 11 poorly: see "
         "[the angle between the heads](head-angle.md).",
-        "- The paper's method adds the errors of uneven sampling and of the approximation in (8); "
+        "- The paper's method adds the errors of uneven sampling and of the approximation in its "
+        "equation (8); "
         "least squares at the actual readings has neither error.",
-        "- Error of α: the repeatability of the index is negligible; the place where each head "
-        "*detects* the index mark determines the error. The key `table.index_detection_arcsec` "
-        "states the standard uncertainty of this place.",
+        "- Error of α: the repeatability of the index is negligible; the places where the two "
+        "heads *detect* the index mark determine the error. The key `table.index_detection_arcsec` "
+        "states the standard uncertainty of their distance.",
         f"- Without recalibration the table's error changes by "
         f"{found['heat_not_recalibrated_arcsec_per_k']:.1f}″ per kelvin: a change of 2 K causes "
         f"{2 * found['heat_not_recalibrated_arcsec_per_k']:.0f}″, "
@@ -232,7 +233,8 @@ def _experiment(found: Mapping[str, Any]) -> list[str]:
         "## The paper's experiment in the form of cg-23",
         "",
         f"A polygon, which is remounted in each of {found['cycles']} cycles, measures the table's "
-        "error at each face. The closure separates the faces' errors from the table's error",
+        "error at each face. In every cycle it stands at another angle on the table, so that a "
+        "closure separates the faces' errors from the table's error",
         "([methods](methods.md)), so that the 0.1″ of the polygon's certificate are not needed: "
         f"the closure estimates the faces' errors, {found['faces_arcsec']:.3f}″ RMS, with an error "
         f"of {found['faces_off_by_arcsec']:.3f}″.",
