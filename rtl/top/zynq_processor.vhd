@@ -58,7 +58,8 @@ architecture rtl of zynq_processor is
   constant ID_WIDTH : positive := 12;
 
   -- Primitives of the 7 series, named as the vendor's and the open tools' libraries name them. Inputs that are not
-  -- listed here stay open; the vendor's and the open tools tie them to 0. vsg_off
+  -- listed here stay open; the vendor's and the open tools tie them to 0.
+  -- vsg_off
   component PS7 is
     port (
       EMIOGPIOI       : in    std_ulogic_vector(63 downto 0);

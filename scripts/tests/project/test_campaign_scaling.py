@@ -18,7 +18,7 @@ def test_what_sixty_four_cores_take() -> None:
     # 2,000 more tasks take 1 s more, which is 0.5 ms for each task. On 64 processes, 10,000 tasks
     # of 5 s take 781 s, plus 3 s to start.
     assert "| set | 2 | 10 | 5 | 56 | 89 | 0.357 | 0.1 |" in lines
-    assert "cost 0.5 ms" in lines[-3]
+    assert "takes 0.5 ms of CPU time per task" in lines[-3]
     assert "10,000 · 5.00 s / 64 + 3 s = 13 min" in lines[-1]
     assert len(lines) == 8
 
