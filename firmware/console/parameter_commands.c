@@ -101,7 +101,7 @@ static void tell_events(const struct console *console) {
     const struct core_access *core = &console->application->core;
     struct core_event event;
     if (console->application->phase == PHASE_NO_CORE || !core_has_events(core)) {
-        text_error(sink, "no ", "events");
+        text_error(sink, "the gateware is built without ", "EVENTS");
         return;
     }
     for (uint32_t place = 0; place < EVENTS_MOST && text_has_room(sink, EVENT_CHARACTERS_MOST) &&

@@ -88,8 +88,6 @@ def budget(
         },
     )
     if out is not None:
-        # matplotlib is imported here, because its import takes longer than the computation of the
-        # budget.
         from arctrue.report.budget_report import write_budget_report
 
         for path in write_budget_report(made, facts, out):
@@ -152,7 +150,7 @@ def _print(made: Budget) -> None:
     console.print(outcome(made), soft_wrap=True)
     if (at_angle := made.u_by_angle_arcsec) is not None:
         console.print(
-            f"at every reading (full covariance): U from {COVERAGE * at_angle.min():.4f}″ at "
+            f"at readings every 5° (full covariance): U from {COVERAGE * at_angle.min():.4f}″ at "
             f"{BY_ANGLE_DEG[at_angle.argmin()]:g}° to {COVERAGE * at_angle.max():.4f}″ at "
             f"{BY_ANGLE_DEG[at_angle.argmax()]:g}°"
         )

@@ -50,8 +50,8 @@ NO_DEVICE = 2
     "--turn",
     type=click.IntRange(-(1 << 23), (1 << 23) - 1),
     help="Number that the device gives to turn 0 of FILE (`load status` shows the present "
-    "number). It sets the phases of lanes whose order is not an integer; without it such a lane "
-    "is off until the device finds its phase.",
+    "number). It sets the phases of the orders that are not integers and whose phase the device "
+    "does not find itself; without it they are off until `load phase` at the console.",
 )
 def load(
     port: str, file: Path, timeout: float, *, force: bool, unseen: bool, turn: int | None
@@ -59,22 +59,22 @@ def load(
     """Load FILE, which calibrate or export wrote, into the device at PORT.
 
     The device continues to calibrate: FILE corrects the orders that it contains, and the device's
-    own calibration corrects all others. A file without lanes removes the loaded orders. The device
+    own calibration corrects all others. A file without orders removes the loaded orders. The device
     tests each order with captured turns; if one order is wrong, it refuses the whole file, even
     with --force.
 
     Exit code 1: the device refuses the coefficients, states the reason and keeps its active
     coefficients; or other coefficients are active at the end. 2: FILE cannot be used, the device
-    does not answer, or no turn decides.
+    does not answer, or no turn tests the coefficients within --timeout.
     """
     try:
         coefficients = read_coefficient_file(file, DEVICE_LOADS)
         missing = heads_without_sets(coefficients)
         if missing:
             tell_warning(
-                f"{file}: the sets without head {', '.join(map(str, missing))} stay in "
-                "the file: lanes follow the temperature or a condition, and the firmware takes "
-                "no sets with such lanes; a head that fails is not left out"
+                f"{file}: the coefficients for the loss of head {', '.join(map(str, missing))} are "
+                "not sent, because lanes of the file follow the temperature or a condition; if the "
+                "head fails, the device does not leave it out of the mean"
             )
         console = console_at(port)
         with Progress(f"{file.name}: sending") as progress:
@@ -85,7 +85,7 @@ def load(
                 force=force,
                 unseen=unseen,
             )
-            progress.now("waiting for turns that test them")
+            progress.now("waiting for turns that test the coefficients")
             unjudged = wait_until_judged(console, sent, timeout)
             for line in phase_commands(coefficients, turn) if turn is not None else []:
                 console.command(line)
@@ -103,11 +103,11 @@ def load(
         return
     said = f"{file}: {len(sent.orders)} orders are loaded and active"
     if sent.has_sets:
-        said += ", with the sets for a missing head"
+        said += ", with the coefficients for the loss of a head"
     if sent.lacks_failover:
         tell_warning(
-            f"{file}: its sets for a missing head were not sent: the gateware is built without "
-            "FAILOVER, so that a head that fails is not left out"
+            f"{file}: its coefficients for the loss of a head were not sent: the gateware is built "
+            "without FAILOVER; if a head fails, the device does not leave it out of the mean"
         )
     if sent.has_table:
         said += ", with a local table"
@@ -116,13 +116,13 @@ def load(
     if sent.unseen_followed:
         said += f"; no turn of two heads shows {sent.unseen_followed} of these lanes"
     if sent.real:
-        said += f", and {sent.real} lanes of real orders"
+        said += f", and {sent.real} orders that are not integers"
         if sent.sought:
             said += f", of which {sent.sought} are off until the device has found their phase"
         if turn is None and sent.real > sent.sought:
             said += (
-                f", of which {sent.real - sent.sought} are off: their phase is unknown (--turn, "
-                "or load phase at the console)"
+                f", of which {sent.real - sent.sought} are off, because their phase is unknown: "
+                "state it with --turn, or with `load phase` at the console"
             )
     if unjudged:
         said += f"; not judged by any turn: {', '.join(map(str, unjudged))}"

@@ -107,8 +107,8 @@ def read_description(folder: Path) -> Description:
     """Read and check ``folder``/measurement.toml. Raises MeasurementError naming file and key."""
     path = folder / FILE_NAME
     if not folder.is_dir():
-        what = "is a file, expected a folder" if folder.exists() else "no such folder"
-        raise MeasurementError("missing", folder, f"{what} with a {FILE_NAME}")
+        what = "is a file" if folder.exists() else "no such folder"
+        raise MeasurementError("missing", folder, f"{what}; expected a folder with a {FILE_NAME}")
     try:
         content = with_text_date(read_toml(path))
         # If the file states another schema, its keys may have other types; the error then names
@@ -128,7 +128,7 @@ def read_description(folder: Path) -> Description:
         section, _, key = dotted.partition(".")
         other[dotted] = content[section][key] if section in SECTIONS else content[dotted]
         meant = f"; did you mean {' or '.join(near)}?" if near else ""
-        warnings.append(f"{path}: {one_line(dotted)}: is not known and is not used{meant}")
+        warnings.append(f"{path}: the key {one_line(dotted)} is not known and is not used{meant}")
     return Description(path, keys, other, tuple(warnings))
 
 

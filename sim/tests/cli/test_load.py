@@ -186,7 +186,7 @@ def test_sets_for_a_missing_head_go_to_a_gateware_that_takes_them(
     assert done.exit_code == 0, done.output
     assert any(frame.startswith("load without ") for frame in console.frames) == are_sent
     said = " ".join(done.output.split())
-    assert ("with the sets for a missing head" in said) == are_sent
+    assert ("with the coefficients for the loss of a head" in said) == are_sent
     assert ("built without FAILOVER" in said) != are_sent
 
 
@@ -261,7 +261,7 @@ def test_sets_for_a_missing_head_are_named_as_not_loaded(
     write_coefficient_file(path, dataclasses.replace(four, extension=speed))
     done = CliRunner().invoke(main, ["load", str(tmp_path / "no_port"), str(path)])
     assert done.exit_code == 2, done.output
-    assert "the sets without head 3 stay in the file" in done.output
+    assert "the coefficients for the loss of head 3 are not sent" in done.output
     write_coefficient_file(path, four)
     done = CliRunner().invoke(main, ["load", str(tmp_path / "no_port"), str(path)])
-    assert "stay in the file" not in done.output
+    assert "are not sent" not in done.output

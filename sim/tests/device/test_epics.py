@@ -150,7 +150,7 @@ class ProbedReplay(Replay):
                         for _ in range(self.events.qsize())
                     )
                 elif line == b"probe events":
-                    self.send(b"error: no events\r\n")
+                    self.send(b"error: the gateware is built without EVENTS\r\n")
                 if line in answers:
                     self.send(answers[line].encode() + b"ok\r\n")
 

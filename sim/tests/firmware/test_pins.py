@@ -99,7 +99,7 @@ def test_the_probe_is_read_after_its_low_word(running: Firmware) -> None:
 
 def test_events_are_printed_once_and_as_they_are_in_the_queue(running: Firmware) -> None:
     core = running.core
-    assert running.send("probe events") == "error: no events\r\n"
+    assert running.send("probe events") == "error: the gateware is built without EVENTS\r\n"
     core.build_events()
     assert running.send("probe events") == "ok\r\n"
     values = [
