@@ -58,7 +58,8 @@ def test_any_head_may_be_missing(found: dict[str, Any]) -> None:
         assert one["rms_arcsec"] == pytest.approx(expected, rel=0.1)
         assert abs(one["zero_apart_arcsec"]) < 0.01
     assert all(one["noise"] <= 0.83 for one in three)
-    # Each set needs lanes of its own, because the error E of its mean differs by arcseconds.
+    # Each choice of heads needs coefficients of its own, because the error of its mean differs by
+    # arcseconds.
     assert min(one["lanes_rms_arcsec"] for one in three) > every["lanes_rms_arcsec"] + 1.0
 
 

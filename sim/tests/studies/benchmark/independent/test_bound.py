@@ -21,8 +21,8 @@ ROWS = 300
 LINEAR = 1e-3
 """Largest relative deviation of the RMS error from proportionality to the size of the cause.
 
-A shift of the angle changes the form of the error by about 10⁻⁵. The subdivision error depends on
-the phase, which its own error of 0.01″ shifts; its form changes by 10⁻³.
+A shift of the angle changes the form of the error by about 10⁻⁵. At an amplitude of 0.01″, the
+subdivision error itself shifts the phase on which it depends, which changes the form by 10⁻³.
 """
 
 
