@@ -1,5 +1,5 @@
-"""Tests that a reversal error, a latency, and products with direction or speed are exported to
-lanes that follow these conditions."""
+"""Tests that the export writes a reversal error, a latency, and products with direction or speed to
+lanes of the gateware whose amplitudes follow these conditions."""
 
 from __future__ import annotations
 
@@ -212,7 +212,8 @@ def test_a_product_with_a_column_follows_a_word_of_the_host(made: MeasurementSet
     counts_seen = np.arange(0, COUNTS, 997)
     angle = 3.0 * counts_seen * 2.0 * np.pi / COUNTS
     expected = (0.3 * np.cos(angle) - 0.4 * np.sin(angle)) * 15.0 * COUNTS / 1_296_000
-    # The tolerance is one step of the amplitude, plus a step of the phase of 2π/2^24 at 6 counts.
+    # The tolerance is one step of the amplitude, plus one step of the phase, 2π/2^24, at an
+    # amplitude of 6 counts.
     assert np.abs(at_55.error_counts(counts_seen) - expected).max() < 2.0**-10
 
 
