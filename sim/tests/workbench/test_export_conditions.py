@@ -84,7 +84,7 @@ def test_without_the_flag_it_is_left_and_said_so(folder: Path, model: Path, tmp_
 
 
 def test_a_steep_reversal_is_refused(folder: Path, model: Path, tmp_path: Path) -> None:
-    """The export refuses 50″ within 0.02°, a slope of 0.69; the limit is 0.5."""
+    """The export refuses a change of 50″ within 0.02°, a slope of 0.69; the limit is 0.5."""
     words = ("export", folder, "--model", model, "--out", tmp_path, "--modulators")
     answer = _run(*words, "--reversal-width", "0.02")
     assert answer.exit_code != 0
@@ -144,8 +144,9 @@ def exported(made: MeasurementSet, order: int, lanes: int) -> Coefficients:
 def test_the_plain_lane_of_a_modulated_order_is_always_in_the_file(
     made: MeasurementSet, order: int
 ) -> None:
-    """The file always has the plain lane of an order with a modulator; otherwise the calibration
-    would fit this order itself, and include the direction of the fitted turn."""
+    """The file always has the plain lane of an order with a modulator. Otherwise the calibration
+    would fit this order itself, and its result would be right only for the direction of the fitted
+    turn."""
     held = exported(made, order, 4)
     assert held.extension is not None
     ((modulated, name),) = held.extension.modulators
