@@ -88,15 +88,15 @@ def test_a_free_spin_sees_all_but_the_torque_that_is_not_fitted() -> None:
 
 
 def test_a_spin_that_ends_is_refused() -> None:
-    """A table that starts at 10 turns a second stops after 3.1 turns, with the friction of
-    stop-and-go; the method must refuse it."""
+    """A table that starts at 10 turns per second stops after 3.1 turns, with the friction of the
+    study stop_and_go; the method must refuse a spin of three turns."""
     with pytest.raises(ValueError, match=r"comes to rest after 3.1 turns, a spin of 3 was"):
         timed_lines(World(SHORT), FreeSpin(turns_a_spin=3))
 
 
 def test_the_spin_has_the_friction_of_stop_and_go() -> None:
-    """The spin has the friction of stop-and-go: the servo's axis is released at 20 rad/s, and the
-    free response equals a stepwise solution of LuGre's model."""
+    """The free spin has the friction of the study stop_and_go: the axis of that study is released
+    at 20 rad/s, and the free response equals a stepwise solution of LuGre's model."""
     axis, step_s = Axis(), 1e-5
     speed, bend, gone = np.array([20.0]), np.array([0.0]), 0.0
     for _ in range(20_000):
@@ -113,8 +113,8 @@ def test_the_spin_obeys_its_equation_of_motion() -> None:
     """The spin obeys its equation of motion: the second derivative of the angle, by finite
     differences, equals the sum of the torques.
 
-    After two turns the speed falls by 5 % in a tenth of a turn, while τ/(n²ω²) is exact only for a
-    constant speed: the test allows a tenth of the torque.
+    The speed falls during a turn, while τ/(n²ω²) is exact only for a constant speed: the test
+    allows a fifth of the sum of the repeated torques.
     """
     spin = FreeSpin(torque_orders=(1, 2), torque_shares=(0.02, 0.005))
     time = 0.1 + np.array([-1e-3, 0.0, 1e-3])
