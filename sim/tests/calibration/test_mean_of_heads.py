@@ -1,5 +1,5 @@
 """Tests of the weighted mean of heads: geometry and closed forms give the expected weights, parity
-and banks."""
+and coefficients."""
 
 from __future__ import annotations
 
@@ -135,7 +135,8 @@ def mean_of(bank: Coefficients) -> MeanSet:
 
 
 def sets_of(disc: HeadsOnDisc, lanes: int = 32) -> list[Coefficients]:
-    """Return the words of the mean of all heads, then the words of each mean without one head."""
+    """Return the coefficients for the mean of all heads, then those for each mean without one head.
+    """
     every, _ = mean_banks(disc, COUNTS, lanes=lanes)
     assert every.extension is not None
     return [every, *every.extension.without]

@@ -52,10 +52,11 @@ SETS = {
     "drift of a head": {"head2_only": lambda time, speed: 1e-3 * time},
     "no reference": {"error": _warm, "reference": False},
 }
-"""Twelve sets with at most 6,400 rows each, keyed by name."""
+"""Twelve sets with at most 9,600 rows of the capture each, keyed by name."""
 LARGE = ("square wave", "order 30", "warm", "line", "subdivision", "reversal", "skew")
-"""Sets that only ``make test-large`` runs. The other sets have one linear effect in the capture,
-one linear effect in the reference, one effect whose place is searched, and no effect."""
+"""Sets that only ``make test-large`` runs. Two of the other sets have one linear effect in the
+capture, one set has a linear effect in the reference, one set has an effect whose place is
+searched, and one set has no effect."""
 
 
 def _made(name: str) -> MeasurementSet:

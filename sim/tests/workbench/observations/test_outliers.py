@@ -203,8 +203,8 @@ def test_what_comes_again_after_each_reversal_is_kept() -> None:
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_a_head_that_knocks_between_two_stops_is_no_faulty_recording(seed: int) -> None:
-    """The check reports no fault if a loose head moves between two stops: after a third of the
-    rows, the head is at its other stop, 5″ away."""
+    """The check reports no fault if a loose head moves between two stops, up to 5″ apart: on
+    average it changes to the other stop at every third row."""
     made = measurement_set(cycles=10, turns=1)
     assert made.reference is not None
     random = np.random.default_rng(seed)
