@@ -135,7 +135,7 @@ def mean_of(bank: Coefficients) -> MeanSet:
 
 
 def sets_of(disc: HeadsOnDisc, lanes: int = 32) -> list[Coefficients]:
-    """Return the coefficients for the mean of all heads, then those for each mean without one head.
+    """Return the coefficients for the mean of all heads, then those for the means without one head.
     """
     every, _ = mean_banks(disc, COUNTS, lanes=lanes)
     assert every.extension is not None
