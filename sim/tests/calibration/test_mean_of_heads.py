@@ -135,8 +135,8 @@ def mean_of(bank: Coefficients) -> MeanSet:
 
 
 def sets_of(disc: HeadsOnDisc, lanes: int = 32) -> list[Coefficients]:
-    """Return the coefficients for the mean of all heads, then those for the means without one head.
-    """
+    """Return the coefficients for the mean of all heads, then those for each mean that lacks one
+    head."""
     every, _ = mean_banks(disc, COUNTS, lanes=lanes)
     assert every.extension is not None
     return [every, *every.extension.without]
