@@ -1,5 +1,5 @@
-"""Tests of the search for lines next to integer and half-integer orders and next to the model's
-orders."""
+"""Tests of the search for lines (sine waves) next to integer and half-integer orders and next to
+the model's orders."""
 
 from __future__ import annotations
 

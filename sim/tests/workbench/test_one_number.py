@@ -1,5 +1,6 @@
-"""Tests that every output of a diagnosis states the same *left* and *held out*, and that adding the
-effect gives these values."""
+"""Tests that every output of a diagnosis states the same values *left* (RMS of the residual) and
+*held out* (RMS of rows that were left out of the fit), and that adding the effect gives these
+values."""
 
 from __future__ import annotations
 

@@ -52,8 +52,9 @@ def test_any_head_may_be_missing(found: dict[str, Any]) -> None:
     every, *three = found["missing"]
     assert [one["missing"] for one in three] == [1, 2, 3, 4]
     for one in (every, *three):
-        # The noise of 0.1″ and the counts of 0.077″ act through the weights; rounding the carrier
-        # before the lanes adds to this noise.
+        # The noise of 0.1″ and the counts of 0.077″ act through the weights. The reading of the
+        # carrier, the head whose counts the output follows, is rounded before the correction, which
+        # adds to this noise.
         expected = np.hypot(0.1, 0.0223) * one["noise"]
         assert one["rms_arcsec"] == pytest.approx(expected, rel=0.1)
         assert abs(one["zero_apart_arcsec"]) < 0.01

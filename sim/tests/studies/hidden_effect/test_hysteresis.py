@@ -1,5 +1,5 @@
-"""Tests that hysteresis is named, exported to a lane that follows the direction, and removed by
-this lane."""
+"""Tests that the diagnosis names hysteresis, that the export gives it a lane of the gateware that
+follows the direction, and that this lane removes it from the output."""
 
 from __future__ import annotations
 

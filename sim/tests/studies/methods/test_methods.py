@@ -139,8 +139,8 @@ def test_means_keep_what_the_heads_see_alike_of_the_disc() -> None:
         places = tuple(360.0 * k / heads for k in range(heads))
         found = world.score(mean_of("mean", places, "").run(world)).amplitude_arcsec
         kept = np.arange(1, 129) % heads == 0
-        # Heads that stand 50″ off their places let 2.4e-4·n of order n through, and order 2 couples
-        # to order 1.
+        # If heads are 50″ off their places, the share 2.4e-4·n of order n passes into the mean, and
+        # order 2 changes order 1.
         np.testing.assert_allclose(found[kept][1:], disc[kept][1:], atol=0.05)
         assert found[~kept].max() < 0.1
 

@@ -1,5 +1,5 @@
-"""Tests, in every world of the independent generator, that a fit of the true causes finds their
-true sizes."""
+"""Tests, in every world (kind of measurement set) of the independent generator, that a fit of the
+true causes finds their true sizes."""
 
 from __future__ import annotations
 
