@@ -179,8 +179,8 @@ def _left(name: str, text: str, angle_deg: float, way: int) -> float:
 
 
 def _chord(points: int) -> float:
-    """Return the largest error of linear interpolation between ``points`` exact rows: h²/8 ·
-    largest |g″|."""
+    """Return an upper bound of the error of linear interpolation between ``points`` exact rows:
+    h²/8 times Σ a·n², which is at least the largest |g″|."""
     step = 2.0 * math.pi / points
     return step**2 / 8.0 * sum(a * n**2 for n, (a, _) in DISC.items())
 

@@ -92,8 +92,8 @@ def test_motor_orders_above_the_model(motor: Observations) -> None:
 
 @pytest.mark.large
 def test_motor_is_diagnosed_step_by_step_until_nothing_has_a_name(motor: Observations) -> None:
-    """Each step adds the effect that the verdict names: both families of lines, then the difference
-    between the directions. At the end an error remains that has no name."""
+    """Each step adds the effect that the verdict names: lines at multiples of 21 and of 36, then
+    the difference between the directions. At the end an error remains that has no name."""
     terms, named, orders = [_base()], [], []
     for _ in range(12):
         found = diagnose(motor, terms, EFFECTS)

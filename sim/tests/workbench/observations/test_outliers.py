@@ -258,8 +258,9 @@ def test_white_noise_of_few_rows_has_no_outliers(rows: int, stations: int | None
 
 @pytest.mark.parametrize("rows", [7, 10, 30])
 def test_a_scatter_that_few_rows_tell_asks_for_more(rows: int) -> None:
-    """If the scatter is estimated from few rows, the threshold is a larger multiple of it: the test
-    compares with simulated sets, in which the scatter of the other rows judges the first row."""
+    """If the scatter is estimated from few rows, the threshold is a larger multiple of the scatter.
+    The test compares with simulated sets, in which the scatter of the other rows decides whether
+    the first row is an outlier."""
     sets = 40_000
     noise = np.random.default_rng(14).normal(size=(sets, rows + 1))
     scatter = 1.4826 * np.median(np.abs(noise[:, 1:]), axis=1)
