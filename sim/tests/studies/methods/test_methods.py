@@ -62,8 +62,8 @@ def test_four_heads_separate_the_axis_from_the_disc_and_three_do_not() -> None:
 
 
 def test_equal_division_leaves_the_multiples_of_its_heads_and_no_others() -> None:
-    """The mean leaves orders 4, 8, 12, 24 and 120 of the disc unchanged: 0.7, 0.35, 0.2, 0.3 and
-    0.2″."""
+    """The mean of four heads leaves the orders 4, 8, 12, 24 and 120 of the disc unchanged, which
+    have 0.7, 0.35, 0.2, 0.3 and 0.2″."""
     found = left("eda")
     np.testing.assert_allclose(found[[3, 7, 11, 23, 119]], [0.7, 0.35, 0.2, 0.3, 0.2], atol=0.01)
     others = np.delete(found[:40], [3, 7, 11, 15, 19, 23, 27, 31, 35, 39])
