@@ -1,5 +1,5 @@
-"""Tests that every unusable capture is refused, and that the message states the reason and the
-sample."""
+"""Tests that the check refuses every unusable capture, and that the exception has the right reason
+and sample."""
 
 from __future__ import annotations
 

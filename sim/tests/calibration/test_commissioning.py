@@ -1,5 +1,5 @@
-"""Tests that commissioning computes from the readings which cable belongs to which head, and each
-head's sense and place."""
+"""Tests that commissioning computes from the readings at which head each cable is connected, in
+which direction each head counts, and at which angle each head is."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Tests that compare the error before and after a correction; the bit-true model of the gateware
-computes the correction."""
+"""Tests the comparison of the error before and after a correction, which the bit-true model of the
+gateware computes."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ def calibrated(noise: float, reference_noise: float):
 
 
 def test_after_is_no_larger_than_the_noise_of_the_reference() -> None:
-    """The corrected error stays below 1.2 times the peak-to-peak noise of the reference, the limit
-    of the requirement; the simulated noise has the size of a good table's noise."""
+    """The corrected error must not exceed 1.2 times the peak-to-peak noise of the reference; the
+    simulated noise has the size of a good table's noise."""
     found, reference = calibrated(0.1, 0.15)
     comparison = found.comparison
     assert comparison is not None
@@ -48,8 +48,8 @@ def test_after_is_no_larger_than_the_noise_of_the_reference() -> None:
 def test_without_noise_what_is_left_is_rounding() -> None:
     comparison = calibrated(0.0, 0.0)[0].comparison
     assert comparison is not None
-    # The bound is half a count for the final rounding, and 0.01″ for the rounding of the readings
-    # in the calibration, which enters twice.
+    # The bound is the sum of half a count for the final rounding and 2 × 0.01″ for the rounding of
+    # the two heads' readings in the calibration.
     assert np.abs(comparison.after_arcsec).max() < 0.5 * 1_296_000 / COUNTS + 0.02
 
 

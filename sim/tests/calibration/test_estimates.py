@@ -172,8 +172,8 @@ def test_index_that_cannot_be_believed_falls_back_to_nominal(method) -> None:
 
 
 def test_orders_that_cannot_be_seen() -> None:
-    """The estimator marks order 120, which both heads read alike at 33°, as not seen; at orders 11
-    and 109 it magnifies the noise 19 times."""
+    """The estimator marks order 120, which both heads read alike at 33°, as not observable; at
+    orders 11 and 109 it magnifies the noise 19 times."""
     orders = np.arange(1, 125)
     for method in (fourier, least_squares):
         found, _ = method(turns_of(DISC, turn_angles(4000)), COUNTS, ALPHA, orders)

@@ -41,8 +41,8 @@ def complex_orders(values: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("method", ["least_squares", "fourier"])
 @pytest.mark.parametrize("stated_arcsec", [None, 19.0])
 def test_a_shifted_index_is_within_the_uncertainty(method, stated_arcsec) -> None:
-    """The uncertainty of an order covers the change |E_n(α + 38″) − E_n(α)| that an index causes if
-    it is detected 38″ away.
+    """The uncertainty of an order contains the change |E_n(α + 38″) − E_n(α)| of the order that
+    results if the index is detected 38″ away from its place.
 
     The expected change is computed independently, from E_n = D_n/(e^{jnα} − 1) at both α.
     """
@@ -80,8 +80,8 @@ def test_two_heads_repeat_as_two_rectangles() -> None:
 
 
 def test_the_harmonics_determine_alpha_where_they_are_strong() -> None:
-    """The harmonics determine α with u(α) = 0.15″·|e^{j11α} − 1|/(11·12″) = 12″, from 12″ of order
-    11; the index determines α with 29″."""
+    """For a disc with 12″ of order 11, the harmonics determine α with u(α) = 0.15″·|e^{j11α} −
+    1|/(11·12″) = 12″; the index determines α with 29″."""
     shifted = measured(STRONG, moved=MOVED_COUNTS)
     found = calibrate(shifted)
     assert found.estimate.separation_choice == "harmonics"

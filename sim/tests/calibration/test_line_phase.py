@@ -1,5 +1,5 @@
-"""Tests that the heads' readings determine the phase of a line over many turns, although the line's
-order is not an integer and changes at random."""
+"""Tests that the heads' readings determine the phase of a line (one harmonic) over many turns,
+although the line's order is not an integer and changes at random."""
 
 from __future__ import annotations
 
@@ -63,10 +63,10 @@ class Slipping:
 def test_a_slipping_line_is_followed_to_a_quarter(
     order: float, amplitude: float, memory: float, follows: bool
 ) -> None:
-    """A lane that uses the phase from the preceding turn leaves at most a quarter of the line (RMS)
-    in 1,000 turns.
+    """If the correction of each turn uses the phase from the preceding turn, at most a quarter of
+    the line (RMS) remains in 1,000 turns.
 
-    A phase that is found once and then kept leaves a much larger error.
+    A phase that is determined once and then kept leaves a much larger error.
     """
     disc = Slipping(order, amplitude, 5, 0.001, memory)
     finder = LineFinder(order, amplitude)

@@ -41,7 +41,8 @@ def test_masked_rows_are_not_used() -> None:
     found = calibrate(spoiled(masked=True))
     assert found.turns[0].masked == SPIKES.size
     assert found.turns[0].samples == 6000 - SPIKES.size
-    # The error as a function of the reading differs at order 2 by up to (95″)²/2 = 0.022″.
+    # Written as a function of the reading instead of the angle, the error differs at order 2 by up
+    # to (95″)²/2 = 0.022″.
     assert found.estimate.amplitude_arcsec[:2] == pytest.approx([95.0, 0.8], abs=0.025)
     assert found.comparison is not None
     assert np.abs(found.comparison.after_arcsec).max() < 0.3

@@ -1,5 +1,5 @@
-"""Tests of the weighted mean of heads: geometry and closed forms give the expected weights, parity
-and banks."""
+"""Tests of the weighted mean of heads and of the parity, a weighted sum that contains neither the
+angle nor the axis' motion: geometry and closed forms give the expected weights and coefficients."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ SPARE_PLACES_DEG = (0.0, 64.3, 177.0, 257.9)
 """Places of four heads; the mean of the other three exists if any single head fails."""
 COUNTS = 1 << 24
 QUANTISED_ARCSEC = 0.005
-"""Largest error of quantised banks in arcseconds.
+"""Largest error of quantised coefficients in arcseconds.
 
 The error has four sources. Weights are rounded to 2⁻¹⁷ of readings that differ by 285″ (0.002″),
-and offsets to 1/32 count per head (0.0024″). The lanes, with 5″ at order 2, are evaluated at the
-reading of the carrier, which is rounded to a count (10⁻⁶″). The 8 lanes are rounded to 2⁻¹² count
-each.
+and offsets to 1/32 count per head (0.0024″). The lanes (one per harmonic), with 5″ at order 2, are
+evaluated at the reading of the carrier, the head whose counts the output follows; this reading is
+rounded to a count (10⁻⁶″). The 8 lanes are rounded to 2⁻¹² count each.
 """
 
 
@@ -135,7 +135,8 @@ def mean_of(bank: Coefficients) -> MeanSet:
 
 
 def sets_of(disc: HeadsOnDisc, lanes: int = 32) -> list[Coefficients]:
-    """Return the words of the mean of all heads, then the words of each mean without one head."""
+    """Return the coefficients for the mean of all heads, then those for each mean that lacks one
+    head."""
     every, _ = mean_banks(disc, COUNTS, lanes=lanes)
     assert every.extension is not None
     return [every, *every.extension.without]
@@ -205,8 +206,8 @@ def test_every_bank_gives_the_true_angle_wherever_the_axis_is(
     exact = [table.reading_rad(head, state) / table.count_rad for head in range(len(places_deg))]
     counts = np.rint(exact).astype(np.int64)
     for bank in banks:
-        # The test subtracts the rounding of the readings to counts, because the bank does not cause
-        # this rounding.
+        # The test subtracts the rounding of the readings to counts, because the coefficients do not
+        # cause this rounding.
         rounded = counts - exact
         own = weights_of(bank) @ rounded
         shown = mean_angle_counts(bank, counts) - own

@@ -1,5 +1,5 @@
-"""Tests which orders the calibration applies, and which verdict the table prints for each other
-order."""
+"""Tests which orders the calibration applies, and which reason it states for each order that it
+does not apply."""
 
 from __future__ import annotations
 

@@ -30,7 +30,8 @@ def test_the_published_figures() -> None:
 
 
 def test_a_drift_rises_with_the_length() -> None:
-    """A drift of D per reading has exactly the deviation D·m/√2."""
+    """A drift of D per reading has exactly the Allan deviation D·m/√2, where m is the averaging
+    factor."""
     deviation, _ = overlapping_allan_deviation(0.3 * np.arange(100.0), LENGTHS[:2])
     np.testing.assert_allclose(deviation, 0.3 * np.array([1, 10]) / np.sqrt(2), rtol=1e-12)
 

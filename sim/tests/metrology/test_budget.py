@@ -33,8 +33,8 @@ def _run(*words: object) -> Result:
 
 
 def test_the_end_gauge_of_the_gum() -> None:
-    """The budget of the end gauge in JCGM 100:2008, H.1, has in nm: u = 32, effective degrees of
-    freedom 16 (17 unrounded), see table H.1."""
+    """The example of the end gauge in JCGM 100:2008, H.1 (see table H.1) has u = 32 nm and 16
+    effective degrees of freedom (17 before rounding); the budget gives the same."""
     lines = [(25.0, 18), (9.7, 25.6), (2.9, 50), (16.6, 2)]
     made = Budget(
         "",
@@ -48,8 +48,8 @@ def test_the_end_gauge_of_the_gum() -> None:
 
 
 def test_the_sensitivity_to_the_head_separation() -> None:
-    """A second calibration with an α larger by 30″ changes the correction by 30 times the stated
-    slope per arcsecond."""
+    """A second calibration with an α larger by 30″ changes the correction by 30 times the slope,
+    which is the stated change per arcsecond of α."""
     made = measurement_set(runs=2, turns=2, reference=False)
     settings = CalibrationSettings(separation="nominal")
     first = calibrate(made, settings)
@@ -60,7 +60,7 @@ def test_the_sensitivity_to_the_head_separation() -> None:
     change = (second.estimate.values - first.estimate.values)[kept]
     rms = math.sqrt(0.5 * float(np.sum(change**2)))
     # The difference and the slope disagree by a third of a percent, because the step of α is finite
-    # and g is a function of the reading.
+    # and the error is a function of the reading.
     assert separation_slope(first) * 30.0 == pytest.approx(rms, rel=0.01)
 
 
@@ -89,7 +89,8 @@ def test_two_heads_against_the_disc(tmp_path: Path) -> None:
     assert float(np.std(left)) < budget.expanded_arcsec
     assert budget.expanded_arcsec < 0.3, "not hidden behind a large budget"
     assert "the budget holds" in budget.checks[0]
-    # These sets have 2″ of reversal error, or 2″ of order 40, which the calibration does not fit.
+    # The next two sets have 2″ of reversal error, or 2″ of order 40, which the calibration does not
+    # fit.
     turned = measurement_set(runs=2, turns=2, reversal_arcsec=2.0)
     found = two_heads_budget(turned, calibrate(turned))
     half = {one.quantity: one.u_arcsec for one in found.contributions}[REVERSAL]

@@ -1,5 +1,5 @@
-"""Tests of tables for other controllers; this module rewrites the controllers' interpolation as the
-model of each test.
+"""Tests the correction tables for other controllers; each test uses a model of the controller's
+interpolation, which this module contains.
 
 The models follow the controllers' own sources step by step, one angle at a time: LinuxCNC's
 compute_screw_comp (src/emc/motion/control.c) and the sign of type 0 (docs, ini-config: "actual
@@ -179,8 +179,8 @@ def _left(name: str, text: str, angle_deg: float, way: int) -> float:
 
 
 def _chord(points: int) -> float:
-    """Return the largest error of linear interpolation between ``points`` exact rows: h²/8 ·
-    largest |g″|."""
+    """Return an upper bound of the error of linear interpolation between ``points`` exact rows:
+    h²/8 times Σ a·n², which is at least the largest |g″|."""
     step = 2.0 * math.pi / points
     return step**2 / 8.0 * sum(a * n**2 for n, (a, _) in DISC.items())
 
@@ -264,8 +264,8 @@ def test_a_set_with_a_reference_alone_gives_every_table(tmp_path: Path) -> None:
 
 
 def test_stations_that_leave_a_gap_are_refused(tmp_path: Path) -> None:
-    """The export refuses 20 orders with 24 stations, which can separate only the orders up to 11:
-    the fit would divide the error of order 5 between orders 5 and 19."""
+    """The export refuses stations in only one half of the turn; if the stations cover the whole
+    turn, it writes the orders 1, 2, 3 and 5."""
     made = measurement_set(cycles=2, runs=1, turns=1)
     assert made.reference is not None
     half = made.reference.where(made.reference.target_deg < 180.0)

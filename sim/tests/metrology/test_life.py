@@ -1,5 +1,5 @@
-"""Tests that changes of a parameter over time, and forecasts of it, agree with brute force and with
-simulated truth."""
+"""Tests that the detected changes of a parameter over time and the forecasts of the parameter agree
+with an exhaustive search and with simulated truth."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Tests of three machine histories, from sets through fits to ``arctrue life``, and of sets that
-``arctrue life`` refuses."""
+"""Tests ``arctrue life`` with simulated sets of three machines, each measured ten times, and with
+sets that ``arctrue life`` refuses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tests that the trend watch has the stated rate of false alarms and reports drifts with their
+"""Tests that TrendWatch has the stated rate of false alarms and reports drifts of orders with their
 size."""
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ def telemetry_of(values: np.ndarray) -> list[list[float]]:
 
 
 def test_noise_alone_alarms_as_often_as_stated() -> None:
-    """With noise alone, the watch raises alarms as often as stated.
+    """With noise alone, TrendWatch raises alarms as often as stated.
 
     5 % of the fitted lines may raise an alarm; the number of alarms in 250 lines must lie in the
     99.9 % range of the binomial distribution.
@@ -35,7 +35,7 @@ def test_noise_alone_alarms_as_often_as_stated() -> None:
 
 
 def test_a_drift_is_reported_with_its_size() -> None:
-    """The watch reports a drift with its size: the cosine and sine of order 2 change by 0.01″ and
+    """TrendWatch reports a drift with its size: the cosine and sine of order 2 change by 0.01″ and
     −0.02″ per turn, and the noise of a turn is 0.1″."""
     rng = np.random.default_rng(RNG_SEED)
     watch, found = TrendWatch(), []

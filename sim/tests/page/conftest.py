@@ -1,4 +1,4 @@
-"""Fixtures with a browser, and with a tab whose errors fail the test."""
+"""Defines fixtures: a browser, and a tab in which any error fails the test."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ EXPECTED = (
     "ERR_EMPTY_RESPONSE",
     "ERR_CONNECTION_RESET",
 )
-"""Error messages that the browser itself prints when the server refuses a request or has ended."""
+"""Parts of the error messages that the browser itself prints when the server refuses a request or
+has ended."""
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +32,7 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture
 def page(browser: Browser) -> Iterator[Page]:
-    """Open a tab. The test fails if the browser reports any other error."""
+    """Open a tab. The test fails if the browser reports an error that EXPECTED does not list."""
     context = browser.new_context(viewport={"width": 1500, "height": 1000}, color_scheme="light")
     context.set_default_timeout(PATIENCE_MS)
     found = context.new_page()

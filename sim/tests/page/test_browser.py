@@ -41,7 +41,8 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
 
 def rms_on_the_ladder(page: Page) -> list[float]:
-    """Return the RMS of the capture's residual at each step of the ladder."""
+    """Return the RMS of the capture's residual in each row of the model's history, which the page
+    calls ladder."""
     rows = page.locator("#ladder tbody tr", has_text="capture").all()
     return [float(row.locator("td").nth(4).inner_text().removesuffix("″")) for row in rows]
 

@@ -95,8 +95,8 @@ def test_places_and_skew_are_measured_and_written(
 ) -> None:
     """The operator clicks through all steps; then the device has the true places and delays.
 
-    The bound of a place is its stated u, below 25″ (test of ``arctrue commission``); the bound of
-    the skew is 20 ns.
+    The bound of a place is 100″, four times the largest stated u of 25″ (test of ``arctrue
+    commission``); the bound of the skew is 20 ns.
     """
     os.close(device.far)  # The server is a separate program, which opens the port itself.
     with page_server(tmp_path, tmp_path / "state", "--device", device.port) as address:

@@ -146,7 +146,7 @@ def test_the_heads_of_a_mean_are_shown(replay: Replay, page: Page, tmp_path: Pat
         expect(rows.nth(2)).to_contain_text("left out")
         expect(page.locator("#heads-note")).to_have_text("By turn 2. Parity: -3.5 counts.")
         expect(page.locator("#axis-circles tbody tr").nth(1)).to_have_text("20.400″0.100″")
-        # The head is dead: the turn has no places, and the page keeps the places of turn 2.
+        # Head 3 is dead: the turn has no places, and the page keeps the places of turn 2.
         replay.turn(3, result="refused", reason="stands_still", harmonics=[], left_out=[3])
         expect(page.locator("main")).to_have_attribute("data-turn", "3")
         expect(rows.nth(2)).to_contain_text("left out")

@@ -175,7 +175,8 @@ def test_drift_heat_orbit_and_a_fault_of_the_compiled_instrument(
         assert circle_arcsec(*mean) == pytest.approx(circle, abs=SIGMAS * U_CIRCLE_ARCSEC)
         picture(page, "instrument")
 
-        # A wire of head 2 breaks: its turns are refused, and the page states the reason.
+        # A wire of head 2 breaks: the firmware refuses the next turns, and the page states the
+        # reason.
         def break_a_wire(_: Firmware) -> None:
             broken = PinFault(device.instrument.clock + 1000, 10**9, low=HEAD2_A)
             device.instrument.disturb(broken)

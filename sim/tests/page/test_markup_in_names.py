@@ -50,8 +50,8 @@ def evil_set() -> MeasurementSet:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Write sets with markup in title, folder, column and fault; the effect has markup in its
-    texts."""
+    """Write sets with markup in the title, the folder's name, a column's name and a faulty value;
+    also write an effect with markup in its texts."""
     made = tmp_path_factory.mktemp("markup")
     write_measurement_set(made / "sets" / FOLDER, evil_set())
     broken = made / "sets" / f"broken {FOLDER}"
@@ -76,8 +76,8 @@ def server(folder: Path) -> Iterator[str]:
 
 
 def harmless(page: Page) -> None:
-    """Expect that the browser has made no element and no link of the texts, and that it still shows
-    the page."""
+    """Expect that the browser has made no element and no link from the texts, and that it still
+    shows the same page."""
     address = page.url
     page.wait_for_timeout(LOOKS_MS)
     assert page.url == address

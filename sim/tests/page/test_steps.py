@@ -222,8 +222,8 @@ def test_a_ranking_that_fails_says_why(settings: PageSettings, first: str) -> No
 
 @pytest.fixture(scope="module")
 def rankings(settings: PageSettings, client: FlaskClient, opened: str) -> list[Ranking]:
-    """Return the rankings that a job writes for the first step: first the partial ranking, then the
-    complete one.
+    """Return the rankings (comparisons of all effects) that a job writes for the first step: first
+    the partial ranking, then the complete one.
 
     The model of the step contains only graduation_harmonics.
     """

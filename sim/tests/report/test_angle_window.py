@@ -74,7 +74,7 @@ def test_figures_of_an_arc_show_the_arc() -> None:
     capture, reference = made.capture, made.reference
     assert capture is not None
     assert reference is not None
-    # The rows lie within 9° on both sides of 0.
+    # The rows lie within 4.5° on each side of 0.
     turn = 2**24
     near = np.abs((capture.head1_counts + turn / 2) % turn - turn / 2) < ARC_DEG / 720.0 * turn
     target = np.linspace(-ARC_DEG / 2, ARC_DEG / 2, reference.target_deg.size)

@@ -1,5 +1,5 @@
-"""Tests that every consumer of a cause applies all parts of the cause, or refuses the cause by
-name."""
+"""Tests that every function that simulates a cause applies all parts of the cause, or refuses the
+cause by name."""
 
 from __future__ import annotations
 

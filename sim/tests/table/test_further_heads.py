@@ -59,8 +59,8 @@ def test_a_simulated_set_is_calibrated_to_the_table_it_came_from(heads: int) -> 
     angle = np.linspace(0.0, 6.28, 500)
     reading = made.table.reading_rad(0, TableState.at_rest(angle))
     left = (reading - angle) * 206265.0 - found.on_disc().under_head(0, reading)
-    # The fit of 24 coefficients to 54,000 samples of 0.1″, with gains below 1.3, has an uncertainty
-    # of 0.003″. The test allows four times this.
+    # The fit of 24 coefficients, with gains below 1.3 and 0.1″ of noise, has an uncertainty of
+    # 0.005″ if only the 18,000 samples of one head count. The test allows four times this.
     assert np.std(left) < 4 * 1.3 * 0.1 * np.sqrt(24 / 18_000)
 
 

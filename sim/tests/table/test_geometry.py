@@ -69,7 +69,7 @@ def test_a_line_of_the_disc_passes_head_2_first_while_the_readings_rise() -> Non
 
 
 def test_second_order_is_the_known_one() -> None:
-    # For 30 µm the second-order term a²/2, see "(8)" in docs/errata.md, is 0.032″.
+    # For 30 µm the second-order term a²/2 with a = e/R, see "(8)" in docs/errata.md, is 0.032″.
     ratio = 30e-6 / DISC_RADIUS_M
     turn = np.arange(4096) * (2 * np.pi / 4096)
     table = eccentric(30e-6, 0.0)
@@ -97,7 +97,7 @@ def test_both_heads_see_one_error_function_alpha_apart() -> None:
 
 def test_head_separation_is_the_mean_over_true_angle_not_over_reading() -> None:
     # A mean over uniform readings, instead of uniform angles, gives a separation that is wrong by
-    # (a²/2)·sin α, which is 0.017″ for 30 µm.
+    # (a²/2)·sin α with a = e/R, which is 0.017″ for 30 µm.
     table = eccentric(30e-6)
     turn = np.arange(3600) * (2 * np.pi / 3600)
     state = TableState.at_rest(turn)

@@ -1,5 +1,5 @@
-"""Tests that the registry finds a cause in the cause's own file, and refuses two causes that look
-the same."""
+"""Tests that the registry finds a cause in the cause's own file, and refuses two recipes with the
+same name or rank."""
 
 from __future__ import annotations
 

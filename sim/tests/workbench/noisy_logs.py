@@ -1,4 +1,5 @@
-"""Simulates logs of an hour: noise of many kinds with regular lines.
+"""Simulates logs of an hour that contain noise of many kinds and regular lines (sine waves in
+time).
 
 The module uses plain numpy, and draws no noise from a kernel of the workbench.
 """

@@ -68,7 +68,7 @@ def test_an_effect_in_no_catalogue_is_unknown_with_its_parts() -> None:
 
 
 def test_too_small_to_matter_is_said_not_named() -> None:
-    # In 480 × 6 rows a small reversal error is significant, although it is less than half a count;
+    # In 2,880 rows a small reversal error is significant, although it is less than half a count;
     # the diagnosis lists the error as negligible.
     result = diagnosis_of(measurement_set(reversal_arcsec=0.05, cycles=60))
     assert result.verdict == "adequate"
@@ -86,8 +86,8 @@ def test_a_jump_of_both_heads_is_bad_data() -> None:
 
 
 def test_one_run_at_one_speed_does_not_choose_between_time_and_angle() -> None:
-    # The line has 39.75 periods per turn of 12 s. Three turns resolve 1/6, so that this is no
-    # half-integer order.
+    # The line has 39.75 periods per turn of 12 s. Three turns distinguish orders that differ by
+    # 1/6, so that the line is not taken for a half-integer order.
     frequency = 39.75 / 12.0
     result = diagnosis_of(
         measurement_set(

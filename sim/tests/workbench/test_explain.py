@@ -1,4 +1,4 @@
-"""Tests of ``arctrue explain`` on logs and turns that this module writes, with causes of known
+"""Tests of ``arctrue explain`` on measurement sets that this module simulates, with causes of known
 size."""
 
 from __future__ import annotations

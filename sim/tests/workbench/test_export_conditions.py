@@ -1,5 +1,5 @@
-"""Tests that a reversal error, a latency, and products with direction or speed are exported to
-lanes that follow these conditions."""
+"""Tests that the export writes a reversal error, a latency, and products with direction or speed to
+lanes of the gateware whose amplitudes follow these conditions."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def test_without_the_flag_it_is_left_and_said_so(folder: Path, model: Path, tmp_
 
 
 def test_a_steep_reversal_is_refused(folder: Path, model: Path, tmp_path: Path) -> None:
-    """The export refuses 50″ within 0.02°, a slope of 0.69; the limit is 0.5."""
+    """The export refuses a change of 50″ within 0.02°, a slope of 0.69; the limit is 0.5."""
     words = ("export", folder, "--model", model, "--out", tmp_path, "--modulators")
     answer = _run(*words, "--reversal-width", "0.02")
     assert answer.exit_code != 0
@@ -144,8 +144,9 @@ def exported(made: MeasurementSet, order: int, lanes: int) -> Coefficients:
 def test_the_plain_lane_of_a_modulated_order_is_always_in_the_file(
     made: MeasurementSet, order: int
 ) -> None:
-    """The file always has the plain lane of an order with a modulator; otherwise the calibration
-    would fit this order itself, and include the direction of the fitted turn."""
+    """The file always has the plain lane of an order with a modulator. Otherwise the calibration
+    would fit this order itself, and its result would be right only for the direction of the fitted
+    turn."""
     held = exported(made, order, 4)
     assert held.extension is not None
     ((modulated, name),) = held.extension.modulators
@@ -212,7 +213,8 @@ def test_a_product_with_a_column_follows_a_word_of_the_host(made: MeasurementSet
     counts_seen = np.arange(0, COUNTS, 997)
     angle = 3.0 * counts_seen * 2.0 * np.pi / COUNTS
     expected = (0.3 * np.cos(angle) - 0.4 * np.sin(angle)) * 15.0 * COUNTS / 1_296_000
-    # The tolerance is one step of the amplitude, plus a step of the phase of 2π/2^24 at 6 counts.
+    # The tolerance is one step of the amplitude, plus one step of the phase, 2π/2^24, at an
+    # amplitude of 6 counts.
     assert np.abs(at_55.error_counts(counts_seen) - expected).max() < 2.0**-10
 
 

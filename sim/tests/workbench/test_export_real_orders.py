@@ -1,5 +1,5 @@
-"""Tests that lines of non-integer orders are exported to lanes whose phase continues from turn to
-turn."""
+"""Tests that the export writes harmonics of non-integer orders to lanes of the gateware (one lane
+per harmonic) whose phase continues from turn to turn."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ def test_the_gateware_takes_the_model_away_in_every_turn(
 
 
 def test_the_bank_of_another_turn(observations: Observations) -> None:
-    """The bank is right if the first turn of the set is turn 5 of the gateware."""
+    """The coefficients are right if the first turn of the set is turn 5 of the gateware."""
     held = exported(observations, with_real_orders=True).coefficients
     angles = np.arange(0, COUNTS, 40_009)
     first = compensate(angles, angles, held, turns=np.zeros(angles.size, dtype=np.int64))

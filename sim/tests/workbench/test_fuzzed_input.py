@@ -88,7 +88,8 @@ def _damaged(text: bytes, chance: random.Random) -> bytes:
 
 
 def _check_set(folder: Path, damaged: str) -> None:
-    """Assert that a set has only finite rows, or that the error of the reader names the place."""
+    """Assert that a set has only finite rows, or that the reader's error names the file and, for a
+    wrong value, the column and the row."""
     found, fault = None, None
     try:
         found = read_measurement_set(folder)
@@ -257,8 +258,8 @@ def test_the_commands_say_one_sentence(tmp_path: Path, change: Callable[[str], s
 
 
 def test_stored_models_of_any_shape_are_refused_by_name(tmp_path: Path) -> None:
-    """A model file is valid TOML but fits no effect; the reader always answers with one
-    sentence."""
+    """If a model file is valid TOML but does not fit the effect, ``compare`` either succeeds or
+    ends with exit code 2."""
     folder = tmp_path / "set"
     folder.mkdir()
     for name, text in {

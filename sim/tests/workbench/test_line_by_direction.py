@@ -1,5 +1,5 @@
-"""Tests of a line of integer order whose amplitude and phase depend on the direction; this module
-makes the logs."""
+"""Tests of a line (a sine wave) of integer order whose amplitude and phase depend on the direction;
+this module makes the logs."""
 
 from __future__ import annotations
 

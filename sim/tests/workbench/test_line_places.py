@@ -1,5 +1,5 @@
-"""Tests of the search for lines next to integer and half-integer orders and next to the model's
-orders."""
+"""Tests of the search for lines (sine waves) next to integer and half-integer orders and next to
+the model's orders."""
 
 from __future__ import annotations
 
@@ -57,8 +57,8 @@ def test_a_half_order_is_no_ball_pass() -> None:
 
 
 def test_an_order_that_grows_is_no_vibration_with_it() -> None:
-    """An order that grows is no vibration: θ·cos 6θ acts like a line next to order 6, and the
-    graduation absorbs most of it, whatever its size."""
+    """The diagnosis names no vibration for an order whose amplitude grows: θ·cos 6θ acts like a
+    line next to order 6, and the graduation absorbs most of this line, whatever its size."""
 
     def error(disc: Float, temperature: Float, speed: float) -> Float:
         return paper_error(disc, temperature, speed) + 0.15 * disc * np.cos(6.0 * disc)

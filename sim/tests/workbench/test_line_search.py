@@ -1,4 +1,5 @@
-"""Tests of the forward search for lines, on logs that are computed from the physics."""
+"""Tests of the forward search, which adds lines (sine waves) to the model one after another, on
+logs that are computed from the physics."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Tests that a long capture, whose lines are searched in a part and fitted in every row, gives the
-same answer as a search in all rows."""
+"""Tests that the diagnosis of a long capture, which searches in a part of the rows and then fits
+every row, gives the same answer as a search in all rows."""
 
 from __future__ import annotations
 

@@ -1,5 +1,6 @@
-"""Tests that every output of a diagnosis states the same *left* and *held out*, and that adding the
-effect gives these values."""
+"""Tests that every output of a diagnosis states the same values *left* (RMS of the residual) and
+*held out* (RMS of rows that were left out of the fit), and that adding the effect gives these
+values."""
 
 from __future__ import annotations
 
@@ -52,10 +53,11 @@ SETS = {
     "drift of a head": {"head2_only": lambda time, speed: 1e-3 * time},
     "no reference": {"error": _warm, "reference": False},
 }
-"""Twelve sets with at most 6,400 rows each, keyed by name."""
+"""Twelve sets with at most 9,600 rows of the capture each, keyed by name."""
 LARGE = ("square wave", "order 30", "warm", "line", "subdivision", "reversal", "skew")
-"""Sets that only ``make test-large`` runs. The other sets have one linear effect in the capture,
-one linear effect in the reference, one effect whose place is searched, and no effect."""
+"""Sets that only ``make test-large`` runs. Two of the other sets have one linear effect in the
+capture, one set has a linear effect in the reference, one set has an effect whose place is
+searched, and one set has no effect."""
 
 
 def _made(name: str) -> MeasurementSet:

@@ -1,5 +1,5 @@
-"""Tests of lines without a known cause: a line may have any order or frequency, and the effect
-states σ only if the data determine it."""
+"""Tests of the effect periodic_error, a sine (line) of any order or frequency without a known
+cause; the effect states σ only if the data determine it."""
 
 from __future__ import annotations
 

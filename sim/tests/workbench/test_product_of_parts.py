@@ -1,5 +1,5 @@
-"""Tests that a product of parts works like any other effect, and that its settings define it
-completely, also in a model file."""
+"""Tests that a product of parts (condition times wave) works like any other effect, and that its
+settings define it completely, also in a model file."""
 
 from __future__ import annotations
 

@@ -67,8 +67,8 @@ def test_motor_reversal_error(motor: Observations) -> None:
     assert rows.direction is not None
     up = float(np.mean(rows.error_arcsec[rows.direction > 0]))
     down = float(np.mean(rows.error_arcsec[rows.direction < 0]))
-    # The noise is correlated over the turn and weights the rows, so that the result differs from
-    # the plain mean.
+    # The fit weights the rows by their noise, which is correlated over the turn, so that the result
+    # differs from the plain mean.
     assert reversal == pytest.approx(up - down, rel=0.2)
     assert abs(reversal) == pytest.approx(1200.0, rel=0.2)
 
@@ -92,8 +92,8 @@ def test_motor_orders_above_the_model(motor: Observations) -> None:
 
 @pytest.mark.large
 def test_motor_is_diagnosed_step_by_step_until_nothing_has_a_name(motor: Observations) -> None:
-    """Each step adds the effect that the verdict names: both families of lines, then the difference
-    between the directions. At the end an error remains that has no name."""
+    """Each step adds the effect that the verdict names: lines at multiples of 21 and of 36, then
+    the difference between the directions. At the end an error remains that has no name."""
     terms, named, orders = [_base()], [], []
     for _ in range(12):
         found = diagnose(motor, terms, EFFECTS)
@@ -115,8 +115,8 @@ def test_motor_is_diagnosed_step_by_step_until_nothing_has_a_name(motor: Observa
 
 @pytest.mark.large
 def test_motor_lack_of_fit_is_reported_without_repeats(motor: Observations) -> None:
-    """The diagnosis recognises order 126 as a lack of fit and names it, although no station
-    repeats."""
+    """The diagnosis reports the lack of fit that order 126 causes, and names periodic_error,
+    although no station repeats."""
     terms = [_base(), Term(EFFECTS["hysteresis"](), {})]
     found = diagnose(motor, terms, EFFECTS)
     lack_of_fit_p = found.channels["reference"].lack_of_fit_p

@@ -63,9 +63,8 @@ def test_faces_passed_at_several_speeds_are_on_the_move() -> None:
 
 
 def test_a_hurried_hand_is_no_speed() -> None:
-    """An operator who stops for 2.5 or 4 seconds at each station, give or take a second, shows no
-    speed: the times do not follow the distances.
-    """
+    """An operator who stops for 2.5 or 4 seconds at each station, with variations of up to a
+    second, shows no speed: the times do not follow the distances."""
     passes = [_stops(FACES), _stops(FACES, 2.5), _stops(FACES)]
     assert reference_speed(_reference(passes, jitter_s=1.0)) is None
 

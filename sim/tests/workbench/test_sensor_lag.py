@@ -85,7 +85,7 @@ def _fitted_default(made: SimulatedSet) -> tuple[Model, Observations]:
 def test_the_lag_is_taken_off_against_the_exact_course() -> None:
     """The temperature without the lag equals the true temperature. The test computes the
     thermometer's T_s exactly, for a temperature that changes along straight lines with corners; the
-    parabola has no error on a straight line."""
+    parabola that is fitted to T_s has no error on a straight line."""
     course = TemperatureCourse((0.0, 100.0, 400.0), (20.0, 20.0, 26.0))
     time_s = np.arange(110.0, 390.0, 0.25)
     shown = course.lagging(time_s, LAG_S)

@@ -78,11 +78,11 @@ def test_a_head_that_is_a_minute_of_arc_off_is_named(faces: int) -> None:
 
 @pytest.mark.parametrize("faces", [12, 24])
 def test_the_slope_of_the_model_is_that_of_the_table(faces: int) -> None:
-    """A blind order with an uncertainty of many times the error adds nothing to the slope.
+    """Orders that the heads cannot observe and the polygon hardly determines add no large slope.
 
     At 12 faces, orders n and 12 − n look the same. The heads determine all orders except multiples
     of 4. Orders 4 and 8 may therefore share the amplitude of 2″ in any proportion: the slope is at
-    most 8·2″, while the true slope of order 4 is 4·2″. The bound is twice the difference of both.
+    most 8·2″, while the true slope of order 4 is 4·2″. The bound is twice the sum of both.
     """
     observations = observations_of(_table(faces, 0.0))
     solution = fit([Term(built_in()["graduation_harmonics"](), {})], observations)

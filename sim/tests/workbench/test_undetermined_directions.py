@@ -14,8 +14,8 @@ STATIONS, COEFFICIENTS = 9, 41
 
 @pytest.mark.parametrize("factor", [1.0, 7.0, 1e4])
 def test_a_determinant_grows_with_the_directions_that_are_determined(factor: float) -> None:
-    """The determinant contains only the determined directions: for 41 columns at 9 stations, |N/σ²|
-    = |N|·σ⁻¹⁸, computed from the nine eigenvalues above the rounding."""
+    """The determinant of the normal matrix N is the product of the eigenvalues above the rounding
+    error only. With 41 columns at 9 stations nine eigenvalues remain, so that |N/σ²| = |N|·σ⁻¹⁸."""
     columns = np.random.default_rng(4).normal(size=(STATIONS, COEFFICIENTS))
     columns *= np.geomspace(0.1, 30.0, COEFFICIENTS)
     normal = columns.T @ columns
@@ -33,11 +33,11 @@ def test_the_determinant_of_a_full_rank_is_the_usual_one() -> None:
 def test_nine_stations_up_and_down_once_show_a_reversal(
     reversal_arcsec: float, first: str | None
 ) -> None:
-    """Nine stations, visited up and down once, show a reversal: nine differences of 1.8″ with a
-    scatter of 0.18″ are 30 σ by Student's t with 8 degrees of freedom.
+    """Nine stations, visited up and down once, show a reversal error of 1.8″, and none if there is
+    none: nine differences of 1.8″ with a scatter of 0.18″ give t = 30 with 8 degrees of freedom.
 
-    With a single reversal, a change over time may look like the reversal error, so that a class of
-    effects is also a right answer.
+    With a single reversal, a change over time may look like the reversal error, so that the
+    diagnosis may name a class of several effects, of which hysteresis is the first.
     """
     random = np.random.default_rng(7)
     up = np.arange(STATIONS) * 360.0 / STATIONS

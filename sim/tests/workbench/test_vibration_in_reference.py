@@ -43,7 +43,7 @@ def _fitted(*, head1: bool, in_time: bool = True) -> Solution:
 
 def test_nothing_of_it_is_left_in_the_reference() -> None:
     """No part of the vibration remains in the reference. In an earlier version the whole vibration
-    remained there, and the second finding stated it as a line without a cause."""
+    remained there, and the diagnosis reported it as a line without a cause."""
     solution = _fitted(head1=True)
     left = solution.reference_residual_arcsec()
     assert left is not None

@@ -139,9 +139,9 @@ def test_intervals_are_the_published_ones() -> None:
 
 
 def test_calibration_error_of_a_known_curve() -> None:
-    """The calibration error of a known curve is right: ten bins of three answers each have one
-    right answer, and in the first nine bins the stated probability is 1/3. The expected calibration
-    error is calculated by hand."""
+    """The calibration error of a known curve equals the value calculated by hand: ten bins of three
+    answers each have one right answer; the stated probability is 1/3 in nine bins and 0.9 in the
+    tenth."""
     stated = [1 / 3] * 27 + [0.9] * 3
     right = [True, False, False] * 10
     bins = reliability(stated, right)
@@ -176,8 +176,8 @@ def test_log_score_is_compared_with_the_best_constant() -> None:
 
 
 def test_interval_of_a_bootstrap_falls_with_the_root_of_the_number() -> None:
-    """The interval of a bootstrap falls as 1/√n, because apart from the constant the gain is a mean
-    over the sets."""
+    """The width of a bootstrap interval falls as 1/√n, because apart from the constant the gain is
+    a mean over the sets."""
     random = np.random.default_rng(1)
     widths = []
     for number in (100, 1600):

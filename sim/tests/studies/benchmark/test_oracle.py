@@ -119,8 +119,8 @@ def test_every_cause_that_can_be_hidden_has_a_form() -> None:
 
 
 def test_statistic_of_drawn_noise_has_the_stated_noncentrality() -> None:
-    """The projection of the rows on the cause's form is normal with mean √λ, over sets that differ
-    only in their noise."""
+    """The projection of the rows on the cause's form is normal with mean √λ and standard deviation
+    1, over sets that differ only in their noise."""
     experiment = full().smaller(100, 4)
     wanted, faint = Wanted("hysteresis", 0.25), Wanted("hysteresis", 0.25e-9)
     scores, expected = [], 0.0

@@ -1,5 +1,5 @@
-"""Tests that the rival methods find the causes that they can show, and name no cause in sets
-without one."""
+"""Tests that the rival methods, with which the benchmark compares the diagnosis, find the causes
+that they can show, and name no cause in sets without one."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Tests that the diagnosis of the quick tier's sets is right, except for the sets in a list that
-states the reason of each wrong answer."""
+"""Tests that the diagnosis of the sets in the tier ``quick`` is right, except for the sets in a
+list that states the reason of each wrong answer."""
 
 from __future__ import annotations
 
@@ -26,11 +26,12 @@ NOT_YET = {
 }
 """Seeds of those of the quick tier's 60 sets whose answer is still wrong, each with the reason.
 
-There were 20 such sets while the diagnosis assumed white noise, and 11 with a noise model. A set
-leaves the list when its answer becomes right. A change that adds a set makes the diagnosis worse.
+There were 20 such sets while the diagnosis assumed white noise, and 11 after it had a noise model.
+If an answer becomes right, its set is removed from the list. A change that adds a set makes the
+diagnosis worse.
 """
 PLACES = (0, 1, 2, 7, 4, 5)
-"""Place, in each world, of the set that ``make test`` diagnoses.
+"""For each world, the index of the set that ``make test`` diagnoses.
 
 The chosen sets include every kind of content. ``make test-large`` diagnoses the others.
 """

@@ -54,8 +54,8 @@ def test_blind_orders_are_those_that_close_a_turn() -> None:
 
 
 def test_noise_is_that_of_drawn_differences() -> None:
-    """The noise equals that of 300 simulated turns of white noise, transformed by DFT and TF; the
-    bound is 4 standard deviations of the mean square."""
+    """The noise equals that of 300 simulated turns of white noise, to which the test applies the
+    DFT and the transfer function; the bound is 4 standard deviations of the mean square."""
     samples, most, draws = 256, 10, 300
     random = np.random.default_rng(4)
     difference = random.normal(0.0, 0.1 * math.sqrt(2.0), (draws, samples))

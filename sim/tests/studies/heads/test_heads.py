@@ -52,13 +52,15 @@ def test_any_head_may_be_missing(found: dict[str, Any]) -> None:
     every, *three = found["missing"]
     assert [one["missing"] for one in three] == [1, 2, 3, 4]
     for one in (every, *three):
-        # The noise of 0.1″ and the counts of 0.077″ act through the weights; rounding the carrier
-        # before the lanes adds to this noise.
+        # The noise of 0.1″ and the counts of 0.077″ act through the weights. The reading of the
+        # carrier, the head whose counts the output follows, is rounded before the correction, which
+        # adds to this noise.
         expected = np.hypot(0.1, 0.0223) * one["noise"]
         assert one["rms_arcsec"] == pytest.approx(expected, rel=0.1)
         assert abs(one["zero_apart_arcsec"]) < 0.01
     assert all(one["noise"] <= 0.83 for one in three)
-    # Each set needs lanes of its own, because the error E of its mean differs by arcseconds.
+    # Each choice of heads needs coefficients of its own, because the error of its mean differs by
+    # arcseconds.
     assert min(one["lanes_rms_arcsec"] for one in three) > every["lanes_rms_arcsec"] + 1.0
 
 

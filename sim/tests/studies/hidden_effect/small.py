@@ -1,4 +1,4 @@
-"""Defines settings of a small scale: 2¹⁸ counts, and the instrument that other tests also build."""
+"""Defines settings of a small scale, 2¹⁸ counts, for an instrument that other tests also build."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ def _generics_of_the_tests(case: Case) -> dict[str, str]:
 
 
 def run_small(name: str, folder: Path) -> HiddenResult:
-    """Run the case of this name; check that the case states exactly the generics that its
-    coefficients need."""
+    """Run the case of this name; check that the case states every generic that its coefficients
+    need."""
     with patch.object(experiment, "_generics_of", _generics_of_the_tests):
         result = run_hidden(CASES[name], small_settings(), folder)
     extension = result.export.coefficients.extension

@@ -1,8 +1,8 @@
-"""Tests that effects in proportion to a condition are found, exported to lanes that follow the
-condition, and removed from the output.
+"""Tests that the workbench finds effects in proportion to a condition and exports them to lanes of
+the gateware that follow the condition, and that the lanes remove them from the output.
 
-The further turns have another direction, speed or temperature than the measured set; no coefficient
-is fitted to these turns.
+The turns that are simulated afterwards have another direction, speed or temperature than the
+measured set; no coefficient is fitted to these turns.
 """
 
 from __future__ import annotations

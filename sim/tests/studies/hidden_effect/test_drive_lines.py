@@ -38,8 +38,8 @@ def test_lines_of_the_drive_are_taken_away_forwards_and_backwards(
 ) -> None:
     result = run_small(name, tmp_path)
     left = {key: np.array(counts) for key, counts in result.lines_counts.items()}
-    # Without their lanes all lines are in the output. A fit over two turns separates the lines to
-    # one twentieth.
+    # Without their lanes all lines are in the output. A fit over two turns separates the lines with
+    # an error of at most a twentieth.
     assert left["without"] == pytest.approx(SIZE_COUNTS * np.array(shares), rel=0.05)
     for way in ("forwards", "backwards"):
         assert left[way].max() <= MOST_LEFT_COUNTS, (way, left[way])

@@ -1,5 +1,5 @@
-"""Tests that hysteresis is named, exported to a lane that follows the direction, and removed by
-this lane."""
+"""Tests that the diagnosis names hysteresis, that the export gives it a lane of the gateware that
+follows the direction, and that this lane removes it from the output."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def test_it_is_named_with_its_size(result: HiddenResult) -> None:
     assert result.diagnosed.effect == "hysteresis"
     error = result.diagnosed.model.effects[-1].parameters["reversal_error"]
     # The mean of each direction comes from 24 whole counts, so that the difference errs by less
-    # than a count.
+    # than half a count.
     assert error.value == pytest.approx(REVERSAL_ARCSEC, abs=0.5 * COUNT_ARCSEC)
 
 

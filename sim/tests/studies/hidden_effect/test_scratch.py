@@ -17,8 +17,8 @@ grows with the square root of the scale."""
 
 
 def test_a_scratch_is_taken_away_to_a_tenth(tmp_path: Path) -> None:
-    """The local table removes the scratch to a tenth: captures with a sample every 0.3° show its
-    place and width, and the test compares every edge of the output."""
+    """The local table reduces the scratch to a tenth of its height: captures with a sample every
+    0.3° show its place and width, and the test compares every edge of the output."""
     result = run_small("graduation_defect", tmp_path)
     assert result.diagnosed.effect == "graduation_defect"
     found = result.diagnosed.model.effects[-1].parameters

@@ -121,8 +121,8 @@ def test_the_output_of_the_gateware_gets_better(result: HiddenResult) -> None:
     assert paper_signal == pytest.approx(raw_signal, rel=0.05)
     assert corrected_signal < 0.1 * paper_signal
     assert corrected.edges_rms_arcsec < 0.5 * paper.edges_rms_arcsec
-    # Two parts remain in the output: the whole counts of input and output, 1.2″ each, and the
-    # orders without a lane, 0.7″.
+    # Two parts remain in the output: the whole counts of input and output, 1.4″ each, and the
+    # orders without a lane, about 1.1″.
     whole = COUNT_ARCSEC / np.sqrt(12)
     assert corrected.edges_rms_arcsec == pytest.approx(np.hypot(whole * np.sqrt(2), 1.1), rel=0.25)
 

@@ -63,7 +63,7 @@ def test_the_model_tells_a_capture_at_a_temperature_never_measured(
     result: HiddenResult = request.getfixturevalue(made)
     left = result.fresh_capture_arcsec
     # The difference of two readings in whole counts has this RMS; the scatter of the coefficients
-    # adds a tenth.
+    # adds less than a tenth.
     whole_counts = COUNT_ARCSEC * np.sqrt(2.0 / 12.0)
     assert left["with"] < 1.1 * whole_counts
     assert left["without"] > 1.5 * left["with"]

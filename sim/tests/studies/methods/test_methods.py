@@ -62,8 +62,8 @@ def test_four_heads_separate_the_axis_from_the_disc_and_three_do_not() -> None:
 
 
 def test_equal_division_leaves_the_multiples_of_its_heads_and_no_others() -> None:
-    """The mean leaves orders 4, 8, 12, 24 and 120 of the disc unchanged: 0.7, 0.35, 0.2, 0.3 and
-    0.2″."""
+    """The mean of four heads leaves the orders 4, 8, 12, 24 and 120 of the disc unchanged, which
+    have 0.7, 0.35, 0.2, 0.3 and 0.2″."""
     found = left("eda")
     np.testing.assert_allclose(found[[3, 7, 11, 23, 119]], [0.7, 0.35, 0.2, 0.3, 0.2], atol=0.01)
     others = np.delete(found[:40], [3, 7, 11, 15, 19, 23, 27, 31, 35, 39])
@@ -88,15 +88,15 @@ def test_a_free_spin_sees_all_but_the_torque_that_is_not_fitted() -> None:
 
 
 def test_a_spin_that_ends_is_refused() -> None:
-    """A table that starts at 10 turns a second stops after 3.1 turns, with the friction of
-    stop-and-go; the method must refuse it."""
+    """A table that starts at 10 turns per second stops after 3.1 turns, with the friction of the
+    study stop_and_go; the method must refuse a spin of three turns."""
     with pytest.raises(ValueError, match=r"comes to rest after 3.1 turns, a spin of 3 was"):
         timed_lines(World(SHORT), FreeSpin(turns_a_spin=3))
 
 
 def test_the_spin_has_the_friction_of_stop_and_go() -> None:
-    """The spin has the friction of stop-and-go: the servo's axis is released at 20 rad/s, and the
-    free response equals a stepwise solution of LuGre's model."""
+    """The free spin has the friction of the study stop_and_go: the axis of that study is released
+    at 20 rad/s, and the free response equals a stepwise solution of LuGre's model."""
     axis, step_s = Axis(), 1e-5
     speed, bend, gone = np.array([20.0]), np.array([0.0]), 0.0
     for _ in range(20_000):
@@ -113,8 +113,8 @@ def test_the_spin_obeys_its_equation_of_motion() -> None:
     """The spin obeys its equation of motion: the second derivative of the angle, by finite
     differences, equals the sum of the torques.
 
-    After two turns the speed falls by 5 % in a tenth of a turn, while τ/(n²ω²) is exact only for a
-    constant speed: the test allows a tenth of the torque.
+    The speed falls during a turn, while τ/(n²ω²) is exact only for a constant speed: the test
+    allows a fifth of the sum of the repeated torques.
     """
     spin = FreeSpin(torque_orders=(1, 2), torque_shares=(0.02, 0.005))
     time = 0.1 + np.array([-1e-3, 0.0, 1e-3])
@@ -139,8 +139,8 @@ def test_means_keep_what_the_heads_see_alike_of_the_disc() -> None:
         places = tuple(360.0 * k / heads for k in range(heads))
         found = world.score(mean_of("mean", places, "").run(world)).amplitude_arcsec
         kept = np.arange(1, 129) % heads == 0
-        # Heads that stand 50″ off their places let 2.4e-4·n of order n through, and order 2 couples
-        # to order 1.
+        # If heads are 50″ off their places, the share 2.4e-4·n of order n passes into the mean, and
+        # order 2 changes order 1.
         np.testing.assert_allclose(found[kept][1:], disc[kept][1:], atol=0.05)
         assert found[~kept].max() < 0.1
 

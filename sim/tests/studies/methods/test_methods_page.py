@@ -1,5 +1,5 @@
-"""Tests that the committed page follows from the committed JSON, and that the words of the page
-agree with the figures."""
+"""Tests that the committed page follows from the committed JSON, and that the statements of the
+page agree with the figures."""
 
 from __future__ import annotations
 

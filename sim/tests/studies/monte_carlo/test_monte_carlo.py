@@ -88,9 +88,9 @@ def test_what_is_left_after_the_gateware_is_its_rounding() -> None:
         orders, counts, np.arctan2(-sine, cosine), table.counts_per_rev, ORDERS
     )
     left = trial_module._left_after_gateware(coefficients, reading, error, np.linspace(0, 6, 500))
-    # The output is rounded by up to half a count. The bound has a further twentieth of a count,
+    # The output is rounded by up to half a count. The bound has an additional twentieth of a count,
     # 0.004″. It covers the mean of 2,048 roundings (3σ: 0.0015″), the straight pieces of the truth
-    # (0.0005″), the words and the CORDIC.
+    # (0.0005″), the rounding of the coefficients and the CORDIC.
     assert np.abs(left).max() < 0.55 * table.count_rad * ARCSEC_PER_RAD
     without = trial_module._left_after_gateware(
         Coefficients.zero(table.counts_per_rev), reading, error, np.linspace(0, 6, 500)

@@ -82,8 +82,8 @@ def test_coefficients_are_read_beside_the_scenario(tmp_path: Path) -> None:
 
 
 def test_a_long_motion_keeps_no_more_edges_than_fit(tmp_path: Path) -> None:
-    """The scenario records every 17th edge with 2²⁰ counts; for 1,000 turns it records 4 million
-    edges in total."""
+    """The scenario records every 17th edge with 2²⁰ counts; for 1,000 turns it omits more edges, so
+    that it records at most 4 million edges in total."""
     short = read_scenario(_file(tmp_path, LEAST))
     assert short.kept_every == 17
     long = read_scenario(_file(tmp_path, LEAST.replace("turns = 2 ", "turns = 1000 ")))
@@ -194,7 +194,8 @@ def test_a_cause_that_the_instrument_cannot_honour_is_refused(tmp_path: Path, na
 
 
 def test_every_physical_cause_can_stand_in_a_scenario() -> None:
-    # Noise, sampling faults and lost counts act after the pins; all other causes are in the table.
+    # A scenario cannot contain noise, sampling faults and lost counts; it can contain every other
+    # cause.
     left = set(CAUSES) - set(NAMES)
     assert left == {recipe.cause for recipe in REGISTRY.values() if recipe.kind == "noise"} | {
         "lost_counts"

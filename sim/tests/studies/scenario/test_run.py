@@ -193,8 +193,8 @@ def test_a_shipped_scenario_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     (after,) = turns[5]["telemetry"]
     assert "overrun" in after["alarms"]
     assert [most for _, most in stalls] == [20, 0]
-    # The bus is slow for two turns at 30°/s; a step of the firmware may first have read a bank at
-    # the old speed.
+    # The bus is slow for two turns at 30°/s; the firmware may still have been reading a capture at
+    # the old bus speed.
     scenario = read_scenario(file, lines=64)
     turn_clocks = 12 * scenario.clock_hz
     assert stalls[1][0] - stalls[0][0] == pytest.approx(2 * turn_clocks, abs=0.5 * turn_clocks)

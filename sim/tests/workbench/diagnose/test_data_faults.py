@@ -143,8 +143,8 @@ def test_a_disturbance_of_one_turn_is_no_defect_of_the_disc() -> None:
     capture.head2_counts[ROW : ROW + 8] += 60
     _, found = diagnosed(replace(made, capture=capture))
     tempting = {item.name: item.p_corrected for item in found.candidates}
-    # The probability p of the effect is a tenth of the limit for a name, so that only the other
-    # turns contradict the effect.
+    # The probability p of the effect is less than a tenth of the limit for a name, so that only the
+    # other turns contradict the effect.
     assert tempting["graduation_defect"] < 1e-3
     assert found.named is None
     assert found.effect_class == []

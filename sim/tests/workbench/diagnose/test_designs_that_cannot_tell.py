@@ -99,8 +99,8 @@ def test_readings_that_a_display_rounds_are_no_faulty_rows(step: float) -> None:
     assert found.named is not None
     assert found.named.name == "hysteresis"
     size = found.named.parameters()["reversal_error"]
-    # The tolerance covers 0.15″ of noise in 240 rows, and the rounding: the mean of 24 stations
-    # keeps 0.3 of step/√12/√24.
+    # The tolerance is 0.06″ for 0.15″ of noise in 240 rows, plus a tenth of the step for the
+    # rounding, which the 24 stations partly average.
     assert abs(size.value) == pytest.approx(1.0, abs=0.06 + 0.1 * step)
 
 

@@ -1,5 +1,5 @@
-"""Tests that no line over time is named in a log of one turn in both directions, because an error
-that depends on the direction looks like such a line."""
+"""Tests that the diagnosis names no line over time (a sine of constant frequency) in a log of one
+turn in both directions, because an error that depends on the direction looks like such a line."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def _searched(senses: list[int], frequency_hz: float) -> bool:
 
 
 def test_slow_lines_over_time_are_left_to_the_search() -> None:
-    """In passes over one turn the search tests whole orders only, so that it accepts no line over
+    """In passes over one turn the search tests integer orders only, so that it accepts no line over
     time."""
     assert _searched([1, -1, 1], 0.22)
 

@@ -1,4 +1,5 @@
-"""Tests that an effect is found although noise that is estimated with it absorbs a part of it."""
+"""Tests that the diagnosis finds an effect although the noise that is estimated with this effect in
+the model absorbs a part of the effect."""
 
 from __future__ import annotations
 

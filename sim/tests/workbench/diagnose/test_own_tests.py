@@ -176,8 +176,8 @@ def _causes(lines: dict[float, float], turns: float = 4.0) -> list[RegularCause]
     ],
 )
 def test_lines_of_one_shape(lines: dict[float, float], is_one: bool) -> None:
-    """Four integer orders at equal distances, whose sizes fall steadily, form one shape with
-    corners."""
+    """Four or more orders on a grid of equal distances, whose sizes fall steadily, form one shape
+    with corners, unless the base order itself is one of them."""
     assert (shape_with_corners(_causes(lines)) is not None) == is_one
 
 

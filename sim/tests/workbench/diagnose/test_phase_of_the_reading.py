@@ -1,5 +1,5 @@
-"""Tests that a column of the electrical phase does not absorb the noise of the rows that the column
-explains."""
+"""Tests that the diagnosis names no subdivision error if the column of this effect, which is
+computed from noisy readings, fits only the noise of these readings."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ def _polygon(stations: int, seed: int, *, counts: bool, cycles: int = 4) -> Meas
 @pytest.mark.parametrize("counts", [False, True])
 @pytest.mark.parametrize("stations", [3, 6, 12])
 def test_nothing_is_taken_for_a_subdivision_error(stations: int, counts: bool) -> None:
-    """The diagnosis names no subdivision error for noise of 0.1″, a thousandth of a signal period.
-    A wave that is computed from the phase of a noisy reading contains this noise too."""
+    """The diagnosis names no subdivision error for noise of 0.1″, about 1/800 of a signal period. A
+    wave that is computed from the phase of a noisy reading contains this noise too."""
     for seed in range(SEEDS):
         _, found = diagnosed(_polygon(stations, seed, counts=counts))
         assert "subdivision_error" not in found.effect_class

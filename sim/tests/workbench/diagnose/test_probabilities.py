@@ -233,8 +233,8 @@ def test_a_look_alike_that_cannot_be_tested_is_as_probable() -> None:
 
 @pytest.mark.parametrize("confidence", [0.2, 0.6, 0.9])
 def test_a_class_has_what_its_first_has_and_more(confidence: float) -> None:
-    """A class has at least the probability of its first effect; the benchmark uses that one for the
-    class."""
+    """A class has at least the probability of its first effect; the benchmark uses the probability
+    of the first effect for the class."""
     members = ["hysteresis", "latency"]
     found = {"hysteresis": 0.5, "latency": 0.3, "vibration": 0.05, "unknown": 0.1, "none": 0.05}
     said = stated(found, "ambiguous", members, confidence)

@@ -69,8 +69,8 @@ def test_a_single_reversal_tells_nothing() -> None:
 
 
 def test_the_reversal_and_the_jump_are_said_by_size() -> None:
-    """The diagnosis states the reversal error in degrees and the jump: the upward and downward
-    readings differ by 2° and the set jumps by 3°."""
+    """If the diagnosis does not name hysteresis, it states the reversal error in degrees and the
+    jump: the upward and downward readings differ by 2° and the set jumps by 3°."""
     time_s, direction, place, noise = _sweeps(4)
     degree = 3600.0
     error = degree * (direction + 3.0 * (time_s >= 61.0) + 0.3 * noise)
@@ -86,7 +86,7 @@ def test_the_reversal_and_the_jump_are_said_by_size() -> None:
     assert found.verdict in ("unknown", "named")
     data = diagnosis_data(found, [])["findings"]["reversal"]
     if found.named is not None:
-        # With the reversal error in the model, no reversal is found.
+        # With the reversal error in the model, the diagnosis reports no separate reversal.
         assert found.named.name == "hysteresis"
         return
     assert data["size_arcsec"] == pytest.approx(2.0 * degree, rel=0.1)

@@ -1,5 +1,4 @@
-"""Tests that the diagnosis reports a slow change of unknown form as such, with its size and
-duration."""
+"""Tests that the diagnosis reports a slow change of unknown form with its size and duration."""
 
 from __future__ import annotations
 

@@ -269,8 +269,8 @@ def test_a_head_angle_keeps_its_name_with_an_order_that_does_not_matter() -> Non
     """A head angle of 40″ keeps its name: the offsets of the runs contain it, and the RMS of the
     rows does not show it.
 
-    The rows also contain 0.5″ of one order, which the effect does not reduce; only an error of 2″
-    and more matters.
+    The rows also contain 0.5″ of one order, which the effect does not reduce; only an error of 30
+    counts (2.3″) or more matters.
     """
 
     def error(disc: np.ndarray, temperature: np.ndarray, speed: float) -> np.ndarray:

@@ -43,7 +43,7 @@ class FourHeads:
     """Creep of each head's bracket along the disc, in arcseconds per kelvin."""
     places_deg: tuple[float, ...] = PLACES_DEG
     slip: tuple[int, int, int] | None = None
-    """Run, head (1, 2, …), and the number of counts that this head loses in mid-run."""
+    """Run, head (1, 2, …), and the number of counts that this head's count gains in mid-run."""
     settling: tuple[int, float, float] | None = None
     """Head, error in arcseconds and time constant in seconds of a bracket that bends at each start
     and settles."""

@@ -1,5 +1,5 @@
-"""Tests that the weights of the heads' contrasts follow from a Cholesky factor of the differences'
-covariance."""
+"""Tests that the weights of the contrasts, uncorrelated combinations of the heads' differences,
+follow from a Cholesky factor of the differences' covariance."""
 
 from __future__ import annotations
 

@@ -79,7 +79,8 @@ def test_the_mean_takes_the_motion_away(explained: Path, folder: Path, tmp_path:
 
 
 def test_the_page_opens_four_heads(folder: Path, tmp_path: Path) -> None:
-    """The page lists a run for each head, and states the run numbers of the set itself."""
+    """The page lists each run once for each further head, for example as "3 head 4", and states the
+    run numbers of the set, which end at 3."""
     settings = PageSettings(folder.parent, tmp_path / "state")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Jobs, "start", lambda *_: None)

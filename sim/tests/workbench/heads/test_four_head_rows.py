@@ -1,5 +1,5 @@
-"""Tests which rows of a capture with four heads are used, which are faulty, and which a plan
-adds."""
+"""Tests which rows of a capture with four heads the workbench uses, which rows it reports as
+faulty, and which rows a planned measurement adds."""
 
 from __future__ import annotations
 
@@ -78,8 +78,8 @@ def test_a_capture_without_a_place_for_each_head_is_refused() -> None:
 def test_the_part_of_a_long_capture_has_every_head(
     size: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The part of a long capture has every head. The full capture exceeds 150,000 rows: 4 runs of
-    14,000 samples with three differences each.
+    """The part of a long capture in which the diagnosis searches has rows of every head. The full
+    capture exceeds 150,000 rows: 4 runs of 14,000 samples with three differences each.
 
     The small capture has a tenth of the rows, of the limit, and of the rows that a turn keeps.
     """

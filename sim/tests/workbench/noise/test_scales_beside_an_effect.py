@@ -50,8 +50,8 @@ def _rows(seed: int) -> ChannelRows:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_the_search_begins_at_the_scatter_that_the_runs_have(seed: int) -> None:
-    """The search needs only a few steps from the noise of the model without the effect, and ends
-    where many steps from the start end.
+    """If the search starts at the noise of the model without the effect, it needs only a few steps
+    and ends at the same noise as a search with many steps from its usual start.
 
     If the search took the spectra without the scales, it would begin at 0.4 to 4 times the
     variance. It would end with a tenth too much variance in slow parts, which absorb the offsets

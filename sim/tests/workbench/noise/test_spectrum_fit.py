@@ -121,7 +121,8 @@ def test_gradient_is_that_of_the_likelihood(constants: np.ndarray) -> None:
     """The gradient equals central differences of the likelihood, for rows and for means over
     blocks.
 
-    The test uses more exponentials than the library's own backward pass handles correctly.
+    The second case has six exponentials, more than the library's own backward pass handles
+    correctly.
     """
     stretches, _ = _stretches(6)
     fixed_terms = FixedTerms(30.0 * np.eye(6), np.arange(6.0))

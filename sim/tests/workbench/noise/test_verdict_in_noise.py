@@ -87,7 +87,7 @@ def test_a_slip_is_not_taken_for_slow_noise() -> None:
 
 def test_one_polygon_cycle_alone_cannot_tell() -> None:
     """One polygon cycle alone cannot tell: 24 rows with 41 coefficients have no residual. In an
-    earlier version, the estimated noise of 0 led to the name of a bearing motion."""
+    earlier version, the diagnosis estimated a noise of 0 and therefore named a bearing motion."""
     made = measurement_set(cycles=1)
     assert made.reference is not None
     first = {

@@ -24,7 +24,7 @@ def test_white_noise_fails_as_often_as_the_level_says() -> None:
 def test_what_a_model_takes_is_no_colour(rows: int, turns: int) -> None:
     """Residuals of white noise pass the tests although the model has absorbed noise: in an evenly
     spaced log, orders 1 to 20 absorb the noise at their frequencies, in the shortest log all noise
-    below 20/60."""
+    below 20/60 cycles per row."""
     random = np.random.default_rng(8)
     angle = 2.0 * np.pi * turns * np.arange(rows) / rows
     phase = np.outer(angle, np.arange(1, 21))
@@ -43,8 +43,8 @@ def test_what_a_model_takes_is_no_colour(rows: int, turns: int) -> None:
 
 @pytest.mark.parametrize("rows", [150, 300])
 def test_wild_rows_are_no_colour(rows: int) -> None:
-    """Wild rows do not fail the tests of correlation: the fit distributes the error of a wild row
-    over its neighbours, which would otherwise look like correlated noise."""
+    """Rows with large errors do not fail the tests of correlation: the fit distributes the error of
+    such a row over its neighbours, and the tests must not take this for correlated noise."""
     random = np.random.default_rng(10)
     phase = np.outer(2.0 * np.pi * np.arange(rows) / rows, np.arange(1, 21))
     model = np.hstack([np.cos(phase), np.sin(phase)])

@@ -1,5 +1,5 @@
-"""Tests of the index repeatability in use: the value that the set states, otherwise ±1 count per
-head."""
+"""Tests which repeatability of the index the workbench uses: the value that the set states,
+otherwise ±1 count per head."""
 
 from __future__ import annotations
 

@@ -128,8 +128,9 @@ def test_a_wrong_row_near_an_end_is_far_where_the_values_curve(place: int) -> No
 
 
 def test_outliers_of_both_signs_do_not_vouch_for_each_other() -> None:
-    """Outliers of both heads do not confirm each other: some outliers of one head coincide by
-    chance with an outlier of the other head, if one of a hundred rows is an outlier."""
+    """Outliers of both signs do not confirm each other: if one of a hundred rows is an outlier,
+    some outliers lie by chance at the distance α from an outlier of the other sign, as with dirt on
+    the disc."""
     random = np.random.default_rng(4)
     wrong = random.choice(ROWS // 20, ROWS // 100, replace=False) * 20 + 9
     made = measurement_set()
@@ -202,8 +203,8 @@ def test_what_comes_again_after_each_reversal_is_kept() -> None:
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_a_head_that_knocks_between_two_stops_is_no_faulty_recording(seed: int) -> None:
-    """The check reports no fault if a loose head moves between two stops: after a third of the
-    rows, the head is at its other stop, 5″ away."""
+    """The check reports no fault if a loose head moves between two stops, up to 5″ apart: on
+    average it changes to the other stop at every third row."""
     made = measurement_set(cycles=10, turns=1)
     assert made.reference is not None
     random = np.random.default_rng(seed)
@@ -257,8 +258,9 @@ def test_white_noise_of_few_rows_has_no_outliers(rows: int, stations: int | None
 
 @pytest.mark.parametrize("rows", [7, 10, 30])
 def test_a_scatter_that_few_rows_tell_asks_for_more(rows: int) -> None:
-    """If the scatter is estimated from few rows, the threshold is a larger multiple of it: the test
-    compares with simulated sets, in which the scatter of the other rows judges the first row."""
+    """If the scatter is estimated from few rows, the threshold is a larger multiple of the scatter.
+    The test compares with simulated sets, in which the scatter of the other rows decides whether
+    the first row is an outlier."""
     sets = 40_000
     noise = np.random.default_rng(14).normal(size=(sets, rows + 1))
     scatter = 1.4826 * np.median(np.abs(noise[:, 1:]), axis=1)

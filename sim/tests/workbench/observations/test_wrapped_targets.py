@@ -1,4 +1,5 @@
-"""Tests that a log whose recorder writes the angle modulo one turn is read as the unwrapped log."""
+"""Tests that the workbench unwraps the angle of a log whose recorder writes the angle modulo one
+turn."""
 
 from __future__ import annotations
 

@@ -19,11 +19,10 @@ from arctrue.studies.benchmark.intervals import Rate
 
 ROWS = 300
 LINEAR = 1e-3
-"""Largest relative difference in form between a cause of 1″ and a cause of a hundredth of this
-size.
+"""Largest relative deviation of the RMS error from proportionality to the size of the cause.
 
-A shift of the angle changes the form by about 10⁻⁵. The amplitude of the subdivision error at 0.01″
-changes it by 10⁻³ of the phase.
+A shift of the angle changes the form of the error by about 10⁻⁵. At an amplitude of 0.01″, the
+subdivision error itself shifts the phase on which it depends, which changes the form by 10⁻³.
 """
 
 
@@ -81,8 +80,8 @@ def test_sets_without_a_bound_do_not_count() -> None:
         Rate(24, 24),
         True,
     )
-    # The interval of 20 found of 24 is 62.6 … 95.3 %, which includes 95 %; that of 19 of 24 is 57.8
-    # … 92.9 %.
+    # The confidence interval of the rate is 62.6 … 95.3 % for 20 of 24, which includes 95 %, and
+    # 57.8 … 92.9 % for 19 of 24.
     assert (latency.found, latency.by_name, latency.kept) == (Rate(20, 24), Rate(0, 24), True)
     results[0] = ({"effect": "latency"}, result(False))
     assert not bound_scores(results)[1].kept

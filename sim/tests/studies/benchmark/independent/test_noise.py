@@ -1,4 +1,4 @@
-"""Tests of the second generator's noise processes against complete covariance matrices."""
+"""Tests of the independent generator's noise processes against complete covariance matrices."""
 
 from __future__ import annotations
 

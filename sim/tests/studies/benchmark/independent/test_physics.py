@@ -1,4 +1,4 @@
-"""Tests of each cause of the second generator against the cause's first-order equation."""
+"""Tests each cause of the independent generator against the first-order equation of this cause."""
 
 from __future__ import annotations
 
@@ -79,8 +79,9 @@ def arcsec_of_um(um: Float) -> Float:
 
 
 def test_a_disc_off_centre_reads_the_angle_of_a_triangle() -> None:
-    """The reading of a disc off centre is exact: seen from the disc's centre at e·exp(jθ), the
-    direction to the head at r turns by the atan2."""
+    """The reading of an eccentric disc equals the exact geometry: if the disc's centre is at
+    e·exp(jθ), the direction from this centre to the head at radius r turns by atan2(e·sin θ, r −
+    e·cos θ)."""
     e = 40e-6
     found = swept_reading_rad(Disc(eccentricity_m=e + 0j), SWEEP, 1, [])
     triangle = np.arctan2(e * np.sin(THETA), 0.053975 - e * np.cos(THETA))

@@ -1,5 +1,5 @@
-"""Tests that the diagnosis of the second generator's sets is right, except for the sets in a list
-that states the reason of each wrong answer."""
+"""Tests that the diagnosis is right for sets of the independent generator (package
+``independent``), except for the sets in a list that states the reason of each wrong answer."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Tests that the plans contain sets of the second generator, and that the command line makes and
-scores these sets."""
+"""Tests that the plans contain sets of the independent generator (package ``independent``), and
+that the command line makes and scores these sets."""
 
 from __future__ import annotations
 
@@ -230,7 +230,8 @@ def test_page_tells_both_generators_and_every_world() -> None:
     assert "| mount_log | **33.3 (4.3 … 77.7) of 6** | 100.0 (39.8 … 100.0) of 4 | false" in text
     assert "| calibration error, independent | ≤ 0.05 | **" in text
     assert "| calibration error, simulated | ≤ 0.03 | **0.100**" in text
-    # Four of these sets come from the second generator and one from the first.
+    # Four of these sets come from the independent generator, and one is simulated with the
+    # catalogue.
     assert "in limits: periodic_error 5 of 5." in text
     sets = benchmark_sets_page()
     for name, world in independent_worlds().items():
@@ -261,7 +262,7 @@ def test_a_fifth_of_both_is_of_the_second_generator(tmp_path: Path) -> None:
     assert len(tasks) == 60
     assert sum(world in independent_worlds() for world in worlds) == 12
     assert set(worlds) >= set(WORLDS)
-    # The sets of the first generator are the same as in a plan that has only the first generator.
+    # The simulated sets are the same as in a plan that has only simulated sets.
     alone = make_plan("quick", tmp_path / "alone").tasks("arctrue")
     assert [task for task in tasks if task["world"] in WORLDS] == alone[:48]
 

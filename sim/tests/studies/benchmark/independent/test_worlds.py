@@ -1,5 +1,5 @@
-"""Tests, in every world of the second generator, that a fit of the true causes finds their true
-sizes."""
+"""Tests, in every world (kind of measurement set) of the independent generator, that a fit of the
+true causes finds their true sizes."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def fitted(
     standard deviations σ, and the residual.
 
     This function writes the design matrix from the rows of the set: 20 orders, an offset for each
-    run, a zero.
+    run of the capture, and a constant of the reference.
     """
     whole = scene.channels(causes)
     alone = [
