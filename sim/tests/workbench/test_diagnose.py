@@ -102,7 +102,7 @@ def test_one_run_at_one_speed_does_not_choose_between_time_and_angle() -> None:
     assert "speed" in result.next_measurement
 
 
-def test_the_same_seed_gives_the_samediagnosis_of() -> None:
+def test_the_same_seed_gives_the_same_diagnosis() -> None:
     first, second = (
         diagnosis_of(measurement_set(reversal_arcsec=0.8, runs=2, cycles=3)) for _ in range(2)
     )
