@@ -13,7 +13,7 @@ from arctrue.calibration.comparison import compare, extent, reading_counts
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.measurement import Reference
 
-from .synthetic import ARCSEC, COUNTS, Disc, capture_of, polygon_of, set_of, turn_angles
+from .synthetic import COUNTS, Disc, capture_of, polygon_of, set_of, turn_angles
 
 DISC = Disc({1: (95.0, 0.4), 2: (0.8, 2.0), 5: (0.5, -1.0), 8: (0.3, 1.0)})
 
