@@ -2,13 +2,13 @@
 --
 -- # access_guard
 --
--- Decides which unit serves an access: the generated register block, or the unit that stores the coefficients of the
--- lanes, the coefficient offset, the words of the mean, of heads 3 and 4, of the prepared sets, of the conditions or of
--- the local table, the turn steps and the turn number, or the capture. It refuses an access if no unit serves the
--- address, if the address belongs to a lane, a head, a prepared set, conditions, a local table or turn steps that the
--- core does not contain, or if the register map does not allow a read or a write of the register. It also refuses a
--- write that does not carry all four bytes, except to the register block. It refuses every write to the capture, every
--- read of the capture while no bank is ready, and every read beyond CAPTURE_DEPTH samples.
+-- Decides which unit serves an access to the register map. This is the generated register block, the capture, or one of
+-- the units with the other words: coefficients of the lanes, coefficient offset, mean, heads 3 and 4, prepared sets,
+-- conditions, local table, turn steps and turn number. It refuses an access if no unit serves the address, if the
+-- address belongs to a lane, a head, a prepared set, conditions, a local table or turn steps that the core does not
+-- contain, or if the register map does not allow a read or a write of the register. It also refuses a write that does
+-- not carry all four bytes, except to the register block. It refuses every write to the capture, every read of the
+-- capture while no bank is ready, and every read beyond CAPTURE_DEPTH samples.
 --
 -- **Latency.** 1 clock from `judge` to the verdict. Exactly one bit of the verdict is high, until the next verdict. In
 -- the first clock of the verdict the unit gets a pulse that requests the read or the write.
