@@ -278,7 +278,8 @@ begin
     if rising_edge(clock) then
       sum      := resize(fraction, sum'length) + resize(velocity(velocity'high downto VELOCITY_FRACTION), sum'length);
       fraction := sum(fraction'range);
-      -- A negative step is the complement of the sum; the user adds the one unit that is missing (step_rises is low).
+      -- A negative step is the complement of the sum; the entity that adds `step` also adds the missing unit
+      -- (step_rises is low).
       step       <= u_signed('0' & sum(sum'high downto TICK_WIDTH)) xor (step'range => falling);
       step_rises <= not falling;
       if reset = '1' or marker = '1' or was_marker = '1' then

@@ -14,8 +14,8 @@
 --
 -- **Latency.** 29 clocks from the angle of head 1 to the corrected angle, 30 with more than two heads.
 -- quadrature_decoder before and quadrature_output after this path add the latencies that their headers state. With a
--- FOLD above 1, the core accepts one angle every FOLD clocks, and the latency, counted from an accepted angle, is FOLD
--- - 1 clocks longer (compensation_pipeline).
+-- FOLD above 1, the core accepts one angle every FOLD clocks, and the latency, counted from an accepted angle, is
+-- FOLD - 1 clocks longer (compensation_pipeline).
 --
 -- **Number formats.** Addresses are in bytes; the register map states all other formats.
 --

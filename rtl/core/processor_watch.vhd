@@ -3,8 +3,9 @@
 -- # processor_watch
 --
 -- Raises `silent` when no pulse of `alive` has come from the processor for `limit` clocks. The main loop of the
--- firmware gives `alive`, so the entity also detects a main loop that hangs while the interrupts still run. Only an
--- alarm follows: correction and output do not depend on the processor and continue with the last coefficients.
+-- firmware gives `alive`, so the entity also detects a main loop that hangs while the interrupts still run. `silent` is
+-- a fault for fault_outputs; correction and output do not depend on the processor and continue with the last
+-- coefficients.
 --
 -- **Latency.** `silent` rises limit + 2 clocks after the last `alive`, or after the last clock in which the limit was
 -- 0. It falls 1 clock after the next `alive`.

@@ -117,7 +117,7 @@ begin
     variable raw_moves     : std_ulogic                      := '0';
     variable raw_up        : std_ulogic                      := '0';
     variable raw_breaks    : std_ulogic                      := '0';
-    -- Clocks since the last change of the levels before the filter, minus one
+    -- Number of clocks since the last change of the levels before the filter, minus one
     variable still         : u_unsigned(7 downto 0)          := (others => '0');
     variable is_quiet      : std_ulogic                      := '0';
     -- Counts by which the levels before the filter are ahead of the filtered levels, and number of illegal transitions
