@@ -7,8 +7,8 @@
 -- a fault for fault_outputs; correction and output do not depend on the processor and continue with the last
 -- coefficients.
 --
--- **Latency.** `silent` rises limit + 2 clocks after the last `alive`, or after the last clock in which the limit was
--- 0. It falls 1 clock after the next `alive`.
+-- **Latency.** `silent` rises limit + 2 clocks after the last `alive`, or after the last clock in which `limit` is 0;
+-- it falls 1 clock after the next `alive`.
 --
 -- **Number formats.** limit u32.0 clocks; 0 switches the watch off.
 --
