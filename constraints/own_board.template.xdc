@@ -12,8 +12,8 @@
 # pair (LVDS_25 or TMDS_33), and their pins must be the two pins of one pair.
 #
 # Pull-downs hold unconnected inputs low, so that no edges are counted there. Pairs have no pull-down: delete the lines
-# with PULLTYPE for them. Write no other commands into this file: the open tools ignore them, so the results of the two
-# flows would differ.
+# with PULLTYPE for them. Write no other commands into this file: make bitstream refuses them, because the open tools
+# would ignore them and Vivado would not.
 
 # Reference head
 set_property LOC PIN [get_ports head1_a]

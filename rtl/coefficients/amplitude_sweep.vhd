@@ -3,14 +3,15 @@
 -- # amplitude_sweep
 --
 -- Multiplies the nominal amplitude of each lane by the lane's modulator and writes the product, the effective
--- amplitude. One multiplier serves all lanes of both banks one after the other. (The pipeline reads the active bank;
--- the processor writes the idle bank, see coefficient_memory.) The entity stores the nominal amplitude and the choice
--- of the modulator for each lane of both banks.
+-- amplitude. A lane corrects one harmonic. Its modulator is the factor that the amplitude follows: the direction, the
+-- speed, the squared speed, a word of the processor, or 1. One multiplier serves all lanes of both banks one after the
+-- other. (The pipeline reads the active bank; the processor writes the idle bank, see coefficient_memory.) The entity
+-- stores the nominal amplitude and the choice of the modulator for each lane of both banks.
 --
--- **Sweep.** One count of `sweep_step` from 0 to SWEEP_CLOCKS - 1 is a sweep; sweeps follow one another without a
--- pause. Steps 0 to 63 process the lanes of bank 0, steps 64 to 127 the lanes of bank 1; steps of lanes that are not
--- built write nothing. The last step latches the modulators for the whole next sweep. In SQUARE_STEP the entity
--- multiplies the speed by itself, which gives the modulator `speed_squared`.
+-- **Sweep.** A sweep lasts SWEEP_CLOCKS clocks, in which `sweep_step` counts from 0 to SWEEP_CLOCKS - 1; sweeps follow
+-- one another without a pause. Steps 0 to 63 process the lanes of bank 0, steps 64 to 127 the lanes of bank 1; steps of
+-- lanes that are not built write nothing. The last step latches the modulators for the whole next sweep. In SQUARE_STEP
+-- the entity multiplies the speed by itself, which gives the modulator `speed_squared`.
 --
 -- **Swap.** `swept` is high from the end of the first whole sweep after the last write of a nominal word until the next
 -- write; during this time the effective amplitudes of the idle bank are complete. After a write it is high again within

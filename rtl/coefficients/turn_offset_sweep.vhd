@@ -2,11 +2,11 @@
 --
 -- # turn_offset_sweep
 --
--- Prepares the phase offsets of lanes of a real order n: within a turn a lane's phase is Φ + n·θ, and from turn to turn
--- it advances by the fraction ν of n. The offset of turn m is Φ + frac(m·ν); one multiplier computes it for turn m, the
--- turn before and the turn after, for all lanes of both banks, one after the other (a sweep), and then begins again.
--- The entity stores the turn steps ν and the offsets Φ of both banks. A lane of a whole order has ν = 0, and so the
--- offset Φ in every turn.
+-- Prepares the phase offsets of lanes whose order n need not be an integer: within a turn a lane's phase is Φ + n·θ,
+-- and from turn to turn it advances by the fractional part ν of n. The offset of turn m is Φ + frac(m·ν); one
+-- multiplier computes it for turn m, the turn before and the turn after, for all lanes of both banks, one after the
+-- other (a sweep), and then begins again. The entity stores the turn steps ν and the offsets Φ of both banks. If the
+-- order is an integer, ν is 0, and the offset is Φ in every turn.
 --
 -- **Turns.** The offset of turn m is written to place m modulo 4 of its lane. A sweep takes 18 · LANES clocks. It uses
 -- the turn at its start as m throughout, so that it writes the offsets of three neighbouring turns even if the angle

@@ -4,16 +4,16 @@
 --
 -- Adds a decaying remainder r to the correction ε, so that the applied correction, total = ε + r, makes no step when
 -- the coefficients are swapped or the compensation is switched on or off; a servo that reads the output sees no jump.
--- At a `marker` the entity holds the total for three clocks and latches the remainder r = held total − ε; from then on
--- |r| decays to 0, while the total follows each change of ε at once. The rate of ε itself is never limited, because a
--- limit would clip a correction that must be fast.
+-- Each such change comes with a `marker`: the entity then holds the total for three clocks and latches the remainder r
+-- = held total − ε; from then on |r| decays to 0, while the total follows each change of ε at once. The rate of ε
+-- itself is never limited, because a limit would clip a correction that must be fast.
 --
 -- **Velocity.** The decay of r begins and ends with velocity 0 (ramp_velocity): every 256 clocks the velocity of r
 -- changes by at most 256 clocks · `ramp_acceleration`; its magnitude is at most `ramp_rate`. A marker changes r but not
--- the velocity of r, so the velocity of the total steps only by the change of the velocity of ε. At a marker the total
--- keeps its value for three clocks and r for two more clocks. r is latched in the second of the three clocks, so at
--- their end the total steps by as much as ε changes in two clocks. At the end of the ramp r steps to 0 from less than
--- 2⁻¹¹ count. With a rate of 0, r stops and keeps its value.
+-- the velocity of r, so the velocity of the total steps only by the change of the velocity of ε. After a marker the
+-- total keeps its value for three clocks; r keeps its value for two clocks more. r is latched in the second of the
+-- three clocks, so at their end the total steps by as much as ε changes in two clocks. At the end of the ramp r steps
+-- to 0 from less than 2⁻¹¹ count. With a rate of 0, r stops and keeps its value.
 --
 -- **Acceleration 0** sets the velocity to `ramp_rate` at once: k ≥ 5 clocks after the marker |r| has decreased by
 -- floor((k − 5)·rate), in 2⁻ᶠ count, and r stops at 0 exactly. Change the acceleration to or from 0, or reduce it, only

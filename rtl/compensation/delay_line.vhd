@@ -2,8 +2,9 @@
 --
 -- # delay_line
 --
--- Delays a word by a fixed number of clocks, so that the reading R arrives together with the correction that was
--- computed from it (section 3.3 of the paper). In a folded pipeline the delay is FOLD - 1 clocks longer.
+-- Delays a word by a fixed number of clocks, so that a reading R reaches error_compensation together with the
+-- correction that was computed from it (section 3.3 of the paper). Lanes that share a pipeline (FOLD > 1) take FOLD - 1
+-- clocks longer, so compensation_pipeline sets CLOCKS to DELAY_LINE_LATENCY + FOLD - 1.
 --
 -- **Latency.** CLOCKS clocks from `undelayed` to `delayed`, one word per clock.
 --

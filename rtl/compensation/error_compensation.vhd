@@ -18,20 +18,21 @@
 -- whole counts: corrected = R − floor(total + ½), the same number for angle and position. `correction` shows the total,
 -- truncated to 11 fraction bits.
 --
--- **Apply.** While `apply` is low, 0 replaces ε. A change of `apply` is a marker of the ramp, like a swap. `apply`,
+-- **Apply.** While `apply` is low, 0 replaces ε. A change of `apply` restarts the ramp, as a swap does. `apply`,
 -- `swap_marker`, `zero_moved`, `put_back`, `referenced`, `angle` and `position` belong to the angle whose pair sums
 -- arrive in the same clock. `referenced` is output with the corrected angle to which it belongs.
 --
 -- **Put back.** `position` contains `put_back` counts (modulo 2¹⁶) that replace lost counts and do not come from edges.
 -- If `put_back` changes with an angle whose `zero_moved` differs from that of the previous angle, the ramp absorbs the
 -- change: the corrected reading makes no step and gains these counts as the ramp decays. A change of `zero_moved`
--- without a change of `put_back` is a marker of the ramp too: the total changes to the ε of the new place without a
--- step.
+-- without a change of `put_back` restarts the ramp too: the total changes without a step to the ε that belongs to the
+-- angle from the new zero.
 --
--- **Mean.** With MEAN, `mean_term` of the same angle is added to ε with all its bits (weighted_mean). When another head
--- becomes the carrier (the head whose reading enters the pipeline), `jumped` is high with the first angle of this head,
--- and `jump` is the jump of the reading: the ramp absorbs it like counts that are put back, so the corrected reading
--- makes no step.
+-- **Mean.** With MEAN, `mean_term` of the same angle is added to ε with all its bits (weighted_mean). When new words of
+-- the mean become active, the reading may jump, because another head becomes the carrier (the head whose reading enters
+-- the pipeline) or the carrier's offset changes. `jumped` is high with the first angle to which the new words apply,
+-- and `jump` is the jump of the reading: the ramp absorbs this jump like counts that are put back, so the corrected
+-- reading makes no step.
 --
 -- **Local table.** With LOCAL_TABLE, `local_value` of the same angle is added to ε with all its bits (local_table).
 --
@@ -44,9 +45,9 @@
 -- s19.20 counts, in magnitude at most 2¹⁸·1.5 + 1; local_value s13.22 counts; the sum of all terms stays below 2²⁰; ε
 -- s20.F; total s19.F; correction s19.11 counts; angles u24.0 counts; positions s31.0 counts modulo 2³².
 --
--- **Reset.** The total, r and the last `apply` are 0: the first angle with `apply` high starts a ramp from the
--- correction 0. Angles in the pipeline are not cleared. While `counts_per_rev` changes, all angles in the pipeline must
--- be below the old and the new value.
+-- **Reset.** The total, the remainder of the ramp and the last `apply` are 0: the first angle with `apply` high starts
+-- a ramp from the correction 0. Angles in the pipeline are not cleared. While `counts_per_rev` changes, all angles in
+-- the pipeline must be below the old and the new value.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -75,7 +76,7 @@ entity error_compensation is
     zero_moved         : in    std_ulogic                               := '0';                -- toggles when the zero moves
     put_back           : in    u_signed(15 downto 0)                    := (others => '0');    -- counts put back for lost counts
     mean_term          : in    u_signed(MEAN_TERM_WIDTH - 1 downto 0)   := (others => '0');    -- counts, s19.20
-    jumped             : in    std_ulogic                               := '0';                -- with the first angle of another carrier
+    jumped             : in    std_ulogic                               := '0';                -- with the first angle of new mean words
     jump               : in    u_signed(15 downto 0)                    := (others => '0');    -- counts, jump of the reading
     local_value        : in    u_signed(LOCAL_VALUE_WIDTH - 1 downto 0) := (others => '0');    -- counts, s13.22
     referenced         : in    std_ulogic;                                                     -- high if this angle counts from an index

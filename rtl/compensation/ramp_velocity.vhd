@@ -13,8 +13,9 @@
 -- new remainder is unknown, and the velocity falls by one step. A series of markers in these 15 of every 256 clocks
 -- therefore stops the ramp until the series ends; such markers never make the remainder pass 0.
 --
--- **Acceleration 0** gives the velocity `rate` from the first clock on. The entity that adds `step` must then set the
--- excess to 0 when a step would make it pass 0; `stops_at_zero` requests this, from the second clock after a marker on.
+-- **Acceleration 0** gives the velocity `rate` from the first clock on. The entity that adds `step` to the excess (the
+-- negative remainder) must then set the excess to 0 when a step would make it pass 0; `stops_at_zero` requests this,
+-- from the second clock after a marker on.
 --
 -- **Rate 0** brings the velocity down to 0 and keeps the remainder.
 --
@@ -277,7 +278,8 @@ begin
     if rising_edge(clock) then
       sum      := resize(fraction, sum'length) + resize(velocity(velocity'high downto VELOCITY_FRACTION), sum'length);
       fraction := sum(fraction'range);
-      -- A negative step is the complement of the sum; the user adds the one unit that is missing (step_rises is low).
+      -- A negative step is the complement of the sum; the entity that adds `step` also adds the missing unit
+      -- (step_rises is low).
       step       <= u_signed('0' & sum(sum'high downto TICK_WIDTH)) xor (step'range => falling);
       step_rises <= not falling;
       if reset = '1' or marker = '1' or was_marker = '1' then

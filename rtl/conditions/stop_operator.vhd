@@ -5,7 +5,8 @@
 -- Computes the direction of motion with the hysteresis of friction (Prandtl's stop operator): a number, the place,
 -- moves with the table and stops at ±width. Place / width is the direction h: +1 after a long motion upwards, -1 after
 -- a long motion downwards; after a reversal h changes linearly with the motion. Source: Krasnosel'skii and Pokrovskii,
--- Systems with Hysteresis (1989), stop; x = min(max(x + dR, -W), W).
+-- Systems with Hysteresis (1989), the stop operator: x = min(max(x + dR, -W), W), where x is the place, dR the motion
+-- and W the width.
 --
 -- **Dead zone.** The place does not change while the table moves back and forth by up to `dead_zone` counts (a play
 -- operator in front of the stop operator).
@@ -16,7 +17,7 @@
 --
 -- **Motion** is the sum of the counted edges: `position` without `put_back`. A step of more than MOST_STEP counts in a
 -- clock comes from a change of the carrier (the head whose position this is) or from a reset of the decoder; it is
--- ignored. Counts that head 1 lost are missing in this sum, even if they are put back.
+-- ignored. Counts that this head lost are missing in the sum, even if they are put back.
 --
 -- **Latency.** 7 clocks from `position` to `place` and `known`.
 --

@@ -9,7 +9,7 @@
 --
 -- **Unknown direction.** After a reset h is 0; when a change of `width` makes the direction unknown, h moves to 0 by
 -- `slew` per sweep. Once the direction is known, h moves towards it by `slew` per sweep, so that the output makes no
--- step; when it has reached the direction, it follows it at once.
+-- step; after h has reached the direction, h equals the direction without this limit.
 --
 -- **Words of the window**, by `address`: 0 width, 1 dead_zone, 2 nominal_speed, 3 word_a, 4 word_b (limited to ±1), 5
 -- slew; read-only: 6 direction, with bit 31 high while it is known, 7 speed, 8 speed squared. Signed words are read
@@ -21,7 +21,7 @@
 -- **Number formats.** position s31.0 counts; correction s19.11 counts; modulators s1.16, with a magnitude of at most 1;
 -- table_speed and stop_operator state the other formats.
 --
--- **Reset.** All words are 0 and slew is 2⁻¹⁶, so that a word moves from 0 to 1 in 94 ms.
+-- **Reset.** Slew is 2⁻¹⁶, so that a word moves from 0 to 1 in 94 ms at 100 MHz; all other words are 0.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -38,7 +38,7 @@ entity table_conditions is
   port (
     clock              : in    std_ulogic;
     reset              : in    std_ulogic;
-    -- The reading before the correction, and after it
+    -- The reading: its position before and after the correction, and the correction
     position           : in    u_signed(POSITION_WIDTH - 1 downto 0);   -- counts
     put_back           : in    u_signed(15 downto 0);                   -- counts put back for lost counts
     corrected_position : in    u_signed(POSITION_WIDTH - 1 downto 0);   -- counts
@@ -224,7 +224,7 @@ begin
     variable place_was_down   : std_ulogic := '0';
     variable place_was_known  : std_ulogic := '0';
     variable serves_speed     : std_ulogic := '0';
-    -- High if the direction was already known when the sweep began, so that `reached` belongs to it.
+    -- High if the direction was already known when the sweep began, so that `reached` refers to the known direction.
     variable was_known        : std_ulogic := '0';
     variable size             : u_signed(STOP_WIDTH downto 0);
 

@@ -2,9 +2,10 @@
 --
 -- # arctrue_core
 --
--- Contains the whole data path: it decodes both encoder heads, samples them for the calibration, corrects head 1, and
--- outputs the corrected position as an encoder signal. A processor accesses the core over AXI4-Lite (see the register
--- map) and gets one interrupt line. Source: figures 3 and 5 to 7 and section 3 of the paper.
+-- Contains the whole data path: it decodes the encoder heads, samples their positions for the calibration, corrects the
+-- position of head 1, and outputs the corrected position as an encoder signal. A processor accesses the core over
+-- AXI4-Lite (see the register map) and gets one interrupt line. Source: figures 3 and 5 to 7 and section 3 of the
+-- paper.
 --
 -- **Heads.** By default the core has two heads and corrects head 1. With MEAN the core corrects the weighted mean of
 -- all heads; one head, chosen at run time, is the carrier, whose reading enters the pipeline (head_mean). With HEADS =
@@ -12,18 +13,19 @@
 -- settings, faults and snapshot. With the mean, the levels of each head can be delayed (level_delay).
 --
 -- **Latency.** 29 clocks from the angle of head 1 to the corrected angle, 30 with more than two heads.
--- quadrature_decoder before and quadrature_output after this path add the latencies that their headers state. A FOLD
--- above 1 makes it FOLD - 1 clocks longer, counted from an accepted angle; one angle is accepted every FOLD clocks
--- (compensation_pipeline).
+-- quadrature_decoder before and quadrature_output after this path add the latencies that their headers state. With a
+-- FOLD above 1, the core accepts one angle every FOLD clocks, and the latency, counted from an accepted angle, is
+-- FOLD - 1 clocks longer (compensation_pipeline).
 --
 -- **Number formats.** Addresses are in bytes; the register map states all other formats.
 --
--- **Rotation.** ROTATION selects how a lane computes its cosine: `cordic`, as in the paper, or `table`
--- (table_rotation), which needs fewer look-up tables. Both have the same latency and formats. The register `capability`
--- shows the choice.
+-- **Rotation.** A lane is the logic that adds one harmonic to the correction. ROTATION selects how a lane computes its
+-- cosine: `cordic`, as in the paper, or `table` (table_rotation), which needs fewer look-up tables. Both have the same
+-- latency and formats. The register `capability` shows the choice.
 --
--- **Modulators.** With MODULATORS amplitudes of lanes follow the direction of motion, the speed or a word of the
--- processor (table_conditions); the latency does not change. The register `capability` shows whether they are built.
+-- **Modulators.** With MODULATORS the amplitudes of lanes can follow the direction of motion, the speed or a word of
+-- the processor (table_conditions); the latency does not change. The register `capability` shows whether the core has
+-- modulators.
 --
 -- **Failover.** With FAILOVER and three or four heads, the core leaves a failed head out of the mean by activating a
 -- prepared set of words (head_failover).
@@ -31,14 +33,16 @@
 -- **Local table.** With LOCAL_TABLE a table over the turn, or over windows of the turn, corrects errors that a sum of
 -- orders cannot represent (local_table_banks).
 --
--- **Real orders.** With REAL_ORDERS the phase of a lane continues from turn to turn (turn_counter, turn_offset_sweep).
+-- **Real orders.** With REAL_ORDERS the order of a lane need not be an integer: its phase continues from turn to turn
+-- (turn_counter, turn_offset_sweep).
 --
 -- **Events.** With EVENTS each edge of the probe and each pulse of the position compare waits in a queue for the
 -- processor (event_queue).
 --
 -- **Compensation** is applied while `control.compensate` is set and head 1 (with the mean: the carrier and each used
--- head) has seen its index. The core subtracts the correction from `position`, which no index changes, so the output
--- makes no step when the index is found; the change of the correction decays at the ramp rate.
+-- head) has seen its index. The core subtracts the correction from the head's position, which the first index does not
+-- change; when the correction begins, the ramp moves it from 0 to its value. So the output makes no step when the index
+-- is found.
 --
 -- **Clock.** The core has one clock. The times in seconds that the register map names are for 100 MHz. The pins of the
 -- encoders, `sync_in` and `probe_in` are asynchronous; every other port is synchronous to `clock`.

@@ -33,9 +33,9 @@
 -- **Referenced.** `referenced` is high if the angle in the same clock counts from an index mark. It travels with the
 -- angle and leaves as `corrected_referenced`, so that quadrature_output gives no Z for an angle without a zero.
 --
--- **Put back.** `position` contains `put_back` counts that replace the counts that head 1 lost. A change of
--- `zero_moved` marks the first angle from another zero; both travel with the angle, and the change of the correction
--- decays at the ramp rate.
+-- **Put back.** `position` contains `put_back` counts, which replace the counts that head 1 (or the carrier) lost. A
+-- change of `zero_moved` marks the first angle from another zero; both travel with the angle, and the change of the
+-- correction decays at the ramp rate.
 --
 -- **Mean.** With MEAN, `angle` and `position` belong to the carrier; apply `mean_term`, `jumped` and `jump`
 -- MEAN_LATENCY clocks after the reading to which they belong, as head_mean does. `swap_comes` is high in the clock
@@ -91,7 +91,7 @@ entity compensation_pipeline is
     put_back           : in    u_signed(15 downto 0)  := (others => '0');     -- counts put back for lost counts, modulo 2¹⁶
     referenced         : in    std_ulogic;                                    -- high if this angle counts from an index
     mean_term          : in    u_signed(MEAN_TERM_WIDTH - 1 downto 0) := (others => '0'); -- counts, s19.20
-    jumped             : in    std_ulogic             := '0';                 -- high with the first angle of another carrier
+    jumped             : in    std_ulogic             := '0';                 -- high with the first angle of new mean words
     jump               : in    u_signed(15 downto 0)  := (others => '0');     -- counts, jump of the reading with this angle
     counts_per_rev     : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
     ramp_rate          : in    u_unsigned(31 downto 0);                       -- 2⁻¹¹ count per clock, u8.24

@@ -11,7 +11,7 @@
 --
 -- **Number formats.** slot 0 to FOLD - 1.
 --
--- There is no reset: the sequence runs from power-up on, so that a reset never cuts an angle in two.
+-- There is no reset: the sequence runs from power-up on, so that a reset never interrupts the processing of an angle.
 
 library ieee;
   use ieee.std_logic_1164.all;

@@ -2,12 +2,13 @@
 --
 -- # processor_watch
 --
--- Raises `silent` when no pulse of `alive` has come from the processor for `limit` clocks. The correction and the
--- output do not depend on the processor; they continue with the last coefficients. So a processor that hangs only
--- causes an alarm, even if its interrupts still run.
+-- Raises `silent` when no pulse of `alive` has come from the processor for `limit` clocks. The main loop of the
+-- firmware gives `alive`, so the entity also detects a main loop that hangs while the interrupts still run. `silent` is
+-- a fault for fault_outputs; correction and output do not depend on the processor and continue with the last
+-- coefficients.
 --
--- **Latency.** `silent` rises limit + 2 clocks after the last `alive`, or after the last clock with a limit of 0, and
--- falls 1 clock after the next `alive`.
+-- **Latency.** `silent` rises limit + 2 clocks after the last `alive`, or after the last clock in which `limit` is 0;
+-- it falls 1 clock after the next `alive`.
 --
 -- **Number formats.** limit u32.0 clocks; 0 switches the watch off.
 --

@@ -7,10 +7,11 @@
 -- of the paper.
 --
 -- **Latency.** angle and turn_position change 1 clock after `edge.moves`, in the same clock as the position of
--- edge_counter. index_seen, with the angle from the new zero, comes INDEX_SKEW clocks after the step of the index, or
--- with the next step if that step comes earlier. index_strobe, index_position, index_direction and index_interval
--- follow 1 clock after index_seen (at later indices: 1 clock after the clock in which index_seen would rise).
--- `misplaced` comes 2 clocks after index_strobe, one clock before the angle counts from a moved zero.
+-- edge_counter. At the first index, index_seen rises, and the angle counts from the new zero, INDEX_SKEW clocks after
+-- the step of the index, or with the next step if that step comes earlier. index_strobe, index_position,
+-- index_direction and index_interval follow 1 clock after index_seen (at later indices: 1 clock after the clock in
+-- which index_seen would rise). `misplaced` comes 2 clocks after index_strobe, one clock before the angle counts from a
+-- moved zero.
 --
 -- **Number formats.** position, turn_position, index_position and index_interval s31.0 counts; angle u24.0 counts;
 -- counts_per_rev u25.0 counts; index_tolerance u16.0 counts.
@@ -39,11 +40,11 @@
 -- zero_witness; possible at the first mark after lost counts). Or it is the first mark after an `index_error` that lies
 -- one turn, within the tolerance, from the mark before it (the second mark after lost counts). A single false mark does
 -- not move the zero, because no other mark lies one turn from it. `index_seen` stays high, so the correction continues.
--- A turn of less than 9 counts keeps its zero. If the zero moves to another count, the following happens in the clock
--- in which angle and turn_position first count from the new zero. `zero_slip` becomes the angle that the mark had (the
--- negative of the lost counts), `zero_moved` toggles, `zero_moves` increments, index_error is set, and its counter
--- increments once. The position keeps its error. With `heal` high, `zero_slip` is subtracted from `put_back` in that
--- clock, so that position + put_back does not contain the slip; a slip of 2¹⁴ counts or more is not put back.
+-- If a turn has less than 9 counts, the zero never moves. If the zero moves to another count, the following happens in
+-- the clock in which angle and turn_position first count from the new zero. `zero_slip` becomes the angle that the mark
+-- had (the negative of the lost counts), `zero_moved` toggles, `zero_moves` increments, index_error is set, and its
+-- counter increments once. The position keeps its error. With `heal` high, `zero_slip` is subtracted from `put_back` in
+-- that clock, so that position + put_back does not contain the slip; a slip of 2¹⁴ counts or more is not put back.
 -- `index_trusted` pulses 3 clocks after index_strobe if the mark lies at the zero. If Z normally changes within a
 -- count, but at one speed changes near an edge of that count, the index is one count off at that speed.
 --

@@ -5,12 +5,13 @@
 -- Delays A, B and Z of a head together by 0 to 255 clocks. This compensates the longer delay of another head's
 -- electronics: an uncompensated delay of 100 ns is an error of 0.032 arcsec at 90 degrees per second.
 --
--- **Latency.** `delay` clocks from `levels` to `delayed`, 0 included. A change of `delay` takes effect 2 clocks later
+-- **Latency.** `delay` clocks from `levels` to `delayed`, 0 included. A change of `delay` takes effect within 2 clocks
 -- and skips or repeats levels, so change it only while the table stands still.
 --
 -- **Number formats.** delay u8.0 clocks.
 --
--- There is no reset: for `delay` clocks after power-up, or after an increase of `delay`, the output shows older levels.
+-- There is no reset. In the first `delay` + 2 clocks after power-up, `delayed` may be 0 in place of the levels of the
+-- pins. After an increase of `delay`, levels that were already output are output again.
 
 library ieee;
   use ieee.std_logic_1164.all;

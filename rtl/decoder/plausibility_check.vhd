@@ -15,10 +15,11 @@
 -- minimum_edge_spacing clocks after the previous edge (0 and 1 disable this check). This check ignores illegal
 -- transitions. Edges that the filter suppresses also count as overspeed, and set `swallowed` too, because counts are
 -- lost. To detect such edges the entity also decodes the levels before the filter. It sets and counts `overspeed` when
--- these levels are a whole period of A and B (4 counts) ahead of the filtered levels, or when they have made 4 illegal
--- transitions that the filtered levels do not show. After the pins have been quiet for filter_length clocks this
--- comparison restarts. A pulse on one pin that is shorter than filter_length clocks has no effect on this comparison,
--- unless another pin changes during the pulse: then the pulse cannot be distinguished from a lost period.
+-- the count of these levels differs by a whole period of A and B (4 counts) from the count of the filtered levels, or
+-- when these levels have made 4 illegal transitions that the filtered levels do not show. After the pins have been
+-- quiet for filter_length clocks this comparison restarts. A pulse on one pin that is shorter than filter_length clocks
+-- has no effect on this comparison, unless another pin changes during the pulse: then the pulse cannot be distinguished
+-- from a lost period.
 --
 -- **Clear semantics.** index_error, illegal, overspeed and swallowed stay set, and their counters saturate at
 -- 65,535, until `clear` or reset. A fault in the clock of a clear is kept: flag set, counter 1.
@@ -116,7 +117,7 @@ begin
     variable raw_moves     : std_ulogic                      := '0';
     variable raw_up        : std_ulogic                      := '0';
     variable raw_breaks    : std_ulogic                      := '0';
-    -- Clocks since the last change of the levels before the filter, minus one
+    -- Number of clocks since the last change of the levels before the filter, minus one
     variable still         : u_unsigned(7 downto 0)          := (others => '0');
     variable is_quiet      : std_ulogic                      := '0';
     -- Counts by which the levels before the filter are ahead of the filtered levels, and number of illegal transitions

@@ -11,12 +11,12 @@
 -- **Latency.** SYNCHRONISER_STAGES + filter_length + 2 clocks from a change of a pin to `position`: 5 with the filter
 -- off. With DELAYED, `delay` adds to this and to the other latencies from the pins. position, angle, turn_position,
 -- direction, step, step_up, last_edge_time, illegal and illegal_count belong to one clock; overspeed and
--- overspeed_count follow 1 clock after this clock. index_seen, with the angle from the new zero, comes INDEX_SKEW
--- clocks after the step of the index, or with the next step if that step comes earlier. index_strobe, index_position,
--- index_direction and index_interval follow 1 clock after index_seen would rise, index_error and index_error_count 4
--- clocks after. Edges that the filter suppresses are reported SYNCHRONISER_STAGES + 3 clocks after the pins.
--- last_edge_time is SYNCHRONISER_STAGES + filter_length + 1 clocks later than the timestamp at which the pin changed.
--- position and last_edge_time, read in the same clock, give the velocity.
+-- overspeed_count follow 1 clock after this clock. At the first index, index_seen rises, and the angle counts from the
+-- new zero, INDEX_SKEW clocks after the step of the index, or with the next step if that step comes earlier.
+-- index_strobe, index_position, index_direction and index_interval follow 1 clock after index_seen would rise,
+-- index_error and index_error_count 4 clocks after. Edges that the filter suppresses are reported SYNCHRONISER_STAGES +
+-- 3 clocks after the pins. last_edge_time is SYNCHRONISER_STAGES + filter_length + 1 clocks later than the timestamp at
+-- which the pin changed. position and last_edge_time, read in the same clock, give the velocity.
 --
 -- **Number formats.** decoder_pkg states the formats of the outputs. counts_per_rev u25.0 counts; filter_length u8.0
 -- and minimum_edge_spacing u16.0 clocks; index_tolerance u16.0 counts; timestamp u64.0 clocks.

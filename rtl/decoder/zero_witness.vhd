@@ -3,9 +3,9 @@
 -- # zero_witness
 --
 -- Checks an index mark of one head against the counts of the other head since the last trusted mark. Both heads read
--- the same disc: between two passages of the true mark the other head counts exactly one turn, independent of the
--- counts that this head lost. At a false mark the other head has counted a different number. If the other head stands
--- still or has lost counts, `agrees` stays low.
+-- the same disc: from one passage of the true mark to the next in the same direction, the other head counts exactly one
+-- turn, even if this head has lost counts. At a false mark the other head has counted more or less than a turn. If the
+-- other head stands still or has lost more counts than the tolerance, `agrees` is low.
 --
 -- **Latency.** `agrees` is valid from 2 clocks after the `index_strobe` of a mark until the next mark. The other head's
 -- counts are read 2 clocks before `index_strobe`.

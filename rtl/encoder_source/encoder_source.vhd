@@ -5,13 +5,13 @@
 -- Generates the signals A, B and Z that two to four read heads of a steadily turning table would give. On a test bench,
 -- a second board with this entity replaces the encoder. All heads read the same disc; the angles of heads 2 to 4 are
 -- HEAD_SEPARATION, HEAD3_AHEAD and HEAD4_AHEAD counts ahead of head 1 (docs/architecture.md, "Head geometry"). A
--- calibration therefore finds the error ε of equation (2) with the orders 1 and 2 that the generics give. The axis does
--- not move. Outputs of heads above HEADS stay low.
+-- calibration therefore finds the error ε of equation (2), whose orders 1 and 2 the generics define. The simulated axis
+-- of the table does not move. The outputs of heads whose number is above HEADS stay low.
 --
 -- **Latency.** 35 clocks from the true angle to the edge: compensation_pipeline 29, quadrature_output 6.
 --
--- **Number formats.** True angle u24.24 counts; amplitudes s13.11 counts; COUNTS_PER_SECOND is rounded
--- to 2⁻²⁴ count a clock.
+-- **Number formats.** True angle u24.24 counts; amplitudes s13.11 counts; the speed COUNTS_PER_SECOND is rounded to a
+-- multiple of 2⁻²⁴ count per clock.
 --
 -- **Reset.** The table returns to its start, and each head writes its coefficients again.
 

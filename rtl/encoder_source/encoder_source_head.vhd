@@ -3,12 +3,13 @@
 -- # encoder_source_head
 --
 -- Generates the signals of one read head of encoder_source. The true angle θ increases by the same amount in every
--- clock, and the reading is R = θ + ε(θ), equation (2), where ε has an order 1 and an order 2. The entity uses the
--- compensation pipeline, which subtracts the correction that its coefficients describe: here they describe -ε.
+-- clock, and the reading is R = θ + ε(θ), equation (2), where ε is the sum of a harmonic of order 1 and a harmonic of
+-- order 2. The entity computes R with compensation_pipeline, which subtracts the correction that its coefficients
+-- describe; so the coefficients here describe -ε.
 --
 -- **Latency.** 35 clocks from the true angle to the edge.
 --
--- **Number formats.** True angle u24.24 counts, from START; position s31.0 counts, wraps.
+-- **Number formats.** True angle u24.24 counts, START at the beginning; position s31.0 counts, wraps.
 --
 -- **Reset.** The true angle goes back to START; the entity writes the coefficients and swaps the banks again.
 
@@ -44,7 +45,7 @@ architecture rtl of encoder_source_head is
   constant LANES           : positive := 2;
   constant STEP_FRACTION   : positive := 24;
   constant WORDS           : positive := 4 * LANES;
-  -- Smallest number of clocks between two edges of the output; no reading of a head moves faster.
+  -- Smallest number of clocks between two edges of the output: an edge is permitted in every clock.
   constant MINIMUM_SPACING : positive := 1;
 
   -- Increase of the true angle in counts per clock, u0.24.

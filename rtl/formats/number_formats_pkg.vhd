@@ -74,7 +74,8 @@ package number_formats_pkg is
   -- decrease while the reading increases.
   constant STEEPEST_PERCENT           : positive := 100;
 
-  -- Lanes follow the temperature up to this many kelvins above and below T0, if the coefficient file states no range.
+  -- If the coefficient file states no range, lanes follow the temperature up to this many kelvins above and below T0,
+  -- the temperature at which the lanes have their loaded values.
   constant THERMAL_RANGE_K            : positive := 10;
 
   constant LANES_MAX                  : positive := 64;

@@ -127,7 +127,7 @@ architecture rtl of table_rotation is
   -- Returns the values of the lines at the beginnings of their intervals.
   function values_of_all return value_table is
 
-    -- REACH is half an interval, UNIT half a unit of the digits, both in turns.
+    -- REACH is half an interval; UNIT is half of the lowest bit of the place that the rows multiply. Both are in turns.
     constant REACH : real := 2.0 ** (OFFSET_WIDTH - 1 - PHASE_WIDTH);
     constant UNIT  : real := 2.0 ** (OFFSET_WIDTH - DIGITS_WIDTH - 1 - PHASE_WIDTH);
     constant SCALE : real := 1.0 - (MATH_2_PI * REACH) ** 2 / 4.0;

@@ -18,7 +18,7 @@
 -- (four) windows, the j-th half (quarter) of all points belongs to window j. From the last point of a window on, the
 -- value is interpolated towards the window's first point.
 --
--- **Error.** The place in the window is rounded to 2⁻²⁴ window, the error of its step is at most 2⁻⁴⁹ window per count,
+-- **Error.** The place in the window is rounded to 2⁻²⁴ window, the error of `step` is at most 2⁻⁴⁹ window per count,
 -- and the interpolation uses 12 bits of the place between two points. With one window, the value differs from the exact
 -- interpolation by at most (2⁻¹³ + 2⁻¹³) times the largest difference of two neighbouring points; with two or four
 -- windows, whose lowest bits of the place are truncated, this factor is larger by 2⁻¹².

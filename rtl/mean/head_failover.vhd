@@ -6,11 +6,11 @@
 -- prepared_sets activates the set of words without this head, and parity_sum monitors the parity of the heads. The
 -- entity contains head_watch and parity_sum, and the registers of all three units.
 --
--- **Failure.** A set is a prepared set of words of lanes and mean (prepared_sets). When a head fails, the set without
--- this head is loaded, provided that `failover.enable` is set, the active words use all heads and no head is left out.
--- Failures of other heads are then ignored, because only sets with one missing head are prepared. From the first angle
--- of the new set on the head is left out, and `rearm_heads` makes its decoder forget the index, so that its next index
--- defines its zero again.
+-- **Failure.** A set contains prepared words of the lanes and of the mean (prepared_sets). When a head fails, the set
+-- without this head is loaded, provided that `failover.enable` is set, the active words use all heads and no head is
+-- left out. Failures of other heads are then ignored, because only sets with one missing head are prepared. The head is
+-- left out from the first angle on to which the new set applies, and `rearm_heads` makes its decoder forget the index,
+-- so that its next index defines its zero again.
 --
 -- **Return.** A head that is left out comes back after its next index, either on request (`heads_command.come_back`) or
 -- after the time `failover.return_after`; the set of all heads is then loaded. A dead head gives no index, so it
@@ -27,9 +27,9 @@
 -- set is being loaded or a head is left out, the carrier of the idle words (the head whose reading enters the pipeline)
 -- is a used head. `may_activate` follows its inputs by one clock.
 --
--- **Latency.** The first angle of the set comes 3 clocks plus the latency of prepared_sets after head_watch has
--- reported a failure. `read_data` follows `read_enable` by 1 clock and is 0 for words of other units in the window.
--- head_registers signals `done` for its own words and for the words of this entity.
+-- **Latency.** The first angle to which the new set applies comes 3 clocks plus the latency of prepared_sets after
+-- head_watch has reported a failure. `read_data` follows `read_enable` by 1 clock and is 0 for words of other units in
+-- the window. head_registers signals `done` for its own words and for the words of this entity.
 --
 -- **Number formats.** differences s16.4 counts, head 1 in the low bits; the register map states the formats of the
 -- registers.

@@ -2,9 +2,9 @@
 --
 -- # head_mean
 --
--- Outputs two values for the correction of the heads' mean: the reading of the carrier (the head that is chosen at run
--- time) minus the whole counts of its offset, and the term that turns this reading into the mean (weighted_mean). The
--- words of the mean (mean_words) are swapped together with the coefficients of the lanes.
+-- Outputs two values from which the pipeline computes the corrected mean of the heads: the reading of the carrier (the
+-- head that is chosen at run time) minus the whole counts of its offset, and the term that turns this reading into the
+-- mean (weighted_mean). The words of the mean (mean_words) are swapped together with the coefficients of the lanes.
 --
 -- **Position.** The count of the output continues when the carrier changes: `position` is the carrier's position plus a
 -- base. With the first angle of a new set of words, `position` and angle jump by the same number of counts, the shorter
@@ -12,8 +12,9 @@
 -- A jump beyond ±32,767 counts comes from a head that was never set up; `position` then jumps only by this limit, and
 -- from then on differs from the angle by the remainder, until the next reset.
 --
--- **Zero.** `zero_moved` toggles when the zero of any head moves, because each head's zero moves the mean; the ramp
--- absorbs this change. `put_back` is the value of the carrier, because `position` continues the carrier's count.
+-- **Zero.** `zero_moved` toggles when the zero of a head moves, because each head's zero moves the mean; the ramp
+-- absorbs this change. It does not toggle if the zeros of two heads move in the same clock. `put_back` is the value of
+-- the carrier, because `position` continues the carrier's count.
 --
 -- **Apply.** `apply` is high while the processor requests the correction and the carrier and every used head have seen
 -- their index. `referenced` is high while the carrier has seen its index.

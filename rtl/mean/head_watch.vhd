@@ -19,8 +19,9 @@
 -- `step_limit` counts, and if this is true for no other head in place of k. Choose step_limit larger than the change of
 -- any difference of two heads that the motion of the axis causes in that time. Then this motion never counts as a step
 -- and never leads to a wrong head, and the entity finds every step of one head by 2 * step_limit counts or more: the
--- other heads agree with each other, and differ from the stepping head by more than step_limit. If two heads step, the
--- entity reports neither. The value 0 turns this check off.
+-- other heads agree with each other, and differ from the stepping head by more than step_limit. If two of four heads
+-- step, the entity reports no head. If two of three heads step, it reports the third head if the two steps are equal to
+-- within step_limit, otherwise no head. The value 0 turns this check off.
 --
 -- **Restart.** While `restart` is high, and for 16 clocks after that, the entity does not search for steps; it then
 -- stores the readings anew and compares later readings with these. Hold `restart` high while readings jump without a
@@ -31,7 +32,8 @@
 --
 -- **Number formats.** differences s16.0 counts, head 1 in the low bits; missing_counts u8.0 counts; step_limit u16.0
 -- counts. `failed` has one bit per head; `causes` has the bits of the register `failover`: illegal, overspeed,
--- swallowed, missing_edges, step, index, from bit 0 on. Both are high for one clock.
+-- swallowed, missing_edges, step, index, from bit 0 on. Both are high for one clock; for missing edges they stay high
+-- until the head gives an edge or `watching` falls.
 --
 -- **Reset** clears the readings and the counts.
 
@@ -67,8 +69,8 @@ entity head_watch is
     -- Settings
     missing_counts : in    u_unsigned(7 downto 0);                                    -- counts, 0: off
     step_limit     : in    u_unsigned(15 downto 0);                                   -- counts, 0: off
-    failed         : out   std_ulogic_vector(HEADS - 1 downto 0) := (others => '0');  -- pulse, one bit per head
-    causes         : out   std_ulogic_vector(5 downto 0)         := (others => '0')   -- pulse, one bit per cause
+    failed         : out   std_ulogic_vector(HEADS - 1 downto 0) := (others => '0');  -- one bit per head, see Number formats
+    causes         : out   std_ulogic_vector(5 downto 0)         := (others => '0')   -- one bit per cause, see Number formats
   );
 end entity head_watch;
 

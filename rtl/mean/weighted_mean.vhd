@@ -13,9 +13,9 @@
 -- **Turn.** Differences are taken the shorter way round (turn_difference); the fractions of the offsets are applied
 -- after that.
 --
--- **Limit.** A difference beyond ±65,536 counts comes from a head that is lost or was never set up. It is limited to
--- the range of s16.4, so that the term stays within ±2¹⁹ counts. `limited` is high with a term for which the difference
--- of a `used` head was limited.
+-- **Limit.** A difference beyond ±65,536 counts comes from a head that has lost counts or was never set up. It is
+-- limited to the range of s16.4, so that the term stays within ±2¹⁹ counts. `limited` is high with a term for which the
+-- difference of a `used` head was limited.
 --
 -- **Rounding.** Products and their sum are exact.
 --

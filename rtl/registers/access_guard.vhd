@@ -2,11 +2,11 @@
 --
 -- # access_guard
 --
--- Decides which unit serves an access: the generated register block, or the unit that stores the coefficients of the
--- lanes, the coefficient offset, the words of the mean, of heads 3 and 4, of the prepared sets, of the conditions or of
--- the local table, the turn steps and the turn number, or the capture. It refuses an access if no unit serves the
--- address, if the core is built without the lane, head, prepared set, conditions, local table or turn steps of the
--- address, or if the register map does not allow a read or a write of the register. It also refuses a write that does
+-- Decides which unit serves an access to the register map. This is the generated register block, the capture, or one of
+-- the units with the other words: coefficients of the lanes, coefficient offset, mean, heads 3 and 4, prepared sets,
+-- conditions, local table, turn steps and turn number. It refuses an access if no unit serves the address, if the
+-- address belongs to a lane, a head, a prepared set, conditions, a local table or turn steps that the core does not
+-- contain, or if the register map does not allow a read or a write of the register. It also refuses a write that does
 -- not carry all four bytes, except to the register block. It refuses every write to the capture, every read of the
 -- capture while no bank is ready, and every read beyond CAPTURE_DEPTH samples.
 --
@@ -15,7 +15,8 @@
 --
 -- **Number formats.** Addresses are in bytes.
 --
--- **Reset.** There is none: a verdict belongs to the last `judge`.
+-- **Reset.** There is none: the outputs show the verdict on the access of the last `judge`; they are undefined before
+-- the first one.
 
 library ieee;
   use ieee.std_logic_1164.all;

@@ -165,8 +165,8 @@ begin
     variable down        : std_ulogic;
     variable stood       : std_ulogic;
     variable arrives     : std_ulogic;
-    -- High if the table stands on a multiple; the direction in which it left the last multiple; high if it has not
-    -- reached a multiple yet.
+    -- on_multiple is high if the table stands on a multiple, left_up if it left the last multiple upwards, fresh if it
+    -- has not reached a multiple yet.
     variable on_multiple : std_ulogic := '0';
     variable left_up     : std_ulogic := '0';
     variable fresh       : std_ulogic := '1';

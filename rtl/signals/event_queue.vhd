@@ -15,11 +15,11 @@
 -- is `timestamp` in the clock in which the event enters the queue, minus DELAY (not COMPARE_DELAY); number and lost
 -- u16.0, both wrap.
 --
--- **Events.** Bit 0 of `kind` is high for an edge of the probe, bit 1 for a pulse of the compare, both bits for an edge
--- and a pulse that belong to the same position, that is, enter the queue in the same clock. If `kind` is 0, the queue
--- is empty, and the other outputs of the oldest event have no meaning. `recorded` selects the kinds of events that
--- enter the queue. Each event increases the number by 1. If the queue is full, a new event is lost: it increases the
--- number too, and `lost` counts it. So a gap in the numbers shows where events are missing.
+-- **Events.** Bit 0 of `kind` is high for an edge of the probe, bit 1 for a pulse of position_compare. If an edge and a
+-- pulse enter the queue in the same clock, they have the same position and form one event with both bits high. If
+-- `kind` is 0, the queue is empty, and the other outputs of the oldest event have no meaning. `recorded` selects the
+-- kinds of events that enter the queue. Each event increases the number by 1. If the queue is full, a new event is
+-- lost: it increases the number too, and `lost` counts it. So a gap in the numbers shows where events are missing.
 --
 -- **Reset** empties the queue and clears both counts. It must last at least DELAY and at least COMPARE_DELAY clocks to
 -- drop events that are still delayed.

@@ -2,8 +2,9 @@
 --
 -- # fault_outputs
 --
--- Reports faults at two pins, `alarm` and `driver_enable`. A fault switches `driver_enable` off: a drive then detects a
--- broken encoder, and does not conclude from constant signals that the table stands still.
+-- Reports faults at two pins, `alarm` and `driver_enable`. A fault that `release_sources` selects switches
+-- `driver_enable` off: the drive that reads the encoder then detects a broken encoder; otherwise it could take signals
+-- that do not change for a table that stands still.
 --
 -- **Latency.** The outputs follow the inputs by 1 clock, except `clear`, which they follow by 2 clocks.
 --

@@ -39,7 +39,7 @@ architecture rtl of pulse_input is
   signal levels   : std_ulogic_vector(0 downto 0);
   signal filtered : std_ulogic_vector(0 downto 0);
   -- Bits are high during the reset, and in the clocks after it in which the synchroniser still outputs levels from
-  -- before.
+  -- before the end of the reset.
   signal settling : std_ulogic_vector(SETTLED_AFTER - 1 downto 0) := (others => '1');
 
 begin

@@ -8,7 +8,8 @@
 -- pins. Of the processor's pins, only those of the I2C controller are ports of this entity; the other pins need no
 -- port.
 --
--- **Latency.** The latency equals that of arctrue_core; there is no register between arctrue_core and the pins.
+-- **Latency.** The latency equals that of arctrue_core; there is no register between arctrue_core and the pins of
+-- encoders and instruments; the LEDs follow their states with the delay that status_leds states.
 --
 -- **Number formats.** All ports are single bits. The register map describes the registers, which start at 0x4000_0000
 -- for the processor.
@@ -40,7 +41,7 @@ entity arctrue_device is
     LOCAL_TABLE   : boolean                       := false;                 -- a table corrects errors that a sum of orders cannot represent
     REAL_ORDERS   : boolean                       := false;                 -- phases of lanes can continue from turn to turn
     EVENTS        : boolean                       := false;                 -- events of probe and compare wait in a queue
-    LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the clocks for which an LED is lit at least
+    LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the shortest time for which an LED is lit, in clocks
     DNA_PORTS     : natural range 0 to 1          := 1                      -- 0: for tools without the primitive DNA_PORT
   );
   port (

@@ -25,7 +25,7 @@ entity arctrue_zynq_differential_top is
     LOCAL_TABLE   : boolean                       := false;                 -- a table corrects errors that a sum of orders cannot represent
     REAL_ORDERS   : boolean                       := false;                 -- phases of lanes can continue from turn to turn
     EVENTS        : boolean                       := false;                 -- events of probe and compare wait in a queue
-    LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the clocks for which an LED is lit at least
+    LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the shortest time for which an LED is lit, in clocks
     DNA_PORTS     : natural range 0 to 1          := 1                      -- 0: for tools without the primitive DNA_PORT
   );
   port (

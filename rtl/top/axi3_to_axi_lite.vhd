@@ -22,8 +22,9 @@
 -- read beat carries its own response. The entity makes no access and answers SLVERR if the burst kind is 3, if `size`
 -- is above 2, or if a WRAP burst is not 2, 4, 8 or 16 beats long or does not start at a multiple of the bytes of a
 -- beat. Otherwise it makes no access and answers DECERR if the first address is outside of BASE .. BASE +
--- 2**AXI_LITE_ADDRESS_WIDTH - 1. It accepts as many write beats as AWLEN states, and answers SLVERR if WLAST is not at
--- the last of them. It answers OKAY to an exclusive access, which tells the master that there is no exclusive monitor.
+-- 2**AXI_LITE_ADDRESS_WIDTH - 1. It accepts AWLEN + 1 write beats, and answers SLVERR if WLAST is not high with the
+-- last of these beats, or is high with an earlier one. It answers OKAY to an exclusive access, which tells the master
+-- that there is no exclusive monitor.
 --
 -- **Reset** drops a burst in progress, so master and slave must be reset together with the entity. A burst that is
 -- requested during the reset waits, because the entity then accepts no address.
@@ -86,9 +87,9 @@ architecture rtl of axi3_to_axi_lite is
 
   constant WRAP : std_ulogic_vector(1 downto 0) := "10";
 
-  -- No burst leaves its 4 KiB, so only these bits change.
+  -- A burst stays within an aligned block of 4 KiB, so only these address bits change.
   constant PAGE_WIDTH : positive := 12;
-  -- 16 beats of 4 bytes.
+  -- A WRAP burst has at most 16 beats of 4 bytes, which are 2**6 bytes.
   constant WRAP_WIDTH : positive := 6;
 
   constant BASE_ADDRESS : u_unsigned(31 downto 0) := to_unsigned(BASE, 32);

@@ -10,8 +10,8 @@
 --
 -- **Number formats.** All ports are single bits.
 --
--- **Reset.** The simulated table starts to turn 67 clocks after the configuration of the chip. The edges of A, B and Z
--- begin when each head has loaded its coefficients.
+-- **Reset.** The simulated table starts to turn 67 clocks after the configuration of the chip. A head gives edges of A,
+-- B and Z as soon as it has loaded its coefficients.
 
 library ieee;
   use ieee.std_logic_1164.all;

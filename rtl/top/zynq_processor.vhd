@@ -17,17 +17,17 @@
 -- **Interrupt.** `interrupt` is level sensitive and goes to IRQF2P(0), which is interrupt 61 of the
 -- generic interrupt controller. The other lines stay low.
 --
--- **I2C.** The signals of controller 0 go through the fabric (EMIO). While `scl_low` or `sda_low` is high, the wire SCL
--- or SDA is pulled low; no wire is ever driven high. PS7's outputs …TN are active-low tri-state controls: while …TN is
--- 1, the pin is driven with the level of …O. The general-purpose pins 54 (SCL) and 55 (SDA) of the processor are
--- connected to the same wires: with these pins the firmware clocks a device that holds SDA low, until the device
--- releases SDA.
+-- **I2C.** The signals of the processor's I2C controller 0 go through the fabric (EMIO). While `scl_low` (`sda_low`) is
+-- high, the top level must pull the wire SCL (SDA) low; it must never drive a wire high. PS7's outputs …TN are
+-- active-low tri-state controls: while …TN is 1, the pin is driven with the level of …O. The general-purpose pins 54
+-- (SCL) and 55 (SDA) of the processor are connected to the same wires: if a device holds SDA low, the firmware sends
+-- clock pulses with these pins until the device releases SDA.
 --
 -- **Reset** is FCLKRESETN(0), which software sets (FPGA_RST_CTRL). Software must not begin the reset during an access
 -- to the registers: the access would get no answer, and the processor would wait for ever. An access that begins during
 -- the reset, or in the RESET_CLOCKS clocks after it, waits until the reset is over.
 --
--- **Write data** are taken in the order of their addresses; WID is ignored.
+-- **Write data.** The entity assigns write data to write addresses in the order of the addresses, and ignores WID.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -36,7 +36,7 @@ library ieee;
 
 entity zynq_processor is
   generic (
-    RESET_CLOCKS : positive range 1 to 65535 := 64 -- number of clocks for which the reset lasts longer than the processor's
+    RESET_CLOCKS : positive range 1 to 65535 := 64 -- clocks of reset after the processor's reset, see reset_release
   );
   port (
     clock           : out   std_ulogic;
