@@ -177,6 +177,9 @@ architecture rtl of head_mean is
   signal compensate_now : std_ulogic                              := '0';
   signal zeros_before   : std_ulogic_vector(zeros_moved'range)    := (others => '0');
   signal seen_before    : std_ulogic_vector(indices_seen'range)   := (others => '0');
+  -- The heads' toggles and zero_moved in the clock before
+  signal zeros_last : std_ulogic_vector(zeros_moved'range) := (others => '0');
+  signal moved_last : std_ulogic                           := '0';
 
   signal fractions   : std_ulogic_vector(HEADS * HEAD_OFFSET_FRACTION - 1 downto 0);
   signal own_count   : position_count;
@@ -278,7 +281,8 @@ begin
   position      <= own_count + base;
   phase_of_zero <= u_unsigned(word_at(phases_now, this_head, 2)) - u_unsigned(base(1 downto 0)) + phase_shift;
   put_back      <= u_signed(word_at(put_backs_now, this_head, 16));
-  zero_moved    <= xor zeros_now;
+  -- Zeros of several heads that move in the same clock toggle zero_moved once.
+  zero_moved    <= moved_last xor (or (zeros_now xor zeros_last));
   referenced    <= word_at(seen_now, this_head, 1)(0);
   apply         <= compensate_now and (and (seen_now or not used)) and word_at(seen_now, this_head, 1)(0);
 
@@ -356,6 +360,8 @@ begin
         settling := settling - 1;
       end if;
       is_settled   <= '1' when settling = 0 else '0';
+      zeros_last   <= zeros_now;
+      moved_last   <= zero_moved;
       zeros_before <= zeros_moved;
       seen_before  <= indices_seen;
 
@@ -364,6 +370,7 @@ begin
         phase_shift <= "00";
         settling    := SETTLE_CLOCKS;
         is_settled  <= '0';
+        moved_last  <= '0';
         jumped_1_to_11 := (others => '0');
       end if;
     end if;

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import cocotb
@@ -201,6 +202,24 @@ async def applied_when_every_used_head_has_its_index(dut: Any) -> None:
             await RisingEdge(dut.clock)
         assert dut.apply.value == int(wanted and indices & needed == needed)
         assert dut.referenced.value == indices >> 1 & 1
+
+
+@cocotb.test()
+async def zeros_that_move_together_are_seen(dut: Any) -> None:
+    """`zero_moved` toggles once in each clock in which zeros of heads move: of one head, of two
+    heads, and of all."""
+    await start(dut)
+    zeros, before = 0, int(dut.zero_moved.value)
+    for moves in (1, 3, 2, (1 << HEADS) - 1, 3, 1):
+        zeros ^= moves
+        dut.zeros_moved.value = zeros
+        seen = []
+        for _ in range(6):
+            await RisingEdge(dut.clock)
+            seen.append(int(dut.zero_moved.value))
+        changes = [one != other for one, other in pairwise([before, *seen])]
+        assert sum(changes) == 1, f"heads {moves:b}"
+        before = seen[-1]
 
 
 @cocotb.test()
