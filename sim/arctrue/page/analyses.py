@@ -1,5 +1,5 @@
-"""Keeps the latest fitted models in memory; a model that is no longer there is fitted again from
-the files in its folder."""
+"""Keeps the latest fitted models in memory; a model that is no longer in memory is fitted again
+from the files of its session."""
 
 from __future__ import annotations
 

@@ -386,6 +386,6 @@ def report_sections(
 
 def addable(analysis: Analysis) -> Sequence[str]:
     """Return the effects that ``add`` accepts: effects that the model lacks, and effects with a
-    search."""
+    search for an order or frequency, which a model may contain more than once."""
     absent = absent_effects(analysis.effects, analysis.model.names(), analysis.observations)
     return [name for name, effect in analysis.effects.items() if name in absent or effect.search]

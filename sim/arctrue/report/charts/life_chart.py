@@ -30,7 +30,7 @@ def day_name(day: float) -> str:
 
 def shown_series(history: LifeHistory) -> list[Series]:
     """Return at most ``MOST_PANELS`` series: those with a limit first, then those that changed,
-    then the largest."""
+    then those with the largest ratio of size to uncertainty."""
     limited = {one.series.name for one in history.forecasts}
     changed = {one.series.name for one in history.changes}
     ranked = sorted(

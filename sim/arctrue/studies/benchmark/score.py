@@ -41,7 +41,7 @@ SURE = 0.8
 KINDS = ("name", "unknown", "none")
 """Kinds of answer to which a subject can give a probability."""
 SIMULATED, INDEPENDENT = "simulated", "independent"
-"""Names of the two generators: the simulated table, and the second generator."""
+"""Names of the two generators: the simulated table, and the package ``independent``."""
 
 FALSE = "false name or falsely adequate"
 

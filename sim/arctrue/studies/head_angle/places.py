@@ -1,5 +1,5 @@
-"""Searches the best places of three and four heads: places with low gains at which the mean stays
-usable if any one head is missing.
+"""Searches the best places of three and four heads: places with little noise in each order (low
+gains) at which the mean stays usable if any one head is missing.
 
 Three heads determine the disc's error if the axis does not move; four heads determine the disc's
 error by a parity relation even if the axis moves at every order. The search minimises the largest
@@ -30,7 +30,7 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 LEAST_DEG = 20.0
-"""Least distance of two read heads of the paper's size."""
+"""Smallest angle between two read heads of the paper's size, degrees."""
 STEP_DEG = 4.0
 """Step of the first search over all places; later steps, which move the heads of the best sets, are
 smaller."""

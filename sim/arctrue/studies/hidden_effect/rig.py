@@ -205,7 +205,8 @@ class Rig:
         )
 
     def load_over_console(self, coefficients: Coefficients, stage: str) -> None:
-        """Send the frames of ``arctrue load --force``, and run the turn that tests them.
+        """Send the coefficients in the frames of ``arctrue load --force``, and run the turn that
+        tests them.
 
         The calibration continues. The load is forced because small orders cannot be tested while
         the table warms within the turn; the firmware then tests only the other orders. Raises

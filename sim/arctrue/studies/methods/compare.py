@@ -39,7 +39,8 @@ TWO_DEG = HEAD_PLACES_DEG[2]
 THREE_DEG = HEAD_PLACES_DEG[3]
 FOUR_DEG = HEAD_PLACES_DEG[4]
 SPARE_DEG = (0.0, 64.3, 177.0, 257.9)
-"""Places of four heads at which any head may fail; result of ``arctrue alpha --heads 4``."""
+"""Places of four heads at which any three heads suffice if the fourth fails; result of ``arctrue
+alpha --heads 4``."""
 AT_REST_MOTION_M = 0.0
 PAIRED = "encoder makers' paired heads"
 

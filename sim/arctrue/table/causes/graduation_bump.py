@@ -64,7 +64,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     width = float(np.deg2rad(np.exp(random.uniform(np.log(0.1), np.log(2.0)))))
     height, place = sign(random) * size * RAD_PER_ARCSEC, angle(random)
     power, skew = log_uniform(1.2, 6.0, random), float(random.uniform(-0.5, 0.5))
