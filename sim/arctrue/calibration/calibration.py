@@ -46,7 +46,7 @@ class CalibrationSettings:
     Parameters
     ----------
     method : {"least_squares", "fourier"}, optional
-        Method that finds the orders.
+        Method that estimates the amplitudes of the orders.
     runs : sequence of int, optional
         Runs of the capture; default: the runs at the lowest speed.
     most_order : int, optional
@@ -58,7 +58,8 @@ class CalibrationSettings:
     separation : str, optional
         Source of the separation α of the heads. Default: the harmonics if their standard
         uncertainty is smaller than those of the index and of the nominal value; otherwise the index
-        if its value is plausible; otherwise the nominal value.
+        if its value is plausible and not less certain than the nominal value; otherwise the nominal
+        value.
     """
 
     method: Method = "least_squares"

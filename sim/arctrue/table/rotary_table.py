@@ -62,7 +62,7 @@ def heads_at(
     radii_m: Sequence[float] | None = None,
     late_counts: Sequence[int] | None = None,
 ) -> tuple[Head, ...]:
-    """Return heads at the stator angles −p, where p is each place after head 1.
+    """Return heads at the stator angles −p, where p is the place of each head relative to head 1.
 
     Parameters
     ----------
@@ -284,8 +284,8 @@ class RotaryTable:
         Raises
         ------
         UnhonouredCauseError
-            If a cause acts on more than the reading: missing rows, an instrument, or noise of
-            its own.
+            If a cause acts on something other than the reading, for example by missing rows, an
+            error of the instrument, or noise of its own.
         """
         refuse_unhonoured(self.causes, READING, "a counter")
         reading = self.reading_rad(head, state) / self.count_rad
