@@ -1,6 +1,6 @@
 """Calculates the position of the axis at every sample of a capture of three or four heads.
 
-A head at the angle p after head 1 reads θ + (x sin p + y cos p)/r + the disc's error under it
+A head at the angle p from head 1 reads θ + (x sin p + y cos p)/r + the disc's error under this head
 (docs/architecture.md, "Head geometry"). Once the disc's error is subtracted, the simultaneous
 readings give θ, x and y by least squares.
 """

@@ -131,8 +131,8 @@ def _settled(
 
 
 def _seen_orders(data: _Data, settings: HeadsSettings) -> Integer:
-    """Return the requested orders that these heads see. With three heads or more, order 1 is one of
-    them, because the first fit determines it."""
+    """Return the requested orders that these heads determine. With three heads or more, order 1 is
+    one of them, because the first fit determines it."""
     orders = np.asarray(settings.orders)
     seen = np.isfinite(order_gain(data.nominal_rad, orders, settings.motion))
     return np.asarray(orders[seen | ((orders == 1) & (data.heads > 2))])
