@@ -100,7 +100,7 @@ class Analyses:
 
     def load(self, session: Session, number: int, model: Model) -> Step:
         """Fit a model from a file and store the result as a new step. Raises ValueError for a model
-        of another table."""
+        of another table, and the errors of the fit."""
         start = time.perf_counter()
         opened = session.opened
         for entry in model.effects:

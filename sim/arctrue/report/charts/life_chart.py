@@ -16,7 +16,7 @@ TICKS = 4
 COVERAGE = 2.0
 """Length of an error bar to one side, in standard uncertainties."""
 AHEAD = 0.5
-"""Length of a drawn forecast, as a share of the measured time."""
+"""Largest length of a drawn forecast, as a share of the measured time."""
 MARGIN = 0.03
 
 

@@ -35,8 +35,8 @@ _MARKED = 3
 _HEADROOM = 1.25
 """Factor for the free space above the highest line, where its label is drawn."""
 _MOST_POINTS = 2000
-"""Largest number of points of a curve; if there are more, only the highest point of each group of
-neighbours is drawn."""
+"""Number of points of a curve: of k times as many points, only the highest point of each group of k
+neighbours is drawn, so that fewer than twice this number remain."""
 
 
 def spectrum(residuals: Residuals, along: Along = "order") -> Chart:

@@ -300,8 +300,8 @@ def _mean_of_truth(sets: Iterable[Judged]) -> float | None:
 
 
 def held_out(sets: Sequence[Judged]) -> dict[str, float] | None:
-    """Return quantiles of the held-out error divided by the noise floor, over the good answers in
-    sets with at most one cause."""
+    """Return quantiles of the held-out error divided by the noise floor, over the good answers
+    ``named`` and ``adequate`` in sets with at most one cause."""
     ratios = [
         ratio
         for item in sets

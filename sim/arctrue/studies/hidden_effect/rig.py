@@ -104,8 +104,8 @@ class Rig:
         self.instrument.record(bins=BINS, every=self.settings.kept_every, turns=turns + SPARE_TURNS)
 
     def captured_turn(self, stage: str) -> CapturedTurn:
-        """Run until the gateware has filled a bank; read the bank before the firmware releases
-        it."""
+        """Run until the gateware has filled a bank, read the bank, and then let the firmware
+        process it."""
         instrument, poll = self.instrument, self.settings.revolution.poll_clocks
         while not instrument.read("status.capture_ready"):
             self._pass(poll, stage)
