@@ -46,7 +46,8 @@ def words(name: str) -> str:
 
 
 def angle_text(display: DisplaySettings, value: float | None, digits: int = 3) -> str:
-    """Return a small angle as text in the reader's unit; return an en dash for None."""
+    """Return a small angle as text in the reader's unit; return an en dash for None, NaN and
+    infinity."""
     if value is None or not math.isfinite(value):
         return "–"
     if display.unit == "urad":

@@ -42,8 +42,8 @@ STRATEGIES = {
 
 
 def shortened(scenario: Scenario, turns: float) -> Scenario:
-    """Return the scenario with fewer turns; temperatures and faults stay at the same share of the
-    run.
+    """Return the scenario with fewer turns; temperatures and faults stay at about the same share of
+    the run.
 
     Raises ValueError for a scenario that is not one leg of turns.
     """

@@ -55,8 +55,8 @@ class Places:
     gain: NDArray[np.float64]
     """Noise gain of each order, ``(orders,)``."""
     mean_noise: float
-    """Noise of one reading of the weighted mean, in units of the noise of one head; inf if no such
-    mean exists."""
+    """Noise of one reading of the weighted mean, in units of the noise of one head; inf if no
+    usable mean exists."""
 
 
 def places() -> tuple[Places, ...]:
@@ -110,8 +110,9 @@ def compare_methods(
 ) -> dict[str, Any]:
     """Run all methods with a moving and with a resting axis; return the results as plain values.
 
-    The results of the moving axis are evaluated again after ball pass and heat have changed the
-    motion of the axis. Raises ValueError for a time of measurement that is too short for a method.
+    The results of the moving axis are evaluated again after the ball pass of the bearing and a
+    shift of the hub were added. Raises ValueError for a time of measurement that is too short for a
+    method.
     """
     sets = places()
     found: dict[str, Any] = {

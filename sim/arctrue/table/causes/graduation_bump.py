@@ -37,7 +37,7 @@ class GraduationBump(Cause):
         self, disc_angle_rad: NDArray[np.float64], state: TableState
     ) -> NDArray[np.float64]:
         """Return the displacement of the lines, shape ``(n,)``; half a turn away from the place it
-        is 0."""
+        is practically 0."""
         away = np.angle(np.exp(1j * (disc_angle_rad - self.place_rad)))
         width = self.width_rad * (1.0 + self.skew * np.sign(away))
         return np.asarray(self.height_rad * np.exp(-0.5 * np.abs(away / width) ** self.power))
