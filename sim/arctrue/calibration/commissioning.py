@@ -61,7 +61,8 @@ def judge_connection(
 
     ``positions``: counts modulo 2³². ``angles``: counts after the index. ``indexed`` (H,): heads
     that have detected their index. The table must have turned in the positive direction. Raises
-    ValueError for too few readings, or if the arrays differ in the number of heads.
+    ValueError if no head has moved by a whole turn, or if the numbers of heads and of places
+    differ.
     """
     if positions.shape[1] != len(places_deg):
         raise ValueError(

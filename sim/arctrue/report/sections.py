@@ -355,7 +355,8 @@ def ladder_section(analysis: Analysis, display: DisplaySettings) -> list[dict[st
 
 
 def device_section(ranking: Ranking | None, display: DisplaySettings) -> dict[str, Any] | None:
-    """Return lanes, remaining error, and objections; None until they are computed."""
+    """Return lanes, remaining error and objections, or the reason why there is no coefficient file;
+    None until they are computed."""
     device = None if ranking is None else ranking["device"]
     if device is None or "refused" in device:
         return device
