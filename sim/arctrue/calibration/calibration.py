@@ -130,8 +130,8 @@ def calibrate(
     CaptureRefusedError
         The capture cannot be used; the text says why.
     ValueError
-        The set has no capture, or the capture lacks a requested run, or the error exceeds the range
-        of the gateware's formats.
+        The set has no capture, counts per turn or head separation, or the capture lacks a requested
+        run, or the error exceeds the range of the gateware's formats.
     """
     settings = settings or CalibrationSettings()
     measurement = _without_masked_stations(measurement)
@@ -171,7 +171,8 @@ def calibrate(
 
 
 def _at_the_temperature_of(measurement: MeasurementSet, coefficients: Coefficients) -> Coefficients:
-    """Return the coefficients that the firmware applies at the mean temperature of the run."""
+    """Return the coefficients that the firmware applies at the mean temperature of the reference
+    run, or else of the capture; without temperatures, at the reference temperature."""
     if coefficients.thermal is None:
         return coefficients
     rows = measurement.reference or measurement.capture
@@ -185,8 +186,9 @@ def objections(measurement: MeasurementSet, coefficients: Coefficients) -> list[
     """Return the reasons why coefficients from another source should not be written for this set's
     table.
 
-    If the set has a reference run, the error in this run decides; otherwise the estimate from the
-    two heads decides. A capture that cannot be used gives no objection.
+    The steepness of the correction and the head separation are always checked. If the set has a
+    reference run, the error in this run also decides; otherwise the estimate from the two heads
+    decides. A capture that cannot be used gives no objection.
     """
     measurement = _without_masked_stations(measurement)
     table, capture, reference = measurement.table, measurement.capture, measurement.reference
