@@ -1,4 +1,4 @@
-"""Calculates which orders of the disc heads at given places see (determine), and the noise of each
+"""Calculates which orders of the disc the heads at given places determine, and the noise of each
 order.
 
 At order n a head at the angle p from head 1 reads T + E·e^{jnp} + P·e^{jp} + Q·e^{−jp}: T is the
