@@ -1,5 +1,5 @@
 """Calibrates a table: computes the error of head 1 from the difference of the readings of two
-heads."""
+heads, or the error of the mean of three or four heads."""
 
 from arctrue.calibration.calibration import Calibration, CalibrationSettings, calibrate
 from arctrue.calibration.capture_check import CaptureRefusedError, WholeTurns, whole_turns

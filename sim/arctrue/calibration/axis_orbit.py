@@ -1,6 +1,6 @@
 """Calculates the position of the axis at every sample of a capture of three or four heads.
 
-A head at the angle p after head 1 reads θ + (x sin p + y cos p)/r + the disc's error under it
+A head at the angle p from head 1 reads θ + (x sin p + y cos p)/r + the disc's error under this head
 (docs/architecture.md, "Head geometry"). Once the disc's error is subtracted, the simultaneous
 readings give θ, x and y by least squares.
 """
@@ -39,7 +39,8 @@ class AxisOrbit:
 
 
 def orbit_of_set(measurement: MeasurementSet) -> AxisOrbit | None:
-    """Calibrate the set and return the axis orbit of its first run; None for two heads.
+    """Calibrate the set and return the axis orbit of its first run; None for two heads, or without
+    a capture or counts per turn.
 
     Raises CaptureRefusedError or ValueError for a set that does not determine the orbit.
     """

@@ -46,7 +46,7 @@ class CalibrationSettings:
     Parameters
     ----------
     method : {"least_squares", "fourier"}, optional
-        Method that finds the orders.
+        Method that estimates the amplitudes of the orders.
     runs : sequence of int, optional
         Runs of the capture; default: the runs at the lowest speed.
     most_order : int, optional
@@ -58,7 +58,8 @@ class CalibrationSettings:
     separation : str, optional
         Source of the separation α of the heads. Default: the harmonics if their standard
         uncertainty is smaller than those of the index and of the nominal value; otherwise the index
-        if its value is plausible; otherwise the nominal value.
+        if its value is plausible and not less certain than the nominal value; otherwise the nominal
+        value.
     """
 
     method: Method = "least_squares"
@@ -129,8 +130,8 @@ def calibrate(
     CaptureRefusedError
         The capture cannot be used; the text says why.
     ValueError
-        The set has no capture, or the capture lacks a requested run, or the error exceeds the range
-        of the gateware's formats.
+        The set has no capture, counts per turn or head separation, or the capture lacks a requested
+        run, or the error exceeds the range of the gateware's formats.
     """
     settings = settings or CalibrationSettings()
     measurement = _without_masked_stations(measurement)
@@ -170,7 +171,8 @@ def calibrate(
 
 
 def _at_the_temperature_of(measurement: MeasurementSet, coefficients: Coefficients) -> Coefficients:
-    """Return the coefficients that the firmware applies at the mean temperature of the run."""
+    """Return the coefficients that the firmware applies at the mean temperature of the reference
+    run, or else of the capture; without temperatures, at the reference temperature."""
     if coefficients.thermal is None:
         return coefficients
     rows = measurement.reference or measurement.capture
@@ -184,8 +186,9 @@ def objections(measurement: MeasurementSet, coefficients: Coefficients) -> list[
     """Return the reasons why coefficients from another source should not be written for this set's
     table.
 
-    If the set has a reference run, the error in this run decides; otherwise the estimate from the
-    two heads decides. A capture that cannot be used gives no objection.
+    The steepness of the correction and the head separation are always checked. If the set has a
+    reference run, the error in this run also decides; otherwise the estimate from the two heads
+    decides. A capture that cannot be used gives no objection.
     """
     measurement = _without_masked_stations(measurement)
     table, capture, reference = measurement.table, measurement.capture, measurement.reference

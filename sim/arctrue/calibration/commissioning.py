@@ -1,10 +1,10 @@
 """Judges how the heads of a table are connected, before any calibration.
 
 The table turns once or more in its positive direction, and the readings of all heads are taken at
-the same clocks. They show the sense of each head, its place after head 1, and the cable to which it
-is connected. Two turns at one speed, forward and backward, show the delay between the electronics
-of two heads: a head with the delay τ reads θ(t − τ), so that its offset changes by τ times the
-difference of the two speeds.
+the same clocks. They show the sense of each head, its place (angle from head 1), and the cable to
+which it is connected. Two turns at one speed, forward and backward, show the delay between the
+electronics of two heads: a head with the delay τ reads θ(t − τ), so that its offset changes by τ
+times the difference of the two speeds.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ DELAY_MOST_CLOCKS = 255
 class Connection:
     """Reports how the heads are connected; lists have one entry per cable, that of head 1 first.
 
-    ``travels``: counts that each head moved; ``places_deg``: angle of each head after head 1, NaN
-    if this head or head 1 has not seen its index; ``at_head``: number of the planned head to which
+    ``travels``: counts that each head moved; ``places_deg``: angle from head 1 to each head, NaN if
+    this head or head 1 has not detected its index; ``at_head``: number of the planned head to which
     each cable is connected, 0 if no plan fits.
     """
 
@@ -60,8 +60,9 @@ def judge_connection(
     """Judge the connection of the heads from readings (n, H).
 
     ``positions``: counts modulo 2³². ``angles``: counts after the index. ``indexed`` (H,): heads
-    that have seen their index. The table must have turned in the positive direction. Raises
-    ValueError for too few readings, or if the arrays differ in the number of heads.
+    that have detected their index. The table must have turned in the positive direction. Raises
+    ValueError if no head has moved by a whole turn, or if the numbers of heads and of places
+    differ.
     """
     if positions.shape[1] != len(places_deg):
         raise ValueError(
@@ -133,8 +134,8 @@ def _sense_faults(travels: Integer, most: int) -> list[str]:
 def _places(
     angles: Integer, sense: Integer, indexed: NDArray[np.bool_], counts_per_rev: int
 ) -> Float:
-    """Return the places after head 1 in degrees, as means over the turn after a fit of order 1, the
-    eccentricity."""
+    """Return the angles from head 1 to each head in degrees, as means over the turn after order 1,
+    the eccentricity, was fitted and removed."""
     places = np.full(angles.shape[1], np.nan)
     if not indexed[0]:
         return places

@@ -33,8 +33,8 @@ class Extent(NamedTuple):
 class ReferenceComparison:
     """Errors of head 1 at the rows of the reference run, (rows,), arcseconds.
 
-    Both errors have the same constant subtracted: a₀ cannot be observed, and its best estimate is
-    the mean of the error after the correction.
+    The same constant is subtracted from both errors: the mean a₀ of the error cannot be observed,
+    and its best estimate is the mean of the error after the correction.
     """
 
     target_deg: Float

@@ -30,8 +30,7 @@ class RunFit:
 class Estimate:
     """The error ε = Σ cosine·cos(n·x) + sine·sin(n·x), x the reading or the true angle.
 
-    An order that is not seen (the heads' difference does not determine it) has value 0 and infinite
-    variance.
+    An order that the heads' difference does not determine has value 0 and infinite variance.
 
     Parameters
     ----------
@@ -131,8 +130,8 @@ class Estimate:
         """Calculate the standard uncertainty of the error with the full covariance.
 
         The square of this uncertainty is j(x)ᵀ C j(x), where j are the cosines and sines of the
-        orders that are seen. It contains the noise of each order and the common effect of α on all
-        orders.
+        orders that the heads' difference determines. It contains the noise of each order and the
+        common effect of α on all orders.
 
         Parameters
         ----------

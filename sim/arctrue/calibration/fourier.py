@@ -47,15 +47,16 @@ def fourier(
     orders : array_like of int, shape (orders,)
         Orders that are fitted.
     separation : str, optional
-        Source of the α that sets the zero of head 2; default: the measured separation, if the index
-        is plausible; ``harmonics`` needs ``by_harmonics``.
+        Source of the α that sets the zero of head 2; default: the measured separation if the index
+        is plausible and not less certain than the nominal value, otherwise the nominal value;
+        ``harmonics`` needs ``by_harmonics``.
     index_detection_arcsec : float, optional
         Standard uncertainty of the distance between the places where the heads detect the index
         mark, arcseconds.
     index_repeatability_counts : float, optional
         Standard deviation of one head's index from run to run, counts.
     by_harmonics : Separation, optional
-        The separation from the harmonics.
+        Separation that was estimated from the harmonics.
 
     Returns
     -------

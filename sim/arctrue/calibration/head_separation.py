@@ -121,8 +121,9 @@ def judge(
 ) -> tuple[Choice, list[str]]:
     """Decide which separation is used, and return warnings for the user about this choice.
 
-    The index is used if its value is plausible and its standard uncertainty of detection is not
-    larger than the standard uncertainty of the nominal value; otherwise the nominal value is used.
+    The choice ``asked`` is used if it is given. Otherwise the index is used if the runs agree, its
+    value is plausible, and its standard uncertainty of detection is not larger than the standard
+    uncertainty of the nominal value; else the nominal value is used.
     """
     warnings = []
     trusted = True

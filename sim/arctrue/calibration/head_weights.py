@@ -1,6 +1,6 @@
 """Calculates the weights of the mean of the heads, and of the parity that detects a wrong head.
 
-Head i stands at the angle p_i after head 1 (docs/architecture.md, "Head geometry"): an axis that
+Head i stands at the angle p_i from head 1 (docs/architecture.md, "Head geometry"): an axis that
 moves by c = x + jy adds Im(c·e^{jp_i})·ρ_i/R to the head's reading. ρ_i is the disc's nominal
 radius R divided by the radius of head i.
 
@@ -86,7 +86,8 @@ def mean_weights(
 
 
 def parity_weights(places_rad: ArrayLike, radius_ratios: ArrayLike | None = None) -> Float:
-    """Return the weights cᵢ of the parity of four heads, (4,), Σcᵢ² = 1, the largest positive.
+    """Return the weights cᵢ of the parity of four heads, (4,), Σcᵢ² = 1; the largest one is
+    positive.
 
     Raises WeightsRefusedError for another number of heads, or places that have more than one such
     combination.
@@ -114,7 +115,7 @@ def weights_without_each(
     """Return one entry for each head: the weights (H,) of the mean without this head, 0 for this
     head itself.
 
-    Where no weights can be used, the entry is the refusal.
+    If no weights can be used, the entry is the exception that states the reason.
     """
     places = np.asarray(places_rad, dtype=np.float64)
     ratios = np.ones_like(places) if radius_ratios is None else np.asarray(radius_ratios)

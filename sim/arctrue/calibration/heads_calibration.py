@@ -52,7 +52,7 @@ class MeanCalibration:
     coefficients: Coefficients
     turns: tuple[WholeTurns, ...]
     applied: NDArray[np.bool_]
-    """True for the estimate's orders that are significant and have a lane, (N,)."""
+    """True for the estimate's orders whose amplitude is significant, (N,)."""
     objections: tuple[str, ...]
     warnings: tuple[str, ...] = field(default=())
 
@@ -63,8 +63,8 @@ def calibrate_mean(
     """Calibrate the weighted mean of all heads of a capture.
 
     Raises CaptureRefusedError for a capture that cannot be used, ValueError for a set without a
-    capture or places that have no mean, SingularHeadsError for unknowns that the heads do not
-    determine.
+    capture, counts per turn or head places, and for places that have no mean, SingularHeadsError
+    for unknowns that the heads do not determine.
     """
     settings = settings or MeanSettings()
     capture, table = measurement.capture, measurement.table

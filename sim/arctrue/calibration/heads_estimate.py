@@ -78,7 +78,7 @@ class HeadsEstimate:
 
     @property
     def places_rad(self) -> Float:
-        """Places after head 1, (heads,)."""
+        """Places: angles from head 1 to each head, (heads,)."""
         return self.offsets_rad + self.state.late_rad
 
     @property

@@ -1,7 +1,7 @@
-"""Calculates which orders of the disc heads at given places see (determine), and the noise of each
+"""Calculates which orders of the disc the heads at given places determine, and the noise of each
 order.
 
-At order n a head at the place p after head 1 reads T + E·e^{jnp} + P·e^{jp} + Q·e^{−jp}: T is the
+At order n a head at the angle p from head 1 reads T + E·e^{jnp} + P·e^{jp} + Q·e^{−jp}: T is the
 table's own motion, which is unknown; E is the disc's order; P and Q are the two circles of a motion
 of the axis. L is the length of the part of the column e^{jnp} that is orthogonal to the columns of
 T, P and Q. The noise of E is the noise of one head's line divided by L. At order 1 the forward
@@ -22,13 +22,13 @@ MotionOrders = Literal["every"] | tuple[int, ...]
 differ from turn to turn."""
 
 UNSEEN_GAIN = 1e3
-"""Gain above which an order counts as not seen. L is then 0.001, which is the change of L that an
-error of 10″ in a place causes at order 20."""
+"""Gain above which an order counts as not determined. L is then 0.001, which is the change of L
+that an error of 10″ in a place causes at order 20."""
 
 
 def order_gain(places_rad: ArrayLike, orders: ArrayLike, motion: MotionOrders = ()) -> Float:
     """Return the ratio of the noise of E_n to the noise of one head, (…, orders) for places (…,
-    heads); it is infinite for an order that is not seen."""
+    heads); it is infinite for an order that the heads do not determine."""
     places = np.asarray(places_rad, dtype=np.float64)
     at = np.asarray(orders, dtype=np.int64)
     columns = np.exp(1j * places[..., None, :] * at[:, None])

@@ -131,8 +131,8 @@ def _settled(
 
 
 def _seen_orders(data: _Data, settings: HeadsSettings) -> Integer:
-    """Return the requested orders that these heads see. With three heads or more, order 1 is one of
-    them, because the first fit determines it."""
+    """Return the requested orders that these heads determine. With three heads or more, order 1 is
+    one of them, because the first fit determines it."""
     orders = np.asarray(settings.orders)
     seen = np.isfinite(order_gain(data.nominal_rad, orders, settings.motion))
     return np.asarray(orders[seen | ((orders == 1) & (data.heads > 2))])
@@ -321,8 +321,8 @@ def _rows(
 
 
 def _seen(data: _Data, state: State) -> Iterator[tuple[int, list[HeadSees], Float]]:
-    """Yield for each block the run's index, the disc's error under every head, and the readings
-    minus head 1's reading and minus the offsets, (heads, n)."""
+    """Yield for each block the run's index, the expected reading error of every head with its
+    derivatives, and the readings minus head 1's reading and minus the offsets, (heads, n)."""
     unit = arcsec_per_count(data.counts_per_rev)
     for run, counts in data.blocks():
         offsets = state.offsets_rad[run] * ARCSEC_PER_RAD
@@ -420,7 +420,8 @@ def _converged(
     settings: HeadsSettings,
     known: _Known | None = None,
 ) -> tuple[State, Float]:
-    """Iterate until a step changes every prediction by less than CONVERGED_ARCSEC.
+    """Iterate until a step changes every prediction by less than CONVERGED_ARCSEC, at most
+    ROUNDS_MOST times.
 
     Return the state, and the information matrix of the last step.
     """

@@ -51,8 +51,8 @@ class OnDevice:
     """The result of one turn in the firmware's quantities; lists over heads are (heads,).
 
     ``disc``: complex amplitudes cosine − j·sine of orders 1 to N, arcseconds, 0 for an order that
-    is not seen; ``variances`` (2, N) of cosine and sine, ``covariances`` (N,); ``circles`` (orders,
-    2): radii of the forward and the backward circle, arcseconds.
+    the heads do not determine; ``variances`` (2, N) of cosine and sine, ``covariances`` (N,);
+    ``circles`` (orders, 2): radii of the forward and the backward circle, arcseconds.
     """
 
     disc: Complex

@@ -71,15 +71,16 @@ def least_squares(
     orders : array_like of int, shape (orders,)
         Orders that are fitted.
     separation : str, optional
-        Source of the α that sets the zero of head 2; default: the measured separation, if the index
-        is plausible; ``harmonics`` needs ``by_harmonics``.
+        Source of the α that sets the zero of head 2; default: the measured separation if the index
+        is plausible and not less certain than the nominal value, otherwise the nominal value;
+        ``harmonics`` needs ``by_harmonics``.
     index_detection_arcsec : float, optional
         Standard uncertainty of the distance between the places where the heads detect the index
         mark, arcseconds.
     index_repeatability_counts : float, optional
         Standard deviation of one head's index from run to run, counts.
     by_harmonics : Separation, optional
-        The separation from the harmonics.
+        Separation that was estimated from the harmonics.
 
     Returns
     -------
@@ -97,7 +98,8 @@ def least_squares(
         round((float(np.mean(p.head2_counts - p.head1_counts)) * unit - nominal) / turn_arcsec)
         for p in turns
     ]
-    # An order that is not seen at one of the two values of α would make the matrix singular.
+    # An order that the heads do not determine at one of the two values of α would make the matrix
+    # singular.
     raw_rad = float(np.mean(turns[0].head2_counts - turns[0].head1_counts)) * unit / ARCSEC_PER_RAD
     hidden = ~np.isfinite(noise_gain(orders, nominal_separation_rad))
     seen = orders[~hidden & np.isfinite(noise_gain(orders, raw_rad))]
@@ -267,6 +269,7 @@ def _solve_together(normals: Sequence[_Normal], sigmas: Sequence[float]) -> tupl
 
 
 def _without_constant(normal: _Normal) -> Float:
-    """Return XᵀX of the harmonics with the run's constant free: its Schur complement."""
+    """Return the information about the harmonics if the run's constant is unknown: the Schur
+    complement of XᵀX."""
     last = normal.matrix[:-1, -1]
     return np.asarray(normal.matrix[:-1, :-1] - np.outer(last, last) / normal.matrix[-1, -1])

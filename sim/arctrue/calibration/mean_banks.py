@@ -42,9 +42,10 @@ class HeadsOnDisc:
     """A disc and the heads that read it, as calibrated.
 
     ``orders`` (N,), ``values`` (2N,) in arcseconds, cosines before sines: g(R) of the disc reading;
-    ``places_rad`` (H,): after head 1; ``offsets_rad`` (H,): mean of R_i − R_1 over a turn, p_i
-    minus the angle by which head i detects the index mark late; ``radius_ratios`` (H,): the disc's
-    nominal radius divided by the radius of each head; order 1 is multiplied by this ratio.
+    ``places_rad`` (H,): angles from head 1 to each head; ``offsets_rad`` (H,): mean of R_i − R_1
+    over a turn, p_i minus the angle by which head i detects the index mark late; ``radius_ratios``
+    (H,): the disc's nominal radius divided by the radius of each head; order 1 is multiplied by
+    this ratio.
     """
 
     orders: Integer
@@ -132,7 +133,7 @@ def mean_bank(
     …).
 
     ``weights`` (H,): None means the weights with the least noise. ``carrier``: None means the first
-    head that is not missing. Raises WeightsRefusedError where there are no weights.
+    head that is not missing. Raises WeightsRefusedError if no weights exist.
     """
     if weights is None:
         if not missing:
@@ -163,10 +164,10 @@ def mean_banks(
     noise_limit: float = NOISE_LIMIT,
     least_arcsec: float = 0.0,
 ) -> tuple[Coefficients, tuple[WeightsRefusedError, ...]]:
-    """Return the words of the mean of all heads with a set for each missing head, and the reason
-    for each head that has no set.
+    """Return the words of the mean of all heads, with a set of words for each head that may be
+    missing, and the reason for each head without such a set.
 
-    Raises WeightsRefusedError where all heads together have no mean.
+    Raises WeightsRefusedError if all heads together have no mean.
     """
     every = mean_weights(disc.places_rad, disc.radius_ratios, noise_limit=noise_limit)
     without, refused = [], []

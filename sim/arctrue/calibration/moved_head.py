@@ -1,9 +1,10 @@
 """Finds the head that has moved between two calibrations, from the offsets of all counters.
 
 A head that moves along the scale by δ changes its own offset by δ; an axis that moves by c changes
-the offset of every head by Im(c·e^{jp})·ρ. Four heads show three changes relative to head 1. Each
-of the four heads could explain these changes if the axis also moved by some c. For the head that
-has really moved, and only for this head, c is small.
+the offset of every head by Im(c·e^{jp})·ρ, where p is the head's place and ρ its radius ratio. Four
+heads show three changes relative to head 1. Each of the four heads could explain these changes if
+the axis also moved by some c. For the head that has really moved, and only for this head, c is
+small.
 """
 
 from __future__ import annotations
@@ -44,12 +45,12 @@ def moved_heads(
     axis_limit_arcsec: float,
     noise_arcsec: float,
 ) -> list[MovedHead]:
-    """Return the explanations of the changes of all offsets (heads,) that keep the axis within its
-    limit.
+    """Return the possible explanations of the changes of all offsets, (heads,); in each of them the
+    axis moves by at most ``axis_limit_arcsec``.
 
-    ``noise_arcsec``: standard uncertainty of a change, with the index's repeatability; the RMS that
-    an explanation does not cover may be four times this. "No head has moved" is an explanation too;
-    if it holds, no other explanation is returned.
+    ``noise_arcsec``: standard uncertainty of a change, including the repeatability of the index;
+    the changes that an explanation does not cover may have an RMS of up to four times this value.
+    "No head has moved" is an explanation too; if it is possible, only this explanation is returned.
     """
     changes = np.asarray(changes_arcsec, dtype=np.float64)
     heads = changes.size

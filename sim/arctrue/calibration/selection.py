@@ -48,8 +48,8 @@ def select_orders(
     gain_limit: float = GAIN_LIMIT_DEFAULT,
     uncertainty_limit_arcsec: float = UNCERTAINTY_LIMIT_ARCSEC,
 ) -> tuple[Verdict, ...]:
-    """Return one verdict per order. An order is applied if it is seen and significant, its gain is
-    within the limit, and a lane is free.
+    """Return one verdict per order. An order is applied if the heads determine it, it is
+    significant, its gain is within the limit, and a lane is free.
 
     If there are fewer lanes than such orders, the orders with the largest amplitudes get the lanes.
     """

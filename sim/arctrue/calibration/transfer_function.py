@@ -12,7 +12,8 @@ determines it. Above this limit |e^{jnα} − 1| is smaller than the uncertainty
 
 
 def transfer_function(orders: ArrayLike, head_separation_rad: float) -> NDArray[np.complex128]:
-    """Return TF(n) = 1/(e^{jnα} − 1), or 0 for an order not seen, shaped like ``orders``."""
+    """Return TF(n) = 1/(e^{jnα} − 1), shaped like ``orders``; 0 for an order that is not
+    determined."""
     phase = np.asarray(orders, dtype=np.float64) * head_separation_rad
     # e^{jx} − 1 = 2j·sin(x/2)·e^{jx/2} keeps its digits near x = 0 and whole turns.
     denominator = 2j * np.sin(phase / 2.0) * np.exp(0.5j * phase)
@@ -37,6 +38,6 @@ def separation_slope(
 
 def noise_gain(orders: ArrayLike, head_separation_rad: float) -> NDArray[np.float64]:
     """Return |TF(n)|, the ratio of the noise of ε to the noise of δ₂₁, for each order; infinite for
-    an order that cannot be seen."""
+    an order that the heads do not determine."""
     gain = np.abs(transfer_function(orders, head_separation_rad))
     return np.where(gain > 0.0, gain, np.inf)

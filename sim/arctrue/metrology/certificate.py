@@ -54,8 +54,8 @@ class CertifiedError:
     u_fit_arcsec: Float
     """Standard uncertainty from the covariance of the fit, (angles,)."""
     u_separation_arcsec: Float
-    """Standard uncertainty due to the head separation, (angles,); 0 if only a reference run is
-    used."""
+    """Standard uncertainty due to the head separation, (angles,); 0 without a capture, or if the
+    model fits the separation (effect ``head_angle_error``)."""
     contributions: tuple[Contribution, ...]
     """Uncertainty contributions that have the same size at every angle."""
     solution: Solution

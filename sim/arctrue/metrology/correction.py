@@ -100,8 +100,8 @@ def reading_rad(reference: Reference, counts_per_rev: int | None) -> Float:
 def table_objections(
     reference: Reference | None, correction: Correction, counts_per_rev: int | None
 ) -> list[str]:
-    """Return an objection if the table would increase the error of the set's own reference run;
-    otherwise return none."""
+    """Return an objection if the correction would increase the error of the set's own reference
+    run; otherwise return an empty list."""
     if reference is None:
         return []
     if reference.mask is not None:

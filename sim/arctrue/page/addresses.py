@@ -1,4 +1,4 @@
-"""Builds the addresses of a session's steps."""
+"""Redirects the browser to the pages of a session's steps."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Keeps the latest fitted models in memory; a model that is no longer there is fitted again from
-the files in its folder."""
+"""Keeps the latest fitted models in memory; a model that is no longer in memory is fitted again
+from the files of its session."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ class Analyses:
 
     def load(self, session: Session, number: int, model: Model) -> Step:
         """Fit a model from a file and store the result as a new step. Raises ValueError for a model
-        of another table."""
+        of another table, and the errors of the fit."""
         start = time.perf_counter()
         opened = session.opened
         for entry in model.effects:

@@ -40,7 +40,7 @@ class DeviceCaptures:
 
     def result(self, name: str) -> int | str | None:
         """Return the step that shows a finished capture, the reason for the failure of a failed
-        one, or None while it is in progress."""
+        one, or None if the capture is in progress or unknown."""
         with self._lock:
             return self._ended.get(name)
 

@@ -40,7 +40,8 @@ class Findings:
     written: bool = False
 
     def next_step(self) -> str:
-        """Return the name of the first step that has no valid result yet."""
+        """Return the name of the first step without a valid result; after all steps, return
+        "write"."""
         if self.connection is None or self.connection.faults:
             return "connection"
         if self.forward is None:

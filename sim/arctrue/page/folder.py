@@ -41,7 +41,8 @@ class ChosenFolder:
         return (self._root / FILE_NAME).is_file()
 
     def sets(self) -> list[FoundSet]:
-        """Return all sets in the folder and in two levels of folders below it, sorted by name."""
+        """Return the sets in the folder and in two levels of folders below it, sorted by name, at
+        most ``MOST_SETS``."""
         places = [self._root] if self.is_set else []
         level = [self._root]
         for _ in range(_DEPTH):

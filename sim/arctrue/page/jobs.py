@@ -64,7 +64,7 @@ class Jobs:
             job.end()
 
     def state(self, session: Session, number: int) -> dict[str, Any]:
-        """Return how far the ranking of a step is.
+        """Return the progress of the ranking of a step.
 
         ``state``: done, running, cancelled, failed or none; ``doing``: present activity, or the
         reason of a failure; ``seconds``: running time; ``partly``: whether a partial ranking

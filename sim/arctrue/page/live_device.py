@@ -148,7 +148,8 @@ class LiveDevice:
 
 
 def _history(turns: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the latest turn, the changes since the calibration, and the columns of the charts."""
+    """Return the latest turn, the changes since calibration and first turn, and the charts'
+    columns."""
     # The telemetry of a refused turn contains no orders.
     estimated = [turn for turn in turns if turn.get("harmonics")] or turns
     before, now = estimated[calibration_turn(estimated)], estimated[-1]
@@ -180,7 +181,8 @@ def _history(turns: list[dict[str, Any]]) -> dict[str, Any]:
 
 def _heads(turns: list[dict[str, Any]]) -> dict[str, Any]:
     """Return the results for each head and for the axis from the latest turn in which the device
-    calibrated the mean of the heads."""
+    calibrated the mean of the heads; the left-out heads and the parity come from the very latest
+    turn."""
     now = next((turn for turn in reversed(turns) if turn.get("places_deg")), None)
     if now is None:
         return {"rows": [], "axis": []}
@@ -220,8 +222,8 @@ def _axis_columns(drawn: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _orbit_columns(orbit: AxisOrbit) -> dict[str, Any]:
-    """Return the samples of the orbit (every second, third, … if there are many) and the mean of
-    the turns."""
+    """Return the samples of the orbit (every second, third, … if there are many) and the mean orbit
+    over all turns."""
     every = -(-orbit.angle_rad.size // _MOST_SAMPLES)
     samples = {"x": orbit.x_arcsec, "y": orbit.y_arcsec}
     columns: dict[str, Any] = {"u": list(orbit.u_arcsec)}
@@ -238,8 +240,8 @@ def _orbit_columns(orbit: AxisOrbit) -> dict[str, Any]:
 def _comparison(
     drawn: list[dict[str, Any]], before: dict[str, Any], now: dict[str, Any]
 ) -> dict[str, Any]:
-    """Return the changes of the orders from turn ``before`` to turn ``now``, and the orders at the
-    drawn turns."""
+    """Return the changes of the orders from turn ``before`` to turn ``now``, and the most changed
+    orders at the drawn turns."""
     return {
         "turn": before["turn"],
         "recorded": _utc(before["recorded_s"]),
@@ -256,7 +258,8 @@ def _comparison(
 def _order_columns(
     drawn: list[dict[str, Any]], before: dict[str, Any], now: dict[str, Any]
 ) -> list[dict[str, Any]]:
-    """Return the change and its u at each drawn turn, for the orders that have changed most."""
+    """Return the change of each order and the change's standard uncertainty u at each drawn turn,
+    for the orders that have changed most."""
     earlier = {row[0]: row for row in before.get("harmonics", [])}
 
     def in_units_of_u(row: list[float]) -> float:

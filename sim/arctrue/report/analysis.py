@@ -97,7 +97,7 @@ class Analysis:
 
     @cached_property
     def conditions(self) -> dict[str, Condition]:
-        """All quantities that vary in the set, by key."""
+        """All angles, and all other quantities that vary in the set, by key."""
         found: dict[str, dict[str, Float]] = {}
         for channel in self.observations.channels:
             for key, values in _conditions_of(self.rows(channel)).items():

@@ -32,8 +32,8 @@ PICTURE_TEXT = "The same as a matrix, and how often a stated probability is righ
 RIGHT_FIRST = "right first, of what the oracle sees of the catalogue"
 PROBABILITY_BELOW_RIGHT = 0.03
 MOST_CALIBRATION_ERROR = {SIMULATED: 0.03, INDEPENDENT: 0.05}
-"""Goals of the calibration error: the largest permitted error for the sets of the first generator
-(within) and of the second (across)."""
+"""Goals of the calibration error: the largest permitted error for the sets of the simulated table
+(within) and for those of the package ``independent`` (across)."""
 TRUTH_PROBABILITY = "probability given to the truth in the catalogue"
 CALIBRATION_ERROR = "calibration error"
 LOG_SCORE = "log score over that of a constant"

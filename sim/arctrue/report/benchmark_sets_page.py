@@ -1,5 +1,5 @@
-"""Makes the page about the benchmark's sets: the worlds of both generators, and how independent the
-generators are."""
+"""Makes the page about the benchmark's sets: the worlds of both generators (the simulated table and
+the package ``independent``), and how independent the generators are."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ class CertificateFacts:
 def certificate_xml(
     found: CertifiedError, details: CertificateDetails, facts: CertificateFacts
 ) -> bytes:
-    """Return the text of the whole XML file."""
+    """Return the whole XML file, encoded in UTF-8."""
     ET.register_namespace("dcc", DCC)
     ET.register_namespace("si", SI)
     ET.register_namespace("xsi", XSI)

@@ -91,10 +91,11 @@ def _temperature(text: str) -> float | None:
 
 
 def ranked_conditions(analysis: Analysis, ranking: Ranking | None) -> list[tuple[Condition, float]]:
-    """Rank all conditions by the share of the residual that follows them, largest first.
+    """Rank all conditions by the share of the residual's variance that each explains, largest
+    first.
 
-    With a ranking, the largest share that draws of the fitted noise reach is subtracted from the
-    share; without a ranking, the share of independent noise is subtracted.
+    With a ranking, the shares are those of the ranking; without a ranking, each share is computed
+    and reduced by the share that independent noise would explain.
     """
     shares: dict[str, float] = {}
     for key, condition in analysis.conditions.items():

@@ -1,4 +1,5 @@
-"""Writes a self-contained report of text, tables and pictures as Markdown, HTML and PDF."""
+"""Writes a self-contained report of text, tables and pictures as HTML and PDF, and its text and
+tables as Markdown."""
 
 from __future__ import annotations
 
@@ -166,8 +167,8 @@ def _wrapped(text: str, indent: int) -> list[str]:
 
 
 def _table_lines(block: Rows) -> list[str]:
-    """Return columns that are as wide as their text; text columns share the width that the number
-    columns leave."""
+    """Return the lines of the table. Each column is as wide as its longest text; if the lines are
+    too long, the widest text columns become narrower and their text is wrapped."""
     numbers = [
         max(_width(row[i]) for row in (block.headings, *block.rows))
         for i in range(block.names, len(block.headings))

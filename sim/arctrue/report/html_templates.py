@@ -1,5 +1,5 @@
-"""Renders the templates of all HTML pages: the pages of the server, reports and the demo's
-pages."""
+"""Makes the environment that renders the templates of all HTML pages: the pages of the server,
+reports and the demo's pages."""
 
 from __future__ import annotations
 

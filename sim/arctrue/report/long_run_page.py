@@ -146,15 +146,16 @@ def _model(found: Mapping[str, Any]) -> list[str]:
 
 
 def _part(found: Mapping[str, Any], name: str, *, first: bool) -> float:
-    """Return the RMS error of the turns used for learning (``first``), or of the last hundred
-    turns."""
+    """Return the RMS error of the turns used for learning, from turn 3 on (``first``), or of the
+    last hundred turns."""
     left = np.asarray(found["strategies"][name]["left_arcsec"], dtype=np.float64)
     part = left[2 : found["learned_turns"]] if first else left[-100:]
     return float(np.sqrt(np.mean(part**2)))
 
 
 def _worst(found: Mapping[str, Any]) -> list[str]:
-    """Return the orders that are active in the worst turn with calibration from single turns."""
+    """Return sentences about the orders that are corrected in the worst turn of the run that is
+    calibrated from single turns."""
     one = found["strategies"]["single"]
     orders = " and ".join(
         f"{order} ({amplitude:.0f}″)" for order, amplitude in one["largest_orders"].items()

@@ -42,7 +42,7 @@ def plot_experiment(found: Mapping[str, Any], folder: Path) -> Path:
 
 def experiment_chart(found: Mapping[str, Any]) -> Chart:
     """Draw (a) the error at every face before and after correction, and the corrected error
-    enlarged; (b) the orders."""
+    enlarged; (b) the amplitudes of the orders."""
     published = found["published"]
     faces, cycles = published["faces"], found["settings"]["cycles"]
     whole = Panel(

@@ -1,7 +1,8 @@
 """Computes the slow part of an analysis: missing effects, misfit by condition, and coefficients for
 a device.
 
-It runs in a process next to the page, or before a report is written; the result is JSON.
+For the page, a separate process does this computation; for a report, the program does it before it
+writes the report. The result is JSON.
 """
 
 from __future__ import annotations
@@ -38,8 +39,8 @@ def ranked(
     *,
     seed: int = SEED,
 ) -> Ranking:
-    """Rank effects, conditions and lanes; ``partly`` receives the diagnosis before the other parts
-    are computed."""
+    """Rank missing effects and conditions, and compute the lanes for a device; ``partly`` receives
+    the diagnosis before the other parts are computed."""
     result = diagnose(
         analysis.observations,
         list(analysis.solution.terms),
@@ -68,8 +69,8 @@ def ranked(
 
 
 def _finding(analysis: Analysis, result: Diagnosis) -> dict[str, Any] | None:
-    """Compute the amplitude curve of the named effect, or else of the first effect of the class, or
-    else of the effect added last."""
+    """Compute the amplitude curve of the effect that the diagnosis names or describes, or else of
+    the first effect of the class, or else of the effect added last."""
     first = result.named or result.described
     if first is None and result.effect_class:
         first = next(
@@ -100,8 +101,8 @@ def effect_amplitude_from(data: dict[str, Any]) -> EffectAmplitude:
 
 
 def device_data(analysis: Analysis, temperature_c: float | None = None) -> dict[str, Any]:
-    """Return lanes, remaining error, objections and file of the device, or the reason why there is
-    no file.
+    """Return the lanes, the remaining error, the objections and the coefficient file for the
+    device, or the reason why there is no file.
 
     Effects that depend on the temperature are evaluated at ``temperature_c``; by default it is the
     median temperature of the set's rows.

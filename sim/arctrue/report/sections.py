@@ -46,7 +46,8 @@ def words(name: str) -> str:
 
 
 def angle_text(display: DisplaySettings, value: float | None, digits: int = 3) -> str:
-    """Return a small angle as text in the reader's unit; return an en dash for None."""
+    """Return a small angle as text in the reader's unit; return an en dash for None, NaN and
+    infinity."""
     if value is None or not math.isfinite(value):
         return "–"
     if display.unit == "urad":
@@ -354,7 +355,8 @@ def ladder_section(analysis: Analysis, display: DisplaySettings) -> list[dict[st
 
 
 def device_section(ranking: Ranking | None, display: DisplaySettings) -> dict[str, Any] | None:
-    """Return lanes, remaining error, and objections; None until they are computed."""
+    """Return lanes, remaining error and objections, or the reason why there is no coefficient file;
+    None until they are computed."""
     device = None if ranking is None else ranking["device"]
     if device is None or "refused" in device:
         return device
@@ -386,6 +388,6 @@ def report_sections(
 
 def addable(analysis: Analysis) -> Sequence[str]:
     """Return the effects that ``add`` accepts: effects that the model lacks, and effects with a
-    search."""
+    search for an order or frequency, which a model may contain more than once."""
     absent = absent_effects(analysis.effects, analysis.model.names(), analysis.observations)
     return [name for name, effect in analysis.effects.items() if name in absent or effect.search]

@@ -67,7 +67,7 @@ Draw = Callable[[float, Random, Occasion], list[Cause]]
 
 A draw describes the change of the table, the counters or the instrument; it does not depend on the
 workbench's description of the same effect. Draws include hard cases: a gear may look like a polygon
-error, and two heads may be nearly blind to the drawn order.
+error, and two heads may hardly determine the drawn order.
 """
 
 

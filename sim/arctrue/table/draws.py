@@ -30,7 +30,8 @@ def vector(size: float, random: Random) -> complex:
 
 
 def instants(mean_s: float, random: Random, occasion: Occasion) -> tuple[float, ...]:
-    """Draw irregular instants, the first before the first run and the last after the last run."""
+    """Draw irregular instants, which usually begin before the first run and end after the last
+    run."""
     number = 3 + int(1.5 * occasion.end_s / mean_s)
     waits_s = random.gamma(4.0, mean_s / 4.0, number)
     drawn = np.cumsum(waits_s) - 2.0 * mean_s

@@ -30,7 +30,7 @@ class Noise:
     sigma_rad: Float
     """Standard deviation of each process, shape ``(k,)``."""
     decay: Float
-    """Correlation of each row with the previous one, shape ``(k, n)``, |decay| < 1. Column 0 is not
+    """Correlation of each row with the previous one, shape ``(k, n)``, |decay| ≤ 1. Column 0 is not
     used, because each process is stationary from the first row on."""
 
     @classmethod
@@ -55,8 +55,8 @@ class Noise:
         return found
 
     def rows(self, kept: NDArray[np.bool_]) -> Noise:
-        """Return the noise of the rows in ``kept``: the correlations of omitted rows multiply that
-        of the next kept row."""
+        """Return the noise of the rows where ``kept`` is true. The decay of a kept row becomes the
+        product of its own decay and those of the omitted rows before it."""
         at = np.flatnonzero(kept)
         running = np.cumsum(np.log(np.maximum(np.abs(self.decay), 1e-300)), axis=1)
         signs = np.cumprod(np.where(self.decay < 0, -1.0, 1.0), axis=1)

@@ -136,7 +136,7 @@ def clocked_pins(
     Returns
     -------
     PinEvents
-        Changes of all wires; an edge appears at the first clock at or after it.
+        Changes of all wires; an edge appears at the first clock at or after its time.
 
     Raises
     ------

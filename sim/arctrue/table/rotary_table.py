@@ -51,10 +51,10 @@ HEAD_PLACES_DEG: Mapping[int, tuple[float, ...]] = {
     3: (0.0, 33.0, 223.5),
     4: (0.0, 33.0, 162.5, 300.5),
 }
-"""Places of the heads after head 1, by the number of heads; head 2 is at its place in the paper.
-For the third of three heads, only places count at which the mean of the heads has less noise than
-one head; among these it stands at the place that minimises the largest noise gain of orders 1 to
-64; docs/methods.md explains the places of four heads."""
+"""Angles from head 1 to each head, by the number of heads; head 2 is at its place in the paper. For
+the third of three heads, only places count at which the mean of the heads has less noise than one
+head; among these it stands at the place that minimises the largest noise gain of orders 1 to 64;
+docs/methods.md explains the places of four heads."""
 
 
 def heads_at(
@@ -62,7 +62,7 @@ def heads_at(
     radii_m: Sequence[float] | None = None,
     late_counts: Sequence[int] | None = None,
 ) -> tuple[Head, ...]:
-    """Return heads at the stator angles −p, where p is each place after head 1.
+    """Return heads at the stator angles −p, where p is the place of each head relative to head 1.
 
     Parameters
     ----------
@@ -284,8 +284,8 @@ class RotaryTable:
         Raises
         ------
         UnhonouredCauseError
-            If a cause acts on more than the reading: missing rows, an instrument, or noise of
-            its own.
+            If a cause acts on something other than the reading, for example by missing rows, an
+            error of the instrument, or noise of its own.
         """
         refuse_unhonoured(self.causes, READING, "a counter")
         reading = self.reading_rad(head, state) / self.count_rad

@@ -81,8 +81,8 @@ class Change:
     kind: Kind
     earliest_day: float
     day: float
-    """Most probable day: the middle between the sets before and after a step, or the beginning of a
-    drift."""
+    """Most probable day: the middle between the sets before and after a step, or the middle of the
+    time in which a drift begins."""
     latest_day: float
     p_value: float
     """Probability that at least one series of an unchanged machine shows a change of this size in

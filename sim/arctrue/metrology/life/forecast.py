@@ -28,8 +28,8 @@ from arctrue.metrology.life.series import Series
 Float = NDArray[np.float64]
 
 DRAWS = 1_000
-"""Number of draws of the posterior; the ends of the interval are the 25th draws from the lower and
-the upper end."""
+"""Number of draws of the posterior; about 25 draws lie below the interval, and about 25 above
+it."""
 GRID = 160
 """Number of future days for which the size is computed; each day is 7 % farther away than the one
 before it."""

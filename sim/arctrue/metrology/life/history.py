@@ -76,7 +76,7 @@ def history_of(
 
     ``limits``: limits by the name of an effect (for each of its amplitudes, arcseconds) or by the
     names of effect and parameter (in the parameter's unit). ``seed``: seed of the random draws.
-    Raises ValueError for an unknown name.
+    Raises ValueError for an unknown name or a limit that is not positive.
     """
     random = np.random.default_rng(seed)
     series = series_of(machine.days, [one.parameters for one in machine.sets])
@@ -119,7 +119,8 @@ def _breaks(change: Change, number: int) -> bool:
 
 
 def limits_of(series: list[Series], limits: Mapping[str, float]) -> dict[str, float]:
-    """Return the limit of each series that has one. Raises ValueError for an unknown name."""
+    """Return the limit of each series that has one. Raises ValueError for an unknown name or a
+    limit that is not positive."""
     found: dict[str, float] = {}
     effects = {one.name.rpartition(".")[0] for one in series}
     for name, limit in limits.items():

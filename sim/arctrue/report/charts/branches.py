@@ -37,10 +37,10 @@ _MARKERS: tuple[Marker, ...] = ("circle", "hollow", "diamond")
 
 
 def branches(residuals: Residuals, noise_arcsec: Mapping[str, float]) -> Chart:
-    """Draw the capture as one mean per two degrees for each run, and the reference as one value per
-    station for each direction.
+    """Draw for each run of the capture the mean residual in 180 bins of the angle, and for each row
+    of the reference the residual as a point; the points of each direction have their own colour.
 
-    ``noise_arcsec``: standard deviation of the repeats, by channel.
+    ``noise_arcsec``: standard deviation of repeated measurements, by channel.
     """
     panels = []
     capture, reference = residuals.observations.capture, residuals.observations.reference

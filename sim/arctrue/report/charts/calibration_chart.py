@@ -32,7 +32,8 @@ _CURVE_POINTS = 1441
 _FLOOR_ARCSEC = 1e-5
 """Lowest start of the logarithmic axis of amplitudes."""
 _ROOM = 3.0
-"""Factor by which the axis extends below the smallest and above the largest amplitude."""
+"""Factor by which the axis extends below the smallest standard uncertainty and above the largest
+amplitude."""
 _DIRECTIONS: tuple[tuple[int, str, str, Marker], ...] = (
     (1, "up", AFTER, "circle"),
     (-1, "down", QUIET, "diamond"),

@@ -13,8 +13,8 @@ from arctrue.workbench.inference.solution import Solution
 
 
 def comparison_charts(solution: Solution, comparison: ModelComparison) -> dict[str, Chart]:
-    """Draw residuals by run and direction, findings (if there are any), maps, lines, and whitened
-    residuals."""
+    """Draw the residuals by run and direction, the findings (if there are any), the maps and the
+    spectra of the residuals, and the whitened residuals."""
     residuals = Residuals(solution)
     noise_arcsec = {name: item.noise_arcsec for name, item in comparison.channels.items()}
     found = {"residual_branches": branches(residuals, noise_arcsec)}

@@ -16,7 +16,7 @@ TICKS = 4
 COVERAGE = 2.0
 """Length of an error bar to one side, in standard uncertainties."""
 AHEAD = 0.5
-"""Length of a drawn forecast, as a share of the measured time."""
+"""Largest length of a drawn forecast, as a share of the measured time."""
 MARGIN = 0.03
 
 
@@ -30,7 +30,7 @@ def day_name(day: float) -> str:
 
 def shown_series(history: LifeHistory) -> list[Series]:
     """Return at most ``MOST_PANELS`` series: those with a limit first, then those that changed,
-    then the largest."""
+    then those with the largest ratio of size to uncertainty."""
     limited = {one.series.name for one in history.forecasts}
     changed = {one.series.name for one in history.changes}
     ranked = sorted(

@@ -1,4 +1,4 @@
-"""Draws the amplitude of every order of the demo's output, before and after compensation."""
+"""Draws the amplitudes of orders 1 to 24 of the demo's output, before and after compensation."""
 
 from __future__ import annotations
 

@@ -45,8 +45,8 @@ def residual_maps_chart(maps: Sequence[ResidualMap]) -> Chart:
 
 
 def residual_findings_chart(findings: Sequence[Finding]) -> Chart:
-    """Draw two bars for each finding: its own share of the excess, and the share that stronger
-    findings do not explain."""
+    """Draw two bars for each finding: its own share of the excess (the residual above the noise),
+    and the share that stronger findings do not explain."""
     layers = []
     for channel, colour in CHANNEL_COLOUR.items():
         rows = [place for place, item in enumerate(findings) if item.channel == channel]

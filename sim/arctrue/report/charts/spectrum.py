@@ -35,8 +35,8 @@ _MARKED = 3
 _HEADROOM = 1.25
 """Factor for the free space above the highest line, where its label is drawn."""
 _MOST_POINTS = 2000
-"""Largest number of points of a curve; if there are more, only the highest point of each group of
-neighbours is drawn."""
+"""Number of points of a curve: of k times as many points, only the highest point of each group of k
+neighbours is drawn, so that fewer than twice this number remain."""
 
 
 def spectrum(residuals: Residuals, along: Along = "order") -> Chart:
@@ -77,8 +77,9 @@ def _panel(residuals: Residuals, channel: str, along: Along) -> Panel:
         speed = speed_turns_s(rows, float(found.rates[-1]))
         title += "" if speed is None else f" (one speed: order 1 is {speed:.4g} Hz too)"
     places = 1.0 / found.rates if along == "s" else found.rates
-    # The limit applies to the largest gain of two coefficients over all places; each rate has its
-    # own noise.
+    # ``limit``: reduction of χ² by the two coefficients of a line that noise alone exceeds anywhere
+    # with the probability CHANCE_P. The noise, and so the amplitude at the limit, differs between
+    # rates.
     limit = 2.0 * np.log(max(found.trials, 1.0) / CHANCE_P)
     chance = found.amplitude_arcsec * np.sqrt(limit / np.maximum(found.gain, 1e-30))
     shown = _highest(found.amplitude_arcsec)

@@ -36,7 +36,7 @@ def freeze(digests: Mapping[str, str]) -> None:
     """Store these digests of the frozen sets; stored answers of peers to earlier sets become
     invalid.
 
-    Raises ValueError if ``digests`` does not contain every set of the tier.
+    Raises ValueError if the number of digests is not the number of sets of the tier.
     """
     tier = TIERS[TIER]
     if len(digests) != tier.sets:

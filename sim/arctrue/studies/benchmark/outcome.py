@@ -80,7 +80,7 @@ class Judged:
         """Return the further answers that the truth accepts as right or as not false: ``names``,
         ``alike``, ``verdicts``.
 
-        A set of the first generator has none.
+        A set of the simulated table (the first generator) has no further answers.
         """
         found: Mapping[str, Sequence[str]] = self.truth.get("accepted", {})
         return found

@@ -60,8 +60,8 @@ TIERS = {
 
 
 SOURCES = {SIMULATED: set_tasks, INDEPENDENT: independent_tasks, "both": mixed_tasks}
-"""Functions that return the tasks, by the name of the generator: the simulated table, the second
-generator, or both."""
+"""Functions that return the tasks, by the name of the generator: the simulated table, the package
+``independent``, or both."""
 
 
 class PlanError(ValueError):
@@ -151,8 +151,9 @@ def make_plan(
     """Write the plan of a tier into ``folder``: digests first, then the seed.
 
     ``limit`` keeps only the first sets; ``seed`` and ``samples`` replace the values of the tier.
-    Raises PlanError in three cases: the folder has another plan; an argument changes the generator,
-    number, size or seed of the kept or frozen sets; a seed is given for a tier whose seed is drawn.
+    Raises PlanError in three cases: the folder has another plan, or any plan if the seed is drawn;
+    an argument would change the sets of a frozen tier or of the tier of cases; a seed is given for
+    a tier whose seed is drawn.
     """
     chosen = TIERS[tier]
     changed = source != SIMULATED or (limit, seed, samples) != (None, None, None)

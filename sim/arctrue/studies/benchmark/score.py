@@ -41,7 +41,7 @@ SURE = 0.8
 KINDS = ("name", "unknown", "none")
 """Kinds of answer to which a subject can give a probability."""
 SIMULATED, INDEPENDENT = "simulated", "independent"
-"""Names of the two generators: the simulated table, and the second generator."""
+"""Names of the two generators: the simulated table, and the package ``independent``."""
 
 FALSE = "false name or falsely adequate"
 
@@ -300,8 +300,8 @@ def _mean_of_truth(sets: Iterable[Judged]) -> float | None:
 
 
 def held_out(sets: Sequence[Judged]) -> dict[str, float] | None:
-    """Return quantiles of the held-out error divided by the noise floor, over the good answers in
-    sets with at most one cause."""
+    """Return quantiles of the held-out error divided by the noise floor, over the good answers
+    ``named`` and ``adequate`` in sets with at most one cause."""
     ratios = [
         ratio
         for item in sets

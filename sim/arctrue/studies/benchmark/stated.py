@@ -58,7 +58,8 @@ class Stated:
     rests_on: str
     """Kind of evidence for the verdict ``unknown``; empty for other verdicts."""
     right: bool
-    """Whether the answer gave the truth the largest stated probability."""
+    """Whether the answer's verdict is right; for a verdict that names nothing, whether the largest
+    stated probability is right."""
     probability: float
     """Largest probability that the answer stated when it was made."""
     evidence: float
@@ -78,7 +79,8 @@ class Stated:
 
 
 def stated(sets: Iterable[Judged]) -> list[Stated]:
-    """Return a row for every set whose answer states probabilities and has grounds."""
+    """Return a row for every set whose answer states probabilities, has grounds, and has a verdict
+    of KINDS."""
     found = []
     for item in sets:
         pair, grounds = item.first_probability(), item.answer.get("grounds")

@@ -1,4 +1,5 @@
-"""Runs both acts of the demo in parallel: one in GHDL, one in the compiled gateware."""
+"""Runs both acts of the demo in parallel: the first act in GHDL, the second act in the compiled
+gateware."""
 
 from __future__ import annotations
 

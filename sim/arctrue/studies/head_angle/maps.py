@@ -1,4 +1,5 @@
-"""Maps noise gain, blind orders and sensitivity to α over α and order, and finds the best α.
+"""Computes noise gain and sensitivity to α for many α and orders, and finds the best α. Blind
+orders are orders that two heads at an α cannot determine.
 
 For orders 1 to N, the largest gain of any α is at least 1/(2 sin(π/(N + 1))). Proof: the N + 1
 points e^{jnα}, n = 0 … N, lie on a circle. Therefore two of the points, n₁ and n₂, are at most as
@@ -31,7 +32,7 @@ TOLERANCE_ARCSEC = 50.0
 
 def gain_map(alpha_deg: Float, orders: Integer) -> Float:
     """Return |TF(n)|, the noise of ε divided by the noise of R₂ − R₁, ``(angles, orders)``; inf for
-    an order that the heads cannot see."""
+    an order that the heads cannot determine."""
     return np.array([noise_gain(orders, math.radians(alpha)) for alpha in alpha_deg])
 
 
@@ -48,7 +49,7 @@ def least_worst_gain(most_order: int) -> float:
 
 
 def blind_orders(alpha_deg: float, most_order: int) -> list[int]:
-    """Return the orders up to ``most_order`` that two heads at this α cannot see."""
+    """Return the orders up to ``most_order`` that two heads at this α cannot determine."""
     orders = np.arange(1, most_order + 1)
     return [int(n) for n in orders[~np.isfinite(noise_gain(orders, math.radians(alpha_deg)))]]
 
@@ -84,7 +85,7 @@ class AlphaChoice:
     """RMS error over the turn if the nominal α is used (its error is within ± 50″, rectangular
     distribution)."""
     blind: tuple[int, ...]
-    """Blind orders up to 128."""
+    """Orders up to 128 that two heads at this α cannot determine."""
 
     @property
     def total_arcsec(self) -> float:
@@ -133,7 +134,8 @@ def best_choices(most_order: int, disc: Disc, least_deg: float = 20.0) -> list[A
     """List the α that reach the lower bound of the largest gain; the α with the smallest total
     error comes first.
 
-    ``least_deg``: least distance of two read heads of the paper's size; a smaller α is left out.
+    ``least_deg``: smallest angle between two read heads of the paper's size; a smaller α is left
+    out.
     """
     found = [
         judged(alpha, most_order, disc)

@@ -1,11 +1,11 @@
-"""Searches the best places of three and four heads: places with low gains at which the mean stays
-usable if any one head is missing.
+"""Searches the best places of three and four heads: places with little noise in each order (low
+gains) at which the mean stays usable if any one head is missing.
 
 Three heads determine the disc's error if the axis does not move; four heads determine the disc's
 error by a parity relation even if the axis moves at every order. The search minimises the largest
-gain of orders 1 to N. The search permits only places at which the mean has less noise than one
-head; with four heads this must also hold if any one head is missing. The mean does not contain
-order 1 of the disc, so that with four heads only orders 2 to N count.
+gain of orders 1 to N. The search permits only places at which the mean has at most NOISE_LIMIT
+times the noise of one head; with four heads this must also hold if any one head is missing. The
+mean does not contain order 1 of the disc, so that with four heads only orders 2 to N count.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 LEAST_DEG = 20.0
-"""Least distance of two read heads of the paper's size."""
+"""Smallest angle between two read heads of the paper's size, degrees."""
 STEP_DEG = 4.0
 """Step of the first search over all places; later steps, which move the heads of the best sets, are
 smaller."""
@@ -40,8 +40,8 @@ MOVES_DEG = (1.5, 0.8, 0.4, 0.2, 0.1)
 STARTS_DEG = {3: (), 4: ((0.0, 64.3, 177.0, 257.9),)}
 """Known good places; the search with smaller steps also starts from these places."""
 NOISE_LIMIT = 0.85
-"""Largest permitted noise of the mean while any one head is missing, in units of the noise of one
-head; STARTS_DEG has 0.82."""
+"""Largest permitted noise of the mean of three heads (of any three of four heads), in units of the
+noise of one head; STARTS_DEG has 0.82."""
 _BLOCK = 4096
 
 
@@ -190,7 +190,8 @@ def _noise_of_three(places_rad: Float) -> Float:
 def _moved(
     sets_deg: Float, step_deg: float, most_order: int, noise_limit: float, least_deg: float
 ) -> Float:
-    """Move heads of each set by steps as long as a step lowers the set's largest gain."""
+    """Move heads of each set by steps as long as a step lowers the set's largest gain, at most six
+    times."""
     heads = sets_deg.shape[1]
     moves = np.array(np.meshgrid(*[(-1.0, 0.0, 1.0)] * (heads - 1))).reshape(heads - 1, -1).T
     moves = np.column_stack((np.zeros(len(moves)), moves)) * step_deg
@@ -217,8 +218,8 @@ def _noise(places: Float) -> Float | None:
 
 
 def _unlike(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
-    """Tell whether two sets of places differ even after any change of the first head and of the
-    positive direction."""
+    """Tell whether two sets of places differ by more than about 1° even after any change of the
+    first head and of the positive direction."""
     return not any(
         np.allclose(_steps(other), np.roll(way, shift), atol=1.0)
         for way in (_steps(one), _steps(one)[::-1])

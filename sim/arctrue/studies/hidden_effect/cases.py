@@ -90,7 +90,7 @@ class Case:
     local_table: bool = False
     """Whether the gateware has a table over the turn."""
     real_orders: bool = False
-    """Whether the gateware has lanes of real orders."""
+    """Whether the gateware has lanes of real orders, which need not be integers."""
     drive_gear_teeth: float | None = None
     """Tooth count of the drive's gear, which the measurement set states."""
     probe: DriveIndex | None = None

@@ -46,7 +46,7 @@ def turning(
 
 EACH_SPEED_TURN = 0.1
 CHANGE_TURN = 0.4
-"""Part of each turn in which the speed changes, in two equal changes per turn. EACH_SPEED_TURN is
+"""Length of each of the two changes of speed in a turn, in turns. EACH_SPEED_TURN is the length of
 the part at each of the two speeds."""
 
 

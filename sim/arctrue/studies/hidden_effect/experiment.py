@@ -55,8 +55,8 @@ NOMINAL_SHARE = 1.1
 the ripple of the speed."""
 ADOPTED = "found_on_this_table"
 LINES_TURNS = 2
-"""Number of turns over which lines of real orders are fitted: over two turns, half orders are
-orthogonal to integer orders."""
+"""Number of turns over which lines of real orders (orders that need not be integers) are fitted:
+over two turns, half orders are orthogonal to integer orders."""
 WHOLE_ORDERS = 16
 """Number of integer orders that are fitted together with the lines of real orders."""
 TURNS_BACK = 2.6
@@ -83,8 +83,8 @@ class HiddenResult:
     """Score like ``corrected``, but without the lanes that follow a condition or have a real order,
     and with an empty local table."""
     raw_period: SignalPeriod
-    """Error of head 1 over a period of the grating; the next two attributes are the same error with
-    the paper's model and with the export."""
+    """Error of head 1 over a period of the grating; the next two attributes are the same error of
+    the output, with the paper's model and with the export."""
     paper_period: SignalPeriod
     corrected_period: SignalPeriod
     fresh_capture_arcsec: dict[str, float]

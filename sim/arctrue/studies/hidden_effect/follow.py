@@ -132,8 +132,8 @@ def _thermometer(rig: Rig, drive: Motion, lag_s: float) -> Callable[[], float]:
 
 
 def _middle_c(rig: Rig, drive: Motion) -> float:
-    """Return the temperature in half a turn from now, for a sensor on the table that warms at a
-    constant rate."""
+    """Return the temperature of the table half a turn from now, or at the end of the motion if this
+    comes first."""
     scale = rig.settings.revolution
     now_s = rig.motion_time_s(np.array([float(rig.instrument.clock)]))
     half_s = np.pi / scale.speed_rad_s

@@ -104,8 +104,8 @@ class Rig:
         self.instrument.record(bins=BINS, every=self.settings.kept_every, turns=turns + SPARE_TURNS)
 
     def captured_turn(self, stage: str) -> CapturedTurn:
-        """Run until the gateware has filled a bank; read the bank before the firmware releases
-        it."""
+        """Run until the gateware has filled a bank, read the bank, and then let the firmware
+        process it."""
         instrument, poll = self.instrument, self.settings.revolution.poll_clocks
         while not instrument.read("status.capture_ready"):
             self._pass(poll, stage)
@@ -205,7 +205,8 @@ class Rig:
         )
 
     def load_over_console(self, coefficients: Coefficients, stage: str) -> None:
-        """Send the frames of ``arctrue load --force``, and run the turn that tests them.
+        """Send the coefficients in the frames of ``arctrue load --force``, and run the turn that
+        tests them.
 
         The calibration continues. The load is forced because small orders cannot be tested while
         the table warms within the turn; the firmware then tests only the other orders. Raises

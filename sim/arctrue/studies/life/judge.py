@@ -1,5 +1,5 @@
-"""Evaluates simulated lives, one measurement set after the other, and counts the false alarms and
-the true alarms before the limit."""
+"""Evaluates simulated lives (the measurement sets of one table over two years), one set after the
+other, and counts the false alarms and the true alarms before the limit."""
 
 from __future__ import annotations
 

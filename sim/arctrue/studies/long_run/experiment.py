@@ -42,8 +42,8 @@ STRATEGIES = {
 
 
 def shortened(scenario: Scenario, turns: float) -> Scenario:
-    """Return the scenario with fewer turns; temperatures and faults stay at the same share of the
-    run.
+    """Return the scenario with fewer turns; temperatures and faults stay at about the same share of
+    the run.
 
     Raises ValueError for a scenario that is not one leg of turns.
     """
@@ -73,9 +73,9 @@ def run_long(
 ) -> dict[str, Any]:
     """Run the scenario once for each strategy of correction; return the results as plain values.
 
-    ``single`` always runs: its turns are calibrated independently, as the Allan deviation and the
-    model require. Raises InstrumentError if the instrument cannot run, and ValueError if the turns
-    for the fit do not determine the model.
+    The strategy ``single`` always runs, because the Allan deviation and the temperature model need
+    turns that are calibrated independently of each other. Raises InstrumentError if the instrument
+    cannot run, and ValueError if the turns for the fit do not determine the model.
     """
     begun = time.process_time()
     telemetry: dict[str, list[dict[str, Any]]] = {}

@@ -1,4 +1,4 @@
-"""Fits a model of the orders that follow the temperature to the first part of a long run."""
+"""Uses the first part of a long run to fit a model of the orders that depend on the temperature."""
 
 from __future__ import annotations
 
@@ -54,8 +54,8 @@ def learn(
 
     ``turns`` (t,), ``values`` (t, orders) and ``celsius`` (t,); ``reference_c`` is T₀. The
     regressor of the turn number absorbs wear and creep, so that these are not attributed to
-    temperature. An order follows the temperature if an F test detects its slope; in one of a
-    thousand such fits, noise alone passes the test. Raises ValueError if the temperature is
+    temperature. An order follows the temperature if an F test detects its slope. If only noise is
+    present, one call in a thousand returns any order. Raises ValueError if the temperature is
     constant or a linear function of the turn number.
     """
     warmth = celsius - reference_c
@@ -69,7 +69,7 @@ def learn(
     per_sigma = float(np.sqrt(np.linalg.inv(columns.T @ columns)[1, 1]))
     ratio = np.abs(solution[1]) ** 2 / (2.0 * (per_sigma * sigma) ** 2)
     chance = stats.f.sf(ratio, 2, 2 * freedom)
-    # The third column is 0 in the middle of the turns, so that c₀ applies to the middle.
+    # The third column is 0 at the mean turn number, so that c₀ is the value at this turn.
     return [
         LearnedOrder(place + 1, solution[0, place], solution[1, place], per_sigma * sigma[place])
         for place in range(values.shape[1])

@@ -39,7 +39,8 @@ TWO_DEG = HEAD_PLACES_DEG[2]
 THREE_DEG = HEAD_PLACES_DEG[3]
 FOUR_DEG = HEAD_PLACES_DEG[4]
 SPARE_DEG = (0.0, 64.3, 177.0, 257.9)
-"""Places of four heads at which any head may fail; result of ``arctrue alpha --heads 4``."""
+"""Places of four heads at which any three heads suffice if the fourth fails; result of ``arctrue
+alpha --heads 4``."""
 AT_REST_MOTION_M = 0.0
 PAIRED = "encoder makers' paired heads"
 
@@ -54,8 +55,8 @@ class Places:
     gain: NDArray[np.float64]
     """Noise gain of each order, ``(orders,)``."""
     mean_noise: float
-    """Noise of one reading of the weighted mean, in units of the noise of one head; inf if no such
-    mean exists."""
+    """Noise of one reading of the weighted mean, in units of the noise of one head; inf if no
+    usable mean exists."""
 
 
 def places() -> tuple[Places, ...]:
@@ -109,8 +110,9 @@ def compare_methods(
 ) -> dict[str, Any]:
     """Run all methods with a moving and with a resting axis; return the results as plain values.
 
-    The results of the moving axis are evaluated again after ball pass and heat have changed the
-    motion of the axis. Raises ValueError for a time of measurement that is too short for a method.
+    The results of the moving axis are evaluated again after the ball pass of the bearing and a
+    shift of the hub were added. Raises ValueError for a time of measurement that is too short for a
+    method.
     """
     sets = places()
     found: dict[str, Any] = {

@@ -2,7 +2,7 @@
 of the heads and motion of the axis.
 
 ``places_deg`` of a method are distances from head 1 to the other heads: a head at the distance p
-stands at the stator angle −p. The samples of all turns at one angle are averaged, because the
+stands at the stator angle −p. The samples of all turns at one angle are added, because the
 simulated motion repeats these angles.
 """
 

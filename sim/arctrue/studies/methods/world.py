@@ -68,7 +68,8 @@ MOUNTING_ARCSEC = 50.0
 WEAK_ORDER = 11
 """Order that two heads at α = 33° determine with 19 times the noise of their difference."""
 SYMMETRIC_ORDERS = (12, 24)
-"""Orders that 4 or 12 equally spaced heads cannot see; 24 faces cannot see order 24 either."""
+"""Orders that 4 or 12 equally spaced heads cannot determine; 24 faces cannot determine order 24
+either."""
 BLIND_ORDER = 120
 """Order that two heads 33° apart cannot determine."""
 UNLISTED_ARCSEC = {47: 0.05, 77: 0.03}
@@ -111,8 +112,8 @@ class MethodsSettings:
 
     @classmethod
     def compared(cls, minutes: float = 16.0, seed: int = 1) -> MethodsSettings:
-        """Return the world of ``arctrue methods``: indices to ± 50″, radii to ± 0.1 mm, unlisted
-        orders."""
+        """Return the settings of ``arctrue methods``: index marks known to ± 50″, radii to ± 0.1
+        mm, and orders that no method fits."""
         return cls(
             minutes=minutes,
             seed=seed,
@@ -260,7 +261,7 @@ class World:
     def stations(self, shifts: Sequence[int]) -> tuple[Float, Float, NDArray[np.int64]]:
         """Read the polygon in every cycle: reading of head 1, and error that the polygon measures.
 
-        In cycle i the polygon is mounted ``shifts[i]`` faces further. At each of 24 angles the
+        In cycle i the polygon is mounted rotated by ``shifts[i]`` faces. At each of 24 angles the
         *reading* of head 1 is moved to the target, and the table stands for ``station_s``; the
         readings of both instruments are averaged. Returns readings in radians ``(faces,)``, errors
         in arcseconds ``(cycles, faces)`` and the number of the visible face ``(cycles, faces)``.
@@ -287,8 +288,8 @@ class World:
     def score(self, output: Output | None, *, later: bool = False) -> TurnScore:
         """Compare ``output`` (None: head 1 without correction) with the true angle, mean removed.
 
-        The heads are at rest at each angle, and their readings are averaged until noise and
-        rounding vanish. With ``later``, the comparison takes place some turns later, with the
+        The table is at rest at each angle, and the readings of the heads are averaged until noise
+        and rounding vanish. With ``later``, the comparison takes place some turns later, with the
         causes that are added after the calibration.
         """
         if output is None:

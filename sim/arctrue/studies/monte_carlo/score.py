@@ -132,8 +132,8 @@ def _turn(off: Float, u: Float, figures: int) -> dict[str, Any]:
     covered = np.abs(off) <= FACTOR * u
     by_place, by_trial = covered.mean(axis=0), covered.mean(axis=1)
     rate = float(by_trial.mean())
-    # The rate is a mean over trials; its uncertainty assumes that the share of a trial varies by at
-    # least half an angle (standard deviation).
+    # The rate is the mean of the trials' shares of covered angles. The standard deviation of these
+    # shares is taken as at least half the share of one angle.
     error = max(float(by_trial.std(ddof=1)) if off.shape[0] > 1 else 1.0, 0.5 / off.shape[1])
     error /= float(np.sqrt(off.shape[0]))
     off_by = (rate - COVERAGE) / error

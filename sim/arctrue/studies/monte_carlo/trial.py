@@ -200,7 +200,8 @@ def _in_stated_covariance(estimate: Estimate, off: Float) -> tuple[Float, Float]
     """Return, for each order, the squared deviation in units of its stated covariance, and the mean
     stated variance.
 
-    An order that cannot be seen has an infinite stated variance: its squared deviation is 0.
+    An order that the heads cannot determine has an infinite stated variance: its squared deviation
+    is 0.
     """
     at = np.arange(ORDERS)
     cc, ss = estimate.covariance[at, at], estimate.covariance[at + ORDERS, at + ORDERS]

@@ -47,8 +47,8 @@ class ExperimentSettings:
     seed: int = 1
 
     def motion(self) -> Motion:
-        """Return the motion: it passes both indices, then follow the calibrated turn, the ramp, and
-        the cycles."""
+        """Return the motion: the table passes both indices, then turns for the calibration and the
+        ramp, and then makes the cycles."""
         first = self.revolution.motion()
         more_s = self.cycles * TURN_RAD / self.revolution.speed_rad_s
         times = list(first.knot_times_s)

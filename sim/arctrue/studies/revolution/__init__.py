@@ -1,4 +1,4 @@
-"""Simulates one revolution of the virtual instrument at the paper's size: conditions, run and
+"""Simulates two turns of a table of the paper's size on the virtual instrument: settings, run and
 score."""
 
 from arctrue.studies.revolution.experiment import (

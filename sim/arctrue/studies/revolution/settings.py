@@ -1,5 +1,5 @@
-"""Defines the conditions of one revolution: a table with the paper's kind of error, its motion, and
-the gateware."""
+"""Defines the settings of ``arctrue revolution``: a table with the paper's kind of error, its
+motion, and the gateware."""
 
 from __future__ import annotations
 
@@ -52,8 +52,8 @@ DEPTH_STEP = 512
 
 
 FOUR_PLACES_DEG = (0.0, 64.3, 177.0, 257.9)
-"""Places of four heads relative to head 1, at which any one head may fail; found by ``arctrue alpha
---heads 4``."""
+"""Places of four heads relative to head 1, with which any three heads suffice if the fourth fails;
+found by ``arctrue alpha --heads 4``."""
 FURTHER_OFF_ARCSEC = (-30.0, 40.0)
 """Differences of the true places of heads 3 and 4 from the places that the firmware assumes; they
 are within ± 50″."""
@@ -65,7 +65,7 @@ LARGEST_RAMP_ARCSEC_S2 = 1e12
 
 @dataclass(frozen=True, slots=True)
 class RevolutionSettings:
-    """Settings of the revolution; the defaults are the paper's conditions."""
+    """Settings of ``arctrue revolution``; the defaults are the paper's conditions."""
 
     heads: int = 2
     """Number of heads, two or four; with four, the firmware calibrates the mean of their

@@ -6,7 +6,7 @@ from arctrue.studies.scenario.result import ScenarioResult, ScenarioTurn
 
 
 def broken_limits(result: ScenarioResult) -> tuple[str, ...]:
-    """Return one sentence for each limit that the run exceeds."""
+    """Return one sentence for each limit that the run does not keep."""
     limits = result.scenario.limits
     found = []
     last = limits.to_turn or len(result.turns)

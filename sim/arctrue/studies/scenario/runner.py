@@ -99,7 +99,8 @@ class _Run:
             self.instrument.disturb(*found, seed=self.scenario.scale.seed)
 
     def look(self) -> None:
-        """Store raised flags and new telemetry in the row of the present turn."""
+        """Store raised flags, active coefficients and new telemetry in the row of the present
+        turn."""
         row = self.row_now()
         for head in ("head1", "head2"):
             fields = self.instrument.read_fields(f"{head}.flags")
@@ -244,7 +245,8 @@ def run_scenario(
 
 
 def _set_up(instrument: Instrument, scenario: Scenario) -> None:
-    """Start the firmware with the scale of the scenario."""
+    """Set the firmware's parameters, start the firmware, and load the scenario's coefficients, if
+    any."""
     firmware, given = instrument.firmware, scenario.firmware
     for name, value in (
         ("counts_per_rev", scenario.scale.counts_per_rev),

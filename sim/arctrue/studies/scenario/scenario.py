@@ -325,7 +325,7 @@ class Scenario:
         """Return the legs; the simulated part of each pause is rounded to whole sample periods.
 
         Clock and sampler of the gateware then have the same phase relative to each other after the
-        pause as without it.
+        pause as without the pause.
         """
         if not self.speeds_rad_s:
             return list(self.legs)

@@ -17,7 +17,8 @@ def seen_by_reference(
 ) -> TurnScore | None:
     """Return the error of turn ``number`` (first: 1) that a polygon with its own errors measures.
 
-    Returns None if no cause concerns the reference. Bins of half a degree without a face are NaN.
+    Returns None if no cause concerns the reference or ``error`` is None. Bins of half a degree
+    without a face are NaN.
     """
     causes = [cause.physical for cause in scenario.causes if cause.reference_only]
     if not causes or error is None:

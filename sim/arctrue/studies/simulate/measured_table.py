@@ -46,7 +46,8 @@ class TrueNoise:
     """Noise that was drawn for the rows of one channel."""
 
     gaussian: Noise
-    """Gaussian noise; it contains the rounding to counts as white noise of count²/12 a head."""
+    """Gaussian noise; in the capture it contains the rounding to counts as white noise with the
+    variance count²/12 per head."""
     struck: NDArray[np.bool_]
     """Whether an outlier changed the reading of a head, by row."""
 

@@ -84,7 +84,7 @@ def simulate_set(
 
     A latency needs a reference that is read while the table moves; such a reference is added to the
     experiment. Raises ValueError for a name that no recipe has, and for a size that is not positive
-    or that no angle can show.
+    or too large for the simulation.
     """
     effects = {name: item for name, item in REGISTRY.items() if name not in NOISES}
     for item, known in [(x, effects) for x in wanted] + [(x, NOISES) for x in noise]:

@@ -1,4 +1,4 @@
-"""Simulates ten cycles of 24 faces twice: the servo's feedback is head 1's signal, then the
+"""Simulates ten cycles of 24 faces twice: first head 1's signal is the servo's feedback, then the
 corrected signal.
 
 The table of ``arctrue revolution`` is calibrated from one captured turn by least squares. The

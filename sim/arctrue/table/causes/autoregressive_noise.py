@@ -31,7 +31,7 @@ class AutoregressiveNoise(Cause):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     return [AutoregressiveNoise(size * RAD_PER_ARCSEC, float(random.uniform(0.5, 0.98)))]
 
 

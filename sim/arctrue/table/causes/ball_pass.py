@@ -55,7 +55,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, occasion: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     order = float(np.round(random.uniform(0.35, 14.0), 2))
     share, metres = random.uniform(0.0, 1.0), size * MICROMETRE_M
     return [BallPass(order, vector(metres * share, random), vector(metres * (1 - share), random))]

@@ -53,7 +53,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     along = sign(random) * float(random.uniform(0.0, np.pi))
     order = float(random.choice([0.5, 1.5, 2.5]))
     return [BeltPull(order, size * MICROMETRE_M, along, angle(random))]

@@ -61,7 +61,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, occasion: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     phases = tuple(angle(random) for _ in range(max(len(occasion.durations_s), 1)))
     frequency, head = float(random.uniform(3.0, 120.0)), int(random.integers(2))
     return [BracketVibration(head, HEADS[head], size * RAD_PER_ARCSEC, frequency, phases)]

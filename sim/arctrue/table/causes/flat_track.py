@@ -54,7 +54,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     width = float(np.deg2rad(random.uniform(3.0, 10.0)))
     return [FlatTrack(size * MICROMETRE_M, angle(random), angle(random), width)]
 

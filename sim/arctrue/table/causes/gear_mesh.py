@@ -74,7 +74,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     teeth = int(random.choice(GEAR_TEETH))
     phase, wobble = angle(random), float(random.uniform(0.0, GEAR_WOBBLE_RAD))
     return [GearMesh(teeth, (size * RAD_PER_ARCSEC,), (phase,), wobble, angle(random))]

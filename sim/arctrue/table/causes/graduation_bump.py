@@ -37,7 +37,7 @@ class GraduationBump(Cause):
         self, disc_angle_rad: NDArray[np.float64], state: TableState
     ) -> NDArray[np.float64]:
         """Return the displacement of the lines, shape ``(n,)``; half a turn away from the place it
-        is 0."""
+        is practically 0."""
         away = np.angle(np.exp(1j * (disc_angle_rad - self.place_rad)))
         width = self.width_rad * (1.0 + self.skew * np.sign(away))
         return np.asarray(self.height_rad * np.exp(-0.5 * np.abs(away / width) ** self.power))
@@ -64,7 +64,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     width = float(np.deg2rad(np.exp(random.uniform(np.log(0.1), np.log(2.0)))))
     height, place = sign(random) * size * RAD_PER_ARCSEC, angle(random)
     power, skew = log_uniform(1.2, 6.0, random), float(random.uniform(-0.5, 0.5))

@@ -77,7 +77,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     order = int(random.integers(21, 240))
     return [GraduationHarmonics((order,), (size * RAD_PER_ARCSEC,), (angle(random),))]
 

@@ -27,7 +27,7 @@ class IndexScatter(Cause):
 
 
 def draw(size: float, _: Random, __: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     return [IndexScatter(round(size))]
 
 

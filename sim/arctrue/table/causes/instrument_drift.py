@@ -50,7 +50,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     rate = sign(random) * size * RAD_PER_ARCSEC / 3600
     # The curve is a random walk; the standard deviation of its step is a fifth of the change that
     # the steady rate makes between two knots.

@@ -60,7 +60,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     head, stroke = int(random.integers(2)), float(np.deg2rad(random.uniform(5.0, 60.0)))
     return [LeaningBracket(head, HEADS[head], sign(random) * size * RAD_PER_ARCSEC, stroke)]
 

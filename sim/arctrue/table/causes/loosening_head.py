@@ -60,7 +60,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, occasion: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     head, mean_s = int(random.integers(2)), float(random.uniform(2.0, 8.0))
     knocks = instants(mean_s, random, occasion)
     return [LooseningHead(head, HEADS[head], size * RAD_PER_ARCSEC, knocks)]

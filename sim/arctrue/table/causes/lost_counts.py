@@ -38,7 +38,7 @@ class LostCounts(Cause):
 
 
 def draw(size: float, random: Random, occasion: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     run = int(random.integers(max(len(occasion.durations_s), 1)))
     instant = float(random.uniform(0.15, 0.85)) * occasion.durations_s[run]
     counts = int(sign(random)) * max(1, round(size))

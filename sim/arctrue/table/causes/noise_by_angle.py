@@ -47,7 +47,7 @@ class NoiseByAngle(Cause):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     angles = (HEADS[0].angle_rad, HEADS[1].angle_rad)
     order, contrast = int(random.integers(1, 4)), float(random.uniform(0.6, 1.0))
     return [NoiseByAngle(angles, size * RAD_PER_ARCSEC, order, contrast, angle(random))]

@@ -38,7 +38,7 @@ class Outliers(Cause):
 
 
 def draw(size: float, _: Random, __: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     return [Outliers(size / 100, OUTLIER_ARCSEC * RAD_PER_ARCSEC)]
 
 

@@ -40,7 +40,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     errors = random.normal(0.0, size * RAD_PER_ARCSEC, FACES)
     return [PolygonFaces(tuple((errors - errors.mean()).tolist()))]
 

@@ -83,7 +83,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     tilt = size * RAD_PER_ARCSEC / np.sin(AUTOCOLLIMATOR_ROLL_RAD)
     return [
         PolygonMounting(

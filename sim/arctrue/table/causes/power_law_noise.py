@@ -49,12 +49,12 @@ class PowerLawNoise(Cause):
 
 
 def draw_pink(size: float, _: Random, __: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     return [PowerLawNoise(size * RAD_PER_ARCSEC)]
 
 
 def draw_power_law(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     return [PowerLawNoise(size * RAD_PER_ARCSEC, float(random.uniform(0.5, 1.8)))]
 
 

@@ -68,7 +68,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     order, share = int(random.integers(2, 9)), random.uniform(0.0, 1.0)
     metres = size * MICROMETRE_M
     return [

@@ -32,7 +32,7 @@ class RelaxingNoise(Cause):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     constant_s = log_uniform(0.05, 30.0, random)
     return [RelaxingNoise(size * RAD_PER_ARCSEC, constant_s)]
 

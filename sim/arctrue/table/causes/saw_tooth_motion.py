@@ -67,7 +67,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     order, rise = int(random.integers(2, 6)), float(random.uniform(0.8, 0.97))
     return [SawToothMotion(order, size * MICROMETRE_M, angle(random), angle(random), rise)]
 

@@ -52,7 +52,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     each_run = bool(random.integers(2))
     tau_s = float(random.uniform(4.0, 15.0) if each_run else random.uniform(20.0, 60.0))
     angle = sign(random) * size * RAD_PER_ARCSEC

@@ -50,7 +50,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     angle = sign(random) * size / 2 * RAD_PER_ARCSEC
     return [ShaftWindUp(angle, float(np.deg2rad(log_uniform(0.2, 10.0, random))))]
 

@@ -73,7 +73,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     # If the offset is a share p of the amplitude, the error is p radians of the signal period.
     period_rad = size * RAD_PER_ARCSEC * GRATING_LINES
     found: list[Cause] = []

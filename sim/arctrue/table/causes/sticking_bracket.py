@@ -29,8 +29,8 @@ class StickingBracket(TurnedHead):
     """Between two slips the head creeps along the scale at a constant rate; at each slip it jumps
     back.
 
-    The head slips at the instants ``slips_s``, which rise. In the mean interval between them it
-    creeps from −angle to +angle, and therefore farther in a longer interval.
+    The head slips at the instants ``slips_s``, which are in rising order. In an interval of mean
+    length the head creeps from −angle to +angle; in a longer interval it creeps farther.
     """
 
     angle_rad: float
@@ -62,7 +62,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, occasion: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     head, mean_s = int(random.integers(2)), float(random.uniform(1.0, 6.0))
     slips = instants(mean_s, random, occasion)
     return [StickingBracket(head, HEADS[head], size * RAD_PER_ARCSEC, slips)]

@@ -12,8 +12,8 @@ from arctrue.table.motion import Motion
 
 @dataclass(frozen=True, slots=True)
 class SwingingSpeed(Cause):
-    """The speed varies by the share ``share``, ``order`` times a turn, because of unbalance or
-    cogging."""
+    """The speed varies by ± ``share`` of the requested speed, ``order`` times a turn, because of
+    unbalance or cogging."""
 
     share: float
     order: int
@@ -31,7 +31,7 @@ class SwingingSpeed(Cause):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     return [SwingingSpeed(size / 100, int(random.integers(1, 9)), angle(random))]
 
 

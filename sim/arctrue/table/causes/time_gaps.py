@@ -42,7 +42,7 @@ class TimeGaps(Cause):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     return [TimeGaps(size / 100, log_uniform(3.0, 100.0, random))]
 
 

@@ -29,7 +29,7 @@ class WanderingReference(Cause):
 
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     constant_s = log_uniform(30.0, 1200.0, random)
     return [WanderingReference(size * RAD_PER_ARCSEC, constant_s)]
 

@@ -67,7 +67,7 @@ class Values(Given, frozen=True):
 
 
 def draw(size: float, random: Random, occasion: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     rate = size * MICROMETRE_M / max(occasion.turns, 1.0)
     return [WearingTrack(int(random.integers(2, 7)), rate, angle(random), angle(random))]
 

@@ -30,7 +30,7 @@ class WhiteNoise(Cause):
 
 
 def draw(size: float, _: Random, __: Occasion) -> list[Cause]:
-    """Draw a cause of the given size, which is in the recipe's unit."""
+    """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     return [WhiteNoise(head_rad=size * RAD_PER_ARCSEC)]
 
 

@@ -82,7 +82,7 @@ def capture_cause(random: Random, runs: list[Sweep]) -> Cause:
 
 
 def slip(random: Random, runs: list[Sweep]) -> Slip:
-    """Draw a slip of 4 to 60 counts in the middle of a run."""
+    """Draw a slip of 4 to 60 counts, of either sign, in the middle 60 % of a run."""
     run = runs[int(random.integers(len(runs)))]
     size = int(random.integers(4, 61)) * int(random.choice([-1, 1]))
     instant_s = run.begin_s + float(run.time_s[-1]) * random.uniform(0.2, 0.8)

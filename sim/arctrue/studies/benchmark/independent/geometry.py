@@ -4,7 +4,7 @@ heads.
 Stator angles count in the direction in which the table turns while its readings rise; head 1 stands
 at 0, head 2 at −α. The mark with the label ψ lies at the stator angle θ − ψ, seen from the centre
 of the disc. A head stands at the angle β and the radius r, and the centre of the disc is at c. The
-head sees the mark ψ = θ − arg(r·exp(jβ) − c) and reads ψ + g(ψ).
+mark ψ = θ − arg(r·exp(jβ) − c) is under the head, which reads ψ + g(ψ).
 """
 
 from __future__ import annotations

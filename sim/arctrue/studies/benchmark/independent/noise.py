@@ -1,5 +1,5 @@
-"""Defines the noise processes of the second generator: each process draws noise and whitens columns
-exactly.
+"""Defines the noise processes of the independent generator (this package): each process draws noise
+and whitens columns exactly.
 
 There are two kinds of processes. :class:`StateNoise` is a sum of white noise and linear Gaussian
 states; a Kalman filter whitens it. :class:`FlickerNoise` is a fractional integral of white noise;

@@ -57,7 +57,7 @@ class Scene:
     """Noise of each head."""
     reference_noise: NoiseProcess = field(default_factory=lambda: StateNoise(0.15))
     index_counts: int = 0
-    """Largest random shift of an index mark between two runs, in whole counts."""
+    """Largest random shift of a head's index mark in a run, in whole counts."""
     display_arcsec: float = 0.0
     """Resolution of the reference's display; 0: continuous."""
     table: dict[str, Any] = field(default_factory=dict)

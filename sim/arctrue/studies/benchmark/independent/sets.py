@@ -1,4 +1,4 @@
-"""Makes a set of the second generator from its world, content and seed."""
+"""Makes one set of the independent generator (this package) from its world, content and seed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Finds the worlds of the second generator: each file in ``worlds`` defines one world."""
+"""Finds the worlds of the independent generator (this package): each file in ``worlds`` defines one
+world."""
 
 from __future__ import annotations
 

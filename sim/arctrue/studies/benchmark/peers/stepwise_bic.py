@@ -29,7 +29,8 @@ def stepwise_bic(folder: Path) -> dict[str, Any]:
     """Add effects one by one; return them in the order in which they were added.
 
     This rival states neither a class nor an unknown cause, and it assumes white noise. The BIC of
-    an effect with a search includes 2·ln(places) in addition to the cost of its coefficients.
+    an effect with a search includes 2·ln(number of places) in addition to the cost of its
+    coefficients; a place is one order or frequency of the search.
     """
     given = problem(folder)
     fit = Fit(given)

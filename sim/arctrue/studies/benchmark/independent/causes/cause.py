@@ -35,7 +35,8 @@ class Cause:
     columns = 1
     """Number of free coefficients in the exact form of the cause, for the oracle."""
     places = 1
-    """Number of independent places that a search for the cause examines, for the oracle."""
+    """Number of independent candidates (orders, frequencies or instants) that a search for the
+    cause examines, for the oracle."""
     unit = "arcsec"
 
     def __init__(self, size: float) -> None:
@@ -62,7 +63,7 @@ class Cause:
         return 0.0
 
     def mark_rad(self, label_rad: Float, at: Conditions) -> Float | float:
-        """Return the placement error of the marks with these labels."""
+        """Return the placement error of the disc's marks whose nominal angles are ``label_rad``."""
         return 0.0
 
     def signals(

@@ -32,7 +32,7 @@ class HighOrder(Cause):
     @classmethod
     def drawn(cls, random: Random) -> HighOrder:
         """Draw an order from 23 to 180 that is not near a multiple of 120/11, because two heads 33°
-        apart are blind to these multiples."""
+        apart cannot determine an order at such a multiple."""
         seen = [n for n in range(23, 181) if abs(np.sin(n * np.radians(33.0) / 2)) > 0.5]
         return cls(
             log_uniform(random, 0.1, 2.0), int(random.choice(seen)), random.uniform(0, 2 * np.pi)

@@ -71,7 +71,8 @@ class SettlingBracket(Stranger):
 
     @classmethod
     def drawn(cls, random: Random, run_s: float) -> SettlingBracket:
-        """Draw an angle of 0.5 to 5″, and a time constant that is a fraction of the first run."""
+        """Draw an angle of 0.5 to 5″, and a time constant that is a fraction of the first run's
+        duration."""
         return cls(log_uniform(random, 0.5, 5.0), run_s * random.uniform(0.1, 0.4))
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:

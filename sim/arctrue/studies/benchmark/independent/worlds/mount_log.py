@@ -23,7 +23,8 @@ FEWEST_PERIODS = 5.0
 
 def log_time_s(random: np.random.Generator, rows: int) -> np.ndarray:
     """Return the times of a log: one hour at one of the rates. If an hour would give too many rows,
-    the log is shorter, at least five minutes; if these also give too many rows, the rate is lower.
+    the log is shorter, but at least five minutes long; if five minutes also give too many rows, the
+    rate is lower.
 
     A log may have up to 4·``rows`` rows, as many as four runs have.
     """
