@@ -1,4 +1,5 @@
-"""Compares the slots and strobes of fold_sequence with a count of the clocks in a cocotb test."""
+"""Tests in cocotb that the slot and the strobes of fold_sequence come in the clocks that the bench
+counts."""
 
 from __future__ import annotations
 

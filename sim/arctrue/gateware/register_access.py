@@ -254,7 +254,8 @@ class RegisterMap:
         await self.write("coefficient_offset", coefficients.offset)
 
     async def write_turn_steps(self, coefficients: CoefficientSet) -> None:
-        """Write the turn step of every lane to the idle bank; a whole order has the turn step 0."""
+        """Write the turn step of every lane to the idle bank; a lane of an integer order has the
+        turn step 0."""
         steps = coefficients.turn_steps.tolist()
         words = [word for step in steps for word in (step & _WORD, step >> 32)]
         await self._write_words(self._base + registers.TURN_STEPS_ADDRESS, words)
@@ -277,7 +278,8 @@ class RegisterMap:
     async def write_local_table(self, table: LocalTable) -> None:
         """Write the local table to its idle bank; it becomes active with ``command("swap")``.
 
-        The choice is written last, because it makes the next swap include the table.
+        ``local_place.choice`` is written last, because writing it makes the next swap include the
+        table.
         """
         points = [point & _WORD for point in table.points.tolist()]
         await self._write_words(self._base + registers.LOCAL_POINTS_ADDRESS, points)
@@ -290,8 +292,8 @@ class RegisterMap:
         """Write the prepared set ``number``: 0 for all heads, otherwise for the case that head
         ``number`` is missing.
 
-        Raises ValueError for a set with a lane of a real order, because a prepared set has no turn
-        steps.
+        Raises ValueError for a lane whose order is not an integer, because a prepared set has no
+        turn steps.
         """
         if coefficients.turn_steps.any():
             raise ValueError("a prepared set holds no turn steps: leave its real orders out")

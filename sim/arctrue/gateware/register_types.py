@@ -23,7 +23,7 @@ class Field:
 
     @property
     def mask(self) -> int:
-        """Return the bits of the field at their place in the register."""
+        """Return a register word in which the bits of the field are 1 and all others 0."""
         return ((1 << self.width) - 1) << self.shift
 
     def get(self, word: int) -> int:
