@@ -69,8 +69,8 @@ class TableCurves:
         """Store a table and its motion; ``knot_clocks`` is the number of clocks between two knots,
         by default some counts of travel.
 
-        Raises UnhonouredCauseError for a cause that acts on more than the lines and their signals,
-        such as a loss of counts, which is a fault of the pins.
+        Raises UnhonouredCauseError for a cause that acts on a quantity other than the lines and
+        their signals, for example a loss of counts: :class:`PinFault` simulates it.
         """
         refuse_unhonoured(table.causes, SIGNALS, "the virtual instrument")
         self.table, self.motion, self.clock_hz = table, motion, clock_hz
