@@ -1,4 +1,5 @@
-"""Models the entity ``correction_ramp``: total = ε + r, where r removes the step at a marker."""
+"""Models the entity ``correction_ramp``: total = ε + r, where r removes the step at a marker (a
+change of the coefficients) and then decays to 0."""
 
 from __future__ import annotations
 
@@ -22,10 +23,10 @@ LOOK, COMPARE, DECIDE = 240, 241, 255
 TOTAL_MOST = 2**19
 """Limit of the total correction, s19.F, in counts; the total is always smaller than this limit."""
 HOLD = 3
-"""Number of clocks for which the total is held after a marker."""
+"""Number of clocks for which the total keeps its value after a marker."""
 CATCH_AGE = 1
-# Number of clocks from a marker to the last total in which r certainly still has its captured
-# value.
+# Number of clocks from a marker to the last total in which r still has its captured value at every
+# rate.
 DECAY_START = 5
 
 
@@ -72,7 +73,8 @@ class RampVelocity:
     velocity."""
 
     def clock(self, marker: bool, rate: int, acceleration: int) -> None:
-        """Advance by one clock; the caller first sets ``excess`` to its value in the last clock."""
+        """Advance by one clock; the caller first sets ``excess`` to its value in the previous
+        clock."""
         whole = self.velocity >> VELOCITY_FRACTION
         moved = self.fraction + whole
         is_held = marker or self.was_marker
