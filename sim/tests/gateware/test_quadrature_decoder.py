@@ -1,4 +1,4 @@
-"""Tests of the decoder's model against the true place of the disc, which the scenarios contain."""
+"""Compares the decoder's model with the true position of the disc, which the scenarios contain."""
 
 import itertools
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Tests readings between the knots against the table's geometry, and the statistics of the
+"""Compares readings between the knots with the table's geometry, and tests the statistics of the
 noise."""
 
 from __future__ import annotations
