@@ -65,7 +65,7 @@ means every cause."""
 
 
 def set_of(missing: int) -> MeanSet:
-    """Return the words of the mean without head ``missing`` (0: of all heads)."""
+    """Return the mean without head ``missing`` (0: of all heads)."""
     heads = tuple(head for head in EVERYONE if head != missing)
     return mean_of(heads, CARRIERS[missing])
 

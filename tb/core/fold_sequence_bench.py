@@ -1,5 +1,4 @@
-"""Tests in cocotb that the slot and the strobes of fold_sequence come in the clocks that the bench
-counts."""
+"""Tests in cocotb that fold_sequence outputs its slot and its strobes in the right clocks."""
 
 from __future__ import annotations
 

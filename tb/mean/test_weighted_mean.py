@@ -1,5 +1,5 @@
-"""Tests that the weighted mean minus the reading of the carrier (the term) equals its model in
-VHDL, for two to four heads."""
+"""Tests that the term of the weighted mean (the carrier's reading minus the mean) in VHDL equals
+its model, for two to four heads."""
 
 from __future__ import annotations
 

@@ -81,7 +81,8 @@ class Coefficients:
 
     @property
     def turn_steps(self) -> NDArray[np.uint64]:
-        """Return the turn step ν of each lane, u0.48 turn a turn, (lanes,); 0 for whole orders."""
+        """Return the turn step ν of each lane, u0.48 turn a turn, (lanes,); 0 for integer
+        orders."""
         steps = np.zeros(self.lanes, dtype=np.uint64)
         for lane, step in self.extension.turn_steps if self.extension else ():
             steps[lane] = step

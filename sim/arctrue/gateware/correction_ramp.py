@@ -32,9 +32,10 @@ DECAY_START = 5
 
 @dataclass(frozen=True)
 class RampState:
-    """State of the ramp: the held total, and r as captured after the last marker, in 2⁻ᶠ count.
+    """State of the ramp: the latest total, which the ramp holds after a marker, and r as captured
+    after the latest marker, in 2⁻ᶠ count.
 
-    ``age``: clocks since the last marker.
+    ``age``: clocks since the latest marker.
     """
 
     held: int = 0
@@ -43,7 +44,7 @@ class RampState:
     motion: RampVelocity | None = None
     """r and its velocity if the acceleration is bounded; they replace ``caught``."""
     excess_then: int = 0
-    """−r that belongs to the total of the last clock if the acceleration is bounded; ``motion``
+    """−r that belongs to the total of the previous clock if the acceleration is bounded; ``motion``
     contains the value for the next clock."""
 
 
@@ -174,7 +175,7 @@ def correction_ramp(
     held, caught, age = state.held, state.caught, state.age
     start = 0
     for end in [*np.flatnonzero(marker).tolist(), clocks]:
-        # After the previous marker, the total is held first; then r decays.
+        # After the previous marker, the total first keeps its value; then r decays.
         until = min(end, start + max(HOLD - 1 - age, 0))
         if age < CATCH_AGE <= age + until - start:
             caught = held - int(correction[start + CATCH_AGE - age - 1])

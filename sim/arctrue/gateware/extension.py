@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 MODULATORS: Final = ("one", "direction", "speed", "speed_squared", "word_a", "word_b")
 """Factors of a lane's amplitude; a lane's word contains the index of its factor."""
 PHASE_SOURCES: Final = ("operator", "heads", "probe")
-"""Origins of the phase of a lane of a real order; the index of an origin is its number in the
-device."""
+"""Origins of the phase of a lane whose order is not an integer (a real order); the index of an
+origin is its number in the device."""
 POINTS: Final = 4096
 POINT_LIMIT: Final = 1 << 17
 FRACTION_BITS: Final = (4, 6, 8, 10)

@@ -68,7 +68,7 @@ class CoefficientSet(Protocol):
 
     @property
     def turn_steps(self) -> NDArray[np.uint64]:
-        """Turn steps, (lanes,), u0.48 turn a turn; 0 for whole orders."""
+        """Turn steps, (lanes,), u0.48 turn a turn; 0 for integer orders."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -268,7 +268,7 @@ class RegisterMap:
             await self.write(path, word)
 
     async def write_mean(self, mean: MeanSet) -> None:
-        """Write the words of the mean to the idle bank; they become active with
+        """Write weights, offsets and carrier of the mean to the idle bank; they become active with
         ``command("swap")``."""
         for number, word in enumerate(mean.words()):
             if number >= 2 * HEADS_MOST or number % HEADS_MOST < mean.heads:
@@ -289,8 +289,8 @@ class RegisterMap:
         await self._write_words(self._base + first, [choice])
 
     async def write_set(self, number: int, coefficients: CoefficientSet, mean: MeanSet) -> None:
-        """Write the prepared set ``number``: 0 for all heads, otherwise for the case that head
-        ``number`` is missing.
+        """Write the prepared set ``number``, which the core can load without the processor: 0 for
+        all heads, otherwise for the case that head ``number`` is missing.
 
         Raises ValueError for a lane whose order is not an integer, because a prepared set has no
         turn steps.

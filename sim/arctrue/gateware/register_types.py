@@ -47,7 +47,8 @@ class Field:
 
 @dataclass(frozen=True, slots=True)
 class Register:
-    """A register of 32 or 64 bits; a latched register holds its value until its trigger is read."""
+    """A register of 32 or 64 bits; a latched register keeps its value until another register, its
+    trigger, is read."""
 
     path: str
     address: int

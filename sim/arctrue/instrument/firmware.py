@@ -252,8 +252,8 @@ class Firmware:
 
     @property
     def phase(self) -> str:
-        """State: ``no_core``, ``wait_for_index``, ``capture``, ``swap`` or ``held`` (faults in a
-        row)."""
+        """State: ``no_core``, ``wait_for_index``, ``capture``, ``swap`` or ``held`` (stopped after
+        several faults in a row, or because the settings are lost)."""
         return str(self._library.firmware_phase(self._processor).decode())
 
     @property
