@@ -455,8 +455,8 @@ async def a_shorter_turn_sends_no_burst(dut):
 @cocotb.test()
 @cocotb.parametrize((("heal", "head2_dead"), LOSSES))
 async def lost_counts_leave_the_correction_on(dut, heal: int, head2_dead: bool):
-    """After head 1's wires lose a period (four counts), the correction stays on, and position and Z
-    become right again.
+    """After head 1's wires lose a period (four counts), the correction stays on, and the angle and
+    Z become right again.
 
     The core recognises the loss at the first mark if head 2 works, otherwise at the second mark. If
     it puts the counts back, the output's count equals the table's again.

@@ -35,8 +35,8 @@ ORDER_MAX = (1 << ORDER_WIDTH) - 1
 AMPLITUDE_LSB_COUNTS = 1.0 / (1 << AMPLITUDE_FRACTION)
 AMPLITUDE_WORD_MAX = (1 << (AMPLITUDE_WIDTH - 1)) - 1
 SIDE_MOST = 8
-"""Largest side that is tried for a lane whose phase comes from an index of the drive;
-:class:`PhaseSource` defines the side, a whole number."""
+"""Largest magnitude of the side that is tried for a lane whose phase comes from an index of the
+drive; :class:`PhaseSource` defines the side, a whole number."""
 SIDE_TOLERANCE = 0.005
 """Largest distance, in periods per turn, between a fitted order minus its side and a multiple of
 the number of the drive's indices in a turn. It is five times the standard uncertainty of an order

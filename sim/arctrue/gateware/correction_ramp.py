@@ -21,7 +21,8 @@ VELOCITY_FRACTION = 16
 MARGIN_BITS = 3
 LOOK, COMPARE, DECIDE = 240, 241, 255
 TOTAL_MOST = 2**19
-"""Limit of the total correction, s19.F, in counts; the total is always smaller than this limit."""
+"""Limit of the total correction, s19.F, in counts: the total is at least −TOTAL_MOST and below
+TOTAL_MOST."""
 HOLD = 3
 """Number of clocks for which the total keeps its value after a marker."""
 CATCH_AGE = 1

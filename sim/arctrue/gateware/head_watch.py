@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 SETTLE_CLOCKS: Final = 16
-"""Number of clocks after a jump of the readings in which no step is searched."""
+"""Number of clocks after a jump of the readings in which the entity does not search for a step."""
 STORED: Final = 8
 """Number of stored readings; a reading is compared with the one 7 to 8 intervals earlier."""
 MISSING_MOST: Final = 255

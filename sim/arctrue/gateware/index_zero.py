@@ -23,7 +23,8 @@ JUDGED_AFTER = 3
 """Number of clocks from the detection of an index to its check."""
 
 HEALED_MOST = 2**14
-"""Limit of a healed slip: slips from −2¹⁴ to 2¹⁴ − 1 counts are healed."""
+"""Limit of a slip that is healed, that is, whose counts are put back: from −2¹⁴ to 2¹⁴ − 1
+counts."""
 
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]

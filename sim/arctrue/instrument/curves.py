@@ -46,7 +46,8 @@ class Curves(Protocol):
         -------
         tuple
             The clocks between two knots; the readings of each head, counts from its index; the true
-            angle there, radians, not wrapped. Arrays of shape (n + 3,): the knots −1, 0, …, n + 1.
+            angle of the table, radians, not wrapped. Arrays of shape (n + 3,): the knots −1, 0, …,
+            n + 1.
         """
 
 
