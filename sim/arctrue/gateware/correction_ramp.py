@@ -203,7 +203,7 @@ def correction_ramp(
 
 
 def _jumped(held: int, counts: int, limit: int) -> tuple[int, bool]:
-    """Return the held total after a jump of the reading, and whether the limit replaced it."""
+    """Return the total after a jump of the reading, and whether the limit replaced it."""
     whole = (held >> PAIR_FRACTION) + counts
     fits = -TOTAL_MOST <= whole < TOTAL_MOST
     if not fits:
