@@ -1,4 +1,5 @@
-"""Tests that coefficient_memory stores words, reads them back, and gives each angle one bank."""
+"""Tests that coefficient_memory stores words, reads them back, and takes all words for one angle
+from the same bank."""
 
 from __future__ import annotations
 

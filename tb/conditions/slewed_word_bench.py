@@ -1,4 +1,4 @@
-"""Compares slewed_word with its model in cocotb tests."""
+"""Compares the entity slewed_word with its model in a cocotb test."""
 
 from __future__ import annotations
 

@@ -455,8 +455,8 @@ async def a_shorter_turn_sends_no_burst(dut):
 @cocotb.test()
 @cocotb.parametrize((("heal", "head2_dead"), LOSSES))
 async def lost_counts_leave_the_correction_on(dut, heal: int, head2_dead: bool):
-    """After head 1's wires lose a period (four counts), the correction stays on, and position and Z
-    become right again.
+    """After head 1's wires lose a period (four counts), the correction stays on, and the angle and
+    Z become right again.
 
     The core recognises the loss at the first mark if head 2 works, otherwise at the second mark. If
     it puts the counts back, the output's count equals the table's again.
@@ -502,8 +502,8 @@ async def lost_counts_leave_the_correction_on(dut, heal: int, head2_dead: bool):
     assert snapshot.head1_turn_position % table.COUNTS_PER_REV == snapshot.head1_angle
     rises = np.flatnonzero(np.diff(machine.z) == 1)
     at_z = np.array(machine.output)[rises + 1]
-    # The distance between two pulses of Z is a turn minus the four lost counts, because the output
-    # lacks these counts too.
+    # Unless the core puts the four lost counts back, the distance between pulses of Z before and
+    # after the loss is four counts too small, because the output lacks these counts too.
     assert at_z[1] - at_z[0] == table.COUNTS_PER_REV
     assert at_z[-1] - at_z[0] == 4 * table.COUNTS_PER_REV - 4 * (1 - heal)
     assert np.abs(np.diff(machine.corrected)).max() <= 2
@@ -788,8 +788,8 @@ async def waiting_events(names: RegisterMap) -> NDArray[np.int64]:
 
 @cocotb.test(skip=not EVENTS)
 async def events_wait_for_the_processor(dut):
-    """If compare_out is connected to probe_in, each compare pulse gives an event of kind compare
-    and one of kind probe, with the right times."""
+    """If compare_out is connected to probe_in, each compare pulse and the edge that it causes form
+    one event of both kinds, with the right time."""
     machine = await prepared(dut)
     names = machine.registers
     assert await names.read("events.recorded.compare") == 0

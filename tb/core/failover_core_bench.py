@@ -65,13 +65,13 @@ means every cause."""
 
 
 def set_of(missing: int) -> MeanSet:
-    """Return the words of the mean without head ``missing`` (0: of all heads)."""
+    """Return the mean without head ``missing`` (0: of all heads)."""
     heads = tuple(head for head in EVERYONE if head != missing)
     return mean_of(heads, CARRIERS[missing])
 
 
 async def guarded(dut: Any, **settings: int) -> Table:
-    """Return a turning table; all prepared sets are loaded, set 0 is active, and the checks for
+    """Return a turning table; all prepared sets are written, set 0 is active, and the checks for
     failures are enabled."""
     machine = await prepared(dut)
     names = machine.registers
@@ -116,7 +116,8 @@ async def until_changed(machine: Table, most: float) -> int:
 async def left_out(
     machine: Table, head: int, cause: str, began: int, most: float, off: float
 ) -> None:
-    """Check that ``head`` is left out for ``cause`` in ``most`` clocks and the output stays right.
+    """Check that ``head`` is left out for ``cause`` within ``most`` clocks and the output stays
+    right.
 
     ``off`` is the permitted additional error of the output in counts until the head is left out.
     """

@@ -1,4 +1,4 @@
-"""Compares the slots and strobes of fold_sequence with a count of the clocks in a cocotb test."""
+"""Tests in cocotb that fold_sequence outputs its slot and its strobes in the right clocks."""
 
 from __future__ import annotations
 

@@ -61,8 +61,8 @@ def readings(angle: NDArray[np.float64]) -> NDArray[np.int64]:
 
 
 def mean_of(heads: tuple[int, ...], carrier: int) -> MeanSet:
-    """Return the words of the mean of ``heads`` (numbers from 1 on), in which a motion of the axis
-    cancels if there are at least three. The weight of the carrier absorbs the rounding of the
+    """Return the mean of ``heads`` (numbers from 1 on), in which a motion of the axis cancels if
+    there are at least three heads. The weight of the carrier absorbs the rounding of the
     weights."""
     places = turn_rad([PLACES[head - 1] for head in heads])
     rows = np.array([np.ones(len(heads)), np.cos(places), np.sin(places)])
@@ -195,7 +195,7 @@ async def prepared(dut: Any) -> Table:
 
 
 async def load(machine: Table, mean: MeanSet) -> None:
-    """Load the words of the mean and the lanes with one swap, and wait for the end of the ramp."""
+    """Load the mean and the lanes with one swap, and wait for the end of the ramp."""
     names = machine.registers
     await names.write_coefficients(lanes_of(mean))
     await names.write_mean(mean)
@@ -253,7 +253,7 @@ async def the_mean_is_blind_to_the_axis(dut: Any) -> None:
     cocotb.start_soon(machine.run())
     await names.update("control", compensate=1, output_enable=1)
     await machine.turn(COUNTS + 150)
-    # At power-up the words of the mean select head 1 alone.
+    # At power-up the mean consists of head 1 alone.
     error = machine.error(len(machine.corrected) - 3000, LATENCY + POSITION_CLOCKS)
     assert (error.max() - error.min()) / 2.0 > 6.0
     everyone = tuple(range(1, HEADS + 1))

@@ -31,7 +31,8 @@ from tb.core.compensation_pipeline_bench import (
 TURN = 1 << PHASE_STEP_WIDTH
 SWEEP_CLOCKS = 18 * LANES
 HALF_ORDERS = (0.5, 71.4, 3.0, 0.398, 70.4, 7.875, 12.5, 1.0)
-"""Orders of a belt, of a gear with a side line, of a bearing's cage, and some integer orders."""
+"""Orders of a belt, of a gear with a side harmonic, of a bearing's cage, and some integer
+orders."""
 
 
 def bank_of(
@@ -122,8 +123,8 @@ def motions(rng: np.random.Generator, size: int) -> NDArray[np.int64]:
 
 @cocotb.test()
 async def both_ways_and_tremble(dut: Any) -> None:
-    """At one count per clock every correction equals the model's and is near the sum of the lines
-    in float64."""
+    """At one count per clock every correction equals the model's and is near the sum of the
+    harmonics in float64."""
     await begin(dut)
     bank = bank_of(1)
     dut.angle.value = dut.position.value = 0
@@ -137,8 +138,8 @@ async def both_ways_and_tremble(dut: Any) -> None:
     assert np.array_equal(turns, total // COUNTS_PER_REV)
     model = compensate(angles, total, bank, turns=turns)
     assert np.array_equal(found, np.column_stack(model))
-    # The sum of the lines in float64 is computed from the unwrapped position, so it has no step at
-    # a wrap and no drift.
+    # The sum of the harmonics in float64 is computed from the unwrapped position, so it has no step
+    # at a wrap and no drift.
     line = np.zeros(total.size)
     for lane in range(LANES):
         cycles = HALF_ORDERS[lane % len(HALF_ORDERS)] * (total / COUNTS_PER_REV)
@@ -163,7 +164,7 @@ async def whole_orders_as_without(dut: Any) -> None:
 
 @cocotb.test()
 async def zero_moves_and_heals(dut: Any) -> None:
-    """If the angle jumps by lost counts, even over the wrap, the phases of the lines advance by
+    """If the angle jumps by lost counts, even over the wrap, the phases of the harmonics advance by
     these counts."""
     await begin(dut)
     bank = bank_of(4, largest_counts=9)

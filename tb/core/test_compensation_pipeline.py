@@ -166,7 +166,8 @@ def test_swap_and_bypass_under_load(counts_per_rev: int) -> None:
 
 @pytest.mark.parametrize("fold", [2, pytest.param(4, marks=pytest.mark.large), 8])
 def test_folded_swaps_are_atomic(fold: int) -> None:
-    """Each angle is corrected with one bank in all its slots, and the correction makes no step."""
+    """Each angle is corrected with one bank in all FOLD clocks in which its lanes are computed, and
+    the correction makes no step."""
     run("swap_and_bypass_under_load", lanes=8, angles=3000, counts_per_rev=5000, fold=fold)
 
 
@@ -180,8 +181,8 @@ def test_reset_under_load(fold: int) -> None:
     [(1, 2, 1024), (4, 4, 2048), pytest.param(1, 4, 2048, marks=pytest.mark.large)],
 )
 def test_real_orders(fold: int, lanes: int, counts_per_rev: int) -> None:
-    """Corrections of real orders, whose phases continue from turn to turn, equal the model in every
-    clock."""
+    """Corrections by lanes of real orders (not integers), whose phases continue from turn to turn,
+    equal the model in every clock."""
     simulate(
         TOPLEVEL,
         "tb.core.real_orders_pipeline_bench",

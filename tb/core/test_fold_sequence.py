@@ -1,4 +1,5 @@
-"""Runs the bench of fold_sequence, which orders the events in a folded pipeline."""
+"""Runs the bench of fold_sequence, which numbers the clocks of a pipeline in which FOLD lanes share
+one circuit."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
-"""Runs the bench of the whole core with lanes of real orders in GHDL.
+"""Runs the bench of the whole core with lanes whose orders are not integers (real orders) in GHDL.
 
-``test_compensation_pipeline.py`` compares a pipeline for each lane with the model in every clock.
+``test_compensation_pipeline.py`` compares the output of the pipeline, with a circuit for each lane,
+with the model in every clock.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ async def delays_every_pin_by_its_stages(dut) -> None:
     await FallingEdge(dut.clock)
     got = []
     for word in levels.tolist():
-        # The registers of the synchroniser start with zeros.
+        # The first STAGES outputs are the initial zeros of the registers.
         got.append(int(dut.synchronised.value))
         dut.asynchronous.value = word
         await FallingEdge(dut.clock)

@@ -1,4 +1,5 @@
-"""Plays a file of pin changes into a recorder, and pauses the player once."""
+"""Plays a file of pin changes into a recorder; `run` is low before the first change and after the
+last."""
 
 from __future__ import annotations
 

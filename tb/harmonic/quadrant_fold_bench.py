@@ -15,8 +15,8 @@ from tb.harmonic.phases import phases
 
 @cocotb.test()
 async def every_quadrant(dut: Any) -> None:
-    """The folded phase and the sign equal the model's one clock later in every quadrant, and so do
-    the place and `mirrored`."""
+    """In every quadrant, one clock after the phase, the outputs `folded` and `negative` equal the
+    model; so does the folded phase that the outputs `place` and `mirrored` describe."""
     given = phases(4000)
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     dut.phase.value = 0

@@ -1,4 +1,4 @@
-"""Tests that the pair sums of all lanes in VHDL equal their model, also for odd numbers of
+"""Tests that the sums of two lanes each in VHDL equal their model, also for odd numbers of
 lanes."""
 
 import pytest

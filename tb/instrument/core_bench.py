@@ -170,7 +170,7 @@ class Master:
 
     def next_clock(self, accepted: dict[str, bool]) -> None:
         """Set the inputs of the next clock; ``accepted`` has the channels with a handshake in the
-        last clock."""
+        previous clock."""
         given = self.inputs
         for channel in CHANNELS:
             if accepted.get(channel):

@@ -12,7 +12,7 @@ def with_random_registers(netlist: str) -> str:
     """Return GHDL's Verilog with random initial values of registers, but not of tables and
     memories.
 
-    The program draws the values from its seed when it starts.
+    The program that is compiled from the netlist draws the values from its seed when it starts.
     """
 
     def begin(found: re.Match[str]) -> str:

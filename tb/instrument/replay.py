@@ -168,8 +168,8 @@ def compiled(
     generics: Mapping[str, int | str],
     change: Callable[[str], str] | None = None,
 ) -> Replay:
-    """Return ``entity`` as a compiled netlist; ``change`` may modify the netlist's text before
-    that."""
+    """Return ``entity`` as a compiled netlist; ``change`` may modify the netlist's text before it
+    is compiled."""
     texts = [f"{name}={value}" for name, value in generics.items()]
     texts += [*tool_versions().values(), *VERILATOR_FLAGS, OPTIMISE, PROGRAM]
     texts += [change(f"of {entity}") if change else ""]

@@ -115,9 +115,9 @@ def does_the_same_from_random_registers(
         begun.add(tuple(tuple(values[:CORE_SETTLED]) for values in other.values()))
         for name in usual:
             # The bus's handshakes are defined from CORE_SETTLED on, all other outputs later. With
-            # more than two heads even the handshakes may differ for longer: the words of the mean,
-            # which survive a reset, determine when a capture is ready, and so when the master reads
-            # the capture.
+            # more than two heads even the handshakes may differ for longer: the weights and offsets
+            # of the mean, which survive a reset, determine when a capture is ready, and so when the
+            # master reads the capture.
             is_handshake = name.startswith("s_axil") and name.endswith(("ready", "valid"))
             is_known = is_handshake and generics.get("HEADS", 2) == 2
             begin = CORE_SETTLED if is_known else CORE_FORGOTTEN

@@ -46,7 +46,7 @@ async def start(dut: Any, return_after: int) -> None:
 
 
 class Banks:
-    """Simulates the idle and the active words of the mean, and the loading of prepared sets; the
+    """Simulates which heads the idle and the active bank use, and the loading of prepared sets; the
     bench calls ``clock`` once per clock."""
 
     def __init__(self, choose: random.Random) -> None:
@@ -61,7 +61,7 @@ class Banks:
         self.of_set = False
         self.number = 0
         self.quiet = 0
-        """Number of clocks since the idle words changed. A swap is requested more than 3 clocks
+        """Number of clocks since the idle bank changed. A swap is requested more than 3 clocks
         after this change, because the request needs a bus access."""
 
     def words_of(self, number: int) -> int:

@@ -1,4 +1,5 @@
-"""Tests in cocotb that the position of head_mean continues when the carrier changes."""
+"""Tests in cocotb that the output `position` of head_mean continues without a gap when another head
+becomes the carrier (the head whose counts the output follows)."""
 
 from __future__ import annotations
 
@@ -58,11 +59,11 @@ def outputs(dut: Any) -> Seen:
 
 
 def motion(rng: np.random.Generator) -> NDArray[np.int64]:
-    """Return positions (clocks, heads) in counts: the table moves to and fro over several turns, by
-    at most one count per clock.
+    """Return positions (clocks, heads) in counts: the table moves to and fro over about a quarter
+    of a turn, by at most one count per clock.
 
-    The difference between two heads varies with the angle by up to 80 counts; each head counts from
-    its own zero.
+    The difference between two heads varies with the angle by up to ±80 counts; each head counts
+    from its own zero.
     """
     steps = np.cumsum(np.where(np.sin(np.arange(CLOCKS) / 320.0) > -0.3, 0.9, -0.9))
     places = rng.uniform(0.0, 2.0 * np.pi, HEADS)
@@ -87,7 +88,8 @@ async def start(dut: Any) -> None:
 
 
 def random_set(rng: np.random.Generator, zeros: NDArray[np.int64]) -> MeanSet:
-    """Return random words of the mean, with offsets that align the heads to within 50 counts."""
+    """Return a mean with random weights, offsets and carrier; the offsets align the heads to within
+    50 counts."""
     carrier = int(rng.integers(1, HEADS + 1))
     missing = int(rng.choice([head for head in range(HEADS + 1) if head != carrier]))
     weights = rng.integers(-20_000, 30_000, HEADS)
@@ -104,7 +106,8 @@ async def the_count_goes_on_from_carrier_to_carrier(dut: Any) -> None:
     rng = np.random.default_rng(HEADS)
     await start(dut)
     position = motion(rng)
-    # Position of each head's index; the offsets of the sets make up for the differences.
+    # Position of each head's index; the offsets of each mean compensate the differences between the
+    # heads.
     index = position[0] - rng.integers(0, COUNTS, HEADS)
     angle = (position - index) % COUNTS
     zeros = (position[0] - index) % COUNTS
@@ -150,8 +153,8 @@ def compare(
     position: NDArray[np.int64],
     swaps: list[int],
 ) -> None:
-    """Check the outputs of each clock against the words and readings of this clock, and check that
-    position minus angle and the phase stay constant."""
+    """Check each output against the words and readings from which it follows, and check that the
+    phase, and the difference of position and angle, stay constant."""
     between = 0
     for clock in range(10, CLOCKS - MEAN_LATENCY):
         mean, now = sets[clock], seen[clock]
@@ -163,7 +166,7 @@ def compare(
         later = seen[clock + MEAN_LATENCY]
         expected = weighted_mean(wholes[np.newaxis], mean, COUNTS).term[0]
         assert later.term == expected, f"clock {clock}"
-        # Position minus angle is the same for all carriers.
+        # The difference of position and angle, modulo a turn, is the same for all carriers.
         if clock == 10:
             between = (now.position - now.angle) % COUNTS
         assert (now.position - now.angle) % COUNTS == between, f"clock {clock}"

@@ -1,4 +1,5 @@
-"""Tests in cocotb the three checks by which head_watch finds a failed head, two against models."""
+"""Tests in cocotb the three checks by which head_watch detects a failed head; models predict the
+results of two of them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Tests in cocotb that mean_words activates all written words together and reads them back."""
+"""Tests in cocotb that mean_words activates all written words (weights, offsets and carrier of the
+mean) together and reads them back."""
 
 from __future__ import annotations
 
@@ -33,8 +34,8 @@ def stored(address: int, data: int) -> int:
 
 
 def activated(words: dict[int, int]) -> dict[int, int]:
-    """Return the active words after a swap: the former idle words, with weight 0 for heads that are
-    not in use."""
+    """Return the active words after a swap: those that were in the idle bank, with weight 0 for
+    heads that are not in use."""
     used = words[CHOICE] >> 4
     unused = [HEADS_MAX + head for head in range(HEADS) if not used >> head & 1]
     return {**words, **dict.fromkeys(unused, 0)}
@@ -57,8 +58,8 @@ def flat_words(words: dict[int, int]) -> int:
 
 @cocotb.test()
 async def swaps_are_whole(dut: Any) -> None:
-    """Each swap activates all idle words together, while writes, reads and swaps are random; a
-    write waits while `hold_writes` is high."""
+    """Each swap activates all words of the idle bank together, while writes, reads and swaps are
+    random; a write waits while `hold_writes` is high."""
     choose = random.Random(HEADS)
     for name in ("reset", "write_enable", "write_address", "write_data", "hold_writes"):
         getattr(dut, name).value = 0

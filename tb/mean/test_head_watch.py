@@ -1,5 +1,5 @@
-"""Tests that the VHDL finds the failed head, and computes the parity of all heads, as the models
-do."""
+"""Tests that the VHDL finds the failed head and computes the parity (a weighted sum of the
+readings) of all heads as the models do."""
 
 from __future__ import annotations
 

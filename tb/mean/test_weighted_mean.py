@@ -1,4 +1,5 @@
-"""Tests that the term of the weighted mean in VHDL equals its model, for two to four heads."""
+"""Tests that the term of the weighted mean (the carrier's reading minus the mean) in VHDL equals
+its model, for two to four heads."""
 
 from __future__ import annotations
 

@@ -28,8 +28,8 @@ WIDEST = WEIGHT_LIMIT - 1
 
 
 def sets(rng: np.random.Generator) -> Iterator[MeanSet]:
-    """Yield words of the mean with equal weights, with head 1 alone, with the largest weights of
-    either sign, and with random weights for all heads but one."""
+    """Yield means with equal weights, with head 1 alone, with the largest weights of either sign,
+    and with random weights for all heads but one."""
     equal = [WEIGHT_ONE // HEADS] * HEADS
     equal[0] += WEIGHT_ONE - sum(equal)
     yield MeanSet(tuple(equal), (0,) * HEADS)
@@ -64,7 +64,8 @@ def some_readings(rng: np.random.Generator, counts_per_rev: int) -> NDArray[np.i
 
 
 def drive(dut: Any, readings: NDArray[np.int64], mean: MeanSet) -> None:
-    """Drive the readings of one clock, (heads,), and the words of the mean for these readings."""
+    """Drive the readings of one clock, (heads,), and the parameters of the mean for these
+    readings."""
     fractions = np.array(mean.offsets) % (1 << HEAD_OFFSET_FRACTION)
     dut.readings.value = flat(readings, ANGLE_WIDTH)
     dut.carrier_reading.value = int(readings[mean.carrier - 1])

@@ -62,7 +62,7 @@ async def random_words(dut: Any) -> None:
 @cocotb.test()
 async def extremes(dut: Any) -> None:
     """The phases equal the model's for words with a single bit, with all bits, and with bits next
-    to the borders between the three multipliers."""
+    to those at which the words are divided among the three multipliers."""
     angles = [0, 1, 2**14 - 1, 2**14, 2**23, 2**24 - 1]
     steps = [0, *(2**bit for bit in range(48)), *(2**bit - 1 for bit in range(1, 49))]
     offsets = [0, 2**24 - 1]

@@ -74,8 +74,8 @@ async def loses_no_count(dut, name: str) -> None:
     dut.minimum_spacing.value = case.minimum_spacing
     dut.filter_length.value = case.filter_length
 
-    # A reset keeps the levels of A and B. So first let the output go to the levels of the first
-    # position: then no edge comes after the reset.
+    # A reset keeps the levels of A and B. `phase_of_zero` is chosen so that these are the levels of
+    # the first position: then no edge comes after the reset.
     dut.reset.value = 1
     for _ in range(4):
         await FallingEdge(dut.clock)

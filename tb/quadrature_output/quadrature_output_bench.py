@@ -28,7 +28,7 @@ async def follows_the_model(dut, name: str) -> None:
     for _ in range(8):
         await FallingEdge(dut.clock)
 
-    # A reset does not change A and B, so an earlier scenario may have left any levels.
+    # A reset does not change A and B, so they may have any levels from an earlier scenario.
     held_phase = (0, 3, 1, 2)[2 * int(dut.a.value) + int(dut.b.value)]
     handles = [getattr(dut, pin) for pin in PINS]
     seen = []

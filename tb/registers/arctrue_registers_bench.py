@@ -41,7 +41,8 @@ LOCAL_PLACES = [
     model_map.LOCAL_POINTS + 4 * model_map.LOCAL_POINT_WORDS,
     model_map.LOCAL_POINTS + 0x8000,
 ]
-"""Addresses of points and words of the place of the local table, and addresses next to these."""
+"""Addresses of points of the local table and of words of ``local_place``, and addresses next to
+these."""
 
 
 TURN_PLACES = [

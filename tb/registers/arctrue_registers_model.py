@@ -261,7 +261,8 @@ class RegisterModel:
         )
 
     def local_word_exists(self, address: int) -> bool:
-        """Tell whether ``address`` is a point of the local table or a word of its place."""
+        """Tell whether ``address`` is a point of the local table or a word of the window
+        ``local_place``."""
         place = 0 <= address - LOCAL_PLACE < 4 * LOCAL_PLACE_WORDS
         point = 0 <= address - LOCAL_POINTS < 4 * LOCAL_POINT_WORDS
         return self.has_local_table and (place or point)

@@ -1,8 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
 --
--- Connects register_access to the generated register block and to simple memories, for simulation. The coefficient
--- window and the offset are memories; a word of the capture window contains its own word index twice. All three answer
--- after `memory_latency` clocks. scripts/register_words.py writes a wrapper with one port per register.
+-- Connects register_access to the generated register block and to simple memories, for simulation. The offset and every
+-- window except the capture window are memories; a word of the capture window contains its own word index in the low
+-- half and the inverted index in the high half. All answer after `memory_latency` clocks. scripts/register_words.py
+-- writes a wrapper with one port per register.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -136,7 +137,7 @@ begin
     variable mean_words   : words(0 to 15)                 := (others => (others => '0'));
     variable head_words   : words(0 to 63)                 := (others => (others => '0'));
     variable set_words    : words(0 to 8191)               := (others => (others => '0'));
-    -- Memory of the local table: the points, then the words of the place
+    -- Memory of the local table: the points, then the words of `local_place`
     variable local_words  : words(0 to 8191)               := (others => (others => '0'));
     variable local_word   : natural range 0 to 8191        := 0;
     variable turn_words   : words(0 to 255)                := (others => (others => '0'));

@@ -148,6 +148,7 @@ def test_windows_of_the_mean_and_of_further_heads(heads: int, failover: bool) ->
     ids=" ".join,
 )
 def test_windows_of_the_local_table_and_of_real_orders(built: tuple[str, ...]) -> None:
-    """A core accepts accesses to points, place, turn steps and turn number if these are built, and
-    refuses accesses to the addresses next to them."""
+    """A core accepts accesses to the points and the window ``local_place`` of the local table, to
+    turn steps and turn number if these are built, and refuses accesses to the addresses next to
+    them."""
     check_windows(dict.fromkeys(built, "true"), dict.fromkeys(built, "yes"))

@@ -18,8 +18,9 @@ RESET_CLOCKS = 64
 FIRST_TIME = 2**64 - 2000
 """First time stamp of the test, during which the time wraps."""
 PHASES = ((0.05, 0.5), (0.5, 0.05), (0.0, 0.3), (0.9, 0.9), (0.02, 0.02))
-"""Probabilities per clock of a probe strobe, a compare strobe and a `take`, for the phases of the
-test: the queue is empty, full, being emptied, read while it is written, and rarely used."""
+"""Probabilities per clock of a strobe (the same for `probe` and `compare`) and of a `take`, for the
+phases of the test: the queue is empty, full, being emptied, read while it is written, and rarely
+used."""
 
 
 def schedule(random: np.random.Generator, kind: int) -> np.ndarray:

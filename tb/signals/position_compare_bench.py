@@ -1,4 +1,5 @@
-"""Compares the strobes of position_compare with the clocks in which places are reached."""
+"""Compares the strobes of position_compare with the clocks in which the position reaches its
+compare places."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Tests that an edge latches the values DELAY clocks later, and that a reset drops an edge."""
+"""Tests that an edge latches the values that the inputs have DELAY clocks later, and that a reset
+discards a waiting edge."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tests that pulse_output makes pulses of the chosen width, also from consecutive strobes."""
+"""Tests that pulse_output makes pulses of the chosen width, also from strobes during a pulse."""
 
 from __future__ import annotations
 

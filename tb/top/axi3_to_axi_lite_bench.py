@@ -1,4 +1,5 @@
-"""Compares the accesses of AXI3 bursts with the addresses of the AXI specification (A3.4.1)."""
+"""Compares the AXI4-Lite accesses that the bridge makes for AXI3 bursts with the addresses of the
+AXI specification (A3.4.1)."""
 
 from __future__ import annotations
 

@@ -3,9 +3,10 @@
 -- # ps7
 --
 -- Models the ports of the primitive PS7 that zynq_processor connects, for simulation: the fabric's clock and reset, I2C
--- controller 0, general-purpose pins, and M_AXI_GP0, on which the test is the master. The test writes the signals
--- `fabric_clock`, `fabric_resetn` and those that begin with `master_` or end in `_value` and `_drives`, and reads the
--- ports. `scl_level` and `sda_level` are the levels of the controller's inputs on a wire that a resistor pulls high.
+-- controller 0, general-purpose pins, and M_AXI_GP0, on which the test is the master. The test writes `fabric_clock`,
+-- `fabric_resetn`, and the signals whose names begin with `master_` or end in `_value` or `_drives`; it reads the ports
+-- and the signals whose names end in `_level`. `pin_level`, `scl_level` and `sda_level` show the inputs as '0' or '1':
+-- a wire that only a pull-up holds ('H') is '1'.
 
 library ieee;
   use ieee.std_logic_1164.all;

@@ -1,5 +1,5 @@
-"""Tests when the fabric's reset begins and ends, for a processor's reset at any time within a
-clock."""
+"""Tests when the fabric's reset begins and ends if the processor's reset changes at any time within
+a clock."""
 
 from __future__ import annotations
 

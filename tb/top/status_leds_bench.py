@@ -41,7 +41,8 @@ async def a_window_shows_what_the_one_before_saw(dut: Any) -> None:
         seen = [0, 0, 0]
         for clock in range(WINDOW):
             for place, name in enumerate(STATES):
-                # Most events last one or a few clocks; about every second window has an event.
+                # Most events last one or a few clocks; each state has an event in about every
+                # second window.
                 levels[place] = int(chance.random() < (0.5 if levels[place] else 0.06))
                 getattr(dut, name).value = levels[place]
                 seen[place] += levels[place]

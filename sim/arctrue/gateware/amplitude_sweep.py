@@ -37,8 +37,8 @@ def rounded_product(word: ArrayLike, modulator: ArrayLike) -> NDArray[np.int64]:
 
 
 def effective_amplitudes(amplitudes: ArrayLike, modulator: ArrayLike) -> NDArray[np.int64]:
-    """Return amplitudes in 2⁻¹¹ count as the pipeline reads them; the shapes of the arguments
-    broadcast."""
+    """Return amplitude · modulator in 2⁻¹¹ count, limited to the format, as the pipeline reads it;
+    the shapes of the arguments broadcast."""
     return np.minimum(rounded_product(amplitudes, modulator), AMPLITUDE_WORD_MAX)
 
 

@@ -1,4 +1,4 @@
-"""Reads and writes the coefficient file, which ``arctrue calibrate`` writes and the gateware loads.
+"""Reads and writes the coefficient file, which ``arctrue calibrate`` makes for the gateware.
 
 The format is TOML. The gateware loads the integer words; further keys state the values of these
 words in arcseconds and degrees, and the reader checks that keys and words agree. Lanes that are not
@@ -50,8 +50,9 @@ EXTENDED_SCHEMA = 3
 """Schema number of a file with a part that needs a generic of the gateware; without such a part,
 the file has schema 1 or 2."""
 
-# Permitted difference between a value in a unit for people and its word, in units of the word: half
-# a unit for the rounding of a typed value, and a small margin for the number of written digits.
+# Permitted difference between a value in arcseconds, degrees or counts and its word, in units of
+# the word: half a unit for the rounding of a typed value, and a small margin for the number of
+# written digits.
 _AGREEMENT = 0.51
 
 
@@ -589,7 +590,8 @@ def _check_real_order(place: str, lane: _ExtendedLane, counts_per_rev: int) -> N
 
 
 def _real_order(step: int, turn_step: int, counts_per_rev: int) -> float:
-    """Return the real order with the turn step's fraction that is nearest to the phase step."""
+    """Return the order whose fraction is that of the turn step and which is nearest to the order of
+    the phase step."""
     turn = 1 << PHASE_STEP_WIDTH
     fraction = Fraction(turn_step, turn)
     return float(round(Fraction(step * counts_per_rev, turn) - fraction) + fraction)

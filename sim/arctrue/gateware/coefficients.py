@@ -35,8 +35,8 @@ ORDER_MAX = (1 << ORDER_WIDTH) - 1
 AMPLITUDE_LSB_COUNTS = 1.0 / (1 << AMPLITUDE_FRACTION)
 AMPLITUDE_WORD_MAX = (1 << (AMPLITUDE_WIDTH - 1)) - 1
 SIDE_MOST = 8
-"""Largest side that is tried for a lane whose phase comes from an index of the drive;
-:class:`PhaseSource` defines the side, a whole number."""
+"""Largest magnitude of the side that is tried for a lane whose phase comes from an index of the
+drive; :class:`PhaseSource` defines the side, a whole number."""
 SIDE_TOLERANCE = 0.005
 """Largest distance, in periods per turn, between a fitted order minus its side and a multiple of
 the number of the drive's indices in a turn. It is five times the standard uncertainty of an order
@@ -56,8 +56,9 @@ class Coefficients:
     in 2⁻²⁴ turn; ``amplitudes``: int32 (lanes,), 2·A_n of equation (9) in 2⁻¹¹ count; ``offset``:
     in 2⁻¹¹ count, added to the sum; ``counts_per_rev``: counts per turn for which K was computed;
     ``thermal``: the lanes that follow the temperature, which the firmware updates; ``extension``:
-    mean, conditions, real orders and table, if the gateware is built with them. A lane with a turn
-    step has a real order; ``orders`` then holds the nearest whole number.
+    mean, conditions, real orders (orders that are not integers) and local table, if the gateware is
+    built with them. A lane with a turn step has a real order; ``orders`` then holds the nearest
+    integer.
 
     Raises ValueError for a word that does not fit its format.
     """
@@ -80,7 +81,8 @@ class Coefficients:
 
     @property
     def turn_steps(self) -> NDArray[np.uint64]:
-        """Return the turn step ν of each lane, u0.48 turn a turn, (lanes,); 0 for whole orders."""
+        """Return the turn step ν of each lane, u0.48 turn a turn, (lanes,); 0 for integer
+        orders."""
         steps = np.zeros(self.lanes, dtype=np.uint64)
         for lane, step in self.extension.turn_steps if self.extension else ():
             steps[lane] = step
@@ -187,9 +189,9 @@ class Coefficients:
         temperature.
 
         Each bound is the largest value at RANGE_STEPS + 1 temperatures of ``thermal``, plus the
-        largest excess of a lane over the chord between two of these temperatures, c₂h²/4. Phases
-        are ignored: Σ n·|c_n| bounds the sum of all lanes anywhere in the turn. The slope of a
-        local table adds to that of the lanes.
+        largest excess of a lane over the chord between two of these temperatures, c₂h²/4, where h
+        is their distance. Phases are ignored: Σ n·|c_n| bounds the sum of all lanes anywhere in the
+        turn. The slope of a local table adds to that of the lanes.
         """
         thermal, orders = self.thermal, self.real_orders
         written = self.amplitudes_counts * np.exp(-1j * self.phases_rad)
@@ -240,8 +242,8 @@ class Coefficients:
         return np.where(fractions > 0.0, np.rint(turns - fractions) + fractions, self.orders)
 
     def with_real_orders(self, orders: Mapping[int, float]) -> Coefficients:
-        """Return the bank with lanes of real orders; ``orders`` maps the number of a lane to its
-        order.
+        """Return the bank with lanes of real orders (orders that are not integers); ``orders`` maps
+        the number of a lane to its order.
 
         Amplitude and phase offset remain; the phase offset is valid in turn 0.
         """
@@ -266,9 +268,9 @@ class Coefficients:
         from an index of the drive.
 
         ``edge_turns``: angle of the table at an index, in turns from the start of turn 0;
-        ``edges_per_turn``: number of indices in a turn of the table. A line has the same phase at
-        every index if its order minus a whole number, its side, is a multiple of
-        ``edges_per_turn``. Raises ValueError for a line without such a side.
+        ``edges_per_turn``: number of indices in a turn of the table. A harmonic has the same phase
+        at every index if its order minus an integer, its side, is a multiple of ``edges_per_turn``.
+        Raises ValueError for a harmonic without such a side.
         """
         sources = {}
         for lane in np.flatnonzero(self.turn_steps).tolist():

@@ -95,7 +95,8 @@ def compensate_clocks(
     rotation: Rotation = "cordic",
     turns: ArrayLike | None = None,
 ) -> Compensated:
-    """Return the outputs of consecutive clocks, with swaps, enable and bypass; latency is omitted.
+    """Return the outputs of consecutive clocks, with swaps, enable and bypass, but without the
+    latency.
 
     ``bank``: index into ``banks`` for the angle of each clock; ``swap_marker``: true with the first
     angle after each swap; ``apply``: level of the port of this name; all (clocks,). ``ramp_rate``:
@@ -122,8 +123,8 @@ def compensate_clocks(
         met = of_clock == index
         sums[met] = pair_sums(angles[met], entry, cosine_width, rotation, numbers[met])
     offsets = np.array([entry.offset for entry in banks], dtype=np.int64)[of_clock]
-    # A reading is held for ``fold`` clocks; its swap marker is set only in the first of these
-    # clocks.
+    # A reading stays constant for ``fold`` clocks; its swap marker is set only in the first of
+    # these clocks.
     marker = np.zeros(clocks, dtype=np.bool_)
     marker[::fold] = np.asarray(swap_marker, dtype=np.bool_)[::fold]
     return error_compensation(

@@ -24,7 +24,7 @@ class RotationTables:
     """Constants that are computed when the entity is elaborated.
 
     ``steps``: arctan 2⁻ⁱ in 2⁻ᶠ turn, f = ``angle_fraction``; ``x`` and ``y``: int32 (64,), after
-    the tabulated iterations, in units of their last places; ``y_final``: the first iteration that
+    the tabulated iterations, in units of their last bits; ``y_final``: the first iteration that
     does not change y.
     """
 

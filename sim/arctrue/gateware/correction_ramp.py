@@ -1,4 +1,5 @@
-"""Models the entity ``correction_ramp``: total = ε + r, where r removes the step at a marker."""
+"""Models the entity ``correction_ramp``: total = ε + r, where r removes the step at a marker (a
+change of the coefficients) and then decays to 0."""
 
 from __future__ import annotations
 
@@ -20,20 +21,22 @@ VELOCITY_FRACTION = 16
 MARGIN_BITS = 3
 LOOK, COMPARE, DECIDE = 240, 241, 255
 TOTAL_MOST = 2**19
-"""Limit of the total correction, s19.F, in counts; the total is always smaller than this limit."""
+"""Limit of the total correction, s19.F, in counts: the total is at least −TOTAL_MOST and below
+TOTAL_MOST."""
 HOLD = 3
-"""Number of clocks for which the total is held after a marker."""
+"""Number of clocks for which the total keeps its value after a marker."""
 CATCH_AGE = 1
-# Number of clocks from a marker to the last total in which r certainly still has its captured
-# value.
+# Number of clocks from a marker to the last total in which r still has its captured value at every
+# rate.
 DECAY_START = 5
 
 
 @dataclass(frozen=True)
 class RampState:
-    """State of the ramp: the held total, and r as captured after the last marker, in 2⁻ᶠ count.
+    """State of the ramp: the latest total, which the ramp holds after a marker, and r as captured
+    after the latest marker, in 2⁻ᶠ count.
 
-    ``age``: clocks since the last marker.
+    ``age``: clocks since the latest marker.
     """
 
     held: int = 0
@@ -42,7 +45,7 @@ class RampState:
     motion: RampVelocity | None = None
     """r and its velocity if the acceleration is bounded; they replace ``caught``."""
     excess_then: int = 0
-    """−r that belongs to the total of the last clock if the acceleration is bounded; ``motion``
+    """−r that belongs to the total of the previous clock if the acceleration is bounded; ``motion``
     contains the value for the next clock."""
 
 
@@ -72,7 +75,8 @@ class RampVelocity:
     velocity."""
 
     def clock(self, marker: bool, rate: int, acceleration: int) -> None:
-        """Advance by one clock; the caller first sets ``excess`` to its value in the last clock."""
+        """Advance by one clock; the caller first sets ``excess`` to its value in the previous
+        clock."""
         whole = self.velocity >> VELOCITY_FRACTION
         moved = self.fraction + whole
         is_held = marker or self.was_marker
@@ -172,7 +176,7 @@ def correction_ramp(
     held, caught, age = state.held, state.caught, state.age
     start = 0
     for end in [*np.flatnonzero(marker).tolist(), clocks]:
-        # After the previous marker, the total is held first; then r decays.
+        # After the previous marker, the total first keeps its value; then r decays.
         until = min(end, start + max(HOLD - 1 - age, 0))
         if age < CATCH_AGE <= age + until - start:
             caught = held - int(correction[start + CATCH_AGE - age - 1])
@@ -199,7 +203,7 @@ def correction_ramp(
 
 
 def _jumped(held: int, counts: int, limit: int) -> tuple[int, bool]:
-    """Return the held total after a jump of the reading, and whether the limit replaced it."""
+    """Return the total after a jump of the reading, and whether the limit replaced it."""
     whole = (held >> PAIR_FRACTION) + counts
     fits = -TOTAL_MOST <= whole < TOTAL_MOST
     if not fits:

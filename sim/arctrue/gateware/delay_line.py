@@ -13,7 +13,8 @@ Word = TypeVar("Word", bound=np.generic)
 
 
 def delay_line(undelayed: NDArray[Word], clocks: int = DELAY_LINE_LATENCY) -> NDArray[Word]:
-    """Delay words, (clocks of the run, …), by ``clocks`` clocks; the first outputs are 0.
+    """Return the words, (clocks of the run, …), delayed by ``clocks`` clocks; the first outputs are
+    0.
 
     Raises ValueError for a delay below one clock.
     """

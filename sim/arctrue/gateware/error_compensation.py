@@ -114,7 +114,7 @@ def error_compensation(
 
     ``pair_sums``: (clocks, pairs) in 2⁻ᶠ count; ``angle`` and ``position``: counts, (clocks,);
     ``apply`` and ``swap_marker``: (clocks,). ``state``: the state after the previous clocks,
-    default: after reset. ``zero_moved`` toggles with the first angle that counts from another zero;
+    default: after reset. ``zero_moved`` toggles at the first angle that counts from a new zero;
     ``put_back``: counts in ``position`` that did not come from an edge; both (clocks,), by default
     those of ``state``. With the mean of the heads: ``mean_term`` in 2⁻²⁰ count; ``jump``: counts by
     which the reading jumps at the first angle of another carrier (the head to whose reading the

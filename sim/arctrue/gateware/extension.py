@@ -1,5 +1,5 @@
-"""Defines the parts of the coefficients other than plain lanes: mean, conditions, real orders,
-local table."""
+"""Defines the optional parts of the coefficients: mean of the heads, conditions, orders that are
+not integers (real orders), and local table."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 MODULATORS: Final = ("one", "direction", "speed", "speed_squared", "word_a", "word_b")
 """Factors of a lane's amplitude; a lane's word contains the index of its factor."""
 PHASE_SOURCES: Final = ("operator", "heads", "probe")
-"""Origins of the phase of a lane of a real order; the index of an origin is its number in the
-device."""
+"""Origins of the phase of a lane whose order is not an integer (a real order); the index of an
+origin is its number in the device."""
 POINTS: Final = 4096
 POINT_LIMIT: Final = 1 << 17
 FRACTION_BITS: Final = (4, 6, 8, 10)
@@ -33,8 +33,9 @@ WINDOW_EXPONENT_MOST: Final = 6
 
 @dataclass(frozen=True)
 class Conditions:
-    """Parameters of the direction h, with width W (u20.4 counts) and a dead zone in counts, and the
-    nominal speed; h changes from −1 to 1 within a travel of 2·W."""
+    """Parameters with which the gateware measures direction and speed: width W (``width``, u20.4
+    counts), dead zone in counts, and nominal speed. The direction h changes from −1 to 1 within a
+    travel of 2·W."""
 
     width: int
     dead_zone_counts: int
@@ -54,7 +55,7 @@ class Conditions:
 
 @dataclass(frozen=True)
 class LocalTable:
-    """A local table over one or more windows of the turn.
+    """A table of corrections at equal angles, for one, two or four windows of the turn.
 
     ``points``: up to 4,096 words in 2⁻ᶠ count, F = ``fraction_bits``, divided evenly among the
     windows that begin at ``starts_counts`` (one, two or four), each 2^-``width_exponent`` turn.
@@ -104,9 +105,9 @@ class LocalTable:
 class PhaseSource:
     """Origin from which the device gets the phase of a lane of a real order.
 
-    ``heads``: the line is fixed to the disc, and the difference of the heads shows it. ``probe``:
-    at each rising edge of ``probe_in``, an index of the drive, the line has the phase
-    ``probe_phase`` (u0.24 turn) plus ``side`` times the table's angle.
+    ``heads``: the harmonic is fixed to the disc, and the difference of the heads shows it.
+    ``probe``: at each rising edge of ``probe_in``, an index of the drive, the harmonic has the
+    phase ``probe_phase`` (u0.24 turn) plus ``side`` times the table's angle.
     """
 
     source: str
@@ -135,12 +136,13 @@ class PhaseSource:
 
 @dataclass(frozen=True)
 class Extension:
-    """The parts of a coefficient file of schema 3; a lane that no mapping names is plain.
+    """The parts of a coefficient file of schema 3; a lane that is in none of the mappings has a
+    constant amplitude and an integer order.
 
-    ``modulators``: lane → one of MODULATORS; ``turn_steps``: lane → ν, u0.48 turn a turn;
-    ``without``: one set for each head that may fail, each with its own extension, which contains
-    the set's mean; ``phase_sources``: lane of a real order → the origin of its phase, if it is not
-    the operator.
+    ``modulators``: lane → one of MODULATORS; ``turn_steps``: lane → fraction of its order, u0.48
+    turn a turn; ``without``: one prepared set of coefficients for each head that may fail, each
+    with its own extension, which contains the set's mean; ``phase_sources``: lane of a real order →
+    the origin of its phase, if it is not the operator.
     """
 
     mean: MeanSet | None = None

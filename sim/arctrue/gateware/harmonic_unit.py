@@ -26,7 +26,7 @@ def harmonic_unit(
 
     ``phases``: int32 (angles, lanes), 2⁻²⁴ turn; ``amplitudes``: 2⁻¹¹ count, (lanes,) or, if they
     change with the angle, (angles, lanes). Returns (angles, pairs); if the number of lanes is odd,
-    the last pair contains only the last lane. The latency is omitted.
+    the last pair contains only the last lane. The model omits the latency of the entity.
     """
     cosines = lane_cosine(phases, cosine_width, iterations, rotation)
     factors = np.asarray(amplitudes, dtype=np.int64)

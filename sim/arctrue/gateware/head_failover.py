@@ -1,5 +1,5 @@
-"""Models the entity ``head_failover``, which selects the loaded set and the heads that are left
-out."""
+"""Models the entity ``head_failover``, which selects the prepared set of coefficients that is
+loaded, and the heads that are left out of the mean."""
 
 from __future__ import annotations
 
@@ -7,15 +7,16 @@ from dataclasses import dataclass
 from typing import Final
 
 OWN_WORDS: Final = 7
-"""Value of ``heads_status.set`` while the words that the processor wrote are active."""
+"""Value of ``heads_status.set`` while no prepared set is active, but the coefficients that the
+processor wrote."""
 REARM_CLOCKS: Final = 8
 """Number of clocks for which the index of a head is cleared when the head is left out."""
 
 
 @dataclass(frozen=True)
 class FailoverInputs:
-    """Inputs of the entity in one clock; a set of heads is a number with one bit per head, head 1
-    in the lowest bit."""
+    """Inputs of the entity in one clock; an input that names heads is a number with one bit per
+    head, head 1 in the lowest bit."""
 
     failed: int = 0
     causes: int = 0
@@ -37,8 +38,9 @@ class FailoverInputs:
 class HeadFailover:
     """Registers of the entity with ``failover.enable`` set; one call of ``clock`` is one clock.
 
-    A head remains left out until a set is loaded in which it is not the missing head, or until it
-    has found its index again while the words that the processor wrote are active.
+    A head remains left out until a prepared set is loaded in which it is not the missing head.
+    While the coefficients that the processor wrote are active, the head returns when it has found
+    its index again and the processor requests its return or ``return_after`` intervals have passed.
     """
 
     heads: int
@@ -66,7 +68,7 @@ class HeadFailover:
         return self.left_out if self._rearming else 0
 
     def _barred(self, busy: bool) -> int:
-        """Return the heads that the idle words may not use."""
+        """Return the heads that the coefficients and weights in the idle bank may not use."""
         if busy:
             return 1 << self.number >> 1
         return self.left_out

@@ -11,18 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 SETTLE_CLOCKS: Final = 16
-"""Number of clocks after a jump of the readings in which no step is searched."""
+"""Number of clocks after a jump of the readings in which the entity does not search for a step."""
 STORED: Final = 8
 """Number of stored readings; a reading is compared with the one 7 to 8 intervals earlier."""
 MISSING_MOST: Final = 255
 STEP_COUNTS: Final = 32
 """Limit of a step for heads on a radius of 100 mm at 2²⁴ counts. An axis that moves by 0.5 µm
 changes a reading by 0.5 µm / 100 mm = 1.03″ = 13.4 counts, and a difference of two readings by 26.8
-counts; eccentricity of 142″ adds 142″ · 2 sin(90°/s · 1.31 ms / 2) = 0.29″ = 3.8 counts at 90°/s;
-rounding adds 1 count."""
+counts; eccentricity of 142″ adds 142″ · 2 sin(90°/s · 1.31 ms / 2) = 0.29″ = 3.8 counts at 90°/s in
+1.31 ms, which are 8 intervals; rounding adds 1 count."""
 MISSING_COUNTS: Final = 48
 """Number of counts that a head may be behind another head before its edges count as missing. It
-exceeds the differences above, and corresponds to 11.5 µs at 90°/s (4.19 million counts a
+exceeds the differences above, and corresponds to 11.4 µs at 90°/s (4.19 million counts a
 second)."""
 
 

@@ -23,7 +23,8 @@ JUDGED_AFTER = 3
 """Number of clocks from the detection of an index to its check."""
 
 HEALED_MOST = 2**14
-"""Limit of a healed slip: slips from −2¹⁴ to 2¹⁴ − 1 counts are healed."""
+"""Limit of a slip that is healed, that is, whose counts are put back: from −2¹⁴ to 2¹⁴ − 1
+counts."""
 
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
@@ -51,7 +52,8 @@ class IndexZeroTrace:
 
 
 def _index(z: Ints, step: Ints, unsettled: Bools) -> tuple[Bools, Bools, Ints]:
-    """Return when the index is passed, whether upwards, and the offset of its zero, (clocks,)."""
+    """Return the clocks in which an index mark is passed, whether it is passed upwards, and the
+    offset of its zero in counts; all (clocks,)."""
     clocks = z.size
     index, index_up = np.zeros(clocks, dtype=np.bool_), np.zeros(clocks, dtype=np.bool_)
     offset = np.zeros(clocks, dtype=np.int64)
@@ -59,7 +61,7 @@ def _index(z: Ints, step: Ints, unsettled: Bools) -> tuple[Bools, Bools, Ints]:
     if not at.size:
         return index, index_up, offset
     # The level that belongs to a step is sampled INDEX_SKEW clocks later, or just before the next
-    # step.
+    # step if this comes earlier.
     following = np.append(at[1:], clocks + INDEX_SKEW)
     is_cut = following <= at + INDEX_SKEW
     decided = np.where(is_cut, following, at + INDEX_SKEW)
@@ -87,7 +89,7 @@ def _index(z: Ints, step: Ints, unsettled: Bools) -> tuple[Bools, Bools, Ints]:
 
 @dataclass(frozen=True)
 class _Verdicts:
-    """Results of the check of each mark, in arrays (clocks,) at the clock of the check."""
+    """Results of the check of each index mark, in arrays (clocks,) at the clock of the check."""
 
     is_judged: Bools
     misplaced: Bools
@@ -214,7 +216,7 @@ def index_zero(
     )
     moved_zero, trusted = _moved_zeros(verdicts)
     at = np.flatnonzero(moved_zero)
-    # The zero is the one of the mark, which was detected JUDGED_AFTER + 1 clocks earlier.
+    # The new zero is that of the checked mark, which was detected JUDGED_AFTER + 1 clocks earlier.
     zero[at] = zero[at - JUDGED_AFTER - 1]
     slip = np.zeros(clocks.size, dtype=np.int64)
     slip[at] = _slips(zero, at, forgotten | first_index, turn_in_force)

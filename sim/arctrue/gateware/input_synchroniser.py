@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 STAGES_DEFAULT = 2
-"""Number of registers per pin."""
+"""Default number of registers in series after each pin."""
 
 
 def input_synchroniser(asynchronous: ArrayLike, stages: int = STAGES_DEFAULT) -> NDArray[Any]:

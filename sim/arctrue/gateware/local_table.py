@@ -1,4 +1,4 @@
-"""Models the entity ``local_table``, which interpolates between points in the turn."""
+"""Models the entity ``local_table``, which interpolates a correction between points of a turn."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ POINTS = 4096
 FRACTIONS = (4, 6, 8, 10)
 VALUE_FRACTION = 22
 LINE_WIDTH = 12
-"""Number of bits of a place between two points."""
+"""Number of bits of the position between two points."""
 LATENCY = 17
 """Latency in clocks."""
 WIDTHS = range(7)
@@ -80,7 +80,8 @@ class LocalTable:
 
     @property
     def step(self) -> int:
-        """Return round(2⁴⁸·2^width / counts_per_rev), the windows per count, u0.48."""
+        """Return round(2⁴⁸·2^width / counts_per_rev), the part of a window that one count covers,
+        u0.48."""
         turn = self.counts_per_rev
         return ((1 << (PHASE_STEP_WIDTH + self.width + 1)) + turn) // (2 * turn)
 

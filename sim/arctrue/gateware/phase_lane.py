@@ -19,7 +19,8 @@ def phase_lane(
     turn; all are whole numbers. The shapes of the arguments broadcast; the result has the common
     shape.
     """
-    # Products wrap modulo 2⁶⁴, which does not change the 48 low bits, one turn.
+    # Products wrap modulo 2⁶⁴. This does not change the 48 low bits, which hold the fraction of a
+    # turn.
     turns = np.asarray(angle, dtype=np.uint64) * np.asarray(phase_step, dtype=np.uint64)
     rounding = np.uint64(1 << (_CUT_OFF - 1))
     turns += (np.asarray(phase_offset, dtype=np.uint64) << np.uint64(_CUT_OFF)) + rounding

@@ -11,7 +11,7 @@ from arctrue.gateware.phase_lane import phase_lane
 def phase_unit(
     angle: ArrayLike, phase_steps: ArrayLike, phase_offsets: ArrayLike
 ) -> NDArray[np.int32]:
-    """Return the phases in 2⁻²⁴ turn, (angles, lanes); the latency is omitted.
+    """Return the phases in 2⁻²⁴ turn, (angles, lanes); the model omits the latency of the entity.
 
     ``angle``: counts, 0 <= angle < 2²⁴, (angles,). ``phase_steps``: K in 2⁻⁴⁸ turn a count and
     ``phase_offsets``: Φ in 2⁻²⁴ turn, (lanes,) or, if they change with the angle, (angles, lanes).

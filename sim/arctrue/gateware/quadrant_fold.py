@@ -11,8 +11,9 @@ from arctrue.generated.number_formats import PHASE_WIDTH
 
 
 class Folded(NamedTuple):
-    """Folded phases. ``folded``: int32, 2⁻²⁴ turn, below a quarter turn; ``negative``: int32, −1 if
-    the cosine is negated, else 0."""
+    """Folded phases: to within 2⁻²⁴ turn of the phase, cos(phase) is cos(``folded``), negated where
+    ``negative`` is −1 and not where it is 0. ``folded``: int32, 2⁻²⁴ turn, below a quarter turn;
+    ``negative``: int32."""
 
     folded: NDArray[np.int32]
     negative: NDArray[np.int32]
@@ -22,7 +23,7 @@ def quadrant_fold(phase: NDArray[np.int32]) -> Folded:
     """Return the folded ``phase``, 2⁻²⁴ turn, 0 <= phase < 2²⁴, of any shape; the results have this
     shape."""
     # Each mask is 0 or all ones; it repeats the bit of the half turn or of the quarter turn in
-    # every place.
+    # every bit.
     half = phase << (32 - PHASE_WIDTH)
     half >>= 31
     quarter = phase << (33 - PHASE_WIDTH)

@@ -62,7 +62,7 @@ def quadrature_decoder(
 ) -> DecoderTrace:
     """Run the decoder over all clocks of ``inputs``, from power-up on.
 
-    ``reset_position``: position of the disc in the first clock after a reset, counts.
+    ``reset_position``: value of the position after a reset, counts.
 
     Raises ValueError if the shapes of the inputs do not fit, if there is no clock, or if a
     ``counts_per_rev`` that the decoder samples is outside 4 to 2**24.
@@ -79,7 +79,8 @@ def quadrature_decoder(
     column = {name: values.astype(np.int64) for name, values in columns.items()}
     clocks = np.arange(clear.size)
 
-    # Both conditions hold until the synchroniser has the levels of the clock of the last reset.
+    # Both signals stay high until the synchroniser outputs the levels of the last clock of the
+    # reset.
     since_reset = clocks - clock_before(latest(reset))
     preload = since_reset <= synchroniser_stages + 1
     filter_reset = since_reset <= synchroniser_stages

@@ -81,8 +81,8 @@ class _ZSettings(NamedTuple):
 
 
 class _Follower:
-    """Registers of the entity; each method is one pipeline stage, and the last stage comes
-    first."""
+    """Registers of the entity; each method is one pipeline stage, and in each clock the last stage
+    is called first."""
 
     def __init__(self) -> None:
         self.output = self.lag = self.near_lag = 0
@@ -153,8 +153,8 @@ class _Follower:
         return step
 
     def move(self, position: int, phase_of_zero: int) -> None:
-        """Make the step that was decided one clock ago; while the output does not follow, copy the
-        position."""
+        """Make the step that was decided one clock ago. While the output does not follow, set it to
+        the position near ``position`` at which A and B have their present levels."""
         self.near_lag = min(max(self.lag, -8), 7)
         self.phase_then, self.output_then = self.phase, self.output
         self.lag = _wrapped(position - self.output)

@@ -68,7 +68,7 @@ class CoefficientSet(Protocol):
 
     @property
     def turn_steps(self) -> NDArray[np.uint64]:
-        """Turn steps, (lanes,), u0.48 turn a turn; 0 for whole orders."""
+        """Turn steps, (lanes,), u0.48 turn a turn; 0 for integer orders."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -254,7 +254,8 @@ class RegisterMap:
         await self.write("coefficient_offset", coefficients.offset)
 
     async def write_turn_steps(self, coefficients: CoefficientSet) -> None:
-        """Write the turn step of every lane to the idle bank; a whole order has the turn step 0."""
+        """Write the turn step of every lane to the idle bank; a lane of an integer order has the
+        turn step 0."""
         steps = coefficients.turn_steps.tolist()
         words = [word for step in steps for word in (step & _WORD, step >> 32)]
         await self._write_words(self._base + registers.TURN_STEPS_ADDRESS, words)
@@ -267,7 +268,7 @@ class RegisterMap:
             await self.write(path, word)
 
     async def write_mean(self, mean: MeanSet) -> None:
-        """Write the words of the mean to the idle bank; they become active with
+        """Write weights, offsets and carrier of the mean to the idle bank; they become active with
         ``command("swap")``."""
         for number, word in enumerate(mean.words()):
             if number >= 2 * HEADS_MOST or number % HEADS_MOST < mean.heads:
@@ -277,7 +278,8 @@ class RegisterMap:
     async def write_local_table(self, table: LocalTable) -> None:
         """Write the local table to its idle bank; it becomes active with ``command("swap")``.
 
-        The choice is written last, because it makes the next swap include the table.
+        ``local_place.choice`` is written last, because writing it makes the next swap include the
+        table.
         """
         points = [point & _WORD for point in table.points.tolist()]
         await self._write_words(self._base + registers.LOCAL_POINTS_ADDRESS, points)
@@ -287,11 +289,11 @@ class RegisterMap:
         await self._write_words(self._base + first, [choice])
 
     async def write_set(self, number: int, coefficients: CoefficientSet, mean: MeanSet) -> None:
-        """Write the prepared set ``number``: 0 for all heads, otherwise for the case that head
-        ``number`` is missing.
+        """Write the prepared set ``number``, which the core can load without the processor: 0 for
+        all heads, otherwise for the case that head ``number`` is missing.
 
-        Raises ValueError for a set with a lane of a real order, because a prepared set has no turn
-        steps.
+        Raises ValueError for a lane whose order is not an integer, because a prepared set has no
+        turn steps.
         """
         if coefficients.turn_steps.any():
             raise ValueError("a prepared set holds no turn steps: leave its real orders out")

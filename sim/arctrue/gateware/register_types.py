@@ -23,7 +23,7 @@ class Field:
 
     @property
     def mask(self) -> int:
-        """Return the bits of the field at their place in the register."""
+        """Return a register word in which the bits of the field are 1 and all others 0."""
         return ((1 << self.width) - 1) << self.shift
 
     def get(self, word: int) -> int:
@@ -47,7 +47,8 @@ class Field:
 
 @dataclass(frozen=True, slots=True)
 class Register:
-    """A register of 32 or 64 bits; a latched register holds its value until its trigger is read."""
+    """A register of 32 or 64 bits; a latched register keeps its value until another register, its
+    trigger, is read."""
 
     path: str
     address: int

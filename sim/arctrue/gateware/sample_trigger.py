@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from arctrue.generated import number_formats
 
 _SEARCH_CLOCKS = number_formats.POSITION_WIDTH - 1 + 3
-"""Number of clocks of a division, plus three clocks that determine the place of the multiples."""
+"""Number of clocks of a division, plus three clocks; then the multiples of the angle step are
+known."""
 
 
 class _Grid(enum.Enum):
@@ -55,9 +56,9 @@ class SampleTrigger:
 
         The VHDL's ``trigger`` is high one clock later. ``sample_period`` in clocks, ``angle_step``
         and ``turn_position`` (signed, 32 bits) in counts; ``mode`` 0 equal time, 1 equal angle;
-        ``zero_moved`` toggles with the first position that counts from another zero. Raises
-        ValueError if the position moves by more than one count while the trigger follows the grid
-        and the zero is unchanged, because no decoder gives such a position.
+        ``zero_moved`` toggles at the first position that counts from a new zero. Raises ValueError
+        if the position moves by more than one count while the trigger knows the multiples of
+        ``angle_step`` and the zero is unchanged, because no decoder gives such a position.
         """
         in_time = self._equal_time(sample_period)
         changes, jumps = angle_step != self._step, zero_moved != self._zero_before
@@ -66,8 +67,8 @@ class SampleTrigger:
             self._state = _Grid.LOST if angle_step else _Grid.IDLE
         in_angle = self._equal_angle(angle_step, turn_position)
         if jumps:
-            # In the next clock this position looks like a change of the step, which restarts the
-            # grid.
+            # In the next clock the angle step therefore counts as changed, and the trigger
+            # determines its multiples again.
             self._step = 0
         if not enable or mode == 1:
             in_time = False
@@ -117,7 +118,8 @@ class SampleTrigger:
         return False
 
     def _follow(self, move: int) -> bool:
-        """Tell whether the movement reached another multiple of the step than the last one."""
+        """Tell whether ``move`` reached a multiple of the step that is not the multiple reached
+        before."""
         if move == 0:
             return False
         left_multiple = self._on_multiple
@@ -143,8 +145,8 @@ def sample_trigger(
 
     Every argument is one value per clock, or one for all clocks: ``turn_position`` of head 1 in
     counts (signed, 32 bits), ``mode`` 0 equal time or 1 equal angle, ``sample_period`` in clocks,
-    ``angle_step`` in counts, ``zero_moved`` the level that toggles when the position counts from
-    another zero. Raises ValueError if the shapes do not fit, or if the position jumps without a new
+    ``angle_step`` in counts, ``zero_moved`` the level that toggles when the position counts from a
+    new zero. Raises ValueError if the shapes do not fit, or if the position jumps without a new
     zero while equal angles are sampled.
     """
     columns = np.broadcast_arrays(

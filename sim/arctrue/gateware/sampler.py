@@ -52,7 +52,8 @@ class SamplerInputs:
     flags: ArrayLike = _INDEX_SEEN
     """Flags of the decoders: the first eight of FLAG_NAMES."""
     zero_moved1: ArrayLike = 0
-    """Level that toggles with the first ``turn_position1`` that counts from another zero."""
+    """Level that toggles in the clock in which ``turn_position1`` counts from a new zero for the
+    first time."""
     release_bank: ArrayLike = False
 
 
@@ -188,7 +189,7 @@ def sampler(
     outputs = np.zeros((clocks + 1, 8), dtype=np.int64)
     for clock in range(clocks):
         now = {name: column[clock] for name, column in columns.items()}
-        # A sample that was triggered in the last clock is stored in this clock.
+        # A sample that was triggered in the previous clock is stored in this clock.
         if now["reset"]:
             filling.restart()
         else:

@@ -13,10 +13,11 @@ MOST_STEP: Final = 8
 
 
 class StopOperator:
-    """Two stop operators that begin at opposite ends; the place is known when both agree.
+    """Two stop operators that begin at the opposite ends −width and width; the place is known when
+    both agree.
 
-    The place follows the count and stops at ±width; place / width is the direction. One call
-    processes one reading; latency is omitted.
+    The place follows the count and stops at ±width; place / width is the direction. Each call of
+    ``move`` processes one reading; the model omits the latency of the entity.
     """
 
     def __init__(self, width: int, dead_zone: int = 0) -> None:

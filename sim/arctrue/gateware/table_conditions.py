@@ -1,5 +1,5 @@
-"""Models the entities ``unit_divider`` and ``slewed_word``, and computes the registers of the
-conditions."""
+"""Models the entities ``unit_divider`` and ``slewed_word``, and computes the register words for the
+lanes that follow direction or speed."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ def unit_quotient(dividend: int, divisor: int) -> int:
 
 
 def slewed(fine: int, target: int, slew: int) -> int:
-    """Return a word, s1.32, moved towards ``target``, s1.16, by at most ``slew``, u0.32."""
+    """Return the word ``fine``, s1.32, moved towards ``target``, s1.16, by at most ``slew``,
+    u0.32."""
     way = (target << MODULATOR_FRACTION) - fine
     return fine + min(max(way, -slew), slew)
 
@@ -49,7 +50,8 @@ def nominal_speed_word(
 
 
 def slew_word(seconds: float, clock_hz: float = CLOCK_HZ) -> int:
-    """Return the slew with which a word changes from 0 to 1 in this time."""
+    """Return the slew per sweep (SWEEP_CLOCKS clocks), u0.32, with which a word changes from 0 to 1
+    in ``seconds``."""
     sweeps = max(seconds * clock_hz / SWEEP_CLOCKS, 1.0)
     return min(math.ceil((1 << SLEW_FRACTION) / sweeps), (1 << SLEW_FRACTION) - 1)
 
@@ -57,8 +59,8 @@ def slew_word(seconds: float, clock_hz: float = CLOCK_HZ) -> int:
 def condition_registers(
     conditions: Conditions, counts_per_rev: int, clock_hz: float = CLOCK_HZ
 ) -> Mapping[str, int]:
-    """Return the words of the register window ``conditions`` for a coefficient file, by
-    register."""
+    """Return, by register, the words of the register window ``conditions`` for the conditions of a
+    coefficient file."""
     return {
         "conditions.width": conditions.width,
         "conditions.dead_zone": conditions.dead_zone_counts,

@@ -18,15 +18,15 @@ DIGITS_WIDTH = 2 * ROWS
 SLOPE_FRACTION = 8
 VALUE_FRACTION = 20
 ROW_FRACTION = SLOPE_FRACTION + PHASE_WIDTH - OFFSET_WIDTH + DIGITS_WIDTH - 2 * (ROWS - 1)
-"""Number of fraction bits of the last row; every row except the first drops two bits."""
+"""Number of fraction bits of the last row of adders; every row except the first drops two bits."""
 
 
 @dataclass(frozen=True, eq=False)
 class TangentTable:
     """Table that is computed when the entity is elaborated; both arrays are int32, (128,).
 
-    ``slopes``: −dcos/dturn of the intervals in 2⁻⁸ per turn; ``values``: the lines at the starts of
-    the intervals, 2⁻²⁰.
+    ``slopes``: −dcos/dturn of the intervals in 2⁻⁸ per turn; ``values``: the value of each line at
+    the start of its interval, 2⁻²⁰.
     """
 
     slopes: NDArray[np.int32]
@@ -35,7 +35,8 @@ class TangentTable:
 
 @functools.cache
 def tangent_table() -> TangentTable:
-    """Compute the lines (1 − h²/4)·cos m − sin m·z of 128 intervals: middle m, half width h."""
+    """Compute the lines (1 − h²/4)·cos m − sin m·z of 128 intervals with middle m and half width h;
+    z is the distance from the middle, radians."""
     middles = (np.arange(1 << ADDRESS_WIDTH) + 0.5) * (np.pi / 2) / (1 << ADDRESS_WIDTH)
     slopes = np.floor(2 * np.pi * np.sin(middles) * 2.0**SLOPE_FRACTION + 0.5)
     reach_turn = 2.0 ** (OFFSET_WIDTH - 1 - PHASE_WIDTH)
@@ -48,11 +49,12 @@ def tangent_table() -> TangentTable:
 
 
 def error_bound() -> float:
-    """Return the largest error of a lane's cosine for an amplitude of 1: the sum of the errors that
-    the entity's header lists.
+    """Return a bound of the error of a lane's cosine for an amplitude of 1: the sum of the errors
+    that the entity's header lists.
 
-    The errors come from the line, the replacement of the sine by its angle, the slope, the omitted
-    bits of the angle, the value, the rows, the fold and the rounding to s1.16.
+    The errors come from the line in place of the cosine, the angle in place of its sine, the
+    rounding of the slope, the omitted bits of the angle, the rounding of the value, the truncation
+    in the rows of adders, the folding of the phase and the rounding to s1.16.
     """
     half_width = 2 * np.pi * 2.0 ** (OFFSET_WIDTH - 1 - PHASE_WIDTH)
     return float(

@@ -9,7 +9,8 @@ from arctrue.generated.number_formats import CORRECTION_FRACTION
 WINDOW_BITS: Final = 14
 """Binary logarithm of the number of clocks in a window: 2^14 clocks."""
 LONGEST_BITS: Final = 24
-"""Binary logarithm of a number of clocks; if no window ends in this time, the table is at rest."""
+"""Binary logarithm of a number of clocks; if no window ends in this time, the travel counts as
+0."""
 SPEED_LATENCY: Final = 3
 """Number of clocks from a position to the speed for which this position was used."""
 _ONE = 1 << CORRECTION_FRACTION
@@ -21,7 +22,8 @@ class Measured(NamedTuple):
     """Measurement at the end of a window; before the end it is an upper bound of the travel."""
 
     travel: int
-    """Travel in 2⁻¹¹ count, without sign; it is one unit too small if the angle fell."""
+    """Travel in 2⁻¹¹ count, without sign, 0 for less than 2 counts; it is one unit too small if the
+    angle fell."""
     is_down: bool
     is_bound: bool
     nominal_travel: int
@@ -29,7 +31,8 @@ class Measured(NamedTuple):
 
 
 class TableSpeed:
-    """Measures the speed; one call processes one corrected reading, and latency is omitted."""
+    """Measures the speed; each call of ``move`` processes one corrected reading. The model omits
+    the latency of the entity."""
 
     def __init__(
         self, nominal: int, window: int = WINDOW_BITS, longest: int = LONGEST_BITS
@@ -44,7 +47,8 @@ class TableSpeed:
         self._is_down = False
 
     def move(self, position: int, correction: int) -> Measured | None:
-        """Process ``position`` in counts, corrected by ``correction`` in 2⁻¹¹ count."""
+        """Process ``position`` in counts, corrected by ``correction`` in 2⁻¹¹ count; return a
+        measurement at the end of a window, a bound while no window ends, otherwise None."""
         rounded = (correction + _ONE // 2) >> CORRECTION_FRACTION
         period = (position + rounded) // 4
         passes = self._period is not None and period != self._period

@@ -1,4 +1,5 @@
-"""Holds the parameters from which the firmware computes the lanes that follow the temperature."""
+"""Holds the parameters from which the firmware computes the amplitudes and phases of lanes that
+follow the temperature."""
 
 from __future__ import annotations
 
@@ -20,14 +21,14 @@ TIME_CONSTANT_MOST_S = 3600.0
 
 @dataclass(frozen=True, eq=False)
 class ThermalLanes:
-    """Cosine and sine of some orders as c₀ + c₁·(T − T₀) + c₂·(T − T₀)², where c₀ is the lane's own
-    value.
+    """Cosine and sine of some orders as c₀ + c₁·(T − T₀) + c₂·(T − T₀)², where c₀ is the value that
+    the lane has at T₀ (``reference_c``).
 
     ``orders`` (n,); ``slopes`` (n, 4), int64 words of 2⁻²⁰ count: cosine and sine per kelvin,
     cosine and sine per kelvin squared. ``time_constant_s``: time constant of the thermometer's
     first-order lag. Below ``least_c`` and above ``most_c`` the lanes keep their values at these
-    limits; NaN: THERMAL_RANGE_K to each side of T₀. Temperatures and time are rounded to
-    thousandths, as the device holds them. Raises ValueError for values that the firmware cannot
+    limits; NaN: the limit is THERMAL_RANGE_K away from T₀. Temperatures and time are rounded to
+    thousandths, as the device stores them. Raises ValueError for values that the firmware cannot
     hold.
     """
 
@@ -94,7 +95,8 @@ class ThermalLanes:
         return (self.least_c, self.most_c) == tuple(round(limit, 3) for limit in span)
 
     def change_counts(self, order: int, celsius: float) -> complex:
-        """Return the change of cosine (real part) and sine (imaginary part) since T₀, counts."""
+        """Return the change of cosine (real part) and sine (imaginary part) from T₀ to ``celsius``,
+        counts."""
         if order not in self.orders:
             return 0j
         cosine, sine, cosine2, sine2 = self.slopes[self.orders.index(order)] * SLOPE_LSB_COUNTS
@@ -118,7 +120,8 @@ class ThermalLanes:
         time_constant_s: float = 0.0,
         range_c: tuple[float, float] = (math.nan, math.nan),
     ) -> ThermalLanes:
-        """Return the words for ``{order: (4,)}`` of counts per kelvin and per kelvin squared."""
+        """Return the lanes for slopes ``{order: (4,)}`` in counts per kelvin and per kelvin
+        squared."""
         values = np.array(list(slopes_counts.values()))
         if not np.all(np.isfinite(values)):
             raise ValueError("slopes: not a finite number")

@@ -1,5 +1,5 @@
-"""Models the entity ``turn_offset_sweep``, which computes Φ + frac(m·ν), the phase offsets of turn
-m."""
+"""Models the entity ``turn_offset_sweep``, which computes the phase offset Φ + frac(m·ν) of each
+lane for turn m; ν is the order of the lane, not necessarily an integer."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ _CUT_OFF = PHASE_STEP_WIDTH - PHASE_WIDTH
 
 
 def ready_clocks(lanes: int) -> int:
-    """Return the number of clocks from a wrap until the offsets of the turn after the next are
-    ready."""
+    """Return the number of clocks from a wrap (the start of a turn) until the offsets of the turn
+    after the next are ready."""
     return 36 * lanes + 12
 
 
@@ -44,7 +44,8 @@ def turn_offsets(
     ``turn``: numbers of turns m, (turns,); ``turn_steps``: ν in 2⁻⁴⁸ turn a turn and
     ``phase_offsets``: Φ in 2⁻²⁴ turn, (lanes,).
     """
-    # Products wrap modulo 2⁶⁴, which does not change the 48 low bits, one turn.
+    # Products wrap modulo 2⁶⁴. This does not change the 48 low bits, which hold the fraction of a
+    # turn.
     numbers = np.asarray(turn, dtype=np.int64).astype(np.uint64)[..., np.newaxis]
     fraction = numbers * np.asarray(turn_steps, dtype=np.uint64)
     fraction = (fraction + np.uint64(1 << (_CUT_OFF - 1))) >> np.uint64(_CUT_OFF)

@@ -26,7 +26,7 @@ class MeanTerm(NamedTuple):
 
     term: NDArray[np.int64]
     """Term of the mean, f_s − Σ wᵢ·(rᵢ − r_s), in 2⁻²⁰ count; f_s is the fraction of the carrier's
-    offset."""
+    offset, and :class:`MeanSet` defines the other symbols."""
     limited: NDArray[np.bool_]
     """Whether the difference of a used head did not fit its format."""
 

@@ -104,7 +104,8 @@ def verilator_include() -> Path:
 
 
 def digest(texts: Iterable[str], files: Iterable[Path]) -> str:
-    """Return a digest of all inputs as sixteen hexadecimal digits."""
+    """Return a digest of ``texts`` and of the names and contents of ``files``, as sixteen
+    hexadecimal digits."""
     made = hashlib.sha256()
     for text in texts:
         made.update(f"{text}\0".encode())
@@ -287,11 +288,11 @@ def build(
     lanes : int
         Lanes of the gateware.
     capture_depth : int
-        Samples of a captured turn.
+        Samples of a capture bank.
     generics : mapping, optional
         Further generics of arctrue_core by name.
     report_step : callable, optional
-        Function that receives a line for people at each step.
+        Function that receives a line of text for the user at each step.
 
     Returns
     -------

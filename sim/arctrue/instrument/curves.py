@@ -46,7 +46,8 @@ class Curves(Protocol):
         -------
         tuple
             The clocks between two knots; the readings of each head, counts from its index; the true
-            angle there, radians, not wrapped. Arrays of shape (n + 3,): the knots −1, 0, …, n + 1.
+            angle of the table, radians, not wrapped. Arrays of shape (n + 3,): the knots −1, 0, …,
+            n + 1.
         """
 
 
@@ -69,8 +70,8 @@ class TableCurves:
         """Store a table and its motion; ``knot_clocks`` is the number of clocks between two knots,
         by default some counts of travel.
 
-        Raises UnhonouredCauseError for a cause that acts on more than the lines and their signals,
-        such as a loss of counts, which is a fault of the pins.
+        Raises UnhonouredCauseError for a cause that acts on a quantity other than the lines and
+        their signals, for example a loss of counts: :class:`PinFault` simulates it.
         """
         refuse_unhonoured(table.causes, SIGNALS, "the virtual instrument")
         self.table, self.motion, self.clock_hz = table, motion, clock_hz

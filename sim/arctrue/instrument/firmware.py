@@ -46,7 +46,7 @@ class Core(Protocol):
 class Firmware:
     """The firmware without its hardware drivers, compiled for this machine (docs/firmware.md).
 
-    Every register access of the firmware takes as many clocks as the access on the bus. A
+    Every register access of the firmware is made on the simulated bus and takes its clocks. A
     calculation takes ``calculation_clocks`` between reading a bank and using the result.
     """
 
@@ -58,7 +58,7 @@ class Firmware:
         self._processor = self._library.firmware_new(self._bus)
         self._view = ctypes.cast(self._bus, ctypes.POINTER(FirmwareBus)).contents
         self.telemetry: list[dict[str, Any]] = []
-        """Telemetry lines of all turns since the start."""
+        """Telemetry lines of all turns since this object was created."""
         self.listener: Callable[[str], None] | None = None
         """Function that receives every text that the console prints, telemetry included."""
         self.thermometer: Callable[[], float | None] | None = None
@@ -75,7 +75,7 @@ class Firmware:
 
     @property
     def accesses(self) -> int:
-        """Number of the firmware's bus accesses since the start."""
+        """Number of the firmware's bus accesses since this object was created."""
         return int(self._view.accesses)
 
     @property
@@ -219,10 +219,10 @@ class Firmware:
         Parameters
         ----------
         clocks : int, optional
-            Number of clocks after which the run ends; None: ``until`` ends the run, or without it
-            the first round.
+            Number of clocks after which the run ends; None: only ``until`` ends the run.
         until : callable, optional
-            Function of the firmware, called after every round, that ends the run when it is true.
+            Function that is called with this object after every round; the run ends when it returns
+            a true value.
         poll_clocks : int
             Number of clocks from one round of the main loop to the next.
         stage : str
@@ -252,8 +252,8 @@ class Firmware:
 
     @property
     def phase(self) -> str:
-        """State: ``no_core``, ``wait_for_index``, ``capture``, ``swap`` or ``held`` (faults in a
-        row)."""
+        """State: ``no_core``, ``wait_for_index``, ``capture``, ``swap`` or ``held`` (stopped after
+        several faults in a row, or because the settings are lost)."""
         return str(self._library.firmware_phase(self._processor).decode())
 
     @property

@@ -403,7 +403,7 @@ class Instrument:
         Raises
         ------
         UnhonouredCauseError
-            If a cause acts on more than the lines and their signals.
+            If a cause acts on a quantity other than the lines and their signals.
         InstrumentError
             If the motion is shorter than a clock.
         """
@@ -720,8 +720,8 @@ class Instrument:
         most : int
             Largest number of kept edges.
         turns : float
-            Rotation of the table after which the recording ends exactly; 0: :meth:`stop_recording`
-            ends it.
+            Number of turns of the table after which the recording ends exactly; 0:
+            :meth:`stop_recording` ends it.
         """
         self._recorded_counts_per_rev = self.read("counts_per_rev_active")
         self.library.instrument_record(

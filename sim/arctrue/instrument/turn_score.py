@@ -33,14 +33,14 @@ class TurnScore:
     highest_edge_arcsec: Float
     mean_arcsec: float
     """Mean of the turn, which was removed; it is relative to the mean of the recording's first
-    turn, because two heads cannot determine it."""
+    turn, because two heads cannot determine the absolute mean."""
     edges_rms_arcsec: float
     """Root mean square error of the single edges, arcseconds. It includes errors finer than half a
     degree, the noise of the readings and the steps of the counts. NaN if no single edge was
     kept."""
     amplitude_arcsec: Float
-    """Amplitudes of orders 1, 2, …, shape ``(64,)`` unless more orders are requested; NaN if the
-    turn is not whole."""
+    """Amplitudes of orders 1, 2, …, shape ``(64,)`` unless more orders are requested; NaN if a half
+    degree has no edge."""
     edges: int
 
     @classmethod

@@ -222,7 +222,8 @@ class Scene:
         assert not self.faults()
 
     def knows_the_separation(self) -> None:
-        """Check that the last turn measured the head separation to within a count per index."""
+        """Check that the latest turn measured the head separation to within two counts, one for the
+        index of each head."""
         assert self.last_reply["separation"] == "measured"
         off_arcsec = (self.last_reply["separation_deg"] - np.rad2deg(SEPARATION_RAD)) * 3600
         assert abs(off_arcsec) < 2 * ARCSEC_A_COUNT

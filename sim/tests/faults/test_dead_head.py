@@ -1,4 +1,4 @@
-"""Tests of a head that gives no signals, because a cable is pulled or a supply fails."""
+"""Tests what follows if a head gives no signals, because a cable is pulled or a supply fails."""
 
 from __future__ import annotations
 
@@ -66,8 +66,8 @@ def test_head_1_dead(scene: Scene, level: str) -> None:
     scene.turn(1.5)
     reasons = scene.reasons(turns)
     # A turn is refused because of a flag, or else because the bank is full before the turn has
-    # passed. Whether a dead head sets a flag depends on its place, because A and B must change
-    # together.
+    # passed. Whether a dead head sets a flag depends on the place at which it dies or returns,
+    # because A and B must change together for a flag.
     flags = {"illegal_transition", "edge_spacing", "index_error"}
     assert reasons[0] in {"bank_full"} | (set() if level == "held" else flags)
     assert "index_error" in reasons

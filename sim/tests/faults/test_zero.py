@@ -1,5 +1,5 @@
-"""Tests the firmware's computation of a lost zero: in both directions, at any turn, with wrapping
-words."""
+"""Tests the firmware's computation of the angle at the last index, which shows by how many counts a
+head's zero has moved, in both directions and with positions that wrap."""
 
 from __future__ import annotations
 

@@ -199,7 +199,7 @@ SCENARIOS: dict[str, Scenario] = {
             Segment(200, 2, angle_jump=13),
             Segment(200, 1, down=True, angle_jump=-7),
             Segment(50),
-            # While the table stands, the angle jumps to its zero and away from it.
+            # While the table stands, only the angle jumps.
             Segment(50, angle_jump=-17),
             Segment(50, angle_jump=5),
             Segment(50, angle_jump=-5),
@@ -210,7 +210,7 @@ SCENARIOS: dict[str, Scenario] = {
         [
             Segment(200, 1, referenced=False),
             Segment(200, 1, angle_jump=13),
-            # `referenced` falls while the angle is zero; the angle stays zero, as in a re-arm.
+            # `referenced` falls, as in a re-arm; here the angle continues to count.
             Segment(100, 2, down=True, referenced=False),
             Segment(100, 2, down=True, angle_jump=5),
             Segment(40, enable=False, referenced=False),

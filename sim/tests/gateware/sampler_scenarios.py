@@ -167,7 +167,7 @@ SCENARIOS: dict[str, Scenario] = {
             Segment(1201, clocks_a_count=2, mode=1, angle_step=16, zero_slip=4),
             Segment(1203, clocks_a_count=2, mode=1, angle_step=16, zero_slip=-7),
             Segment(1201, clocks_a_count=1, mode=1, angle_step=16, zero_slip=1, down=True),
-            # The zero moves again while the entity still searches the grid.
+            # The zero moves again while the entity still determines the multiples of the step.
             Segment(20, clocks_a_count=1, mode=1, angle_step=16, zero_slip=5000, down=True),
             Segment(1203, clocks_a_count=1, mode=1, angle_step=16, zero_slip=2, down=True),
             # While the table stands, the zero moves so that the position lies first on a multiple

@@ -1,4 +1,4 @@
-"""Tests of the pipeline's model against equations (8) and (9) in double precision."""
+"""Compares the model of the pipeline with equations (8) and (9) in double precision."""
 
 from __future__ import annotations
 

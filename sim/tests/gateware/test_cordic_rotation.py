@@ -1,4 +1,4 @@
-"""Tests of the CORDIC's cosine against the bounds of the paper's appendix, and of its constants."""
+"""Tests the CORDIC's cosine against the bounds of the paper's appendix, and tests its constants."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Tests of the ramp's model against the specification of the ramp, without its implementation."""
+"""Tests the ramp's model against the specification of the ramp, independently of its
+implementation."""
 
 from __future__ import annotations
 

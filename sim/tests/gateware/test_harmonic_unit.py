@@ -1,4 +1,4 @@
-"""Tests of the models of harmonic_unit and harmonic_lane against float64 and exact integers."""
+"""Compares the models of harmonic_unit and harmonic_lane with float64 and with exact integers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Tests of the local table's model against float64, and of the table of a coefficient file."""
+"""Compares the local table's model with float64, and tests the local table of a coefficient
+file."""
 
 from __future__ import annotations
 
@@ -91,7 +92,7 @@ def test_what_the_gateware_cannot_hold_is_refused(changed: dict, message: str) -
 
 def test_words_of_a_file_become_a_bank() -> None:
     """The part of a file becomes the words of a bank: points that the file lacks become 0, and the
-    words of the place have the layout of the register map."""
+    words of ``local_place`` have the layout of the register map."""
     of_file = extension.LocalTable((7, -8), (5, TURN - 1), 3, 6)
     table = LocalTable.of_file(of_file, TURN)
     assert table.points[:3].tolist() == [7, -8, 0]

@@ -1,4 +1,4 @@
-"""Tests of the parity's weights, and of the model's decision which head has stepped."""
+"""Tests the weights of the parity, and the model's decision which head has stepped."""
 
 from __future__ import annotations
 

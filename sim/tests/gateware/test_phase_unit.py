@@ -1,4 +1,5 @@
-"""Compares the model's phases with exact integer arithmetic, for every order and many turns."""
+"""Compares the model's phases with exact integer arithmetic, for every order and many numbers of
+counts per turn."""
 
 from __future__ import annotations
 

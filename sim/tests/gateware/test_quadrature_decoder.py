@@ -1,4 +1,4 @@
-"""Tests of the decoder's model against the true place of the disc, which the scenarios contain."""
+"""Compares the decoder's model with the true position of the disc, which the scenarios contain."""
 
 import itertools
 from dataclasses import replace
@@ -351,8 +351,8 @@ def test_edges_that_the_filter_swallows_are_reported() -> None:
     _, given, trace = played("faster_than_the_filter")
     too_fast = np.flatnonzero(np.diff(given.count) != 0)
     too_fast = too_fast[too_fast >= 3 + 20 + 180]
-    # The decoder must report the overspeed by the fifth count that is too fast, because it detects
-    # an overspeed in the levels in front of the filter.
+    # The decoder must report the overspeed at most five counts after the first count that is too
+    # fast, because it detects an overspeed in the levels before the filter.
     reported = int(np.argmax(trace.overspeed))
     assert too_fast[0] < reported <= too_fast[5] + latency_clocks()
     assert not trace.illegal.any()

@@ -1,4 +1,4 @@
-"""Tests of the quadrature output's model with a receiver that counts the edges of the output."""
+"""Tests the quadrature output's model with a receiver that counts the edges of the output."""
 
 import itertools
 

@@ -6,7 +6,8 @@ import pytest
 from arctrue.gateware.sample_trigger import sample_trigger, wrapped
 
 SETTLED = 40
-"""Number of clocks after which the trigger has found the grid; the entity's header states 38."""
+"""Number of clocks after which the trigger knows the multiples of the angle step (the grid); the
+entity's header states 38."""
 
 
 def sampled(trigger: np.ndarray) -> list[int]:

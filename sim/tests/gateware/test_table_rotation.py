@@ -1,4 +1,5 @@
-"""Tests of the model of table_rotation against its bound in float64, and against exact products."""
+"""Tests the model of table_rotation: compares its cosine with float64 (the error must not exceed
+the stated bound) and with exact products."""
 
 from __future__ import annotations
 
@@ -46,8 +47,9 @@ def test_every_phase_stays_within_the_bound() -> None:
 
 
 def test_rows_are_a_product() -> None:
-    """The model's result exceeds the exact value minus slope times place by less than a unit of the
-    last row, and falls below it by less than a unit of the cosine, 2⁻¹⁸."""
+    """The exact result is value − slope × position in the interval. The model's result is above it
+    by less than 2**-ROW_FRACTION, the last bit of the rows of adders, or below it by less than
+    2⁻¹⁸, the last bit of the result."""
     table = tangent_table()
     folded = np.arange(0, TURN // 4, 4_999, dtype=np.int32)
     unit = Fraction(1, 2**ROW_FRACTION)

@@ -1,5 +1,4 @@
-"""Tests of the inputs and outputs for other instruments: probe, sync input, trigger, position
-compare.
+"""Tests the inputs and outputs for other instruments: probe, sync input, trigger, position compare.
 
 The tests decode the pins of head 1 themselves and correct the counts by equation (9) in double
 precision. They access core and firmware only through pins and console lines.

@@ -1,4 +1,4 @@
-"""Tests readings between the knots against the table's geometry, and the statistics of the
+"""Compares readings between the knots with the table's geometry, and tests the statistics of the
 noise."""
 
 from __future__ import annotations
@@ -70,13 +70,13 @@ def test_a_reading_that_bends_within_a_line_gets_nearer_knots() -> None:
     assert knot < smooth
     clock = np.arange(1, 2000, 7)
     off = between(head1, knot, clock) - exact(table, 0, 20_000 + clock)
-    # With a knot in every clock, the cubic would interpolate nothing.
+    # Between these nearer knots the cubic agrees with the geometry.
     assert np.abs(off).max() < INTERPOLATION_TOLERANCE_COUNTS
 
 
 def test_conditions_reach_the_table() -> None:
-    """The temperature changes the reading: 20 K move the centre of this disc by 20 µm, which is an
-    angle at the disc's radius."""
+    """The temperature changes the reading: 20 K move the centre of this disc by 20 µm, which
+    changes the reading by up to 20 µm divided by the disc's radius."""
     warm_disc = replace(TABLE, causes=(ThermalCentre(1e-6),))
     cold = TableCurves(warm_disc, MOTION, CLOCK_HZ, 16)
     warm = replace(MOTION, temperature=TemperatureCourse((0.0,), (40.0,)))

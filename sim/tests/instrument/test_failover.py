@@ -118,8 +118,8 @@ def test_the_device_makes_its_own_sets() -> None:
     turns.
 
     Afterwards the mean of three heads removes the ball motion and the disc's orders from the
-    output. A mean of three heads has √Σw² = 0.82 instead of 0.5, so that the tolerance of a line is
-    0.82/0.5 times as large.
+    output. With the weights w of three heads √Σw² is 0.82 instead of 0.5, so that the tolerance of
+    an amplitude is 0.82/0.5 times as large.
     """
     three = LINE_ARCSEC * 0.82 / 0.5
     with HeadsDevice(SETTINGS, failover=True) as device:

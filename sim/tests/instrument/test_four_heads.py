@@ -1,4 +1,4 @@
-"""Tests of the device with four heads: capture, calibration of the mean, load, fresh turns.
+"""Tests the device with four heads: capture, calibration of the mean, load, further turns.
 
 The table has only 2¹⁸ counts of 4.94″ per turn, so that the simulation of a turn takes seconds.
 """
@@ -81,8 +81,8 @@ def test_capture_calibrate_load_and_fresh_turns(device: HeadsDevice, tmp_path: P
     assert device.load(coefficients) == "load active"
     mean = device.accepted_turn()
     assert (mean["mean_of_heads"], mean["carrier"], mean["result"]) == (4, 1, "kept")
-    # The bound is twice the largest error of a place in a calibration with 1,600 samples and counts
-    # of 5″.
+    # The bound is twice the largest error of a head's angle in a calibration with 1,600 samples and
+    # counts of 5″.
     assert mean["mean_off_arcsec"] < 0.5
     assert mean["alarms"] == []
     assert "active_arcsec" in first
@@ -163,8 +163,9 @@ def mean_of(**changes: Any) -> Coefficients:
 
 @pytest.mark.slow
 def test_a_mean_of_other_heads_is_refused(device: HeadsDevice) -> None:
-    """The firmware refuses a set for three heads, with other delays or without the frame of head 3
-    at once, and a set with a wrong place (0.1°) after a turn."""
+    """The firmware refuses at once a set for three heads, a set with other delays and a set without
+    the frame of head 3; it refuses after a turn a set in which one head's angle is wrong by
+    0.1°."""
     device.turn_before(*AXIS)
     device.accepted_turn()
     offsets = list(mean_of().extension.mean.offsets)  # type: ignore[union-attr]

@@ -133,8 +133,8 @@ def speed_errors(instrument: Instrument, modulator: str | None) -> list[float]:
 
 
 def test_latency_is_taken_away_at_two_speeds(modulated: Instrument) -> None:
-    """A lane of order 0 × speed removes the delay of reading and pipeline; a constant lane does
-    not.
+    """A lane of order 0 that follows the speed removes the delay of reading and pipeline; a
+    constant lane does not.
 
     The bound is half a count for the rounding of the reading, and half a count for that of the
     output.

@@ -20,7 +20,7 @@ LEAD = 3000.5
 """Counts from the start to the index."""
 TURN_RAD = 2.0 * np.pi
 ORDERS = np.array([0.5, 71.4, 70.4, 72.4])
-"""Orders of a belt, and of a gear and its two side lines."""
+"""Orders of a belt, of a gear, and of the gear's two side harmonics."""
 AMPLITUDES = np.array([10.0, 3.0, 1.0, 1.0])
 """Amplitudes in counts, so small that the error as a function of the reading equals the error as a
 function of the angle within 0.4 count."""
@@ -68,8 +68,8 @@ def bank(on: bool) -> Coefficients:
 
 
 def amplitudes_left(instrument: Instrument, end_turns: float) -> NDArray[np.float64]:
-    """Return the amplitude in counts of each line in the output, over the two turns before
-    ``end_turns``."""
+    """Return the amplitude in counts of each harmonic of ORDERS in the output, over the two turns
+    before ``end_turns``."""
     way = 1.0 if end_turns * TURN_RAD > instrument.true_angle_rad else -1.0
     instrument.run_until(true_angle_rad=(end_turns - way * (SHOWN_TURNS + 0.1)) * TURN_RAD)
     instrument.record(every=1, turns=float(SHOWN_TURNS))
@@ -85,8 +85,8 @@ def amplitudes_left(instrument: Instrument, end_turns: float) -> NDArray[np.floa
 def run(
     instrument: Instrument, coefficients: Coefficients, up: int, down: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the remaining lines in counts after ``up`` turns forwards, and after ``down`` turns
-    back."""
+    """Return the amplitudes in counts that remain after ``up`` turns forwards, and after ``down``
+    turns back."""
     instrument.attach_curves(ThereAndBack(up + 0.5, down + 0.5))  # type: ignore[arg-type]
     instrument.reset()
     instrument.write("counts_per_rev", COUNTS)
@@ -111,18 +111,18 @@ def run(
 
 
 def test_lines_are_gone_after_some_turns_and_backwards(built: Instrument) -> None:
-    """The lanes leave less than 0.5 count of each line, also when the table goes back past its
-    index into negative turns; with the lanes off, the lines have their amplitudes."""
+    """The lanes leave less than 0.5 count of each harmonic, also when the table goes back past its
+    index into negative turns; with the lanes off, the harmonics have their amplitudes."""
     for found in run(built, bank(on=True), 6, 9):
         assert found.max() < 0.5, found
     for found in run(built, bank(on=False), 4, 4):
-        # A fit over two turns separates the lines of the gear within 5 %.
+        # A fit over two turns separates the harmonics of the gear within 5 %.
         assert found == pytest.approx(AMPLITUDES, rel=0.05)
 
 
 @pytest.mark.large
 def test_lines_are_gone_after_a_thousand_turns(built: Instrument) -> None:
-    """After a thousand turns forwards, and after the way back, less than 0.5 count of each line
+    """After a thousand turns forwards, and after the way back, less than 0.5 count of each harmonic
     remains, because the lanes' phase does not drift."""
     for found in run(built, bank(on=True), 1000, 1000):
         assert found.max() < 0.5, found

@@ -13,7 +13,7 @@ from arctrue.instrument.serial_port import SerialPort
 
 class Turning(threading.Thread):
     """A thread that turns the table until turn ``last`` of the telemetry, and serves ``port`` until
-    it ends."""
+    the test calls ``end``."""
 
     def __init__(self, instrument: Instrument, poll_clocks: int) -> None:
         super().__init__(daemon=True)
