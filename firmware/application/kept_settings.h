@@ -12,7 +12,7 @@
 
 #include "parameters.h"
 
-/* Switches are 0 or 1. */
+/* The switches `frozen`, `bypassed` and `telemetry` are 0 or 1. */
 struct settings {
     struct parameters parameters;
     uint32_t frozen;

@@ -29,7 +29,8 @@ double real_lane_order(const struct real_lane *lane) {
 
 uint64_t real_lane_phase_step(const struct real_lane *lane, uint32_t counts_per_rev) {
     ASSERT(counts_per_rev > 0 && lane->order < ORDERS);
-    /* The order has 16 bits above bit 48, so that only the added half count could overflow the sum. */
+    /* The order has 16 bits above its 48 bits of fraction and fills the word. Adding half of counts_per_rev for the
+       rounding could therefore overflow, so the remainder is compared instead. */
     uint64_t order = (uint64_t)lane->order << ARCTRUE_PHASE_STEP_WIDTH | lane->turn_step;
     uint64_t step = order / counts_per_rev;
     uint64_t over = order % counts_per_rev;
