@@ -93,7 +93,8 @@ static uint32_t calibrate_lanes_used(const struct coefficients *coefficients) {
     return used;
 }
 
-/* Returns the number of lanes of the core that no active lane with a condition or with a real order occupies. */
+/* Returns the number of lanes of the core that remain when lanes that follow a condition or have a real order are
+   active. */
 static uint32_t calibrate_plain_lanes(const struct application *application) {
     const struct followed followed = load_followed_at_work(&application->load);
     return application->configuration.lanes - followed_all_lanes(&followed);
@@ -139,7 +140,7 @@ static bool calibrate_has_dropped(const struct coefficients *active,
     return false;
 }
 
-/* Multiple of the variance of a component above which a change counts as real and not as noise. */
+/* Multiple of the variance of a component above which the square of a change counts as real and not as noise. */
 #define CHANGED 18.0
 
 /* Returns the largest change of an order since the previous turn. The calibration measures the change of its own

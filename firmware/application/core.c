@@ -137,8 +137,8 @@ struct core_origin core_origin(const struct core_access *core) {
     };
 }
 
-/* Keeps the output on if it is on: after a fault of the firmware a controller uses the output, and would lose the
-   counts while it is off. */
+/* Switches correction and capture off. The output stays on if it is on: after a fault of the firmware a controller
+   still uses the output, and would lose counts while it is off. */
 void core_hold(const struct core_access *core) {
     bool output = (core_read(core, AT(control)) & BIT(CONTROL__OUTPUT_ENABLE)) != 0;
     core_control(core, false, output, CAPTURE_OFF);
@@ -327,8 +327,8 @@ uint32_t core_left_out(const struct core_access *core) {
                : 0;
 }
 
-/* Tells whether heads 3 and 4 have seen their indices. Also returns true once head 1 has seen two index marks, because
-   a further head without an index must not block the calibration. */
+/* Tells whether heads 3 and 4 have seen their indices or are left out. Also returns true once head 1 has seen two index
+   marks, because a further head without an index must not block the calibration. */
 static bool core_further_indices_seen(const struct core_access *core) {
     uint32_t heads = core_heads(core);
     if (heads == HEADS) {

@@ -12,7 +12,8 @@ void application_tell_temperature(struct application *application, double celsiu
 void application_choose_temperature(struct application *application,
                                     enum temperature_source source);
 
-/* These functions carry out a switch or a command of the operator. */
+/* These functions switch a function on or off as the operator commands: the freezing of the coefficients, the bypass of
+   the correction, and the telemetry. */
 void application_freeze(struct application *application, bool frozen);
 void application_bypass(struct application *application, bool bypassed);
 void application_telemetry(struct application *application, bool on);

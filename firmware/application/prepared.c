@@ -20,7 +20,7 @@ void prepared_forget(struct application *application) {
     }
 }
 
-/* Makes the gateware refuse every window until new sets are whole. */
+/* Makes every prepared set in the gateware invalid until new sets are complete. */
 static void prepared_close(struct application *application, uint32_t counts_per_rev) {
     const struct coefficients nothing = {.lanes = application->configuration.lanes,
                                          .counts_per_rev = counts_per_rev};
@@ -33,7 +33,7 @@ static void prepared_close(struct application *application, uint32_t counts_per_
     }
 }
 
-/* Opens the window of a set by writing the words of the mean, once the set is whole. */
+/* Makes a received set valid in the gateware once it is complete, by writing the words of its mean. */
 static enum load_answer prepared_open(struct application *application, enum load_answer answer) {
     const struct load_without *set = &application->load.without;
     if (answer == LOAD_TAKEN && set->head != 0 && (set->whole >> (set->head - 1) & 1U) != 0) {
