@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Writes the core's control register, releases its banks and arms its compare, as the operator has ordered. */
+/* Writes the core's control register, releases its banks and arms its position compare (the unit that emits pulses at
+   given angles), as the operator has ordered. */
 
 #ifndef ARCTRUE_CONTROL_H
 #define ARCTRUE_CONTROL_H

@@ -164,8 +164,8 @@ bool local_table_write(struct application *application) {
         return true;
     }
     const struct table_place place = table.place;
-    /* The idle bank has the place of the active table. That table may have become active before the firmware restarted
-       after a fault. */
+    /* The registers show the choice and place of the active table, also if it became active before the firmware
+       restarted after a fault. */
     bool at_work = core_origin(core).has_local_table && core_table_place(core).choice != 0;
     if (place.choice == 0 && !at_work) {
         return true;

@@ -10,7 +10,7 @@
 
 struct parameters {
     double separation_deg;
-    /* Places of heads 3 and 4 after head 1, as mounted; 0: not known, so no mean of the heads is calibrated. */
+    /* Angles from head 1 to heads 3 and 4, as mounted; 0: not known, so no mean of the heads is calibrated. */
     double head3_deg;
     double head4_deg;
     /* Standard uncertainty of the difference between the places where the heads detect the mark. */

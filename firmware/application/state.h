@@ -248,7 +248,7 @@ const struct thermal *application_thermal(const struct application *application,
 /* Tells whether operator and coefficients allow the correction. */
 bool application_corrects(const struct application *application);
 
-/* Returns when the core takes its samples. */
+/* Returns how the core is to sample: at the edges of sync_in, at equal angles, or at equal times. */
 enum core_capture application_capture(const struct application *application);
 
 /* Asserts the conditions that hold between any two calls. */

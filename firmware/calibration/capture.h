@@ -35,7 +35,7 @@ struct capture {
     int32_t start[HEADS_MOST];
 };
 
-/* A verified turn, which `samples` samples cover evenly. */
+/* A verified turn of `samples` samples; the sample that closes the turn is not counted. */
 struct turn {
     const volatile int32_t *words;
     uint32_t samples;

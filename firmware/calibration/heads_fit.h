@@ -32,7 +32,7 @@
 enum { CIRCLE_ORDERS = 4 };
 
 struct heads_settings {
-    /* Places after head 1, as mounted. */
+    /* Angles from head 1 to each head, as mounted. */
     double place_rad[HEADS_MOST];
     /* Standard uncertainties: of a place as mounted; of the difference between the places where two heads detect the
        mark; and of a head's radius relative to the disc's. */
