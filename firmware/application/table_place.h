@@ -10,7 +10,7 @@
 
 enum { TABLE_POINTS = 4096, TABLE_WINDOWS = 4 };
 
-/* Word `choice` and the first counts of the windows, as in the register map. Choice 0: no window is enabled. */
+/* Word `choice` and the first count of each window, as in the register map. Choice 0: no window is enabled. */
 struct table_place {
     uint32_t choice;
     uint32_t start[TABLE_WINDOWS];
