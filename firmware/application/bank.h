@@ -15,8 +15,8 @@ void bank_watch(struct application *application);
 /* Fills `header` and `capture` from the bank that is ready. */
 void bank_take(struct application *application);
 
-/* Copies the taken bank for the console, which needs seconds to print it. The copy contains the present temperature
-   of the die. */
+/* Copies the capture that bank_take() has filled for the console, which needs seconds to print it. The copy contains
+   the present temperature of the die. */
 void bank_copy(struct application *application);
 
 #endif

@@ -8,7 +8,7 @@
 
 #include "state.h"
 
-/* Switches correction, output and capture as ordered. */
+/* Switches correction, output and capture as the operator has ordered. */
 void control_write(const struct application *application);
 
 /* Releases a bank that is ready, because a capture from before a re-arm cannot be used. */

@@ -321,7 +321,7 @@ struct core_failover core_failover(const struct core_access *core);
 struct core_failover_setup {
     /* Faults for which a head is left out: bits of the register `failover` from `illegal` on. */
     uint32_t causes;
-    /* Counts that all other heads must move, while a head stands still, until this head has failed; 0: no check. */
+    /* A head has failed if it stands still while all other heads move by this number of counts; 0: no check. */
     uint32_t missing_counts;
     /* Search for a head whose reading steps: two heads agree if they move by the same distance within less than this
        number of counts; 0: no search. */

@@ -7,7 +7,7 @@
 /* Number of samples of a bank that stay free, so that the closing sample of the turn fits. */
 enum { SPARE_SAMPLES = 4 };
 
-/* Units of the registers: 2^-35 count per clock, and 2^-59 count per clock squared. */
+/* Units of the registers of the ramp: 2^-35 count per clock, and 2^-59 count per clock squared. */
 #define RATE_UNIT 0x1p35
 #define ACCELERATION_UNIT 0x1p59
 

@@ -15,7 +15,7 @@ void follow_between_turns(struct application *application);
 /* Reads the table's thermometer, and removes its lag with the time constant of the thermal model in use. */
 void follow_thermometer(struct application *application);
 
-/* Computes the temperature in the middle of the taken turn, because the turn's estimate belongs to its middle and
+/* Computes the temperature in the middle of the captured turn, because the turn's estimate belongs to its middle and
    the table has warmed since. */
 void follow_middle_of_turn(struct application *application);
 

@@ -18,7 +18,7 @@ struct settings {
     uint32_t frozen;
     uint32_t bypassed;
     uint32_t telemetry;
-    /* Number of restarts after faults since the firmware last worked long enough. */
+    /* Number of restarts after faults in a row; it returns to 0 after 20 turns without a fault and by a re-arm. */
     uint32_t faults_in_a_row;
 };
 

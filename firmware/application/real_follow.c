@@ -101,7 +101,7 @@ void real_follow_probe(struct application *application) {
     if (since <= 0) {
         return;
     }
-    /* Whole turns between the edge and now. */
+    /* Number of turns, 0 or negative, from the present turn to the turn of the edge. */
     int64_t back = ((int64_t)now.angle - since - probe.angle) / counts_per_rev;
     double angle_turns = (double)probe.angle / counts_per_rev;
     for (uint32_t place = 0; place < followed->real_lanes; place++) {

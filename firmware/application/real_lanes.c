@@ -59,7 +59,7 @@ bool real_lane_move_phase(struct real_lane *lane, double phase_turns, double ang
     double turns = phase_turns - real_lane_order(lane) * angle_turns;
     uint32_t phase = (uint32_t)rint((turns - floor(turns)) * PHASES) % PHASES;
     real_lane_set_phase(&moved, phase, turn);
-    /* The words wrap at a turn. */
+    /* Phase words are modulo one turn. */
     uint32_t apart = (moved.phase_offset - lane->phase_offset) % PHASES;
     double apart_turns = (double)(apart < PHASES / 2 ? apart : PHASES - apart) / PHASES;
     double counts = fabs((double)lane->amplitude) / (1 << ARCTRUE_AMPLITUDE_FRACTION);

@@ -33,7 +33,7 @@ enum application_phase {
 /* Origin of the operator's settings. */
 enum settings_origin {
     SETTINGS_PRESET,
-    /* After a fault: the settings as ordered before it. */
+    /* After a fault: the settings that the operator had ordered before the fault. */
     SETTINGS_KEPT,
     /* After a fault that destroyed them: the saved settings or presets, with bypass on if no correction is active. */
     SETTINGS_LOST,

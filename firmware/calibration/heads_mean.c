@@ -41,8 +41,8 @@ static double error_under(const struct mean_error *error, uint32_t head, double 
     return total;
 }
 
-/* Returns E = sum of w_i g_i(y_i) at the carrier's reading r_s, with theta = r_s - g_s and y_i = theta + p_i +
-   g_i(y_i). */
+/* Returns E = sum of w_i g_i(y_i) at the reading r_s of the carrier, the head s that the mean follows, with theta = r_s
+   - g_s and y_i = theta + p_i + g_i(y_i). */
 static double error_of_mean(const void *context, uint32_t sample) {
     const struct mean_error *error = context;
     double reading = (double)sample / READINGS;

@@ -8,9 +8,11 @@
 #include "units.h"
 #include "vector.h"
 
-/* Standard deviation of the slip of a line in one turn, divided by the line's order; turns. */
+/* Standard deviation of the slip of a line (a harmonic whose order is not an integer) in one turn, divided by the
+   line's order; turns. */
 #define SLIP 0.001
-/* Standard deviation of K before the first turn, which is far larger than any error of a table. */
+/* Standard deviation of K before the first turn, which is far larger than any error of a table. K and c are defined in
+   line_phase.h. */
 #define START_ARCSEC 1e4
 /* Least |c| as a share of the loaded amplitude: below half, the lane would add more error than it removes. */
 #define LEAST_SIZE 0.5
