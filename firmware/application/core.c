@@ -20,7 +20,7 @@
 #define CAPTURE_MODE(mode) ((uint32_t)(mode) << ARCTRUE_REGISTERS__CONTROL__CAPTURE_MODE_bp)
 
 enum { WORDS_A_LANE = 4, WORD_BYTES = 4, HEADS = 2, MODULATOR_PLACE = 16 };
-/* Places of the words in the window of the mean. The offsets begin at word 0; the weights and the choice of heads
+/* Numbers of the words in the registers of the mean. The offsets begin at word 0; the weights and the choice of heads
    follow. */
 enum { MEAN_WEIGHTS = 4, MEAN_CHOICE = 8, MEAN_WORDS = 9, USED_SHIFT = 4 };
 #define WEIGHT_ONE (1 << ARCTRUE_COSINE_FRACTION)
@@ -445,7 +445,7 @@ static uint32_t core_lane_offset(uint32_t lane, uint32_t word) {
     return AT(coefficients) + (lane * WORDS_A_LANE + word) * WORD_BYTES;
 }
 
-/* Returns a word of the mean's window; without a mean, head 1 has the whole weight. */
+/* Returns a word for the registers of the mean; without a mean, head 1 has the whole weight. */
 static uint32_t core_mean_word(const struct mean_set *mean, uint32_t place) {
     if (place == MEAN_CHOICE) {
         return mean->heads != 0 ? mean->carrier | mean->used << USED_SHIFT : 1U << USED_SHIFT;

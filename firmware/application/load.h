@@ -79,7 +79,8 @@ enum load_answer {
 /* Limit of the slope |d eps / d R| of a correction. */
 #define LOAD_STEEPEST (ARCTRUE_STEEPEST_PERCENT / 100.0)
 
-/* The set for a missing head that is being received. */
+/* The set for a missing head that is being received: the coefficients that apply while one head is left out of the
+   mean. */
 struct load_without {
     /* Number of the missing head, from 1 on; 0: none has begun. */
     uint32_t head;

@@ -12,8 +12,8 @@
    because its noise would be too large. Makes nothing unless the core has the failover and the candidate is the mean of
    four heads that this turn has calibrated. */
 void own_sets_make(struct application *application);
-/* Writes the sets that have been made into the gateware's windows, and makes the gateware refuse the windows of the
-   other heads. The failover must be off. Does nothing if no sets belong to the candidate. */
+/* Writes the computed sets into the register windows of the prepared sets, and makes the gateware refuse the sets of
+   the other heads. The failover must be off. Does nothing if no sets belong to the candidate. */
 void own_sets_write(struct application *application);
 
 #endif

@@ -50,7 +50,7 @@ struct parameters {
     double failover_return_s;
     /* Limit of the parity of the heads; 0: none. */
     double failover_parity_counts;
-    /* Faults that raise the alarm, and faults that release the line drivers. */
+    /* Faults that raise the alarm, and faults that release (switch off) the line drivers of the output. */
     double alarm_sources;
     double release_sources;
     /* Pulse outputs: clocks for which an output is high. Pulse inputs: 1 selects falling edges. */

@@ -80,7 +80,8 @@ enum alarm {
     ALARM_HEAD_LEFT_OUT = 16384,
 };
 
-/* Sets for a missing head that the gateware holds and that belong to the active mean. */
+/* Sets for a missing head that the gateware holds and that belong to the active mean of the heads. Such a set contains
+   the coefficients that apply while one head is left out of the mean. */
 struct prepared {
     /* Missing heads for which there is a set, one bit per head; 0: the failover stays off. */
     uint32_t sets;
@@ -121,7 +122,7 @@ struct turn_report {
     uint32_t alarms;
     /* True if A, B and Z stand still, because the output fell too far behind. */
     bool output_stands;
-    /* Faults that released the line drivers, bits of enum core_fault. */
+    /* Faults that released (switched off) the line drivers of the output, bits of enum core_fault. */
     uint32_t release_causes;
     /* Temperature of the die; the value counts only if has_temperature is true. */
     bool has_temperature;

@@ -11,7 +11,7 @@
 #include "mean_set.h"
 #include "refusal.h"
 
-/* A bank as the sampler delivers it. */
+/* Samples of one turn in a memory bank, as the core's sampler delivers them. */
 struct capture {
     /* Turn positions of head 1, head 2, head 1, ... in counts, modulo 2^32. They are read in place. */
     const volatile int32_t *words;

@@ -245,8 +245,8 @@ static void add_density(const struct fit *fit, struct vector unit1) {
     }
 }
 
-/* Separates the sums of the residuals into their mean and their line at order 1. Mean and line must be solved together,
-   because samples at an uneven speed are not evenly spaced. */
+/* Separates the sums of the residuals into their mean and their component of order 1 (`line`). Both must be solved
+   together, because samples at an uneven speed are not evenly spaced. */
 static enum refusal separate_lines(const struct fit *fit) {
     struct heads_workspace *workspace = fit->workspace;
     double samples = fit->turn->samples;
