@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Takes a bank of the capture, copies the bank for the console, or detects that no bank becomes ready. */
+/* Reads the memory bank that holds a captured turn, copies it for the console, or detects that no bank becomes ready.
+   */
 
 #ifndef ARCTRUE_BANK_H
 #define ARCTRUE_BANK_H

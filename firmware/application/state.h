@@ -51,7 +51,7 @@ enum saved_state {
     SAVED_NOT_CONFIRMED,
 };
 
-/* A capture for the console: requested, copied, or impossible to copy. */
+/* State of a dump, the copy of a capture for the console: none, requested, copied, or impossible to copy. */
 enum dump_state { DUMP_NONE, DUMP_WANTED, DUMP_COPIED, DUMP_NOT_COPIED };
 
 /* Origin of the candidate: this turn's calibration, the received set, the set that was loaded before the start, or the
@@ -111,8 +111,8 @@ struct turn_report {
        a set, to the loaded set. */
     struct followed_measured followed[FOLLOWED_LANES_MAX];
     uint32_t followed_lanes;
-    /* Largest distance of a head's place from the place that the corrected mean expects; negative if it was not
-       measured. */
+    /* Largest difference between the measured angle of a head and the angle that the offsets of the judged or active
+       mean state; negative if it was not measured. */
     double mean_off_arcsec;
     /* Head that has moved since the active offsets were set, from 1 on, and its motion along the scale; 0: none. */
     uint32_t moved_head;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Declares the place of the windows of the local table in the turn. */
+/* Declares where the windows of the local table lie in the turn. A local table holds points of the correction, between
+   which the gateware interpolates in each window. */
 
 #ifndef ARCTRUE_TABLE_PLACE_H
 #define ARCTRUE_TABLE_PLACE_H
