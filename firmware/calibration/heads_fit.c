@@ -40,7 +40,7 @@ struct fit {
     /* Counts by which a head's word minus that of head 1 exceeds the angle between the two heads. */
     int32_t ahead[HEADS_MOST];
     double combination[COMBINATIONS_MOST][HEADS_MOST];
-    /* e^{jd_i} and rho_i e^{jp_i}. */
+    /* e^{jd_i} and rho_i e^{jp_i} of each head (heads_fit.h, heads.h). */
     struct vector late[HEADS_MOST];
     struct vector sight[HEADS_MOST];
     /* Circular motion of the axis opposite to the table's rotation, arcsec. */
