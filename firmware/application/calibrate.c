@@ -61,8 +61,8 @@ static enum refusal calibrate_judge_noise(struct application *application) {
     return NOT_REFUSED;
 }
 
-/* Marks the orders that have a loaded lane as not seen, so that the calibration ignores them. Returns the orders
-   that were hidden, order n in bit n - 1. */
+/* Sets `seen` to false for the orders that have a loaded lane, so that the calibration ignores them. Returns these
+   orders, order n in bit n - 1. */
 static uint64_t calibrate_hide_loaded(const struct coefficients *loaded,
                                       struct estimate *estimate) {
     uint64_t hidden = 0;
@@ -434,8 +434,8 @@ static void calibrate_judge_pending(struct application *application, const struc
     }
 }
 
-/* Estimates and reports head 1's error while a loaded mean is active or a set waits for its turn; it makes no candidate
-   for head 1. */
+/* Reports head 1's error while a mean is active that this turn did not calibrate, because the mean was loaded or
+   because a set waits to be judged. Makes no candidate for head 1. */
 static enum refusal calibrate_watch_mean(struct application *application, const struct turn *turn) {
     (void)calibrate_judge_mean(application, turn, &application->active.mean);
     application->estimate = application->measured;

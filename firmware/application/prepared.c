@@ -74,8 +74,8 @@ enum load_answer application_load_without_lane(struct application *application, 
     return prepared_open(application, answer);
 }
 
-/* Returns the bits of the windows that hold these sets. Bit 0 of `sets` stands for the set without head 1, which is in
-   window 1. */
+/* Converts `sets`, in which bit 0 stands for the set without head 1, to the mask of core_prepared_sum(), in which bit 1
+   stands for this set. */
 static uint32_t prepared_windows(uint32_t sets) {
     return sets << 1;
 }

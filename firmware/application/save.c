@@ -71,8 +71,8 @@ static bool save_read_sector(struct save *save, uint32_t sector) {
                             SAVED_WORDS_MOST);
 }
 
-/* Notes a whole record as the latest record unless a later one was found. If no record is whole so far, notes the
-   reason why the first record is not whole. */
+/* Notes a whole record as the latest record unless a later one was found. While no record is whole, notes why the first
+   sector that is not empty holds no whole record. */
 static void save_note_record(struct save *save, uint32_t sector, enum saved_answer answer,
                              uint32_t sequence) {
     if (answer == SAVED_READ &&
