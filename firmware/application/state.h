@@ -194,9 +194,9 @@ struct application {
     struct load load;
     struct table_temperature table;
     struct prepared prepared;
-    /* Temperature of the table when the previous bank was taken, and the time at which it was taken. `middle_celsius`:
-       temperature in the middle of this turn or, if no earlier temperature is known, the present temperature of
-       `table`. */
+    /* Temperature of the table after the previous turn was processed, and the time at that moment (0: the temperature
+       was not known). `middle_celsius`: temperature in the middle of this turn or, if no earlier temperature is known,
+       the present temperature of `table`. */
     double before_celsius;
     double before_s;
     double middle_celsius;

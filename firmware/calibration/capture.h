@@ -24,7 +24,7 @@ struct capture {
     uint32_t angle_offset;
     /* Counts by which head 2's words exceed the angle of head 2; not 0 once head 2 has lost counts. */
     int32_t head2_zero;
-    /* Clocks between two samples; 0: the samples are at equal angles. */
+    /* Clocks between two samples; 0: the samples are not at equal times, but at equal angles or at edges of sync_in. */
     uint32_t period_clocks;
     uint32_t clock_hz;
     uint32_t heads;
