@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Reads the memory bank that holds a captured turn, copies it for the console, or detects that no bank becomes ready.
-   */
+/* Reads the memory bank that holds a captured turn, copies it for the console, or detects that no bank becomes
+   ready. */
 
 #ifndef ARCTRUE_BANK_H
 #define ARCTRUE_BANK_H

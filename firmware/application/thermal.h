@@ -65,8 +65,8 @@ double thermal_change_counts(const struct thermal *thermal, const struct coeffic
                              double from_celsius, double to_celsius);
 
 /* Returns the sum of the amplitudes by which the lanes with the same number in two banks differ, counts. It is an upper
-   bound of the difference between the two corrections. A lane that one bank alone uses counts with its whole amplitude.
-   */
+   bound of the difference between the two corrections. A lane that one bank alone uses counts with its whole
+   amplitude. */
 double thermal_apart_counts(const struct coefficients *first, const struct coefficients *second);
 
 #endif

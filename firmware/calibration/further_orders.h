@@ -43,8 +43,8 @@ struct further_workspace {
 void further_orders_look(struct further_workspace *workspace, const struct turn *turn,
                          const struct estimate *estimate, const struct coefficients *set);
 
-/* Returns the shift of head 2's readings, radians: the measured separation minus the separation that `estimate` uses.
-   */
+/* Returns the shift of head 2's readings, radians: the measured separation minus the separation that `estimate`
+   uses. */
 double further_orders_shift_rad(const struct estimate *estimate);
 
 /* Returns the turn's result for one of these orders. If the readings cannot separate the errors of the two heads,

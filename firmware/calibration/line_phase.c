@@ -17,8 +17,8 @@
 /* Least |c| as a share of the loaded amplitude: below half, the lane would add more error than it removes. */
 #define LEAST_SIZE 0.5
 #define SIGMAS 3.0
-/* Largest standard uncertainty of c divided by |c|: twice this uncertainty is then a quarter of the line's amplitude.
-   */
+/* Largest standard uncertainty of c divided by |c|: twice this uncertainty is then a quarter of the line's
+   amplitude. */
 #define LARGEST_SHARE 0.125
 #define TURN_STEPS ((double)(1ULL << 48))
 
