@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Runs the endless work of the processor: wait for the index, capture, verify, calibrate, write the idle bank, swap,
-   monitor. One call of application_step() does one piece of this work and returns. */
+/* Runs the endless work of the processor: wait for the index, capture, verify, calibrate, write the idle coefficient
+   bank, swap the banks, monitor. One call of application_step() does one piece of this work and returns. */
 
 #ifndef ARCTRUE_APPLICATION_H
 #define ARCTRUE_APPLICATION_H

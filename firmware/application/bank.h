@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Takes a bank of the capture, copies the bank for the console, or detects that no bank becomes ready. */
+/* Reads the memory bank that holds a captured turn, copies it for the console, or detects that no bank becomes
+   ready. */
 
 #ifndef ARCTRUE_BANK_H
 #define ARCTRUE_BANK_H
@@ -15,8 +16,8 @@ void bank_watch(struct application *application);
 /* Fills `header` and `capture` from the bank that is ready. */
 void bank_take(struct application *application);
 
-/* Copies the taken bank for the console, which needs seconds to print it. The copy contains the present temperature
-   of the die. */
+/* Copies the capture that bank_take() has filled for the console, which needs seconds to print it. The copy contains
+   the present temperature of the die. */
 void bank_copy(struct application *application);
 
 #endif

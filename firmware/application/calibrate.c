@@ -61,8 +61,8 @@ static enum refusal calibrate_judge_noise(struct application *application) {
     return NOT_REFUSED;
 }
 
-/* Marks the orders that have a loaded lane as not seen, so that the calibration ignores them. Returns the orders
-   that were hidden, order n in bit n - 1. */
+/* Sets `seen` to false for the orders that have a loaded lane, so that the calibration ignores them. Returns these
+   orders, order n in bit n - 1. */
 static uint64_t calibrate_hide_loaded(const struct coefficients *loaded,
                                       struct estimate *estimate) {
     uint64_t hidden = 0;
@@ -93,7 +93,8 @@ static uint32_t calibrate_lanes_used(const struct coefficients *coefficients) {
     return used;
 }
 
-/* Returns the number of lanes of the core that no active lane with a condition or with a real order occupies. */
+/* Returns the number of lanes of the core that remain when lanes that follow a condition or have a real order are
+   active. */
 static uint32_t calibrate_plain_lanes(const struct application *application) {
     const struct followed followed = load_followed_at_work(&application->load);
     return application->configuration.lanes - followed_all_lanes(&followed);
@@ -139,7 +140,7 @@ static bool calibrate_has_dropped(const struct coefficients *active,
     return false;
 }
 
-/* Multiple of the variance of a component above which a change counts as real and not as noise. */
+/* Multiple of the variance of a component above which the square of a change counts as real and not as noise. */
 #define CHANGED 18.0
 
 /* Returns the largest change of an order since the previous turn. The calibration measures the change of its own
@@ -433,8 +434,8 @@ static void calibrate_judge_pending(struct application *application, const struc
     }
 }
 
-/* Estimates and reports head 1's error while a loaded mean is active or a set waits for its turn; it makes no candidate
-   for head 1. */
+/* Reports head 1's error while a mean is active that this turn did not calibrate, because the mean was loaded or
+   because a set waits to be judged. Makes no candidate for head 1. */
 static enum refusal calibrate_watch_mean(struct application *application, const struct turn *turn) {
     (void)calibrate_judge_mean(application, turn, &application->active.mean);
     application->estimate = application->measured;

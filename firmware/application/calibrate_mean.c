@@ -11,7 +11,8 @@
 /* Relative standard uncertainty of a radius: a rectangular distribution of +-0.1 mm on the paper's radius of 53.975
    mm. */
 #define U_RADIUS (0.1 / 1.7320508075688772 / 53.975)
-/* Share of an axis motion in the mean above which the firmware computes new weights. */
+/* Largest share of an axis motion that the present weights may leave in the mean; above it the firmware computes new
+   weights. */
 #define LEAK_LIMIT 1e-3
 /* One count as a u24.4 word. */
 #define OFFSET_ONE 16.0
@@ -46,8 +47,8 @@ static void offset_words(struct mean_set *mean, const struct heads_geometry *geo
     }
 }
 
-/* Fills `mean` with the active words if they belong to these heads and delays. Returns true if these words still
-   suppress an axis motion. */
+/* Copies the words of the active mean to `mean` if they were computed for the same number of heads and the same delays;
+   otherwise clears `mean`. Returns true if the copied weights still suppress an axis motion. */
 static bool mean_goes_on(const struct application *application, const struct heads_found *found,
                          struct mean_set *mean) {
     const struct coefficients *active = state_active(application);
@@ -57,8 +58,7 @@ static bool mean_goes_on(const struct application *application, const struct hea
     return same && heads_leak(&found->geometry, mean->weight) <= LEAK_LIMIT;
 }
 
-/* Shifts the offset of a head that has moved along the scale by the motion of this head, so that the zero of the mean
-   does not move. */
+/* If one head has moved along the scale, adds its motion to its offset, so that the zero of the mean does not move. */
 static void mean_follow_moved_head(struct application *application, const struct heads_found *found,
                                    struct mean_set *mean) {
     double one = OFFSET_ONE * application->capture.counts_per_rev;

@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Writes the core's control register, releases its banks and arms its compare, as the operator has ordered. */
+/* Writes the core's control register, releases its banks and arms its position compare (the unit that emits pulses at
+   given angles), as the operator has ordered. */
 
 #ifndef ARCTRUE_CONTROL_H
 #define ARCTRUE_CONTROL_H
 
 #include "state.h"
 
-/* Switches correction, output and capture as ordered. */
+/* Switches correction, output and capture as the operator has ordered. */
 void control_write(const struct application *application);
 
 /* Releases a bank that is ready, because a capture from before a re-arm cannot be used. */

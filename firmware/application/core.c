@@ -20,7 +20,7 @@
 #define CAPTURE_MODE(mode) ((uint32_t)(mode) << ARCTRUE_REGISTERS__CONTROL__CAPTURE_MODE_bp)
 
 enum { WORDS_A_LANE = 4, WORD_BYTES = 4, HEADS = 2, MODULATOR_PLACE = 16 };
-/* Places of the words in the window of the mean. The offsets begin at word 0; the weights and the choice of heads
+/* Numbers of the words in the registers of the mean. The offsets begin at word 0; the weights and the choice of heads
    follow. */
 enum { MEAN_WEIGHTS = 4, MEAN_CHOICE = 8, MEAN_WORDS = 9, USED_SHIFT = 4 };
 #define WEIGHT_ONE (1 << ARCTRUE_COSINE_FRACTION)
@@ -137,8 +137,8 @@ struct core_origin core_origin(const struct core_access *core) {
     };
 }
 
-/* Keeps the output on if it is on: after a fault of the firmware a controller uses the output, and would lose the
-   counts while it is off. */
+/* Switches correction and capture off. The output stays on if it is on: after a fault of the firmware a controller
+   still uses the output, and would lose counts while it is off. */
 void core_hold(const struct core_access *core) {
     bool output = (core_read(core, AT(control)) & BIT(CONTROL__OUTPUT_ENABLE)) != 0;
     core_control(core, false, output, CAPTURE_OFF);
@@ -327,8 +327,8 @@ uint32_t core_left_out(const struct core_access *core) {
                : 0;
 }
 
-/* Tells whether heads 3 and 4 have seen their indices. Also returns true once head 1 has seen two index marks, because
-   a further head without an index must not block the calibration. */
+/* Tells whether heads 3 and 4 have seen their indices or are left out. Also returns true once head 1 has seen two index
+   marks, because a further head without an index must not block the calibration. */
 static bool core_further_indices_seen(const struct core_access *core) {
     uint32_t heads = core_heads(core);
     if (heads == HEADS) {
@@ -445,7 +445,7 @@ static uint32_t core_lane_offset(uint32_t lane, uint32_t word) {
     return AT(coefficients) + (lane * WORDS_A_LANE + word) * WORD_BYTES;
 }
 
-/* Returns a word of the mean's window; without a mean, head 1 has the whole weight. */
+/* Returns a word for the registers of the mean; without a mean, head 1 has the whole weight. */
 static uint32_t core_mean_word(const struct mean_set *mean, uint32_t place) {
     if (place == MEAN_CHOICE) {
         return mean->heads != 0 ? mean->carrier | mean->used << USED_SHIFT : 1U << USED_SHIFT;

@@ -241,7 +241,7 @@ struct core_turns core_turns(const struct core_access *core, uint32_t heads);
 /* Tells whether the head, 0 to 3, has seen its index since the reset or the last re-arm. */
 bool core_head_indexed(const struct core_access *core, uint32_t head);
 void core_release_capture(const struct core_access *core);
-/* Clears the interrupt line and the causes of the interrupt. Call it before you read the status. */
+/* Clears the interrupt signal of the core and the causes of the interrupt. Call it before you read the status. */
 void core_acknowledge_interrupt(const struct core_access *core);
 /* Clears the faults of all heads, but not the fault of the output. */
 void core_clear_faults(const struct core_access *core);
@@ -321,7 +321,7 @@ struct core_failover core_failover(const struct core_access *core);
 struct core_failover_setup {
     /* Faults for which a head is left out: bits of the register `failover` from `illegal` on. */
     uint32_t causes;
-    /* Counts that all other heads must move, while a head stands still, until this head has failed; 0: no check. */
+    /* A head has failed if it stands still while all other heads move by this number of counts; 0: no check. */
     uint32_t missing_counts;
     /* Search for a head whose reading steps: two heads agree if they move by the same distance within less than this
        number of counts; 0: no search. */

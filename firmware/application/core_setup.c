@@ -7,7 +7,7 @@
 /* Number of samples of a bank that stay free, so that the closing sample of the turn fits. */
 enum { SPARE_SAMPLES = 4 };
 
-/* Units of the registers: 2^-35 count per clock, and 2^-59 count per clock squared. */
+/* Units of the registers of the ramp: 2^-35 count per clock, and 2^-59 count per clock squared. */
 #define RATE_UNIT 0x1p35
 #define ACCELERATION_UNIT 0x1p59
 
@@ -15,8 +15,9 @@ static uint32_t setup_register(double value) {
     return value < (double)UINT32_MAX ? (uint32_t)(value + 0.5) : UINT32_MAX;
 }
 
-/* Returns the step between samples at equal angles. It prefers a step that divides the turn, so that all gaps are
-   equal, if that step fills at least half a bank. */
+/* Returns the step between samples at equal angles, counts. If a step divides the turn, so that all steps are equal,
+   and its samples fill at least half of a bank, the function returns this step; otherwise it returns the smallest step
+   with which the samples of a turn fit into a bank. */
 static uint32_t setup_angle_step(uint32_t counts_per_rev, uint32_t depth) {
     uint32_t most = depth > 2 * SPARE_SAMPLES ? depth - SPARE_SAMPLES : SPARE_SAMPLES;
     uint32_t least = counts_per_rev / most + 1;

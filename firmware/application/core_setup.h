@@ -7,8 +7,8 @@
 
 #include "state.h"
 
-/* Returns the words of the registers for the present parameters. The ramp moves by the same angle per second for every
-   number of counts per turn. */
+/* Returns the words of the registers for the present parameters. The parameters state the ramp's speed and acceleration
+   as angles, so that the ramp does not depend on the counts per turn. */
 struct core_setup setup_of_parameters(const struct application *application);
 
 #endif

@@ -8,7 +8,8 @@
 #include "alarms.h"
 #include "swap.h"
 
-/* Swaps in a lane of a real order once its phase is known. */
+/* Makes a loaded lane whose order is not an integer (a real order) active, if its phase has become known or has changed
+   since the last call. Returns false if there is no such lane. */
 static bool follow_given_phase(struct application *application) {
     struct load *load = &application->load;
     if (!load->phase_given || !application->has_active || load_at_work(load) == NULL) {
@@ -56,7 +57,7 @@ void follow_between_turns(struct application *application) {
     }
 }
 
-/* Returns the model of the set that is judged next, otherwise the active model. */
+/* Returns the thermal model of the set that waits to be judged; if no set waits, the model of the loaded set. */
 static const struct thermal *follow_thermal_in_use(const struct application *application) {
     if (application->saved_state == SAVED_WAITING) {
         return &application->save->content.thermal;

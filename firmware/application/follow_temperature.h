@@ -7,15 +7,15 @@
 
 #include "state.h"
 
-/* Swaps in the loaded lanes for the table's temperature, if this swap changes the correction by more than the operator
-   has set; also swaps in a lane of a real order whose phase has become known. It runs between two turns; a turn that is
-   ready is processed first. */
+/* Computes the loaded lanes for the table's temperature and makes them active by a swap, if this changes the correction
+   by more than the parameter temperature_step_counts. Also makes a lane of a real order active whose phase has become
+   known. It runs between two turns; a turn that is ready is processed first. */
 void follow_between_turns(struct application *application);
 
 /* Reads the table's thermometer, and removes its lag with the time constant of the thermal model in use. */
 void follow_thermometer(struct application *application);
 
-/* Computes the temperature in the middle of the taken turn, because the turn's estimate belongs to its middle and
+/* Computes the temperature in the middle of the captured turn, because the turn's estimate belongs to its middle and
    the table has warmed since. */
 void follow_middle_of_turn(struct application *application);
 

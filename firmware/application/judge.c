@@ -9,12 +9,13 @@
 #include "transfer_function.h"
 #include "units.h"
 
-/* A value is refused if its remaining error exceeds the remaining error of the active value by more than NO_WORSE
-   standard uncertainties, plus the effect of a change during the turn, plus NOISE_SHARE times the noise of a reading. A
-   smaller difference cannot be seen in any reading. */
+/* The value of an order is refused if the error that it leaves exceeds the error that the active value leaves by more
+   than NO_WORSE standard uncertainties, plus the effect of a change during the turn, plus NOISE_SHARE times the noise
+   of a reading. A smaller difference cannot be seen in any reading. */
 #define NO_WORSE 6.0
 #define NOISE_SHARE 0.5
-/* Least difference of a modulator, whose range is -1 to 1, with which two conditions count as different. */
+/* Least difference of a modulator (the factor of a lane that follows a condition, -1 to 1) with which two conditions
+   count as different. */
 #define OTHER_CONDITION 0.2
 /* Largest share of the change between two conditions that a lane may leave; at this limit it removes as much as it
    leaves. */
@@ -136,8 +137,8 @@ uint32_t judge_measure_followed(const struct judge *judge, const struct coeffici
     return number;
 }
 
-/* Compares this turn with an earlier turn under another condition. Returns false if the order's change between the two
-   turns differs from the change that the lanes give. */
+/* Compares this turn with an earlier turn under another condition. Returns false if the error that remains at the order
+   changes between the two turns by more than CHANGE_LEFT times the change that the lanes compute, plus the noise. */
 static bool judge_other_condition(const struct judge *judge, struct load *load, uint32_t place,
                                   const struct sight *sight, struct vector value) {
     const struct followed *followed = judge->followed;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Converts the sets for a missing head to and from the words in which `save` keeps them.
+/* Converts the sets for a missing head (coefficients that apply while one head is left out of the mean) to and from the
+   words in which `save` keeps them.
 
    Words of a set:
      0      missing head, counted from 1, in bits 7 to 0; number of lanes in bits 15 to 8

@@ -12,13 +12,13 @@
 
 #include "parameters.h"
 
-/* Switches are 0 or 1. */
+/* The switches `frozen`, `bypassed` and `telemetry` are 0 or 1. */
 struct settings {
     struct parameters parameters;
     uint32_t frozen;
     uint32_t bypassed;
     uint32_t telemetry;
-    /* Number of restarts after faults since the firmware last worked long enough. */
+    /* Number of restarts after faults in a row; it returns to 0 after 20 turns without a fault and by a re-arm. */
     uint32_t faults_in_a_row;
 };
 

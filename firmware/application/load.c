@@ -9,8 +9,8 @@
 #include "crc32.h"
 #include "units.h"
 
-/* Upper limit of the slope during the transition between directions: below it, the corrected angle moves in the
-   direction of the table. */
+/* Upper limit of the slope of the lanes that follow the direction, while their factor changes after a reversal. Below
+   this limit, the corrected angle moves in the direction of the table. */
 #define STEEPEST_REVERSAL 0.5
 /* Limit of an amplitude in counts: magnitude of the most negative word. */
 #define AMPLITUDE_LIMIT ((double)(1 << (ARCTRUE_AMPLITUDE_WIDTH - 1 - ARCTRUE_AMPLITUDE_FRACTION)))
@@ -68,7 +68,7 @@ static enum load_answer load_frame_refused(struct load *load, enum load_answer r
     return reason;
 }
 
-/* Sets the state that holds when no load is in progress. */
+/* Sets the state that follows from the loaded set while no set is being received and no received set waits. */
 static void load_settle(struct load *load) {
     load->whole = false;
     if (load->loaded_state == LOADED_PENDING) {
@@ -105,7 +105,7 @@ static void load_seek_phases(struct load *load) {
     }
 }
 
-/* Makes a set from elsewhere the loaded set; a reception in progress continues. */
+/* Makes a saved or received set the loaded set; a reception in progress continues. */
 void load_take_over(struct load *load, const struct coefficients *set,
                     const struct thermal *thermal, const struct followed *followed,
                     const struct load_table *table, uint64_t unjudged) {
@@ -421,7 +421,8 @@ static uint32_t load_step(int32_t one, int32_t other) {
     return (uint32_t)(one > other ? one - other : other - one);
 }
 
-/* Adds a point to the bounds of the slope. The last point of a window is joined to the first point of the window. */
+/* Adds a point of the local table to its CRC, and updates the largest step between neighbouring points. The last point
+   of a window is a neighbour of the window's first point, because the table interpolates between them. */
 static void load_add_point(struct load_table *table, int32_t point) {
     uint32_t each = TABLE_POINTS / load_table_windows(&table->place);
     uint32_t in_window = table->next % each;
@@ -517,13 +518,15 @@ enum load_answer load_head(struct load *load, uint32_t number, int32_t weight, u
     return LOAD_TAKEN;
 }
 
-/* Tells whether all lanes and heads of the set in reception have arrived. */
+/* Tells whether all lanes and heads of the prepared set that is being received have arrived. A prepared set applies if
+   one head is left out. */
 static bool load_without_is_whole(const struct load *load) {
     const struct load_without *set = &load->without;
     return set->head == 0 || (set->whole >> (set->head - 1) & 1U) != 0;
 }
 
-/* Closes the set with its last frame and checks that its words form a mean without the missing head. */
+/* If all frames of the prepared set have arrived, checks that its words form a mean without the missing head, and marks
+   the set as complete. */
 static enum load_answer load_close_without(struct load *load) {
     struct load_without *set = &load->without;
     const struct mean_set *all = &load->received.mean;
@@ -700,7 +703,7 @@ enum load_answer load_end(struct load *load, const struct load_place *place,
     if (load->next != load->frames || !load_without_is_whole(load)) {
         return load_frame_refused(load, LOAD_NOT_WHOLE);
     }
-    /* A prepared set has neither conditions nor turn steps. */
+    /* A prepared set can neither follow temperature, direction or speed nor contain real orders. */
     bool follows =
         load->received_thermal.lanes != 0 || followed_all_lanes(&load->received_followed) != 0;
     if (load->without.whole != 0 && (follows || !place->has_failover)) {

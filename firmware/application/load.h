@@ -76,10 +76,11 @@ enum load_answer {
     LOAD_NOT_YET,
 };
 
-/* Limit of the slope of a correction. */
+/* Limit of the slope |d eps / d R| of a correction. */
 #define LOAD_STEEPEST (ARCTRUE_STEEPEST_PERCENT / 100.0)
 
-/* The set for a missing head that is being received. */
+/* The set for a missing head that is being received: the coefficients that apply while one head is left out of the
+   mean. */
 struct load_without {
     /* Number of the missing head, from 1 on; 0: none has begun. */
     uint32_t head;
@@ -126,7 +127,7 @@ struct load {
     bool unseen_taken;
     /* Logarithm of the odds of each received lane, summed over the turns so far. */
     float evidence[LANES_LIMIT];
-    /* Places of received lanes that need more turns; places of received lanes that no turn has judged. */
+    /* Received lanes that need more turns, and received lanes that no turn has judged; one bit per lane. */
     uint64_t undecided;
     uint64_t received_unjudged;
     /* Lanes that follow a condition, one bit per lane. `shown`: a turn has shown the lane, with modulator `shown_at`.
@@ -241,7 +242,7 @@ void load_assert(const struct load *load);
 /* Drops the set that is being received or waits; the loaded set stays loaded. */
 void load_abort(struct load *load);
 
-/* Makes the received set, or a set from elsewhere, the loaded set (`unjudged`: its lanes that no turn has judged). */
+/* Make the received set, or a saved set, the loaded set (`unjudged`: its lanes that no turn has judged). */
 void load_take_over_received(struct load *load);
 void load_take_over(struct load *load, const struct coefficients *set,
                     const struct thermal *thermal, const struct followed *followed,

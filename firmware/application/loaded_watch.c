@@ -16,8 +16,9 @@ void watch_begin(struct loaded_watch *watch) {
     watch->at_fault = false;
 }
 
-/* Follows the variance of a component. The squared difference of two independent turns, summed over both components, is
-   on average four times that variance. The result is never below the variance that the turn itself states. */
+/* Updates the running variance of a component from turn to turn, and returns it. The squared difference of two
+   independent turns, summed over both components, is on average four times that variance. The result is never below the
+   variance that the turn itself states. */
 static double watch_follow_variance(struct watched_lane *lane, bool shown, struct vector left,
                                     double stated) {
     double variance = shown ? lane->variance : stated;

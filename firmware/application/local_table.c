@@ -21,7 +21,8 @@ enum load_answer application_load_table(struct application *application,
 enum load_answer application_load_points(struct application *application, uint32_t number,
                                          const int32_t points[LOAD_POINTS], uint32_t crc) {
     if (application->save != NULL && application->save->state != SAVE_IDLE) {
-        /* The record that is being written takes its points from the idle bank. */
+        /* The record that is being written takes its points from the idle bank, so new points must not overwrite
+           them. */
         return LOAD_WRONG_FRAME;
     }
     enum load_answer answer = load_points(&application->load, number, points, crc);
@@ -143,7 +144,7 @@ double local_table_evidence(const struct application *application, const struct 
             reading.difference * arcsec - estimate->measured_separation_rad * ARCSEC_PER_RAD;
         left -= local_table_fitted(estimate, reading.angle2 * rad) -
                 local_table_fitted(estimate, reading.angle1 * rad);
-        /* Log odds: (left^2 - (left - table)^2)/2 */
+        /* Log odds: (left^2 - (left - table)^2)/(2 variance) */
         evidence += table * (left - 0.5 * table) / variance;
     }
     return evidence;
@@ -164,8 +165,8 @@ bool local_table_write(struct application *application) {
         return true;
     }
     const struct table_place place = table.place;
-    /* The idle bank has the place of the active table. That table may have become active before the firmware restarted
-       after a fault. */
+    /* The registers show the choice and place of the active table, also if it became active before the firmware
+       restarted after a fault. */
     bool at_work = core_origin(core).has_local_table && core_table_place(core).choice != 0;
     if (place.choice == 0 && !at_work) {
         return true;

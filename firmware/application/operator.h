@@ -12,13 +12,14 @@ void application_tell_temperature(struct application *application, double celsiu
 void application_choose_temperature(struct application *application,
                                     enum temperature_source source);
 
-/* These functions carry out a switch or a command of the operator. */
+/* These functions switch a function on or off as the operator commands: the freezing of the coefficients, the bypass of
+   the correction, and the telemetry. */
 void application_freeze(struct application *application, bool frozen);
 void application_bypass(struct application *application, bool bypassed);
 void application_telemetry(struct application *application, bool on);
 
-/* Copies the next turn for the console. If samples are being taken at equal angles, the capture restarts with equal
-   times, so that the copy has times. */
+/* Copies the next turn for the console. If the capture takes samples at equal angles, it restarts and takes them at
+   equal intervals of time, so that the time of each sample in the copy is known. */
 void application_want_dump(struct application *application);
 
 /* Ends the reception of a set after its last frame; returns the answer of load_end(). */

@@ -5,8 +5,9 @@
 #include "prepared.h"
 #include "thermal.h"
 
-/* Makes the set without one head. The set keeps the offsets of the mean of all heads, so that the zero does not move;
-   weights, lanes and the constant part of the error are computed for the remaining heads. */
+/* Computes the set of coefficients that applies if the head with index `missing` is left out; returns false if there is
+   no valid set. The set keeps the offsets of the mean of all heads, so that the zero does not move; weights, lanes and
+   the constant part of the error are computed for the remaining heads. */
 static bool own_sets_make_one(struct application *application, uint32_t missing) {
     struct heads_workspace *workspace = &application->workspace.heads;
     const struct heads_found *found = &application->found;

@@ -10,7 +10,7 @@
 
 struct parameters {
     double separation_deg;
-    /* Places of heads 3 and 4 after head 1, as mounted; 0: not known, so no mean of the heads is calibrated. */
+    /* Angles from head 1 to heads 3 and 4, as mounted; 0: not known, so no mean of the heads is calibrated. */
     double head3_deg;
     double head4_deg;
     /* Standard uncertainty of the difference between the places where the heads detect the mark. */
@@ -50,7 +50,7 @@ struct parameters {
     double failover_return_s;
     /* Limit of the parity of the heads; 0: none. */
     double failover_parity_counts;
-    /* Faults that raise the alarm, and faults that release the line drivers. */
+    /* Faults that raise the alarm, and faults that release (switch off) the line drivers of the output. */
     double alarm_sources;
     double release_sources;
     /* Pulse outputs: clocks for which an output is high. Pulse inputs: 1 selects falling edges. */

@@ -20,7 +20,7 @@ void prepared_forget(struct application *application) {
     }
 }
 
-/* Makes the gateware refuse every window until new sets are whole. */
+/* Makes every prepared set in the gateware invalid until new sets are complete. */
 static void prepared_close(struct application *application, uint32_t counts_per_rev) {
     const struct coefficients nothing = {.lanes = application->configuration.lanes,
                                          .counts_per_rev = counts_per_rev};
@@ -33,7 +33,7 @@ static void prepared_close(struct application *application, uint32_t counts_per_
     }
 }
 
-/* Opens the window of a set by writing the words of the mean, once the set is whole. */
+/* Makes a received set valid in the gateware once it is complete, by writing the words of its mean. */
 static enum load_answer prepared_open(struct application *application, enum load_answer answer) {
     const struct load_without *set = &application->load.without;
     if (answer == LOAD_TAKEN && set->head != 0 && (set->whole >> (set->head - 1) & 1U) != 0) {
@@ -74,8 +74,8 @@ enum load_answer application_load_without_lane(struct application *application, 
     return prepared_open(application, answer);
 }
 
-/* Returns the bits of the windows that hold these sets. Bit 0 of `sets` stands for the set without head 1, which is in
-   window 1. */
+/* Converts `sets`, in which bit 0 stands for the set without head 1, to the mask of core_prepared_sum(), in which bit 1
+   stands for this set. */
 static uint32_t prepared_windows(uint32_t sets) {
     return sets << 1;
 }

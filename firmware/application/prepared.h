@@ -28,8 +28,8 @@ void prepared_hold(struct application *application, uint32_t sets);
 /* Reads the sets of the mean from the gateware into `kept`; `kept` stays empty if the gateware's words differ from the
    written words. */
 void prepared_keep(const struct application *application, struct kept_sets *kept);
-/* Writes the saved sets into the gateware's windows; the failover must be off. Sets that this core cannot hold are left
-   out. */
+/* Writes the saved sets into the register windows of the prepared sets; the failover must be off. Sets that this core
+   cannot hold are left out. */
 void prepared_restore(struct application *application);
 /* Returns the heads for whose absence the saved record has a set that this core can hold, one bit per head. */
 uint32_t prepared_saved(const struct application *application);

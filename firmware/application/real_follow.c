@@ -9,7 +9,8 @@
 #include "assertion.h"
 #include "units.h"
 
-/* Returns the active lanes of real orders whose phase comes from `source`, or NULL if there are none. */
+/* Returns the loaded lanes if they are active and at least one lane of a real order takes its phase from `source`;
+   otherwise NULL. */
 static struct followed *real_follow_lanes(struct application *application,
                                           enum phase_source source) {
     struct followed *followed = &application->load.followed;
@@ -24,7 +25,8 @@ static struct followed *real_follow_lanes(struct application *application,
     return NULL;
 }
 
-/* Finds the turn of the core in which head 1 read the first sample; false if this turn is not certain. */
+/* Finds the number that the core gives to the turn in which head 1 read the first sample. Returns false if this number
+   is not certain. */
 static bool real_follow_first_turn(const struct application *application, const struct turn *turn,
                                    int32_t *first_turn) {
     struct core_turn_place place;
@@ -61,8 +63,8 @@ void real_follow_turn(struct application *application, const struct turn *turn) 
         if (lane->source != PHASE_BY_HEADS) {
             continue;
         }
-        /* The finder uses the nominal separation, because the line changes the measured separation from turn to
-           turn. */
+        /* The finder uses the nominal separation, because a harmonic of a real order changes the measured separation
+           from turn to turn. */
         line_finder_add(finder, &line, turn, first_turn,
                         application->parameters.separation_deg * PI / 180.0,
                         application->measured.noise_arcsec);
@@ -99,7 +101,7 @@ void real_follow_probe(struct application *application) {
     if (since <= 0) {
         return;
     }
-    /* Whole turns between the edge and now. */
+    /* Number of turns, 0 or negative, from the present turn to the turn of the edge. */
     int64_t back = ((int64_t)now.angle - since - probe.angle) / counts_per_rev;
     double angle_turns = (double)probe.angle / counts_per_rev;
     for (uint32_t place = 0; place < followed->real_lanes; place++) {

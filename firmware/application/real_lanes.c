@@ -29,7 +29,8 @@ double real_lane_order(const struct real_lane *lane) {
 
 uint64_t real_lane_phase_step(const struct real_lane *lane, uint32_t counts_per_rev) {
     ASSERT(counts_per_rev > 0 && lane->order < ORDERS);
-    /* The order has 16 bits above bit 48, so that only the added half count could overflow the sum. */
+    /* The order has 16 bits above its 48 bits of fraction and fills the word. Adding half of counts_per_rev for the
+       rounding could therefore overflow, so the remainder is compared instead. */
     uint64_t order = (uint64_t)lane->order << ARCTRUE_PHASE_STEP_WIDTH | lane->turn_step;
     uint64_t step = order / counts_per_rev;
     uint64_t over = order % counts_per_rev;
@@ -58,7 +59,7 @@ bool real_lane_move_phase(struct real_lane *lane, double phase_turns, double ang
     double turns = phase_turns - real_lane_order(lane) * angle_turns;
     uint32_t phase = (uint32_t)rint((turns - floor(turns)) * PHASES) % PHASES;
     real_lane_set_phase(&moved, phase, turn);
-    /* The words wrap at a turn. */
+    /* Phase words are modulo one turn. */
     uint32_t apart = (moved.phase_offset - lane->phase_offset) % PHASES;
     double apart_turns = (double)(apart < PHASES / 2 ? apart : PHASES - apart) / PHASES;
     double counts = fabs((double)lane->amplitude) / (1 << ARCTRUE_AMPLITUDE_FRACTION);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Reports and ends the faults of the output: it cannot keep up, or its line drivers are released. */
+/* Reports and ends the faults of the output: the output cannot keep up with the table, or its line drivers are
+   released, that is, switched off. */
 
 #ifndef ARCTRUE_RELEASE_H
 #define ARCTRUE_RELEASE_H

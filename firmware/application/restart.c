@@ -59,7 +59,7 @@ void application_start(struct application *application) {
     control_write(application);
 }
 
-/* Enters PHASE_HELD and leaves the core unchanged. */
+/* Enters PHASE_HELD if a core answers, and leaves the core unchanged. */
 static void restart_hold(struct application *application) {
     application->phase = PHASE_NO_CORE;
     if (core_identify(&application->core, &application->configuration)) {

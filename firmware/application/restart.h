@@ -26,8 +26,8 @@ void application_rearm(struct application *application);
 /* Switches the correction off, and forgets the calibration and the loaded set. */
 void application_forget(struct application *application);
 
-/* Discards the results of all turns, and switches the correction off. The loaded set is judged again; the operator need
-   not send it again. */
+/* Discards the results of all turns, and switches the correction off. The loaded set (coefficients that the operator
+   has sent) is judged again by the next turns; the operator need not send it again. */
 void restart_with_nothing(struct application *application);
 
 #endif

@@ -71,8 +71,8 @@ static bool save_read_sector(struct save *save, uint32_t sector) {
                             SAVED_WORDS_MOST);
 }
 
-/* Notes a whole record as the latest record unless a later one was found. If no record is whole so far, notes the
-   reason why the first record is not whole. */
+/* Notes a whole record as the latest record unless a later one was found. While no record is whole, notes why the first
+   sector that is not empty holds no whole record. */
 static void save_note_record(struct save *save, uint32_t sector, enum saved_answer answer,
                              uint32_t sequence) {
     if (answer == SAVED_READ &&
@@ -114,8 +114,8 @@ static bool save_read_all(struct save *save) {
     return true;
 }
 
-/* Reads the latest record again, because there is memory for one record only. A flash that has become silent
-   meanwhile reads as empty. */
+/* Reads the latest record a second time, because there is memory for one record only. It opens the flash a second time
+   after reading all records, because a flash that has become silent meanwhile would read as empty. */
 bool save_find(struct save *save) {
     uint32_t sequence;
     bool whole = save_open_flash(save) && save_read_all(save) && save_open_flash(save);
@@ -204,7 +204,8 @@ enum save_answer save_begin(struct save *save, uint32_t least) {
     return save_erase_sector(save);
 }
 
-/* Marks the sector as worn; `answer` is reported if no other sector accepts the record. */
+/* Marks the sector as worn and begins to write the record into another sector. If no sector or no try is left, the save
+   ends with `answer`. */
 static void save_leave_out(struct save *save, enum save_answer answer) {
     save->worn |= 1U << save->sector;
     if (save->tries == TRIES_MOST || !save_choose_sector(save)) {

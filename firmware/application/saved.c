@@ -85,7 +85,8 @@ static void saved_put_parameters(struct words *words, const struct parameters *p
     }
 }
 
-/* Writes the used lanes with their owner. `unjudged`: places of the lanes that no turn has judged, one bit per lane. */
+/* Writes the used lanes with their owner, calibration or operator. `unjudged`: lanes that no turn has judged, one bit
+   per lane. */
 static void saved_put_lanes(struct words *words, const struct coefficients *coefficients,
                             uint32_t owner, uint64_t unjudged) {
     for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {

@@ -69,7 +69,7 @@ struct saved {
     struct kept_sets sets;
     /* Place and check sum of the local table; choice 0: none. */
     struct load_table table;
-    /* Places of loaded lanes that no turn has judged. */
+    /* Loaded lanes that no turn has judged, one bit per lane. */
     uint64_t unjudged;
 };
 

@@ -49,8 +49,9 @@ const struct coefficients *state_active(const struct application *application) {
     return application->has_active ? &application->active : NULL;
 }
 
-/* Allows the correction only with coefficients that this program wrote, or with coefficients from before a fault. The
-   banks may hold other coefficients, because they survive a reset of the core. */
+/* Tells whether the correction is on. Without a bypass it is on with coefficients that this program wrote, or with
+   coefficients from before a fault. The banks may hold other coefficients, because their words survive a reset of the
+   core. */
 bool application_corrects(const struct application *application) {
     return (application->has_active || application->inherited) && !application->bypassed;
 }

@@ -33,7 +33,7 @@ enum application_phase {
 /* Origin of the operator's settings. */
 enum settings_origin {
     SETTINGS_PRESET,
-    /* After a fault: the settings as ordered before it. */
+    /* After a fault: the settings that the operator had ordered before the fault. */
     SETTINGS_KEPT,
     /* After a fault that destroyed them: the saved settings or presets, with bypass on if no correction is active. */
     SETTINGS_LOST,
@@ -51,7 +51,7 @@ enum saved_state {
     SAVED_NOT_CONFIRMED,
 };
 
-/* A capture for the console: requested, copied, or impossible to copy. */
+/* State of a dump, the copy of a capture for the console: none, requested, copied, or impossible to copy. */
 enum dump_state { DUMP_NONE, DUMP_WANTED, DUMP_COPIED, DUMP_NOT_COPIED };
 
 /* Origin of the candidate: this turn's calibration, the received set, the set that was loaded before the start, or the
@@ -80,7 +80,8 @@ enum alarm {
     ALARM_HEAD_LEFT_OUT = 16384,
 };
 
-/* Sets for a missing head that the gateware holds and that belong to the active mean. */
+/* Sets for a missing head that the gateware holds and that belong to the active mean of the heads. Such a set contains
+   the coefficients that apply while one head is left out of the mean. */
 struct prepared {
     /* Missing heads for which there is a set, one bit per head; 0: the failover stays off. */
     uint32_t sets;
@@ -110,8 +111,8 @@ struct turn_report {
        a set, to the loaded set. */
     struct followed_measured followed[FOLLOWED_LANES_MAX];
     uint32_t followed_lanes;
-    /* Largest distance of a head's place from the place that the corrected mean expects; negative if it was not
-       measured. */
+    /* Largest difference between the measured angle of a head and the angle that the offsets of the judged or active
+       mean state; negative if it was not measured. */
     double mean_off_arcsec;
     /* Head that has moved since the active offsets were set, from 1 on, and its motion along the scale; 0: none. */
     uint32_t moved_head;
@@ -121,7 +122,7 @@ struct turn_report {
     uint32_t alarms;
     /* True if A, B and Z stand still, because the output fell too far behind. */
     bool output_stands;
-    /* Faults that released the line drivers, bits of enum core_fault. */
+    /* Faults that released (switched off) the line drivers of the output, bits of enum core_fault. */
     uint32_t release_causes;
     /* Temperature of the die; the value counts only if has_temperature is true. */
     bool has_temperature;
@@ -193,9 +194,9 @@ struct application {
     struct load load;
     struct table_temperature table;
     struct prepared prepared;
-    /* Temperature of the table when the previous bank was taken, and the time at which it was taken. `middle_celsius`:
-       temperature in the middle of this turn or, if no earlier temperature is known, the present temperature of
-       `table`. */
+    /* Temperature of the table after the previous turn was processed, and the time at that moment (0: the temperature
+       was not known). `middle_celsius`: temperature in the middle of this turn or, if no earlier temperature is known,
+       the present temperature of `table`. */
     double before_celsius;
     double before_s;
     double middle_celsius;
@@ -248,7 +249,7 @@ const struct thermal *application_thermal(const struct application *application,
 /* Tells whether operator and coefficients allow the correction. */
 bool application_corrects(const struct application *application);
 
-/* Returns when the core takes its samples. */
+/* Returns how the core is to sample: at the edges of sync_in, at equal angles, or at equal times. */
 enum core_capture application_capture(const struct application *application);
 
 /* Asserts the conditions that hold between any two calls. */

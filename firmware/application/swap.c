@@ -29,7 +29,8 @@ static uint32_t swap_sets(const struct application *application) {
                                                     : application->prepared.sets;
 }
 
-/* Chooses the prepared set that becomes active in place of the idle bank; 0: none is needed. */
+/* Chooses the prepared set for the head that is left out, which becomes active in place of the idle bank; 0 if no head
+   is left out. Returns SWAP_HEAD_LEFT_OUT if no prepared set fits. */
 static enum swap_answer swap_choose_set(const struct application *application, uint32_t *set) {
     const struct mean_set *mean = &application->candidate.mean;
     uint32_t used = mean->heads != 0 ? mean->used : 1U;
@@ -90,7 +91,7 @@ enum swap_answer swap_candidate(struct application *application, const struct fo
     return SWAP_ASKED;
 }
 
-/* Applies no coefficients, because it is unknown which ones are active. */
+/* Raises an alarm and switches the correction off, because it is unknown which coefficients are active. */
 static void swap_lost(struct application *application) {
     alarm_between_turns(application, ALARM_SWAP);
     restart_with_nothing(application);

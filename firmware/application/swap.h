@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Writes a candidate into the idle bank and swaps the banks. */
+/* Writes a candidate, that is, new coefficients, into the idle coefficient bank and swaps the banks. */
 
 #ifndef ARCTRUE_SWAP_H
 #define ARCTRUE_SWAP_H

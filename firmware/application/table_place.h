@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Declares the place of the windows of the local table in the turn. */
+/* Declares where the windows of the local table lie in the turn. A local table holds points of the correction, between
+   which the gateware interpolates in each window. */
 
 #ifndef ARCTRUE_TABLE_PLACE_H
 #define ARCTRUE_TABLE_PLACE_H
@@ -10,7 +11,7 @@
 
 enum { TABLE_POINTS = 4096, TABLE_WINDOWS = 4 };
 
-/* Word `choice` and the first counts of the windows, as in the register map. Choice 0: no window is enabled. */
+/* Word `choice` and the first count of each window, as in the register map. Choice 0: no window is enabled. */
 struct table_place {
     uint32_t choice;
     uint32_t start[TABLE_WINDOWS];

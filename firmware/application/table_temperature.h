@@ -18,8 +18,8 @@ enum temperature_state {
     /* No reading exists yet, or fewer than three successive readings have agreed. */
     TEMPERATURE_UNKNOWN,
     TEMPERATURE_GOOD,
-    /* Held at the last good value, because the thermometer does not answer, has jumped further than the table can,
-       or has not changed for too long; or because the host has been silent for too long. */
+    /* Held at the last good value, because the thermometer does not answer, has changed faster than the table can, or
+       has not changed for too long; or because the host has been silent for too long. */
     TEMPERATURE_SILENT,
     TEMPERATURE_JUMPED,
     TEMPERATURE_STANDS_STILL,

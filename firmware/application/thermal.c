@@ -62,7 +62,8 @@ static struct vector thermal_vector_of(const struct lane *lane) {
     return (struct vector){amplitude * unit.re, amplitude * unit.im};
 }
 
-/* Returns the vector of a lane at T0 + `warmth`. */
+/* Returns the vector of a lane, counts, at the temperature that is `warmth` (K) above the model's reference
+   temperature. */
 static struct vector thermal_vector_at(const struct lane *lane, const struct thermal_lane *slope,
                                        double warmth) {
     struct vector value = thermal_vector_of(lane);
@@ -86,7 +87,7 @@ struct lane thermal_lane_at(const struct thermal *thermal, const struct lane *la
     double amplitude = rint(vector_length(value) * AMPLITUDE_STEPS);
     made.phase_offset =
         (uint32_t)rint((turns - floor(turns)) * PHASE_STEPS) & ((1U << ARCTRUE_PHASE_WIDTH) - 1U);
-    /* thermal_extent() has refused every model whose amplitudes exceed a lane. */
+    /* thermal_extent() has refused every model whose amplitudes exceed the range of a lane's word. */
     made.amplitude = (int32_t)fmin(amplitude, AMPLITUDE_WORD_MAX);
     return made;
 }

@@ -13,7 +13,8 @@
 
 enum { THERMAL_LANES_MAX = 16, THERMAL_FRACTION = 20 };
 
-/* Coefficients in 2^-20 count per kelvin and per kelvin squared. */
+/* c1 (`cosine`, `sine`) of an order in 2^-20 count per kelvin, and c2 (`cosine_squared`, `sine_squared`) in 2^-20 count
+   per kelvin squared. */
 struct thermal_lane {
     uint32_t order;
     int32_t cosine;
@@ -63,7 +64,7 @@ struct lane thermal_lane_at(const struct thermal *thermal, const struct lane *la
 double thermal_change_counts(const struct thermal *thermal, const struct coefficients *lanes,
                              double from_celsius, double to_celsius);
 
-/* Returns the sum of the amplitudes by which the lanes of two banks differ, place by place, counts. It is an upper
+/* Returns the sum of the amplitudes by which the lanes with the same number in two banks differ, counts. It is an upper
    bound of the difference between the two corrections. A lane that one bank alone uses counts with its whole
    amplitude. */
 double thermal_apart_counts(const struct coefficients *first, const struct coefficients *second);

@@ -14,7 +14,7 @@
 #include "swap.h"
 #include "zeros.h"
 
-/* Number of turns without a fault after which the count of faults in a row restarts. */
+/* Number of turns without a fault after which the number of faults in a row is set to 0. */
 enum { FAULT_FORGOTTEN_TURNS = 20 };
 
 static enum turn_result turn_result_of(enum refusal reason, bool frozen) {

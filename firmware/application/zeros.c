@@ -30,8 +30,8 @@ void zeros_forget(struct application *application) {
     application->zero_in_doubt = false;
 }
 
-/* Searches the zeros again, because the core could prove no mark for DOUBT_TURNS turns. The correction is off until
-   they are found. The coefficients are kept, because they belong to the index. */
+/* Searches the zeros of the heads again, because no two index marks of head 1 agreed for DOUBT_TURNS turns. The
+   correction is off until the zeros are found. The coefficients are kept, because they refer to the index mark. */
 static void zeros_find_anew(struct application *application) {
     core_rearm(&application->core);
     core_disarm_compare(&application->core);

@@ -11,7 +11,7 @@
 #include "transfer_function.h"
 #include "units.h"
 
-/* Returns the angle of the first sample if the steps are equal on average, as in the firmware's Fourier method. */
+/* Returns the true angle of the first sample, radians. Like the firmware's Fourier method, it assumes equal steps. */
 static double start_angle(const struct turn *turn) {
     double sum = 0.0;
     for (uint32_t k = 0; k < turn->samples; k++) {

@@ -17,7 +17,8 @@ enum fabric_state board_fabric_start(void);
 
 /* Returns the present state of the fabric's configuration. */
 enum fabric_state board_fabric_state(void);
-/* Checks, after a refusal, whether the fabric was configured by JTAG meanwhile. */
+/* If the fabric could not be loaded from the flash, checks whether JTAG has configured it meanwhile. Returns the state
+   after this check. */
 enum fabric_state board_fabric_look_again(void);
 
 /* Tells whether the firmware runs in an emulator, whose fabric is memory. */

@@ -47,8 +47,8 @@ struct kept_settings *fault_kept_settings(void);
 /* Writes the kept settings from the cache, which the next start invalidates, to memory. */
 void fault_keep(void);
 
-/* Makes every write that the bus refuses from now on cause a fault, including an earlier refusal that is still
-   pending. */
+/* From now on every write that the bus refuses causes a fault; an earlier refusal that is still pending causes a fault
+   at once. */
 void fault_bus_errors_on(void);
 
 /* Reports that the program hangs at `instruction`, and handles it like any other fault. It does not return. */

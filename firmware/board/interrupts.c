@@ -18,7 +18,7 @@ static void silence(void) {
     }
 }
 
-/* Makes an interrupt level-sensitive: the line of a device is high until the device is served. */
+/* Makes an interrupt level-sensitive: a device holds its interrupt signal high until the firmware has served it. */
 static void make_level(uint32_t interrupt) {
     uint32_t kinds = register_read(GIC_ICDICFR(interrupt));
     register_write(GIC_ICDICFR(interrupt), kinds & ~GIC_ICDICFR_EDGE(interrupt));
@@ -41,8 +41,8 @@ void interrupts_fabric_off(void) {
     register_write(GIC_ICDICER(INTERRUPT_FABRIC / 32U), 1U << (INTERRUPT_FABRIC % 32U));
 }
 
-/* Enables the fabric's interrupt after the main program's writes have reached the core, so that the core's line is low
-   again. */
+/* Enables the fabric's interrupt after the main program's writes have reached the core, so that the core's interrupt
+   signal is low again. */
 void interrupts_fabric_on(void) {
     registers_settle();
     register_write(GIC_ICDISER(INTERRUPT_FABRIC / 32U), 1U << (INTERRUPT_FABRIC % 32U));

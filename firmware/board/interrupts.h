@@ -9,9 +9,9 @@
 /* Sets up the interrupts of timer, UART and fabric, and enables them. */
 void interrupts_set_up(void);
 
-/* These functions disable and enable the fabric's interrupt. Its line is a level that only an access to the core
-   lowers. Therefore the interrupt handler disables the interrupt, so that a stuck line does not block the processor,
-   and the main program enables it again after it has served the core. */
+/* These functions disable and enable the fabric's interrupt. The core's interrupt signal stays high until an access to
+   the core lowers it. Therefore the interrupt handler disables the interrupt, so that a signal that stays high does not
+   block the processor, and the main program enables it again after it has served the core. */
 void interrupts_fabric_off(void);
 void interrupts_fabric_on(void);
 

@@ -85,8 +85,8 @@ static void write_core(void *context, uint32_t offset, uint32_t word) {
     }
 }
 
-/* Searches the thermometer, whose pins belong to the fabric. A thermometer that is plugged in later is found at the
-   next `rearm`. */
+/* Searches for the thermometer, which is connected to pins of the fabric. A thermometer that is plugged in later is
+   found at the next `rearm`. */
 static void use_thermometer(void) {
     if (upper.thermometer.kind != THERMOMETER_NONE || !board_fabric_usable()) {
         return;

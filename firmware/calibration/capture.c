@@ -69,7 +69,7 @@ static struct extent step_extent(const struct capture *capture, uint32_t head) {
     return extent;
 }
 
-/* Counts the steps within `extent` per interval of 2^shift values. */
+/* Divides `extent` into intervals of 2^shift values, and counts the steps of a head in each interval. */
 static void count_steps(const struct capture *capture, uint32_t head, struct extent extent,
                         unsigned shift, uint16_t bins[BINS]) {
     uint32_t width = (uint32_t)extent.high - (uint32_t)extent.low;

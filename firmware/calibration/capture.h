@@ -11,7 +11,7 @@
 #include "mean_set.h"
 #include "refusal.h"
 
-/* A bank as the sampler delivers it. */
+/* Samples of one turn in a memory bank, as the core's sampler delivers them. */
 struct capture {
     /* Turn positions of head 1, head 2, head 1, ... in counts, modulo 2^32. They are read in place. */
     const volatile int32_t *words;
@@ -24,7 +24,7 @@ struct capture {
     uint32_t angle_offset;
     /* Counts by which head 2's words exceed the angle of head 2; not 0 once head 2 has lost counts. */
     int32_t head2_zero;
-    /* Clocks between two samples; 0: the samples are at equal angles. */
+    /* Clocks between two samples; 0: the samples are not at equal times, but at equal angles or at edges of sync_in. */
     uint32_t period_clocks;
     uint32_t clock_hz;
     uint32_t heads;
@@ -35,7 +35,7 @@ struct capture {
     int32_t start[HEADS_MOST];
 };
 
-/* A verified turn, which `samples` samples cover evenly. */
+/* A verified turn of `samples` samples; the sample that closes the turn is not counted. */
 struct turn {
     const volatile int32_t *words;
     uint32_t samples;

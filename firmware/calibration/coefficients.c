@@ -18,8 +18,8 @@
 _Static_assert(LANES_LIMIT == ARCTRUE_LANES_MAX, "the register map holds this many lanes");
 _Static_assert(ARCTRUE_PHASE_STEP_WIDTH % 2 == 0, "the phase step in two halves");
 
-/* Computes K by long division. It removes whole turns of n / counts_per_rev first, because order times 2^49 has 65
-   bits. */
+/* Computes the phase step, which is order / counts_per_rev in units of 2^-48 turn, by long division. It removes whole
+   turns first, because the dividend of a single division, order times 2^49, has 65 bits. */
 uint64_t coefficients_phase_step(uint32_t order, uint32_t counts_per_rev) {
     ASSERT(counts_per_rev > 0 && order <= ORDER_MOST);
     if (order == 0) {

@@ -32,7 +32,7 @@ struct estimate {
     /* Order n has the place n - 1. */
     struct harmonic harmonic[ORDERS_MAX];
     uint32_t orders;
-    /* True if x is the reading of head 1, false if x is the true angle. */
+    /* True if x is a reading (of a head or of the disc under a head), false if x is the true angle. */
     bool function_of_reading;
     uint32_t samples;
     uint32_t iterations;

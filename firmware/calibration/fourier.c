@@ -42,7 +42,7 @@ static struct means turn_means(const struct turn *turn) {
     return (struct means){(double)difference / number, 2.0 * PI * start_turns};
 }
 
-/* Returns D_21[n] at angle 0, computed from the transform, whose zero is the first sample. */
+/* Returns D_21[n] with its phase at angle 0; the phases of the transform refer to the first sample. */
 static struct vector coefficient(const struct lines *lines, const struct turn *turn, uint32_t order,
                                  double start_rad) {
     struct vector line = vector_scaled(lines->sum[order - 1], 1.0 / turn->samples);
@@ -66,8 +66,8 @@ static void take_order(struct estimate *estimate, uint32_t order, struct vector 
     harmonic->variance_sine = harmonic->variance_cosine;
 }
 
-/* Returns the part of the sum of squares that the seen orders explain; each order has two lines, because the signal is
-   real. */
+/* Returns the part of the sum of squares that the estimated orders explain; the transform has two components per order,
+   because the signal is real. */
 static double squares_of_orders(const struct lines *lines, const struct estimate *estimate) {
     double squares = 0.0;
     for (uint32_t place = 0; place < estimate->orders; place++) {

@@ -38,7 +38,7 @@ static double fitted(const struct estimate *estimate, struct vector unit) {
     return one.re * unit.re - two.re + one.im * unit.im;
 }
 
-/* Contribution of a sample. */
+/* Both readings of a sample, counts, and the part of their difference that the fit does not explain, arcsec. */
 struct term {
     uint32_t angle1;
     uint32_t angle2;

@@ -2,8 +2,8 @@
 
 /* Estimates, from one turn, the orders that the calibration does not fit.
 
-   After the fit, head 2 minus head 1 still contains, at order m, Re(G2 e^{jmR2} - G1 e^{jmR1}) with G = cosine - j
-   sine of each head. Three sums over the turn form the normal equations
+   After the fit, the rest r of head 2 minus head 1 contains, at order m, Re(G2 e^{jmR2} - G1 e^{jmR1}) with G = cosine
+   - j sine of each head. Three sums over the turn form the normal equations
 
        A1 = 2 <r e^{-jmR1}> = D G2 - G1,   A2 = 2 <r e^{-jmR2}> = G2 - D* G1,   D = <e^{jm(R2 - R1)}>
 
@@ -43,8 +43,8 @@ struct further_workspace {
 void further_orders_look(struct further_workspace *workspace, const struct turn *turn,
                          const struct estimate *estimate, const struct coefficients *set);
 
-/* Returns the shift of head 2's readings that results because `estimate` uses a separation that differs from the
-   measured separation. */
+/* Returns the shift of head 2's readings, radians: the measured separation minus the separation that `estimate`
+   uses. */
 double further_orders_shift_rad(const struct estimate *estimate);
 
 /* Returns the turn's result for one of these orders. If the readings cannot separate the errors of the two heads,

@@ -16,7 +16,8 @@ static double mean_difference_counts(const struct turn *turn) {
     return (double)sum / turn->samples;
 }
 
-/* Contribution of a sample: e^{jk theta} for successive k, times powers of delta. */
+/* Quantities of one sample: e^{jkR1} for successive k (`power`), e^{jR1} (`unit`), and delta, the heads' difference
+   minus its mean, rad, with its square. */
 struct term {
     struct vector power;
     struct vector unit;
@@ -92,7 +93,8 @@ static struct vector sum_of_column(const struct gram_sums *sums, int32_t n) {
     return vector_difference(turned, expanded(sums, n, 0));
 }
 
-/* Places the four elements of two orders; i >= j. */
+/* Writes the four elements of the normal matrix that combine cosine and sine of order n with cosine and sine of order
+   m; i >= j. */
 static void place_pair(const struct gram_sums *sums, const struct gram_layout *layout,
                        double *packed, uint32_t i, uint32_t j) {
     int32_t n = (int32_t)layout->order[i];

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Builds the normal matrix of the fit from sums of e^{jk theta}, k <= 2N.
+/* Builds the normal matrix of the fit from sums of e^{jkR1}, k <= 2N, where R1 is the reading of head 1 and N the
+   highest order.
 
    The columns of the design matrix are the real and imaginary parts of d_n = e^{jnR2} - e^{jnR1} and a column of
    ones. With R2 = R1 + beta + delta, beta constant and delta of a few hundred arcseconds, every element is a sum of

@@ -13,7 +13,7 @@
 /* Least length of the parity vector; a shorter one shows that the four heads stand at only two places. The elements of
    the vector are the areas of the four triangles of three heads. */
 #define LEAST_PARITY 1e-6
-/* Noise gain above which an order counts as not seen. */
+/* Noise gain above which an order counts as one that the heads do not show. */
 #define UNSEEN_GAIN 1e3
 /* Largest distance of a tried word from the rounded weight. */
 enum { WORD_REACH = 2, WORD_CHOICES = 2 * WORD_REACH + 1, CONDITIONS = 3 };
@@ -129,8 +129,9 @@ double heads_leak(const struct heads_geometry *geometry, const int32_t weight[HE
     return vector_length(leak);
 }
 
-/* Tries words near the exact weights. The word of the last head follows from the sum of all words, so its distance from
-   the exact weight may be half a step larger. */
+/* Tries combinations of words near the exact weights, and keeps the one that leaves the least motion of the axis in the
+   mean. The word of the last head follows from the sum of all words, so its distance from the exact weight may be half
+   a step larger. */
 bool heads_weights(const struct heads_geometry *geometry, uint32_t used,
                    int32_t weight[HEADS_MOST]) {
     double exact[HEADS_MOST];

@@ -16,8 +16,8 @@
 #include "mean_set.h"
 #include "vector.h"
 
-/* Limit of a mean's noise over the noise of one reading: a mean of all heads, or without one head, must have less noise
-   than one reading. */
+/* Limit of a mean's noise divided by the noise of one reading: a mean of all heads, or without one head, must have less
+   noise than one reading. */
 #define MEAN_NOISE_LIMIT 1.0
 
 enum { COMBINATIONS_MOST = 2 };
@@ -28,7 +28,7 @@ struct heads_geometry {
     double offset_rad[HEADS_MOST];
     /* Angle by which head i detects the index mark late: p_i = offset + late. */
     double late_rad[HEADS_MOST];
-    /* rho_i, the radius of the disc over the radius of the head. */
+    /* rho_i, the radius of the disc divided by the radius of the head. */
     double ratio[HEADS_MOST];
 };
 
@@ -41,8 +41,8 @@ struct vector heads_sight(const struct heads_geometry *geometry, uint32_t head);
 uint32_t heads_combinations(const struct heads_geometry *geometry,
                             double combination[COMBINATIONS_MOST][HEADS_MOST]);
 
-/* Returns the noise of the disc's order n in these combinations over the noise of one head; INFINITY if they do not
-   show this order. */
+/* Returns the noise of the disc's order n in these combinations divided by the noise of one head; INFINITY if they do
+   not show this order. */
 double heads_gain(const struct heads_geometry *geometry, uint32_t order);
 
 /* Computes the weights with the least noise as s1.16 words whose sum is exactly 1, for the heads whose bits are set in

@@ -23,7 +23,8 @@ enum { MATRIX_SAMPLES_AN_ORDER = 64 };
 /* Least variance of a reading, arcsec^2, so that readings without noise cause no division by zero. */
 #define LEAST_VARIANCE 1e-6
 #define LEAST_U 1e-6
-/* Place of the first unknown of each kind at order 1. */
+/* Index of the first unknown of each kind at order 1: backward circle of the axis, and d_i of the heads. CIRCLES is the
+   number of unknowns of the two circles. */
 enum { BACKWARD = 2, LATE = 4, CIRCLES = 4 };
 
 struct fit {
@@ -36,10 +37,10 @@ struct fit {
     uint32_t rows;
     double arcsec_per_count;
     double turns_per_count;
-    /* Counts by which a head's words exceed its angle after head 1. */
+    /* Counts by which a head's word minus that of head 1 exceeds the angle between the two heads. */
     int32_t ahead[HEADS_MOST];
     double combination[COMBINATIONS_MOST][HEADS_MOST];
-    /* e^{jd_i} and rho_i e^{jp_i}. */
+    /* e^{jd_i} and rho_i e^{jp_i} of each head (heads_fit.h, heads.h). */
     struct vector late[HEADS_MOST];
     struct vector sight[HEADS_MOST];
     /* Circular motion of the axis opposite to the table's rotation, arcsec. */
@@ -56,8 +57,8 @@ static double precision(double u) {
     return 1.0 / (least * least);
 }
 
-/* Determines the places as far as the offsets show them, and removes whole turns between the counters, which are
-   meaningless. */
+/* Computes the heads' offsets from the means of their readings over the turn, and removes the whole turns by which
+   their counters differ, because these have no meaning. Refuses a head that is too far from its nominal place. */
 static enum refusal align(struct fit *fit) {
     const struct capture *capture = fit->capture;
     double turn = capture->counts_per_rev;
@@ -82,7 +83,8 @@ static enum refusal align(struct fit *fit) {
     return NOT_REFUSED;
 }
 
-/* Returns the prior value of d_i, arcsec: a mean of p_i - a_i from the mounting and of 0 from the index. */
+/* Returns the prior value of d_i, arcsec: the weighted mean of p_i - a_i, which the mounting suggests, and of 0, which
+   the index suggests. */
 static double late_beforehand(const struct fit *fit, uint32_t head) {
     double mounting = precision(fit->settings->u_place_arcsec);
     double index = precision(fit->settings->u_index_arcsec);
@@ -169,7 +171,7 @@ static double combined(const struct fit *fit, uint32_t row, const double residua
     return sum;
 }
 
-/* Returns the column of an unknown; cosines come before sines. */
+/* Returns the element of the design matrix for an unknown at the present sample; cosines come before sines. */
 static double column_of(const struct fit *fit, uint32_t row, uint32_t unknown) {
     const struct gram_layout *layout = &fit->workspace->layout;
     bool sine = unknown >= layout->number;
@@ -243,8 +245,8 @@ static void add_density(const struct fit *fit, struct vector unit1) {
     }
 }
 
-/* Separates the sums of the residuals into their mean and their line at order 1. Mean and line must be solved together,
-   because samples at an uneven speed are not evenly spaced. */
+/* Separates the sums of the residuals into their mean and their component of order 1 (`line`). Both must be solved
+   together, because samples at an uneven speed are not evenly spaced. */
 static enum refusal separate_lines(const struct fit *fit) {
     struct heads_workspace *workspace = fit->workspace;
     double samples = fit->turn->samples;
@@ -305,12 +307,12 @@ static double step_of_disc(const struct fit *fit) {
     return largest;
 }
 
-/* Returns the line A that an unknown of order 1 causes in a head's reading, Re(A e^{jR1}). */
+/* Returns the complex amplitude A of order 1, Re(A e^{jR1}), that one unit of an unknown causes in a head's reading. */
 static struct vector line_of(const struct fit *fit, uint32_t head, uint32_t unknown) {
     struct vector sight = fit->sight[head];
     struct vector backward = vector_conjugate(sight);
     const struct vector disc = {fit->workspace->values[0], -fit->workspace->values[fit->orders]};
-    /* The line of sin x is the line of cos x times -j. */
+    /* The complex amplitude of sin x is that of cos x times -j. */
     switch (unknown) {
     case 0:
         return sight;
@@ -345,8 +347,8 @@ static void without_mean(uint32_t heads, struct vector line[HEADS_MOST]) {
     }
 }
 
-/* Fits the first `unknowns` to the readings' lines at an order. `weight`: inverse variance of a component of a line.
-   The packed matrix is replaced by its factor. */
+/* Fits the first `unknowns` unknowns to the complex amplitudes of the readings at an order. `weight`: inverse variance
+   of a component of such an amplitude. The packed matrix is replaced by its factor. */
 static bool solve_lines(const struct fit *fit, uint32_t order, uint32_t unknowns, double weight,
                         double *step) {
     struct heads_workspace *workspace = fit->workspace;

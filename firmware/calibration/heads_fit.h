@@ -32,7 +32,7 @@
 enum { CIRCLE_ORDERS = 4 };
 
 struct heads_settings {
-    /* Places after head 1, as mounted. */
+    /* Angles from head 1 to each head, as mounted. */
     double place_rad[HEADS_MOST];
     /* Standard uncertainties: of a place as mounted; of the difference between the places where two heads detect the
        mark; and of a head's radius relative to the disc's. */
@@ -100,9 +100,9 @@ enum refusal heads_estimate(struct heads_workspace *workspace, const struct capt
                             const struct turn *turn, const struct heads_settings *settings,
                             struct heads_found *found, struct estimate *estimate);
 
-/* Converts an estimate of the disc into an estimate of the error of the mean `set` as a function of head 1's reading,
-   and sets the constant part of the error in `set`. The uncertainty of places and radii replaces the uncertainty of the
-   separation. */
+/* Converts an estimate of the disc into an estimate of the error of the mean `set` as a function of the reading of its
+   carrier, the head that the mean follows, and sets the constant part of the error in `set`. The uncertainty of places
+   and radii replaces the uncertainty of the separation. */
 void heads_estimate_of_mean(struct heads_workspace *workspace, const struct heads_found *found,
                             uint32_t counts_per_rev, struct mean_set *set,
                             struct estimate *estimate);

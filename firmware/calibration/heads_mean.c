@@ -19,13 +19,15 @@ struct mean_error {
     const struct estimate *disc;
     const struct heads_geometry *geometry;
     const struct mean_set *set;
-    /* Angle from a head's reading minus its offset to the disc's reading, turns. */
+    /* Angle p_i of each head, turns: without errors, the head at table angle theta reads the angle theta + p_i of the
+       disc. */
     double place_turns[HEADS_MOST];
     /* Sum of the error over all readings, arcsec. */
     double *sum;
 };
 
-/* Returns g under a head at a reading of the disc, arcsec. */
+/* Returns the error g_i of a head at the reading `turns` of the disc, arcsec: the error of the disc, whose order 1 is
+   multiplied by the ratio of the radii. */
 static double error_under(const struct mean_error *error, uint32_t head, double turns) {
     struct vector unit = unit_circle_at(error->circle, turns);
     struct vector power = unit;
@@ -39,8 +41,8 @@ static double error_under(const struct mean_error *error, uint32_t head, double 
     return total;
 }
 
-/* Returns E = sum of w_i g_i(y_i) at the carrier's reading r_s, with theta = r_s - g_s and y_i = theta + p_i +
-   g_i(y_i). */
+/* Returns E = sum of w_i g_i(y_i) at the reading r_s of the carrier, the head s that the mean follows, with theta = r_s
+   - g_s and y_i = theta + p_i + g_i(y_i). */
 static double error_of_mean(const void *context, uint32_t sample) {
     const struct mean_error *error = context;
     double reading = (double)sample / READINGS;
@@ -64,7 +66,8 @@ static double error_of_mean(const void *context, uint32_t sample) {
     return total;
 }
 
-/* Returns the factor of order n in the mean, sum w_i e^{jnp_i}; the terms of order 1 are multiplied by rho_i. */
+/* Returns the factor of order n in the mean, sum w_i e^{jnp_i}; the terms of order 1 are multiplied by the ratio of the
+   radii. */
 static struct vector factor_of(const struct mean_error *error, uint32_t order) {
     struct vector factor = {0.0, 0.0};
     for (uint32_t head = 0; head < error->geometry->heads; head++) {
@@ -117,7 +120,7 @@ void heads_estimate_of_mean(struct heads_workspace *workspace, const struct head
             .seen = harmonic->seen,
             .cosine = workspace->lines.sum[place].re * (2.0 / READINGS),
             .sine = -workspace->lines.sum[place].im * (2.0 / READINGS),
-            /* The places rotate the components, so both get the mean of both variances. */
+            /* The heads' positions rotate cosine and sine into each other, so both get the mean of both variances. */
             .variance_cosine = 0.5 * weight * (harmonic->variance_cosine + harmonic->variance_sine),
             .variance_sine = 0.5 * weight * (harmonic->variance_cosine + harmonic->variance_sine),
             .by_separation_cosine = by_places,

@@ -24,7 +24,7 @@ struct least_squares_workspace {
     double right[UNKNOWNS_MAX];
     double residual_squares;
     double packed[UNKNOWNS_MAX * (UNKNOWNS_MAX + 1) / 2];
-    /* The sums are no longer needed when the spectrum is taken. */
+    /* The sums are no longer needed when the spectrum is computed, so both share the memory. */
     union {
         struct gram_sums sums;
         struct lines lines;

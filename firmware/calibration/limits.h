@@ -9,8 +9,8 @@ enum {
     ORDERS_MAX = 40,
     /* Number of cosines, sines and the constant. */
     UNKNOWNS_MAX = 2 * ORDERS_MAX + 1,
-    /* Number of lines of the residual's spectrum that are averaged: the standard deviation of an uncertainty is then
-       1/(2 sqrt(96)) = 5 %. */
+    /* Number of lines of the residual's spectrum that are averaged: the relative standard deviation of an uncertainty
+       is then 1/(2 sqrt(96)) = 5 %. */
     NOISE_LINES = 96,
     LINES_MAX = ORDERS_MAX + NOISE_LINES,
     LANES_LIMIT = 64,

@@ -8,21 +8,25 @@
 #include "units.h"
 #include "vector.h"
 
-/* Standard deviation of the slip of a line in one turn, divided by the line's order; turns. */
+/* Standard deviation of the slip of a line (a harmonic whose order is not an integer) in one turn, divided by the
+   line's order; turns. */
 #define SLIP 0.001
-/* Standard deviation of K before the first turn, which is far larger than any error of a table. */
+/* Standard deviation of K before the first turn, which is far larger than any error of a table. K and c are defined in
+   line_phase.h. */
 #define START_ARCSEC 1e4
 /* Least |c| as a share of the loaded amplitude: below half, the lane would add more error than it removes. */
 #define LEAST_SIZE 0.5
 #define SIGMAS 3.0
-/* Largest standard uncertainty of c over |c|: twice this is a quarter of the line. */
+/* Largest standard uncertainty of c divided by |c|: twice this uncertainty is then a quarter of the line's
+   amplitude. */
 #define LARGEST_SHARE 0.125
 #define TURN_STEPS ((double)(1ULL << 48))
 
 /* LEAST_TURNS is the number of turns before a phase counts as known; two turns determine K and c. */
 enum { LEAST_TURNS = 4, RE_K = 0, RE_C = 2, IM_C = 3 };
 
-/* Sums over the samples of one turn of the core: shares, and shares times e^{-2 j nu theta}. */
+/* Sums over the samples to which the core gives one turn number: their shares of the turn, and the shares times e^{-2 j
+   nu theta}. */
 struct part {
     double share;
     struct vector twice;
@@ -30,7 +34,7 @@ struct part {
 
 struct sums {
     struct vector total;
-    /* The first sample's turn, the turn before it and the turn after it. */
+    /* Sums for the turn before that of the first sample, for the first sample's turn, and for the turn after it. */
     struct part part[3];
 };
 

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
 /* Declares the words of the weighted mean of two to four heads: theta = r_s + sum of w_i (r_i - r_s) - E(r_s) with r_i
-   = R_i - o_i. */
+   = R_i - o_i. R_i is the reading of head i, o_i its offset, w_i its weight; E is the error that the lanes and a
+   constant correct. */
 
 #ifndef ARCTRUE_MEAN_SET_H
 #define ARCTRUE_MEAN_SET_H

@@ -18,8 +18,9 @@ static double wrapped(double angle) {
     return angle - 2.0 * PI * rint(angle / (2.0 * PI));
 }
 
-/* Returns |c|, the motion of the axis in change_i = z + Im(c s_i), with the sights s_i and a change z of the zero of
-   all readings. The differences from head 1, which do not contain z, determine c by least squares. */
+/* Returns |c|, the motion of the axis in the model change_i = z + Im(c s_i). s_i is the result of heads_sight() for a
+   head, and z is a change of the zero of all readings. The differences from head 1, which do not contain z, determine c
+   by least squares. */
 static double axis_motion(const struct heads_geometry *geometry, const double change[HEADS_MOST]) {
     struct vector first = heads_sight(geometry, 0);
     double re_re = 0.0;

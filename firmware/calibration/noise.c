@@ -53,7 +53,7 @@ void noise_add_separation(struct estimate *estimate, int32_t counts_per_rev,
                                               transfer_function(order, estimate->separation_rad));
         struct vector error = {harmonic->cosine, -harmonic->sine};
         struct vector slope = vector_product(turned, error);
-        /* -j n slope */
+        /* The derivative of cosine - j sine is -j n slope. */
         harmonic->by_separation_cosine = order * slope.im * u_rad;
         harmonic->by_separation_sine = order * slope.re * u_rad;
     }

@@ -14,7 +14,8 @@ void noise_measure(struct estimate *estimate, double residual_squares, const str
 /* Scales covariances for noise of variance 1 to the measured noise. */
 void noise_scale_covariance(struct estimate *estimate);
 
-/* Sets the changes of all orders by the separation's uncertainty: dE_n/d alpha = -j n e^{jn alpha} TF(n) E_n. */
+/* Sets, for all orders, the change of cosine and sine by one standard uncertainty of the separation: dE_n/d alpha = -j
+   n e^{jn alpha} TF(n) E_n. Also sets the uncertainty of the measured separation. */
 void noise_add_separation(struct estimate *estimate, int32_t counts_per_rev,
                           double index_detection_arcsec);
 

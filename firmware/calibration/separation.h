@@ -44,8 +44,8 @@ double separation_uncertainty_rad(enum separation_choice choice, int32_t counts_
                                   double index_detection_arcsec);
 
 /* Returns the standard uncertainty of head 2 minus head 1 due to their indices: each repeats within a count to each
-   side (rectangular), and `index_detection_arcsec` is the standard uncertainty of the places where they are
-   detected. */
+   side (rectangular), and `index_detection_arcsec` is the standard uncertainty of the difference between the places
+   where the heads detect the mark. */
 double index_uncertainty_rad(int32_t counts_per_rev, double index_detection_arcsec);
 
 #endif

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Declares one turn's result for one order of head 1's error, and computes how strongly this result supports a
-   value. */
+/* Declares a sight, which is one turn's result for one order of head 1's error, and computes how strongly this result
+   supports a value. */
 
 #ifndef ARCTRUE_SIGHT_H
 #define ARCTRUE_SIGHT_H

@@ -9,10 +9,11 @@
 
 #include "vector.h"
 
-/* Returns TF(n) = 1/(e^{jn alpha} - 1), or 0 if the denominator is 0. */
+/* Returns TF(n) = 1/(e^{jn alpha} - 1), or 0 if the denominator's magnitude is at most 1e-4. */
 struct vector transfer_function(uint32_t order, double separation_rad);
 
-/* Returns |TF(n)|, the noise of the error over the noise of head 2 minus head 1; INFINITY if the order is not seen. */
+/* Returns |TF(n)|, the noise of the error divided by the noise of head 2 minus head 1; INFINITY if TF(n) is 0, because
+   the heads do not show this order. */
 double noise_gain(uint32_t order, double separation_rad);
 
 #endif

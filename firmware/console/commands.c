@@ -178,8 +178,8 @@ static void show_device(struct console *console) {
     named(console, "banks_without_interrupt", application->banks_without_interrupt);
 }
 
-/* Prints for every head, from one clock of the core: its position, its angle after its index, and whether it has seen
-   its index. */
+/* Prints for every head, from one clock of the core: its position, its angle from its index mark, and whether it has
+   detected this mark. */
 static void heads(struct console *console, char *const *words, uint32_t number) {
     const struct application *application = console->application;
     const struct text_sink *sink = &console->sink;
@@ -365,8 +365,8 @@ static void temperature(struct console *console, char *const *words, uint32_t nu
     }
 }
 
-/* Sets a word that lanes follow to a value that the host measures, for example a load, in the scale of the
-   coefficient file. */
+/* Sets word a or b, the factor of the lanes that follow this word, to a value that the host measures (for example a
+   load), in the scale of the coefficient file. */
 static void followed_word(struct console *console, char *const *words, uint32_t number) {
     struct application *application = console->application;
     double value;

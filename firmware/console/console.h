@@ -22,7 +22,7 @@ struct console {
     uint32_t length;
     /* True if the line is too long or contains a character that is not text: it is read to its end and refused. */
     bool spoiled;
-    /* Rows of a capture that are still to be printed. */
+    /* First row of a capture that is still to be printed, and the row after the last one. */
     uint32_t dump_place;
     uint32_t dump_end;
     /* Lines of telemetry that were left out because the port had no room, and their alarms until they are printed. */

@@ -13,7 +13,7 @@ extern const char dump_use[];
 void dump_command(struct console *console, char *const *words, uint32_t number);
 /* Prints a captured turn that was copied, a few rows at a time. */
 void dump_step(struct console *console);
-/* Tells whether rows are left to print and the sink has room for one. */
+/* These functions tell whether rows are left to print, and whether the sink also has room for one of them. */
 bool dump_busy(const struct console *console);
 bool dump_can_go_on(const struct console *console);
 

@@ -78,7 +78,7 @@ static bool fits(int64_t value) {
     return value >= INT32_MIN && value <= INT32_MAX;
 }
 
-/* Receives a lane of the set, or of the set for a missing head. */
+/* Receives a lane of the set or, if `is_without` is true, of the set for a missing head. */
 static void lane(struct console *console, char *const *words, bool is_without) {
     struct application *application = console->application;
     int64_t values[4];
@@ -238,7 +238,7 @@ static void mean(struct console *console, char *const *words) {
     answer(console, load_mean(&console->application->load, &set, crc));
 }
 
-/* Receives a head of the mean, or of the set for a missing head. */
+/* Receives weight and offset of a head of the mean or, if `is_without` is true, of the set for a missing head. */
 static void head(struct console *console, char *const *words, bool is_without) {
     struct application *application = console->application;
     int64_t values[3];

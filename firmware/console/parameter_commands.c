@@ -18,7 +18,7 @@ const char compare_use[] =
 
 enum { NAME_MOST = 32 };
 /* Largest number of events that one command prints, and longest line of an event: five numbers, the longest with 20
-   digits. */
+   characters (a sign and 19 digits). */
 enum { EVENTS_MOST = 64, EVENT_CHARACTERS_MOST = 64 };
 
 static void named(const struct text_sink *sink, const char *name, int64_t value) {
@@ -95,7 +95,7 @@ static void next_number(const struct text_sink *sink, int64_t value) {
     text_signed(sink, value);
 }
 
-/* Prints the waiting events for which the port has room; the operator requests the others by the command again. */
+/* Prints the waiting events for which the port has room; the operator repeats the command for the others. */
 static void tell_events(const struct console *console) {
     const struct text_sink *sink = &console->sink;
     const struct core_access *core = &console->application->core;

@@ -297,7 +297,8 @@ static void harmonic_part(const struct text_sink *sink, const struct harmonic *h
 
 static void harmonics_part(const struct text_sink *sink, const struct application *application) {
     ASSERT(application->estimate.orders <= ORDERS_MAX);
-    /* Values of each order: order, amplitude in arcsec, phase in rad, uncertainty in arcsec, chosen. */
+    /* Values of each order: order, amplitude in arcsec, phase in rad, uncertainty in arcsec, 1 if the order is
+       applied. */
     key(sink, "harmonics");
     text_word(sink, "[");
     for (uint32_t place = 0; place < application->estimate.orders; place++) {

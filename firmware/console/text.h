@@ -10,7 +10,7 @@
 #include <stdint.h>
 
 typedef void text_put(void *context, const char *characters, size_t number);
-/* Number of characters that the sink takes at once; further characters wait. */
+/* Returns the number of characters that the sink accepts at once; further characters wait. */
 typedef size_t text_room(void *context);
 
 struct text_sink {

@@ -3,9 +3,9 @@
 /* Verifies any capture and, if it is accepted, calibrates it with both methods, selects orders, quantises and judges
    them. Every accepted result must be finite and fit the gateware.
 
-   Bytes of the input: choices (1), orders (1), counts per turn (4), flags (2), period or, for an even turn, head 2's
-   zero (4), angle offset (4), then the samples. Bit 0 of the choices states whether samples are words or small
-   departures from an even turn; the second form makes usable turns likely. */
+   Parts of the input, with their numbers of bytes: choices (1), orders (1), counts per turn (4), flags (2), period or,
+   for an even turn, head 2's zero (4), angle offset (4), then the samples. Bit 0 of the choices states whether samples
+   are words or small departures from an even turn; the second form makes usable turns likely. */
 
 #include <math.h>
 #include <stdlib.h>

@@ -18,8 +18,9 @@ void die_temperature_prepare(const struct register_access *access);
    `celsius` then stays unchanged. The read takes some microseconds, at most DIE_TEMPERATURE_TIMEOUT_US per answer. */
 bool die_temperature_read(const struct register_access *access, double *celsius);
 
-/* Converts the status register, whose upper 12 bits are the code. UG480: T = code 503.975 K / 4096 - 273.15. Returns
-   false below -55 or above 150 degrees, because a stuck line reads as the lowest or the highest code. */
+/* Converts the converter's status register; the upper 12 of its 16 bits are the code. UG480: T = code 503.975 K / 4096
+   - 273.15. Returns false below -55 or above 150 degrees, because a data line that is stuck gives the lowest or the
+   highest code. */
 bool die_temperature_of(uint32_t status, double *celsius);
 
 #define DIE_TEMPERATURE_TIMEOUT_US 1000U

@@ -60,10 +60,10 @@ void fabric_prepare(struct fabric *fabric, const struct register_access *access)
 /* Does one piece of work, at most some ten milliseconds. Returns true if there is more to do. */
 bool fabric_step(struct fabric *fabric);
 
-/* Checks, after a refusal, whether the fabric was configured by JTAG meanwhile. */
+/* If the loading has ended without a configured fabric, checks whether JTAG has configured it meanwhile. */
 void fabric_look_again(struct fabric *fabric);
 
-/* Tells whether the window of the fabric answers. */
+/* Tells whether an access to the fabric's window ends; false if it would never end. */
 bool fabric_usable(const struct fabric *fabric);
 
 const char *fabric_state_name(enum fabric_state state);

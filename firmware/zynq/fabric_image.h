@@ -8,8 +8,8 @@
      2  length of the bitstream in bytes, a multiple of 4
      3  CRC-32 (IEEE 802.3, as zlib.crc32) of the bitstream
      4 to 15  unused, 0
-   The bitstream is a raw .bin without the text header of a .bit. The bytes of each word are swapped as the
-   configuration port takes them: read as a word, the synchronisation word is 0xAA995566. */
+   The bitstream is a raw .bin without the text header of a .bit. The bytes of each word are swapped to the
+   order that the configuration port expects: read as a word, the synchronisation word is 0xAA995566. */
 
 #ifndef ARCTRUE_FABRIC_IMAGE_H
 #define ARCTRUE_FABRIC_IMAGE_H

@@ -6,7 +6,7 @@
 
 #include "registers.h"
 
-/* Commands that are common to all flashes of 16 MB with three address bytes. */
+/* Commands of flashes of 16 MB with three address bytes; only a Spansion flash has COMMAND_CLEAR_STATUS. */
 #define COMMAND_PROGRAM_PAGE 0x02U
 #define COMMAND_READ 0x03U
 #define COMMAND_STATUS 0x05U

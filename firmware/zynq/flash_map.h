@@ -6,8 +6,8 @@
 #define ARCTRUE_FLASH_MAP_H
 
 /* Offset of the golden image, which is never written again once it is whole. The boot image that can be updated lies
-   before it, at the beginning. The boot ROM searches for an image every 32 KB. Each image has 256 KB, the largest
-   sector size of the known flashes. */
+   before it, at the beginning. The boot ROM searches for an image every 32 KB. The space for each image has 256 KB, the
+   largest sector size of the known flashes. */
 #define FLASH_MAP_GOLDEN 0x00040000U
 #define FLASH_MAP_GOLDEN_BYTES 0x00040000U
 /* Offset of the bitstream, after both images; see fabric_image.h. */

@@ -78,7 +78,7 @@ static void begin(const struct register_access *access, uint32_t direction) {
     write_at(access, I2C_HAPPENED, I2C_HAPPENED_ALL);
 }
 
-/* Returns the events, or 0 if none came within the time. */
+/* Returns the events, or 0 if none came within TIMEOUT_US. */
 static uint32_t wait_until_it_ends(const struct register_access *access) {
     uint32_t start = access->microseconds(access->context);
     for (;;) {

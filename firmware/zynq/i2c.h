@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Uses the processor's I2C controller 0 as the master of a bus with few bytes (UG585, chapter 20).
+/* Uses the processor's I2C controller 0 as the master of a bus, for transfers of at most 16 bytes (UG585, chapter 20).
 
    If a master was reset in the middle of a byte, the device holds SDA low until it gets the remaining clocks of the
    byte, which the controller cannot send while SDA is low. Two general-purpose pins are wired to the same bus in the

@@ -78,7 +78,7 @@
 #define DEVC_INT_DMA_DONE 0x00002000U
 #define DEVC_INT_DMA_AND_PCAP_DONE 0x00001000U
 #define DEVC_INT_CONFIGURED 0x00000004U
-/* AXI responses and time-outs, DMA command and queue, lengths, authentication, upset. */
+/* Flags of errors: AXI responses and time-outs, DMA command and queue, lengths, authentication, single-event upset. */
 #define DEVC_INT_ERRORS 0x00F0C860U
 #define DEVC_MCTRL_LOOPBACK 0x00000010U
 /* Reserved on silicon; QEMU sets it to identify itself. */
@@ -204,7 +204,8 @@
 #define WATCHDOG_LOAD 0xF8F00620U
 #define WATCHDOG_COUNTER 0xF8F00624U
 #define WATCHDOG_CONTROL 0xF8F00628U
-/* Set by a reset of the watchdog and cleared by no reset of the processor; writing 1 clears it. */
+/* The watchdog sets this flag when it resets the processor. No reset of the processor clears the flag; writing 1 clears
+   it. */
 #define WATCHDOG_RESET_STATUS 0xF8F00630U
 #define WATCHDOG_RESET_TAKEN 0x1U
 

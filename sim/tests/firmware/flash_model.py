@@ -1,7 +1,8 @@
 """Models a serial flash and the controller of the Zynq that reaches the flash.
 
-The models are written from UG585 (quad-SPI controller, I/O mode) and the data sheets of S25FL128S
-and N25Q128, not from the C code: only the names of the addresses are read from its header.
+The models are written from UG585 (quad-SPI controller, I/O mode) and the data sheets of S25FL128S,
+N25Q128 and W25Q128, not from the C code: only the register addresses come from its header
+zynq/registers.h.
 """
 
 from __future__ import annotations
@@ -43,9 +44,9 @@ ERASE_US, PROGRAM_US = 520_000, 750
 class Chip:
     """A flash chip: programming clears bits, and erasing sets the bits of a sector.
 
-    ``fault`` names a fault: silent, silent_after_id (silent from the first command after its ID was
-    read that is not a read of ID or status), stuck (an operation never ends), protected (nothing is
-    erased or programmed), or bad_bit (programming inverts one bit).
+    ``fault`` names a fault: silent, silent_after_id (the chip answers reads of ID and status; from
+    the second byte of any other command on it is silent), stuck (an operation never ends),
+    protected (nothing is erased or programmed), or bad_bit (programming inverts one bit).
 
     ``worn`` maps the address of a sector to the operation that fails there, ``erase`` or
     ``program``.
@@ -68,12 +69,13 @@ class Chip:
         self.under_way: tuple[int, bytes] | None = None
 
     def lose_power(self, done: int, draw: np.random.Generator, order: str = "up") -> None:
-        """Cut the last write off in its byte ``done``; each bit that was to change in this byte has
-        either value.
+        """Undo the last write as if the power had failed at its byte ``done``: each bit of this
+        byte that the write would change has, at random, its old or its new value.
 
         ``order``: with "up" the bytes before ``done`` are written and those after it are unchanged;
-        with "down" it is the opposite; with "none" every byte is cut off. An erase may leave any
-        bits, because most flashes program a sector to 0 before they erase it.
+        with "down" it is the opposite; with "none" every byte of the write is random in this way.
+        An erase may leave any bits, because most flashes program a sector to 0 before they erase
+        it.
         """
         assert self.under_way is not None, "nothing is written"
         first, old = self.under_way
@@ -177,8 +179,8 @@ class Chip:
 
 
 class Controller:
-    """The registers of the controller and its flash chip; the C code uses these registers through
-    ``access``."""
+    """The controller, with its registers and the connected flash chip. The C code reads and writes
+    the registers through ``access``."""
 
     def __init__(self, chip: Chip, fault: str = "") -> None:
         self.chip = chip

@@ -1,7 +1,8 @@
 """Models the Zynq's I2C controller and two thermometers on its bus.
 
 The models are written from UG585 (chapter 20 and its register tables) and the data sheets of
-ADT7420 and TMP117, not from the C code: only the names of the addresses are read from its header.
+ADT7420 and TMP117, not from the C code: only register addresses come from its header
+zynq/registers.h.
 """
 
 from __future__ import annotations

@@ -148,7 +148,7 @@ class ModelCore:
         return ffi.cast("int32_t *", self.bank.ctypes.data)
 
     def build_events(self) -> None:
-        """Give the core EVENTS and an empty queue."""
+        """Make the model that of a core that was built with EVENTS; its event queue is empty."""
         self.events = deque()
         self.set("version", 0x000800)
         self.set("capability", 2 | bit("capability", "events"))

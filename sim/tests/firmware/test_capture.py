@@ -1,5 +1,5 @@
-"""Tests the check of a capture: every reason for a refusal has an example, and the faults of the
-samples are compared with the reference in Python."""
+"""Tests the check of a capture: every reason for which the C code refuses a capture has an example,
+and the faults of the samples are compared with the reference in Python."""
 
 from __future__ import annotations
 

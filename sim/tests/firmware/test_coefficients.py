@@ -1,5 +1,5 @@
-"""Tests of the C code that chooses orders, quantises them, averages turns and applies the
-acceptance gate."""
+"""Tests of the C code that chooses orders, quantises them, averages turns, applies the acceptance
+gate, refuses fits without a solution, and solves symmetric equations."""
 
 from __future__ import annotations
 

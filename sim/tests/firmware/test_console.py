@@ -1,4 +1,5 @@
-"""Tests the console with every command, and with lines that are not commands."""
+"""Tests the console with its general commands (others have tests of their own), and with lines that
+are not commands."""
 
 from __future__ import annotations
 

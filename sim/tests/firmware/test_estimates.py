@@ -35,8 +35,9 @@ The difference of the heads varies by δ = 85″, and N = 32 is the highest orde
 REFERENCE_ROUNDING = 1e-5
 """Relative rounding error of the reference's residual |y|² − 2xᵀXᵀy + xᵀXᵀXx.
 
-Where index and drawing differ by 3000″, terms of 1e11 arcsec² cancel to 2e2 arcsec² (12,000 samples
-with a noise of 0.14″). This magnifies their rounding errors by 5e8.
+If the separation that the index marks give differs from the nominal one by 3000″, terms of 1e11
+arcsec² cancel to 2e2 arcsec² (12,000 samples with a noise of 0.14″). This magnifies their rounding
+errors by 5e8.
 """
 
 DISC = Disc({1: (150.0, 0.4), 2: (6.0, 4.2), 3: (1.2, 2.9), 11: (0.4, 1.0), 31: (0.3, 5.0)})
@@ -93,7 +94,7 @@ def assert_equal(made: Any, expected: Estimate) -> None:
     assert made.iterations == expected.iterations
     seen = np.isfinite(expected.noise_gain)
     np.testing.assert_array_equal(per_order(made, "seen"), seen)
-    # A change of α by 1e-12 changes a gain of 1000 by 1e-9.
+    # A change of α by 1e-12 rad changes a gain of 1,000 at order n by n·1e-9 of its value.
     np.testing.assert_allclose(per_order(made, "noise_gain"), expected.noise_gain, rtol=1e-6)
     ffi, library = firmware()
     u = [library.harmonic_uncertainty(ffi.addressof(made.harmonic[p])) for p in range(made.orders)]

@@ -196,7 +196,8 @@ def test_c_equals_numpy(world: World) -> None:
     """The C code and numpy agree in orders, places, radii and axis motion (the circles) to 1e-9 of
     the largest value, and in covariances to 1e-2.
 
-    The covariance comes from the normal matrix of every k-th sample, with 16 samples per order.
+    The C code computes the covariance from the normal matrix of every k-th sample; if the turn has
+    enough samples, it uses at least 64 per order.
     """
     c, numpy = in_c(world), in_numpy(world)
     assert c.reason == "none"

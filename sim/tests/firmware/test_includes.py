@@ -1,4 +1,4 @@
-"""Test that no circle of includes exists among the C files of a folder."""
+"""Tests that the C files of a folder do not include each other in a circle."""
 
 from __future__ import annotations
 

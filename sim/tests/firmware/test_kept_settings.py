@@ -212,8 +212,8 @@ def test_every_order_is_kept_before_it_is_confirmed() -> None:
 @given(st.data())
 @settings(max_examples=60, deadline=None)
 def test_a_write_that_a_fault_cuts_off_leaves_the_settings_before_or_after_it(data: Any) -> None:
-    """The firmware reads either the old or the new settings if only some of the memory's 32-byte
-    lines are new, because the fault came while the other lines were still in a cache."""
+    """The firmware reads either the old or the new settings if a fault came when only some of the
+    32-byte cache lines had been written to memory."""
     device = Device()
     ffi, library = firmware()
     size = ffi.sizeof(device.kept[0])

@@ -122,8 +122,8 @@ def file_of(order: float, amplitude_arcsec: float, source: PhaseSource) -> Coeff
 
 
 def capture(running: Firmware, counts: NDArray[np.int64]) -> None:
-    """Hand a turn over; the core's registers have the turn number and the angle of the last
-    sample."""
+    """Hand a turn over to the firmware, after setting the core's registers to the turn number and
+    the angle of the last sample."""
     running.core.hand_over(counts)
     last = int(counts[0, -1])
     running.core.set("turn_number", last // COUNTS)

@@ -101,8 +101,8 @@ def test_alone_they_are_a_set_and_a_start_asks_again(running: Firmware) -> None:
 def test_what_cannot_be_is_refused(
     running: Firmware, conditions: Conditions, force: bool, built: bool, reason: str
 ) -> None:
-    """The firmware refuses a file in three cases: the core lacks the generic, the frames lack
-    force, or the correction changes by 26 counts within 50 counts of travel."""
+    """The firmware refuses a file in three cases: the core lacks the generic MODULATORS, the frame
+    ``load force`` is missing, or the correction changes by 26 counts within 50 counts of travel."""
     if built:
         modulators(running)
     frames = load_frames(with_direction(SUBDIVISION, conditions), force=force)

@@ -126,8 +126,8 @@ def test_what_cannot_be_is_refused(
 
 
 def test_a_steep_line_is_refused(running: Firmware) -> None:
-    """The firmware refuses a line with 5,000.5 periods a turn that is so large that the corrected
-    angle would move backwards."""
+    """The firmware refuses a harmonic of order 5,000.5 that is so large that the corrected angle
+    would move backwards."""
     built(running)
     wanted = with_real_orders({})
     amplitudes = wanted.amplitudes.copy()
@@ -146,8 +146,9 @@ def test_a_phase_that_is_none_is_refused(running: Firmware, words: str) -> None:
 
 
 def test_in_every_turn_of_the_core_the_phase_is_the_equations(running: Firmware) -> None:
-    """The lane has the phase of the equation in every turn of the core: the test compares the
-    firmware, which computes modulo 2⁴⁸, with the model, for turns forwards and backwards."""
+    """In the turn of the core for which a phase is given, the lane has this phase. The firmware
+    computes modulo 2⁴⁸; the test compares it with the model for positive and negative turn numbers,
+    and compares the phase step per count with the exact quotient."""
     from sim.tests.firmware.library import firmware
 
     ffi, library = firmware()

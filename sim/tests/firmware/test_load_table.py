@@ -255,9 +255,9 @@ def test_no_points_arrive_while_a_record_is_written() -> None:
 
 @pytest.mark.parametrize("steps", [52, 70, 100])
 def test_power_that_is_lost_while_points_are_written_leaves_the_record_before(steps: int) -> None:
-    """The record before stays valid if power is lost while points are written. The erase takes 0.52
-    s, which is 52 steps; then the firmware programs 64 pages of points, and after these the pages
-    of the record."""
+    """The previous record stays valid if power is lost while points are written. The erase takes
+    0.52 s, which is 52 steps; then the firmware programs 64 pages of points, and after these the
+    pages of the record."""
     board = Board()
     board.firmware.send("set orders 8")
     board.work(range(1, 5), disc=SCRATCHED)

@@ -175,7 +175,8 @@ def test_compare_follows_a_zero_that_moved(running: Firmware) -> None:
     running.core.hand_over(turn())
     running.step(4)
     assert len(running.core.armed) == 2
-    # The firmware does not arm a single place again that the table has passed.
+    # With interval 0 there is only one pulse. After the table has passed its position, the firmware
+    # does not arm the compare unit again.
     running.core.set("status", 0)
     running.core.moves_zero(-4)
     running.core.hand_over(turn())

@@ -90,7 +90,8 @@ def lanes_of(amplitude: float) -> Coefficients:
 
 
 def without(missing: int) -> Coefficients:
-    """Return a set whose weights all differ; head 1 is the carrier unless it is missing."""
+    """Return a set whose weights all differ. Head 1 is the carrier, the head whose counts the mean
+    follows, unless it is missing."""
     weights = [0 if head == missing else 10_000 * head for head in range(1, HEADS + 1)]
     carrier = 2 if missing == 1 else 1
     weights[carrier - 1] += 65_536 - sum(weights)
@@ -266,8 +267,8 @@ def test_a_re_arm_asks_for_every_head(running: Firmware) -> None:
 
 
 def test_the_first_frame_of_a_set_ends_the_failover_of_the_former_ones(running: Firmware) -> None:
-    """The first frame of a set ends the failover before any word of the sets changes; the gateware
-    refuses an incomplete set."""
+    """The first frame of a set switches the failover off before any word of the sets changes; the
+    gateware refuses an incomplete set."""
     loaded(running, file_of(1, 2, 3, 4))
     frames = load_frames(file_of(1, 2))
     first = next(place for place, frame in enumerate(frames) if "load without " in frame)

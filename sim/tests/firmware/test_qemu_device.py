@@ -1,4 +1,4 @@
-"""Tests of the ARM image in QEMU with interrupts, watchdogs, flash and temperature of the chip."""
+"""Tests of the ARM image in QEMU with interrupts, watchdog, flash and temperature of the chip."""
 
 from __future__ import annotations
 

@@ -110,8 +110,9 @@ def test_the_bounds_hold_and_both_languages_have_the_same(
         exact_size = max(exact_size, float(np.abs(now).max()))
     assert exact_slope <= steepest * (1 + 1e-12) + 1e-15
     assert exact_size <= largest * (1 + 1e-12)
-    # The bounds use chords over 1/32 of the range (h kelvin); with the second-order slope c2, the
-    # bound of an amplitude exceeds its largest value by at most c2 h^2/4.
+    # The bounds come from 33 temperatures with the spacing h, 1/32 of the range. With the
+    # coefficient c2 of the squared temperature, the bound of an amplitude exceeds the largest value
+    # by at most |c2| h^2/4.
     assert steepest - exact_slope <= 0.25 * 0.6 * 4 * (80 / 32) ** 2 * sum(orders) * 6e-6 * 2
     model = ffi.new("struct thermal *")
     model.lanes, model.reference_mc = len(slopes), round(1000 * COLD_C)

@@ -205,8 +205,9 @@ def test_the_rate_and_the_paths(uart: Uart) -> None:
 
 @pytest.mark.parametrize("baud", [9600, 57_600, 115_200, 230_400, 921_600, 2_000_000, 3_000_000])
 def test_another_rate_of_the_build(tmp_path: Path, baud: int) -> None:
-    """The divisors for each rate of the build are right to the rounding: at 3 Mbaud a bit has 33⅓
-    clocks, which rounding changes by 1.01 %; both ends together may deviate by 5 %."""
+    """The divisors for each rate of the build are right except for their rounding. At 3 Mbaud a bit
+    has 33⅓ clocks, which rounding changes by 1.01 %; sender and receiver together may deviate by
+    5 %."""
     uart = Uart(compiled_for(tmp_path, f"-DBOARD_BAUD={baud}U"))
     uart.set_up()
     divisor, samples = uart.words["UART_BAUDGEN"], uart.words["UART_BAUDDIV"] + 1

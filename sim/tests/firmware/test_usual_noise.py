@@ -49,8 +49,8 @@ def test_only_noisy_turns_in_a_row_become_usual(running: Firmware) -> None:
 
 
 def test_the_average_is_quieter_than_a_turn(running: Firmware) -> None:
-    """The mean of n turns with equal weights has 1/n of the variance of a turn, as `show harmonics`
-    states."""
+    """The mean of n turns with equal weights has 1/n of the variance of a turn; the uncertainty in
+    the telemetry is smaller by the factor √n."""
     scatter = {}
     for keep in (0, 1):
         running.send(f"set keep {keep}")

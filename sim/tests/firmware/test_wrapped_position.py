@@ -50,8 +50,8 @@ def started(counts_per_rev: int, method: int) -> Firmware:
 def turn_at_wrap(disc: Disc, direction: int, wrap_at_turns: float, wraps: int) -> Any:
     """Return counts (2, n) of a turn near the count at which the word of head 1 wraps.
 
-    Head 1 reaches this count ``wrap_at_turns`` after the first sample, in the wrap number ``wraps``
-    + 1 of that direction.
+    Head 1 reaches this count ``wrap_at_turns`` turns after the first sample; it is wrap number
+    ``wraps`` + 1 in ``direction``.
     """
     turn = disc.counts_per_rev
     # ``first`` is the count that the first sample must have; ``start`` is nearly its true angle.

@@ -1,7 +1,7 @@
 """Models the Zynq registers that load the fabric and read its temperature.
 
 The model is written from UG585 (device configuration interface, PS-XADC) and UG480, not from the C
-code: only the names of the addresses are read from its header.
+code: only the register addresses come from its header zynq/registers.h.
 """
 
 from __future__ import annotations
