@@ -1,4 +1,4 @@
-"""Finds faults of the data, before any effect is searched.
+"""Finds faults of the data, before the search for effects.
 
 A deviation that stays (a slip, a settling), recurs at the same angle (a scratch) or continues
 everywhere (a vibration) is a real deviation of the table. A deviation of one row or a few rows,
@@ -38,8 +38,8 @@ dense rows, whose steps are only a few counts, this limit exceeds STEP_TOLERANCE
 MOST_SLIPS = 8
 """Largest number of slips of a head in a run; with more slips, the head itself counts as faulty."""
 TEMPERATURES_C = (-60.0, 200.0)
-"""Plausible temperatures. Chosen: no table is in a colder or warmer place, and a broken sensor
-reads one of its limits."""
+"""Lowest and highest plausible temperature. These limits are a choice: no table is in a colder or
+warmer place, and a broken sensor reads a limit of its range."""
 TEMPERATURE_JUMP_K = 3.0
 """Smallest spike that is a fault: no table's temperature changes by this much and back within three
 rows."""
@@ -236,7 +236,7 @@ def _cut_runs(rows: CaptureRows | StoredCapture, spans: list[tuple[int, int]]) -
 
 
 def _turns(rows: CaptureRows | StoredCapture, start: int, end: int) -> float:
-    """Return the turns of a run, with its last step."""
+    """Return the number of turns of a run, including the step that would follow its last row."""
     angle_rad = abs(float(rows.angle_rad[end - 1] - rows.angle_rad[start]))
     return angle_rad / (2.0 * np.pi) * (end - start) / max(end - start - 1, 1)
 

@@ -20,8 +20,8 @@ STRONG_CORRELATION = 0.9
 """Smallest correlation at which a pair is listed; no decision uses it. At this correlation each σ
 is 2.3 times the σ of the coefficient alone, 1/√(1 − 0.9²)."""
 UNDETERMINED_SHARE = 0.5
-"""Share of a coefficient in directions that no row shows. Above it, the coefficient counts as not
-determined."""
+"""If a larger share of a coefficient lies in directions that no row shows, the coefficient counts
+as not determined."""
 MOST_PAIRS = 20
 """Largest number of pairs that are listed."""
 

@@ -240,9 +240,9 @@ def context_of(solution: Solution) -> FitContext:
 
     Each coefficient is its posterior mean P·c/(P + σ²). The rows bound the prior variance P: by
     Parseval's theorem, no order has more than the mean square of the measured error, P/2. Without
-    this, an order that the rows hardly determine (neither the heads' difference nor the polygon's
-    stations show it) would have a slope many times too large, and columns that depend on it would
-    fit any noise.
+    this limit, an order that the rows hardly determine (neither the heads' difference nor the
+    polygon's stations show it) would have a slope many times too large, and columns that depend on
+    it would fit any noise.
     """
     bound = _largest_square_arcsec2(solution.observations)
     variance = np.maximum(np.diag(solution.covariance), 0.0)
@@ -324,8 +324,9 @@ def tangent_terms(solution: Solution) -> tuple[list[Term], list[list[int]]]:
 def joint_uncertainty(solution: Solution) -> tuple[Matrix, list[dict[str, float]]]:
     """Return the covariance of all coefficients, and the σ of the search parameters of each term.
 
-    The coefficients' covariance allows for the search: the phase of a line is less certain if its
-    frequency is uncertain too. A whole number (an order, a run) has no σ.
+    The coefficients' covariance includes the uncertainty of the search parameters: the phase of a
+    line is less certain if its frequency is uncertain too. A search parameter that is an integer
+    (an order, a run) has no σ.
     """
     covariance = solution.covariance
     sigmas: list[dict[str, float]] = [{} for _ in solution.terms]

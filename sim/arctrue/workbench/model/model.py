@@ -134,7 +134,7 @@ class HistoryStep(Struct, forbid_unknown_fields=True, omit_defaults=True):
 
 
 class ModelTable(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """The table that a model describes; its coefficients have no meaning for another table."""
+    """The table that a model describes; the model's coefficients apply to no other table."""
 
     counts_per_rev: Annotated[int, Meta(ge=1)] | None = None
     head_separation_deg: Number | None = None
@@ -207,7 +207,8 @@ class Model:
     history: list[HistoryStep] = field(default_factory=list)
     reference_offset_arcsec: float = 0.0
     reference_temperature_c: float | None = None
-    """T₀ that the coefficients belong to; None before a fit to a set with temperatures."""
+    """Reference temperature T₀ of the coefficients, °C; None before a fit to a set with
+    temperatures."""
     table: ModelTable | None = None
     """The table that the coefficients belong to; None before a fit, and in old files."""
 

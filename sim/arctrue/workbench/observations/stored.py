@@ -190,8 +190,7 @@ class StoredCapture:
 
 
 def electrical_rad(counts: Integer | None, table: Table) -> Float | None:
-    """Return 2π·frac(counts·lines/counts_per_rev), calculated in whole numbers, so that no count is
-    rounded."""
+    """Return 2π·frac(counts·lines/counts_per_rev), calculated in integers without rounding."""
     if counts is None or table.grating_lines is None or table.counts_per_rev is None:
         return None
     # The ratio is in lowest terms, so that the product fits into 64 bits.
