@@ -30,8 +30,8 @@ def tried_effects(
     """Return a candidate for every effect that the set can test, and the data that the set lacks
     for each other effect.
 
-    An effect that the model explains completely, or whose search finds no place, gets no candidate.
-    ``tests``: number of candidates by which each p is corrected.
+    An effect gets no candidate if the model explains it completely, or if its search finds no
+    values of its search parameters. ``tests``: number of candidates by which each p is corrected.
     """
     found: list[Candidate] = []
     untestable: dict[str, list[str]] = {}
@@ -55,7 +55,8 @@ def tried_effects(
 def regular_candidates(
     residuals: Residuals, causes: Sequence[RegularCause], tests: int
 ) -> list[Candidate]:
-    """Return one candidate, for the first cause, for each effect that a forward search found.
+    """Return, for each effect that a forward search found, one candidate, which is made from the
+    effect's first cause.
 
     ``causes`` are sorted, the largest first.
     """
@@ -120,7 +121,7 @@ def looked_for(
     effect: Effect, residuals: Residuals
 ) -> tuple[Effect, dict[str, float], float] | None:
     """Return the settings and search parameters with which an effect fits best, and the number of
-    places that were tried."""
+    independent values of the search parameters that were tried."""
     form, trials = effect.narrowed(residuals)
     if not form.search:
         return form, {}, trials

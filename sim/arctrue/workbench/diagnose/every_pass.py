@@ -77,7 +77,8 @@ def _acts_on_capture(item: Candidate) -> bool:
 
 
 def at_other_speeds(item: Candidate) -> bool:
-    """Return False for an effect that is free in each run and shows at one of several speeds only.
+    """Return False for an effect with its own coefficients in each run that appears at only one of
+    several speeds.
 
     An effect with a size and phase of its own in every run can fit any order that one single run
     contains, for instance an order that warmth causes in the warm run. A line at a fixed frequency

@@ -259,8 +259,8 @@ def _left_over(truth: Candidate, other: Candidate, there: Observations) -> float
 
     places: list[Nonlinear] = [other.nonlinear]
     if other.effect.search:
-        # The wrong effect may fit best at another place than the place that was found, so its
-        # search is repeated.
+        # The wrong effect may fit best with other search parameters than those that were found, so
+        # its search is repeated.
         places += [
             place.nonlinear for place in places_of(other.effect, Residuals(solved(base_terms)))[:1]
         ]

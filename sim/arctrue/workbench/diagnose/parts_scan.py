@@ -39,7 +39,8 @@ that more products would only take time.
 LEAST_ARC_RAD = 1.5 * np.pi
 """Smallest arc of a reference run that counts as a whole turn."""
 SETTLING_STEP = 1.6
-"""Largest factor by which the refinement may increase or decrease a time constant."""
+"""Largest factor by which the refinement may increase or decrease the time constant τ of a
+settling, exp(−t/τ)."""
 SETTLING_ROUNDS = 12
 """Largest number of steps in the search of a time constant, to limit cost."""
 FRAME_MARGIN = 6.0
@@ -78,8 +79,8 @@ def level_share(order: float | None) -> float:
 def condition_shares(found: Sequence[Condition]) -> list[float]:
     """Return the share of the false-alarm probability for each condition; the shares add up to 1.
 
-    Each kind of condition gets the same share; the time constants of a settling divide one share
-    among them.
+    Each kind of condition gets the same share. The settlings exp(−t/τ) from one start (of the set
+    or of each run) divide one share among their time constants.
     """
     kinds = [
         ("settling", str(item.each_run)) if item.time_constant_s is not None else (item.words, "")
@@ -286,9 +287,9 @@ def _best_of_each(scored: Sequence[PartsCandidate]) -> list[PartsCandidate]:
 
 
 def _refined_settling(residuals: Residuals, item: PartsCandidate) -> PartsCandidate:
-    """Return a settling with the time constant that gives the largest gain (in log τ).
-
-    The time constant is not changed if the rows cannot show a settling with the new time constant.
+    """If the product's condition is a settling exp(−t/τ), return the product with the time constant
+    of the largest gain; otherwise return the product unchanged. The time constant is also unchanged
+    if the rows cannot show a settling with the new time constant.
     """
     constant = item.effect.condition.time_constant_s
     if constant is None:
@@ -314,7 +315,7 @@ def _without_idle_conditions(
     scored: Sequence[PartsCandidate], order: Sequence[Condition], rows: int
 ) -> list[PartsCandidate]:
     """Omit products that a simpler condition describes about as well, with the same wave. For
-    example, within a run of a minute a settling of an hour is constant."""
+    example, within a run of a minute, exp(−t/τ) with τ = 1 h is nearly constant."""
 
     def worth(item: PartsCandidate) -> float:
         return float(item.gain - item.rank * np.log(rows))

@@ -1,5 +1,5 @@
-"""Finds regular causes in a dense reference by a forward search: lines, ordered by the error that
-they explain.
+"""Finds regular causes in a reference run with closely spaced rows. A forward search finds lines
+(sinusoidal errors), ordered by the error that they explain.
 
 A line far above the scatter of the rows cannot be tested by single omitted rows, because their
 neighbours already predict it. This search predicts whole blocks of the record; every line of its

@@ -95,8 +95,8 @@ class Lane:
 Condition = Literal["direction", "speed", "speed_squared", "column"]
 """The conditions that the amplitude of a lane may follow (the gateware's generic MODULATORS).
 
-``column``: a further column of the set, which the host measures and writes to a word of the
-gateware.
+``column``: a user's additional column of the set, whose present value the host measures and writes
+to a register of the gateware.
 """
 
 
@@ -171,8 +171,8 @@ class FitContext:
     sine_arcsec: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     orders: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     at_angle: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
-    """Whether the columns of each order are evaluated at the true angle, which does not contain the
-    lag of the reading. Columns that are evaluated at the reading contain the lag already."""
+    """True for each order whose columns are evaluated at the true angle, which does not contain the
+    lag of the reading. Columns that are evaluated at the reading already contain the lag."""
     coefficients: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
     """Fitted coefficients of the effects that depend on the model, by name."""
 
@@ -416,7 +416,7 @@ class Effect(ABC):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> str | None:
-        """Explain in words why this effect cannot have the fitted values; None: it can.
+        """Explain in words why this effect cannot have the fitted values; return None if it can.
 
         The check covers what the effect's physics requires of the values in addition to the shape
         of its columns. An effect whose values contradict its physics is not named. A check should
@@ -434,7 +434,7 @@ class Effect(ABC):
         """Explain in words why this effect cannot have the search parameters that were found.
 
         ``found``: every fitted parameter; search parameters have their σ at the maximum of the
-        likelihood. None: it can have them.
+        likelihood. The result is None if the effect can have them.
         """
         return None
 

@@ -337,8 +337,8 @@ class ProductOfParts(Effect):
             fixed_to=frame,
             electrical_head=electrical_head or 0,
         )
-        # The given object replaces the equal condition that the settings define: two settlings with
-        # the same time constant are different objects.
+        # The given object replaces the equal condition that the settings define: two settlings
+        # exp(−t/τ) with the same time constant are different objects.
         product.condition = condition
         return product
 

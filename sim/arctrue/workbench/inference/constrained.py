@@ -53,7 +53,8 @@ as in :mod:`arctrue.workbench.inference.search_parameters`."""
 NOISE_ROUNDS = 3
 """Number of noise estimates; further estimates would change the noise little."""
 MET = 1e-6
-"""Accuracy with which a condition is met, as a share of a standard uncertainty."""
+"""A condition counts as met if the difference from it is at most 1,000 times this share of a
+standard uncertainty."""
 
 
 class ConditionError(ValueError):

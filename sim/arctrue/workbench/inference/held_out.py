@@ -134,7 +134,7 @@ def falls(before: HeldOut, after: HeldOut, noise: Noise) -> dict[str, Improvemen
 
 
 def folds_of(observations: Observations) -> Folds:
-    """Assign each four consecutive rows to the four folds, in a random order.
+    """Assign the rows of each group of four consecutive rows to the four folds, in a random order.
 
     Any wave that the rows can show has a half period longer than one row, so that the rows on both
     sides of an omitted row show it. In a fixed order, the same stations of every cycle could be

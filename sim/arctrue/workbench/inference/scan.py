@@ -33,7 +33,7 @@ Float = NDArray[np.float64]
 
 LONGEST_WINDOW = 1 << 19
 """Largest number of samples in one transform over time; padded with zeros, the transform has four
-times as many, 16 MB."""
+times as many samples, 16 MB."""
 BEST_PLACES = 4
 """Number of places of a coarse scan that are scored exactly."""
 MOST_MOVES = 4

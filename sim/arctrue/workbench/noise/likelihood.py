@@ -48,7 +48,8 @@ negligible.
 
 @dataclass(frozen=True)
 class Stretch:
-    """Rows whose noise belongs together: clock (n,), residual (n,), model columns (n, k)."""
+    """Successive rows whose noise is correlated: clock (n,), residual (n,), model columns (n,
+    k)."""
 
     clock: Float
     residual: Float

@@ -18,7 +18,7 @@ Integer = NDArray[np.int64]
 
 
 class _Sliceable:
-    """Base class of rows, with a method that slices every column that is an array."""
+    """Base class of rows; its method ``part`` returns a subset of the rows of every column."""
 
     __slots__ = ()
 

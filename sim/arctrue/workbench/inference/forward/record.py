@@ -1,4 +1,5 @@
-"""Averages the residual of one channel to few rows, which a search can process many times."""
+"""Averages the residual of one channel to at most 1600 rows, which a search can process many
+times."""
 
 from __future__ import annotations
 
@@ -50,7 +51,7 @@ class Record:
     """Number of readings in the mean of each row, shape (rows,)."""
     residual_arcsec: Float
     base: Float
-    """Orthonormal columns (rows, k) of the model, of a constant for each stretch, and of a
+    """Orthonormal columns (rows, k) of the model, of a constant for each stretch, and of a linear
     drift."""
     stretch: Integer
     """Number of the stretch of each row."""
@@ -79,7 +80,7 @@ class Record:
 
     @property
     def independent(self) -> float:
-        """Number of rates up to the highest that the record resolves."""
+        """Number of independent rates between 0 and the highest rate."""
         return max(self.highest * self.span, 1.0)
 
     @cached_property

@@ -1,9 +1,10 @@
-"""Adds one regular line after another to the model of a record, and orders them by size.
+"""Adds one line (a sinusoidal error) after another to the model of a record, and orders the lines
+by the error that they remove.
 
 Each step scans all rates twice: with the noise that is estimated without a further line, and with
 white noise alone. White noise is needed because the estimated noise completely absorbs a line far
-above the scatter of neighbouring rows. The highest places are then tried, with the noise estimated
-anew without and with the line.
+above the scatter of neighbouring rows. The rates with the highest gains, called places, are then
+tested; for each, the noise is estimated anew without and with the line.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ LEAST_PERIODS, DECLARED_PERIODS = 4.0, 3.0
 """Fewest periods of a line in a record. A line with fewer periods is a slow change of unknown form;
 3 periods are enough if the set declares the period."""
 TRIED = 3
-"""Number of highest places of each scan that are tested further."""
+"""Number of places of each scan, those with the highest gains, that are tested further."""
 OVERSAMPLED = 3.0
 """Number of rates per 1/span in a scan: a line midway between two rates keeps 91 % of its gain,
 sinc²(1/6)."""
@@ -549,8 +550,8 @@ def _ordered(
     fit: KernelFit,
     rejected: Sequence[Rejected],
 ) -> LineSearch:
-    """Return the lines, each with its figures in a model with all other lines, ordered by the error
-    that they remove."""
+    """Return the lines, ordered by the error that they remove; the figures of each line are
+    computed with all other lines in the model."""
     columns = record.columns(np.array(rates))
     rows = record.rows(columns)
     whitened = rows.factor(fit.noise).whiten(rows.values)

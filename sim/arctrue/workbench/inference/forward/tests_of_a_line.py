@@ -1,4 +1,5 @@
-"""Contains the tests that a line must pass in addition to its likelihood ratio."""
+"""Tests whether a line (a sinusoidal error in a record) is the same in all blocks of the record,
+and whether it is more than an oscillation driven by noise."""
 
 from __future__ import annotations
 
