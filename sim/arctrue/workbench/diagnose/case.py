@@ -145,8 +145,8 @@ class Case:
     @cached_property
     def product(self) -> Candidate | None:
         """The product of parts that passes the same tests as an effect, except that its ΔBIC may be
-        below 0. Its p is corrected for all places already; ΔBIC would correct for them a second
-        time."""
+        below 0. Its p is already corrected for all products that were tried; ΔBIC would correct for
+        them a second time."""
         found = next(iter(self.survey.parts), None)
         if found is None or found.p_corrected >= SIGNIFICANCE or not self.survey.confirmed(found):
             return None

@@ -32,8 +32,9 @@ noise."""
 
 @dataclass
 class Similar:
-    """Names of the candidates that this data cannot distinguish from the best candidate. ``equals``
-    have no more coefficients than the best candidate; ``larger`` have more, and contain it."""
+    """Names of the candidates that this data cannot distinguish from the best candidate. Candidates
+    in ``equals`` have no more coefficients than the best candidate; those in ``larger`` have more
+    coefficients."""
 
     equals: list[str] = field(default_factory=list)
     larger: list[str] = field(default_factory=list)

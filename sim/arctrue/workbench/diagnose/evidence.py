@@ -85,9 +85,9 @@ def survey(
 
     Without ``negligible``, effects that are far too small to matter get no noise estimate of their
     own, because no verdict depends on them. An effect with a search is tested again even if the
-    model has it, because it may also exist at another place. ``looks``: number of such surveys that
-    the diagnosis makes. ``findings``: results of a forward search with this model; they replace the
-    search for an effect of the same name.
+    model has it, because it may exist a second time with other search parameters. ``looks``: number
+    of such surveys that the diagnosis makes. ``findings``: results of a forward search with this
+    model; they replace the search for an effect of the same name.
     """
     present = {term.effect.name for term in residuals.solution.terms}
     absent = absent_effects(effects, present, residuals.observations)
@@ -177,8 +177,8 @@ def _near_to_a_name(tried: Survey) -> list[Candidate]:
     others = [item for item in ranked if item.name not in near]
     near |= {item.name for item in taken_by_noise(others, tried)}
     near |= {item.name for item in ranked if item.regular is not None}
-    # Noise that was estimated without a line may have absorbed the line: every line of a forward
-    # search stays in the list, before all other effects.
+    # Noise that was estimated without a line may have absorbed the line. Every line of a forward
+    # search therefore stays in the list, before all other effects.
     return sorted(
         (item for item in ranked if item.name in near), key=lambda item: item.regular is None
     )
@@ -190,8 +190,8 @@ def taken_by_noise(items: Sequence[Candidate], tried: Survey) -> list[Candidate]
     This test also disregards offsets of the runs beyond the index repeatability, if the effect
     explains them: a drifting head causes them in one warm run. Every estimate contains at least the
     noise of this test. An effect that is not significant in this test is therefore not significant
-    with any estimate. An effect with a search is left out, because its place was found in the slow
-    noise.
+    with any estimate. An effect with a search is left out, because its search parameters were
+    fitted to the slow noise.
     """
     fixed = [
         item

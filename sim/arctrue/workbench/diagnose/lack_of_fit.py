@@ -24,8 +24,8 @@ LEAST_ROWS_A_GROUP = 3
 """Smallest number of rows in a group: two rows show a scatter, and a third row shows which of them
 is wrong."""
 LEAST_ROWS_A_PERIODOGRAM = 64
-"""Least number of rows, which gives 32 frequencies. With fewer, Fisher's test finds only lines that
-the means by angle also show."""
+"""Least number of rows, which gives 31 frequencies. With fewer rows, Fisher's test finds only lines
+that the means by angle also show."""
 
 
 def analysis_of_variance(values: Float, group: Integer) -> float:

@@ -1,5 +1,5 @@
-"""Tests whether named effects are what their names mean: separate orders, a constant, an error of
-the angle."""
+"""Tests whether an effect that is about to be named has another cause: a pattern of several orders,
+a shape with corners, or a nonlinear scale of the reference."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Converts a fitted model to coefficients of the gateware; lists the errors they cannot correct.
+"""Converts a fitted model to coefficients of the gateware; lists the errors that these cannot
+correct.
 
 A lane is a circuit of the gateware that adds one harmonic of the reading to the correction. A lane
 follows a condition if a modulator (direction, speed, or a word that the host writes) multiplies its
@@ -297,10 +298,10 @@ def export_model(
     ``range_c`` (None: THERMAL_RANGE_K to each side of T₀, and the whole range of the set). With
     ``conditions`` lanes follow direction and speed, and the coefficients need a gateware with
     MODULATORS. ``with_local_table``: errors at one place of the turn go into a table, which needs a
-    gateware with LOCAL_TABLE. ``with_real_orders``: lines at orders that are not whole get lanes,
-    which need a gateware with REAL_ORDERS. Raises ValueError for a model without coefficients, a
-    set without counts per turn, fewer lanes than conditions and real orders need, or a correction
-    that changes too steeply after a reversal.
+    gateware with LOCAL_TABLE. ``with_real_orders``: harmonics at orders that are not integers get
+    lanes, which need a gateware with REAL_ORDERS. Raises ValueError for a model without
+    coefficients, a set without counts per turn, fewer lanes than conditions and real orders need,
+    or a correction that changes too steeply after a reversal.
     """
     if observations.counts_per_rev is None:
         raise ValueError("the gateware counts: table.counts_per_rev is missing in the set")
@@ -408,9 +409,9 @@ def export_model(
 def lanes_of_real_orders(
     model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
 ) -> dict[int, list[RealLane]]:
-    """Return the lines that lanes of real orders can correct, by the effect's place in the model.
-
-    The phase of these lanes refers to the angle of the set, whose turn 0 begins at its zero.
+    """Return the harmonics at orders that are not integers, by the index of the effect in the
+    model. The phases refer to the unwrapped angle of the set, which is zero at the beginning of
+    turn 0.
     """
     found = {}
     for index, entry in enumerate(model.effects):
@@ -452,10 +453,9 @@ def _orders_of_waves(orders: Iterable[int]) -> list[int]:
 def lanes_by_condition(
     model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
 ) -> dict[int, list[ConditionedLane]]:
-    """Return the lanes with a condition that correct effects, by the effect's place in the model.
-
-    The gateware has two words for columns of the set; an effect that needs a third column is left
-    out.
+    """Return the lanes with a condition that correct effects, by the index of the effect in the
+    model. The gateware has two registers (words) for columns of the set; an effect that needs a
+    third column is omitted.
     """
     found = {}
     columns: set[tuple[str, float]] = set()

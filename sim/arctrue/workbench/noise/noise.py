@@ -1,4 +1,5 @@
-"""Describes the noise of a set: the rows of both channels, and the index of the capture's runs."""
+"""Describes the noise of a set: the noise of the rows of both channels, and the scatter of the
+index mark, which shifts each run of the capture."""
 
 from __future__ import annotations
 

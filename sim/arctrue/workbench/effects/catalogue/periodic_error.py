@@ -30,7 +30,7 @@ from arctrue.workbench.observations.one_speed import speed_turns_s
 LEAST_ROWS = 16
 WHOLE = 0.01
 """Largest distance of an order from a whole order at which it counts as whole: the phase is then
-wrong by at most 4° over half a turn."""
+wrong by at most 4° after one turn."""
 OF_THE_DRIVE = 0.02
 """Largest distance of an order from a multiple of the tooth count at which the order is assigned to
 the drive, as a share of the tooth count. One order in 25 is this close by chance."""
