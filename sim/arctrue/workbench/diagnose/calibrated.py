@@ -51,8 +51,8 @@ this limit."""
 MOST_NOT_WHITE = 20.0
 """Largest −log₁₀ p of whiteness; larger values are replaced by this limit."""
 LIKE_BENCHMARK = 2
-"""Smallest number of differences (:mod:`distance`) at which a set is reported as unlike the
-benchmark."""
+"""A set is reported as unlike the benchmark if it has at least this number of differences
+(:mod:`distance`)."""
 
 
 @dataclass(frozen=True)

@@ -38,13 +38,13 @@ NEAR_TIE = 6.0
 """ΔBIC by which an effect must be ahead of a product of parts that explains the same error: odds of
 20 to 1, "strong" on the scale of Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773."""
 SAME_GAIN = 0.01
-"""Relative difference up to which two gains count as gains of the same columns; a search determines
-the last digits of a gain only approximately."""
+"""Two gains count as gains of the same columns if their relative difference is less than this; a
+search determines the last digits of a gain only approximately."""
 LACK_OF_FIT = 1e-4
-"""p below which a lack of fit is sure."""
+"""A lack of fit is sure if its p is below this value."""
 REFUSED_P = LACK_OF_FIT
-"""p below which an effect that fits but must not be named counts as a lack of fit; it equals the p
-of a sure lack of fit."""
+"""An effect that fits but must not be named counts as a lack of fit if its p is below this value,
+which equals the limit of a sure lack of fit."""
 LEAST_COLOUR = 0.02
 """Smallest sum of the squares of 20 autocorrelations that counts as not white. With many rows, a
 smaller sum is significant as well: a noise model that is wrong by a fiftieth of the variance causes
@@ -355,8 +355,8 @@ class Case:
 
 
 LOOK_ALIKE = 0.5
-"""Canonical correlation above which two effects compete for the same error. ΔBIC and the classes,
-not the size, then decide between the two."""
+"""Two effects compete for the same error if their canonical correlation exceeds this value. ΔBIC
+and the classes, not the size, then decide between the two."""
 ONCE = frozenset({"time", "settling"})
 """Conditions of drifts, which change in one direction with time."""
 

@@ -27,10 +27,11 @@ Boolean = NDArray[np.bool_]
 STEP_TOLERANCE = 0.1
 """Largest relative deviation of a plausible step from the steps around it."""
 WHOLE_TURN_TOLERANCE = 0.02
-"""Largest distance of a run's number of turns from a whole number at which the run counts as meant
-to be whole turns."""
+"""A run counts as one that should have whole turns if its number of turns is nearer than this to a
+whole number."""
 LEAST_GAP_STEPS = 3.0
-"""Number of usual steps above which a step means missing rows, not a change of speed."""
+"""A step that is longer than this number of usual steps means missing rows, not a change of
+speed."""
 LOST_SIGMA = 8.0
 """Smallest deviation of an implausible step, in standard deviations of the noise of a step. In
 dense rows, whose steps are only a few counts, this limit exceeds STEP_TOLERANCE times the step.

@@ -58,8 +58,8 @@ OF_PARTS = {
 }
 """Kind and description of the measurement that tests each condition of a product of parts."""
 ANOTHER_SPEED = 1.5
-"""Ratio above which two speeds differ; a set with two such speeds already shows which errors grow
-with the speed."""
+"""Two speeds count as different if their ratio exceeds this value; a set with two such speeds
+already shows which errors grow with the speed."""
 REINDEX = (
     "the same reference run with the polygon put on again some whole faces further, as a set of "
     "its own: where the fitted model then fails (compare --no-fit), the error has moved with the "

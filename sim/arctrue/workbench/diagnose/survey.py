@@ -18,14 +18,14 @@ from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.repeats import row_noise_arcsec
 
 FAR_TOO_SMALL = 0.5
-"""Size below which an effect is not tested further, as a share of the smallest size that matters; a
-new estimate of the noise changes a size by less than a factor of two."""
+"""If an effect's size is a smaller share than this of the smallest size that matters, no further
+tests are made; a new estimate of the noise changes a size by less than a factor of two."""
 OF_A_CONSTANT = 0.1
 """Largest ratio of standard deviation to mean, over the rows, of a change that counts as
 constant."""
 RUNS_ARE_THE_SAMPLE = 0.5
-"""Smallest share of the index repeatability in the variance of an effect's size at which the runs,
-not the rows, count as the sample."""
+"""If the index repeatability causes this share or more of the variance of an effect's size, the
+runs, not the rows, count as the sample."""
 
 LEAST_HELD_OUT = 0.5
 """Smallest share of an effect's own error that other blocks must predict. With a smaller share,

@@ -7,18 +7,19 @@ from functools import lru_cache
 import numpy as np
 
 SMALL_STEP = 0.3
-"""Ratio of step to noise below which the limit for small steps holds to a few percent."""
+"""If the ratio of step to noise is below this value, the limit for small steps holds to a few
+percent."""
 LIMIT_VARIANCE = 26.0
 """Variance of the place times (step/noise)⁴ for small steps: Yao, Ann. Statist. 15 (1987) 1321."""
 WALKS = 4000
 """Number of simulated walks for each ratio: they give the standard deviation of the place to 1 %,
 1/√(2·4000)."""
 LARGE_STEP = 12.0
-"""Ratio of step to noise above which the estimated row counts as the true row: a neighbouring row
-is as improbable as normal noise beyond 6 σ, 10⁻⁹."""
+"""If the ratio of step to noise exceeds this value, the estimated row counts as the true row: a
+neighbouring row is as improbable as normal noise beyond 6 σ, 10⁻⁹."""
 LEAST_STEP = 1e-6
-"""Ratio of step to noise below which there is no step: with LIMIT_VARIANCE, the standard deviation
-of its place is 10¹² rows or more."""
+"""If the ratio of step to noise is below this value, there is no step: with LIMIT_VARIANCE, the
+standard deviation of its place is 10¹² rows or more."""
 SEED = 1
 """Seed of the walks, fixed so that equal steps have equal uncertainties."""
 

@@ -41,15 +41,15 @@ NOISE_DRAWS = 32
 """Number of quantiles that represent the unknown variance of the noise; with 64, λ changes by less
 than 1 %."""
 LARGE = 1e6
-"""Noncentrality above which the scatter of χ², 0.2 %, is neglected."""
+"""If the noncentrality is larger than this, the scatter of χ², 0.2 %, is neglected."""
 FOLDS_SHARE = 4.0 / 3.0
 """Factor by which the variance of a coefficient is larger if three of four folds are fitted."""
 
 
 FEW_FREEDOM = 6.0
-"""Degrees of freedom below which a detectable size is at least 2.8 times the size with known noise.
-With one column among 19 effects, this size is 14 standard errors in place of 5.1; with the fewest
-degrees of freedom, 2, it is 188 standard errors (:func:`needed_gain`)."""
+"""With fewer degrees of freedom than this, a detectable size is at least 2.8 times the size with
+known noise. With one column among 19 effects, this size is 14 standard errors in place of 5.1; with
+the fewest degrees of freedom, 2, it is 188 standard errors (:func:`needed_gain`)."""
 
 
 @dataclass(frozen=True)
@@ -64,8 +64,8 @@ class Refused:
     trials: float = 1.0
     """Number of places of the effect's search; ΔBIC is reduced for them."""
     rows_by_themselves: float = 0.5
-    """Share of the index repeatability in the variance of an effect's size above which held-out
-    rows are not used."""
+    """If the index repeatability causes this share or more of the variance of an effect's size,
+    held-out rows are not used."""
 
 
 @dataclass(frozen=True)

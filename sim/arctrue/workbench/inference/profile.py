@@ -46,8 +46,8 @@ model. The starts are the fitted noise, this noise with a random walk, and the n
 value.
 """
 FARTHEST = 40.0
-"""Distance from the fitted value, in standard uncertainties, beyond which the interval counts as
-unbounded."""
+"""If the interval reaches farther than this from the fitted value, in standard uncertainties, its
+end counts as infinite."""
 WIDER = 1.6
 """Factor by which each step outwards is longer than the step before, until the likelihood has
 fallen far enough."""

@@ -10,7 +10,7 @@ SIGNIFICANCE = 0.01
 """Largest corrected p with which an effect is named, chosen so that 1 % of adequate sets get a
 false name."""
 MANY = 1e5
-"""Degrees of freedom above which the noise variance counts as known."""
+"""If there are more degrees of freedom than this, the noise variance counts as known."""
 
 
 def single_p_value(gain: float, rank: int, freedom: float) -> float:

@@ -220,8 +220,8 @@ class _Thermal:
 THERMAL_SPAN_K = 5.0
 """Difference from T₀ at which the polynomial in T equals the model."""
 LEAST_CHANGE_COUNTS = 0.1
-"""Change of an order from T₀ to THERMAL_SPAN_K below or above it, in counts, below which its lane
-has no temperature coefficients.
+"""The lane of an order has no temperature coefficients if the order changes by less than this, in
+counts, from T₀ to THERMAL_SPAN_K below or above T₀.
 """
 
 

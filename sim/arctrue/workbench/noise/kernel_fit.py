@@ -37,7 +37,7 @@ SMOOTH_MUST_GAIN = 2.0
 the same number of parameters; two exponentials, the simpler noise, are given up only at odds of 7
 to 1."""
 ENOUGH = 0.01
-"""Gain in log likelihood below which a step is the last of the search."""
+"""The search ends when a step gains less log likelihood than this."""
 STEPS = 60
 """Largest number of steps of the optimiser; ENOUGH ends them earlier."""
 MOST_FREE = 5

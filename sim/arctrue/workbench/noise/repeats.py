@@ -16,7 +16,8 @@ from arctrue.workbench.observations import CaptureRows, Observations
 Float = NDArray[np.float64]
 
 LARGEST_GAP_STEPS = 8.0
-"""Distance of two rows, in steps of the run, above which there is a gap between them."""
+"""Two neighbouring rows have a gap between them if their distance is at least this number of median
+steps of the run."""
 _SAME_PHASE = 0.02
 """Largest phase difference of two rows that count as rows at one phase, as a share of a signal
 period. A subdivision error differs between two such rows by at most 2π·0.02 of its amplitude."""

@@ -116,8 +116,8 @@ def _without_wild_rows(values: Float, own: Float) -> tuple[Float, Float]:
 WILD = 0.01
 """Probability that a set of normal noise contains a row that counts as wild."""
 LARGEST_SHARE = 1.0 / 3.0
-"""Largest ratio of columns to rows at which wild rows are sought. A model with more columns
-distributes the error of a wild row over the residuals of the other rows."""
+"""Wild rows are searched for only if the ratio of columns to rows is at most this value. A model
+with more columns distributes the error of a wild row over the residuals of the other rows."""
 MOST_WILD = 0.02
 """Largest share of wild rows; a larger share counts as tails of the noise."""
 
@@ -137,7 +137,8 @@ def _orthonormal(rows: int, model: Float | None) -> Float:
 
 
 SAME_COLUMNS = 1e-6
-"""Share of the largest singular value below which a direction adds nothing to the model."""
+"""A direction adds nothing to the model if its singular value is a smaller share than this of the
+largest one."""
 
 
 def _moments(own: Float, lags: int) -> tuple[Float, Float]:

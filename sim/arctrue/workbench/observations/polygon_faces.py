@@ -9,7 +9,7 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 FACE_TOLERANCE_DEG = 0.05
-"""Largest distance of a station from the nearest face at which it counts as at the face."""
+"""A station counts as being at a face if its distance from the face is at most this angle."""
 
 
 def faces_of(faces: int | None, run: Integer, target_deg: Float) -> Integer | None:

@@ -30,8 +30,8 @@ LEAST_VARIANCE = 0.1
 """Smallest sum of the variances of a harmonic's cosine and sine columns over the stations; the sum
 is 1 if the stations resolve the harmonic fully."""
 AS_GOOD = 6.0
-"""Largest difference of the gains of two harmonics that are aliases at which the first harmonic is
-taken, not the better one: odds of 20 to 1."""
+"""Of several harmonics that may be aliases, the first is chosen whose gain is less than this below
+the largest gain: odds of 20 to 1."""
 LISTS = {"multiples": 0, "below": -1, "above": 1}
 """Settings that list multiples of the tooth count, with the distance of a line from its multiple,
 in orders."""

@@ -27,11 +27,12 @@ APART = 500.0
 decay time of ten stretches, the longest that is fitted, keeps e⁻⁵⁰ of its correlation over this
 distance."""
 SAME_COLUMNS = 1e-4
-"""Share of the largest singular value below which a direction of the base is left out (on a short
-arc, all orders of the disc together are a few slow curves)."""
+"""A direction of the base is omitted if its singular value is a smaller share than this of the
+largest one (on a short arc, all orders of the disc together are a few slow curves)."""
 WHOLE_TURN = 0.1
-"""Largest difference from one turn at which a record counts as one turn. Such a record shows whole
-orders only: another line near an order differs from this order by less than a period."""
+"""A record counts as one turn if its length differs from one turn by less than this, in turns. Such
+a record shows integer orders only: over one turn, a line near an order differs from this order by
+less than a period."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -47,7 +47,8 @@ OVERSAMPLED = 3.0
 """Number of rates per 1/span in a scan: a line midway between two rates keeps 91 % of its gain,
 sinc²(1/6)."""
 APART = 1.5
-"""Distance, in 1/span, below which a place of a scan is a side lobe of a higher place."""
+"""A place of a scan counts as a side lobe of a higher place if it is nearer to it than this, in
+units of 1/span."""
 MOST_LINES = 16
 """Largest number of lines, to limit cost: about three times the five lines of the benchmark's
 fullest log.
@@ -62,7 +63,8 @@ noise, no place passes the other tests, or a place that passes them gains at mos
 PREDICTED_SHARE = 0.5
 """Smallest share of a line's own error that the other blocks must predict."""
 NOT_WHITE = 1e-4
-"""p of Ljung and Box below which an oscillator is added to the noise before a line is named."""
+"""If p of Ljung and Box is below this value, an oscillator is added to the noise before the search
+for a line."""
 BELOW, NEXT_TO_THE_MODEL = 3, 3.0
 """Limits for a line just above the orders of a model. If fewer than BELOW ordinates of the spectrum
 below the line are free of the model's orders, the gain of the line must be NEXT_TO_THE_MODEL times
@@ -322,7 +324,8 @@ LITTLE = 0.5
 """Share of the needed gain that a rate must reach in the scan to be tested; a new estimate of the
 noise does not raise a smaller gain to the limit."""
 SAME_PLACE = 0.1
-"""Distance, in 1/span, below which two scans found the same line."""
+"""Two scans have found the same line if their rates differ by less than this, in units of
+1/span."""
 
 
 def _grid(record: Record) -> Float:

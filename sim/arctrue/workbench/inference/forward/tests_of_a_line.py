@@ -134,7 +134,8 @@ def _kept(noise: KernelNoise) -> KernelNoise:
 
 
 NOTHING = 1e-5
-"""Share of the largest part's variance below which a part of the noise is negligible."""
+"""A part of the noise is negligible if its variance is a smaller share than this of the largest
+part's variance."""
 
 
 def periods_in(record: Record, rate: float) -> float:

@@ -52,8 +52,8 @@ WAVE_ORDERS = 20
 """Number of orders, as in the paper's model, that are subtracted before rows on both sides of a gap
 are compared."""
 WAVE_CONDITION = 1e-6
-"""Share of the largest singular value below which a singular value is set to zero in the fit of the
-wave, because the rows of an arc cannot separate all orders."""
+"""The fit of the wave sets singular values to zero that are a smaller share than this of the
+largest one, because the rows of an arc cannot separate all orders."""
 MOST_FITTED = 20_000
 """Number of evenly spread rows to which the wave is fitted."""
 MOST_SHARE = 0.05
