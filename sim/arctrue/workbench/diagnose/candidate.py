@@ -54,7 +54,8 @@ class Candidate:
     evidence: Evidence | None = None
     """Evidence with the noise estimated anew; None where the first test is enough."""
     regular: RegularCause | None = None
-    """Lines of a forward search that the effect explains; None where no search found it."""
+    """Lines of a forward search that the effect explains; None if the effect was found without a
+    forward search."""
     held_out: HeldOut | None = None
     improvement: dict[str, Improvement] = field(default_factory=dict)
     share: BlockShare | None = None
@@ -92,7 +93,8 @@ class Candidate:
 
     @cached_property
     def at_maximum(self) -> Solution:
-        """Solution with refined search parameters, which may lie between tried places.
+        """Solution with refined search parameters, which may lie between the values that the search
+        tried.
 
         Later stages use it for a candidate that was judged; ``solution`` is not changed. If a line
         were not exactly at its order or frequency, other effects would explain the remaining error.

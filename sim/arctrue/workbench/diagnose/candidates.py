@@ -75,10 +75,11 @@ def regular_candidates(
 def with_regular(
     candidates: Sequence[Candidate], lines: Sequence[Candidate], found: Findings
 ) -> list[Candidate]:
-    """Return the candidates; those of a forward search replace others of the same name.
+    """Return the candidates; candidates from a forward search replace other candidates of the same
+    name.
 
-    A line is left out if the forward search covered its place and found no line there: such a line
-    is a resonance driven by noise, or exists in half of the record only. A line above the searched
+    A line is omitted if the forward search covered its rate and found no line there: such a line is
+    a resonance driven by noise, or exists in half of the record only. A line above the searched
     rates stays if it is larger than the line of the forward search.
     """
     larger = {

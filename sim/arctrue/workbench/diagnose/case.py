@@ -191,10 +191,10 @@ class Case:
     def not_white(self) -> list[str]:
         """Channels whose whitened residuals are not white, with the noise that was fitted.
 
-        In a dense log, the test of its forward search replaces this test. A channel does not count
-        if its whole residual is below the negligible size. This is usual where the counts are
-        coarser than the noise: their rounding, at most 0.41 counts RMS between two heads, repeats
-        with the angle and is not white.
+        In a reference with closely spaced rows, the test of the forward search replaces this test.
+        A channel does not count if its whole residual is below the negligible size. This is usual
+        where the counts are coarser than the noise: their rounding, at most 0.41 counts RMS between
+        two heads, repeats with the angle and is not white.
         """
         residuals, findings = self.survey.residuals, self.survey.findings
         found = []

@@ -61,8 +61,8 @@ standard uncertainty. Chance makes an effect as large with at most this probabil
 MOST_WEIGHED = 6
 """Largest number of candidates for which the noise is estimated anew."""
 FAR_BEHIND = 60.0
-"""A candidate whose ΔBIC is this far behind the ΔBIC of a real effect needs no noise estimate of
-its own."""
+"""A candidate needs no noise estimate of its own if its ΔBIC is lower than that of a real effect by
+more than this."""
 SAME_BLOCK = 1e-6
 """Relative tolerance of a gain and of a canonical correlation; it allows for rounding in equal
 columns."""

@@ -56,7 +56,7 @@ class PartsCandidate:
     rank: int
     trials: float
     level_trials: float
-    """Number of places by which the product's p is corrected: see :func:`level_share`."""
+    """Number of trials by which the product's p is corrected: see :func:`level_share`."""
 
 
 def _half_orders() -> Float:

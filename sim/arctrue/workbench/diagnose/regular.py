@@ -47,7 +47,7 @@ class Jump:
     """Standard uncertainty of the size."""
     time_s: float | None
     turns: float | None
-    """Place of the jump in a log over the angle, where there is no time."""
+    """Angle of the jump, in turns, if the rows have no time."""
     row: int | None
     """First row after the jump, where there is no time and the rows are stations."""
     gain: float
@@ -64,7 +64,7 @@ class Jump:
         }
 
     def words(self) -> str:
-        """Return time (or place) and size of the jump in words."""
+        """Return time (or row or angle) and size of the jump in words."""
         if self.time_s is not None:
             where = f"{self.time_s:.5g} s"
         else:
@@ -111,7 +111,7 @@ class RegularCause:
 
     @property
     def trials(self) -> float:
-        """Number of places by which the cause's p is corrected."""
+        """Number of independent rates, or of lines, by which the cause's p is corrected."""
         return float(len(self.lines)) if self.lines[0].multiple else self.lines[0].independent
 
     def period_s(self, line: Line) -> float | None:
@@ -168,15 +168,14 @@ class Findings:
     whiteness_p: float | None = None
     """p of Ljung and Box with all lines and steps in the model; None without a search."""
     bands: tuple[Band, ...] = ()
-    """Bands of rates that were searched, and bands of frequencies at which the log cannot show
-    lines."""
+    """Bands of rates that were searched, and bands of frequencies in which the reference cannot
+    show lines."""
     oscillation: Oscillation | None = None
-    """Damped oscillation in the noise of a log with times."""
+    """Damped oscillation in the noise of a reference with times and closely spaced rows."""
     slow: SlowChange | None = None
     """Slow change in addition to lines, steps and an even drift, in a reference with times."""
     reversal: Reversal | None = None
-    """Reversal error of the direction of approach, fitted with steps in time, in a log of both
-    directions."""
+    """Reversal error, fitted together with steps in time, in a reference of both directions."""
     cause: str | None = None
     """The named effect that was in the model during the search for these findings."""
     same: tuple[str, ...] = ()

@@ -1,4 +1,5 @@
-"""Holds the results of all tests with one model: its fit, and candidates with their evidence."""
+"""Holds a survey, the results of all tests with one model: the fit of the model, and the candidate
+effects with their evidence."""
 
 from __future__ import annotations
 
@@ -112,8 +113,8 @@ class Survey:
         return size >= FAR_TOO_SMALL * self.matters_arcsec
 
     def confirmed(self, item: Candidate) -> bool:
-        """Tell whether the candidate matters, and held-out rows, other blocks and every pass show
-        it."""
+        """Tell whether the candidate is large enough to matter, and whether held-out rows
+        (predicted by fits without them), other blocks and every pass show it."""
         return (
             self.matters(item)
             and _holds_out(item)

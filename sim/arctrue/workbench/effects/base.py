@@ -131,7 +131,7 @@ class LocalError:
     """An error of head 1 at one place of the turn (the gateware's generic LOCAL_TABLE)."""
 
     place_rad: float
-    """Reading of the head at the middle of the place."""
+    """Reading of the head at the middle of the local error."""
     half_width_rad: float
     """Distance from the middle beyond which the error is negligible."""
     error_arcsec: Callable[[NDArray[np.float64]], NDArray[np.float64]]

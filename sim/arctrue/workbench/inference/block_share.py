@@ -1,11 +1,11 @@
 """Calculates the share of an effect's own error that other blocks of the rows predict.
 
-If rows are dense or the noise is slow, the neighbours of an omitted row predict this row, so that
-single omitted rows do not test the effect. Here the runs, or the cycles of a reference, are cut
-into a few long blocks. The model is projected out of the effect's columns over all rows; then block
-b alone gives coefficients c_b, and the other blocks give c₋b. The share is 1 − (Σ |A_b(c_b − c₋b)|²
-− its mean by noise)/(Σ |A_b·c_b|² − its mean by noise) over whitened rows A_b: 1 for an effect that
-is the same everywhere, 0 for noise of any spectrum.
+If the rows are closely spaced or the noise is slow, the neighbours of an omitted row predict this
+row, so that single omitted rows do not test the effect. Here the runs, or the cycles of a
+reference, are cut into a few long blocks. The model is projected out of the effect's columns over
+all rows; then block b alone gives coefficients c_b, and the other blocks give c₋b. The share is 1 −
+(Σ |A_b(c_b − c₋b)|² − its mean by noise)/(Σ |A_b·c_b|² − its mean by noise) over whitened rows A_b:
+1 for an effect that is the same everywhere, 0 for noise of any spectrum.
 """
 
 from __future__ import annotations

@@ -62,7 +62,7 @@ class Refused:
     delta_bic: float
     """Smallest ΔBIC of such an effect."""
     trials: float = 1.0
-    """Number of places of the effect's search; ΔBIC is reduced for them."""
+    """Number of independent values that the effect's search tried; ΔBIC is reduced for them."""
     rows_by_themselves: float = 0.5
     """If the index repeatability causes this share or more of the variance of an effect's size,
     held-out rows are not used."""
@@ -88,8 +88,9 @@ class Detectable:
 def needed_gain(rank: int, tests: float, freedom: float = np.inf) -> float:
     """Return the noncentrality at which a block of ``rank`` columns is found with 95 % power.
 
-    The level is 1 %, divided by ``tests``: the number of candidates times the places of each.
-    ``freedom`` is the number of degrees of freedom of the noise variance.
+    The level is 1 %, divided by ``tests``: the number of candidates times the number of values that
+    the search for each tried. ``freedom`` is the number of degrees of freedom of the noise
+    variance.
     """
     return _powerful(rank, freedom, _threshold(rank, SIGNIFICANCE / max(tests, 1.0), freedom))
 

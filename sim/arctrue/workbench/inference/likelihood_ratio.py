@@ -179,8 +179,8 @@ def _with_noise(residuals: Residuals, noise: Noise) -> Residuals:
 
 
 def restricted_likelihood(residuals: Residuals) -> float:
-    """Return the log likelihood with the coefficients integrated out and the index's prior
-    included."""
+    """Return the log likelihood with the coefficients integrated out and the prior of the index
+    variance included."""
     solution = residuals.solution
     noise = solution.noise
     prior = residuals.observations.index_sigma_arcsec**2

@@ -15,8 +15,8 @@ from arctrue.workbench.observations.one_speed import speed_turns_s
 Float = NDArray[np.float64]
 
 HALF_ORDERS_TO = 30.5
-"""Highest half-integer order that the search in the capture ignores, because the effect of two
-multiplied parts explains such orders."""
+"""Highest half-integer order that the search in the capture ignores, because products of parts
+(condition × wave) explain such orders."""
 
 
 def line_scan(effect: Effect, residuals: Residuals) -> list[Place]:

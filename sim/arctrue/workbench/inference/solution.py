@@ -88,7 +88,7 @@ class Solution:
         return float((self.rank + searched) * np.log(rows) - 2.0 * self.log_likelihood)
 
     def parameters(self) -> list[dict[str, Parameter]]:
-        """Return the parameters of every term, as they are reported."""
+        """Return the parameters of every term, with the names and units that reports show."""
         covariance, searched = self._uncertainty
         found = []
         for index, term in enumerate(self.terms):
@@ -151,8 +151,8 @@ class Solution:
 
 @dataclass(frozen=True)
 class Held:
-    """Coefficients that are not fitted: their places among the coefficients of all terms, and their
-    values."""
+    """Coefficients that are not fitted: their indices among the coefficients of all terms, and
+    their values."""
 
     places: NDArray[np.int64]
     values: Matrix
@@ -187,7 +187,7 @@ def _fixed_terms(normal: Matrix, moment: Matrix, held: Held) -> tuple[Matrix, Ma
 
 
 def _sorted(held: Held) -> Matrix:
-    """Return the held values, sorted by their places among the coefficients."""
+    """Return the values of ``held``, sorted by their indices among the coefficients."""
     return np.asarray(held.values[np.argsort(held.places)])
 
 
@@ -288,8 +288,8 @@ def context_of_terms(terms: Sequence[Term], coefficients: Sequence[Matrix]) -> F
 
 
 def with_tangents(solution: Solution, *, every_row: bool) -> tuple[Solution, list[list[int]]]:
-    """Fit the model together with its tangents, with the noise unchanged; also return the places of
-    the tangents."""
+    """Fit the model together with its tangents, with the noise unchanged; also return the column
+    numbers of the tangents."""
     observations = solution.observations
     terms, places = tangent_terms(solution)
     context, noise = solution.context, solution.noise
@@ -306,8 +306,8 @@ def with_tangents(solution: Solution, *, every_row: bool) -> tuple[Solution, lis
 
 
 def tangent_terms(solution: Solution) -> tuple[list[Term], list[list[int]]]:
-    """Return the terms and, after them, the tangents of each term; also the places of each term's
-    tangents."""
+    """Return the terms and, after them, the tangents of each term; also return the column numbers
+    of each term's tangents."""
     observations, terms = solution.observations, list(solution.terms)
     places: list[list[int]] = []
     start = sum(solution.widths)

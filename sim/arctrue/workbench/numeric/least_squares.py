@@ -114,9 +114,9 @@ class Layout:
         return self.shared + self.runs + 1
 
     def capture(self) -> NDArray[np.int64]:
-        """Return the places of the terms and the run offsets."""
+        """Return the column numbers of the terms and of the run offsets."""
         return np.arange(self.shared + self.runs)
 
     def reference(self) -> NDArray[np.int64]:
-        """Return the places of the terms and the constant a₀."""
+        """Return the column numbers of the terms and of the constant a₀."""
         return np.append(np.arange(self.shared), self.shared + self.runs)

@@ -154,13 +154,13 @@ class DriveGearError(Effect):
         trials = comb(len(lines), len(kept))
         usual = [self._shown(form, lines, reference) for form in USUAL]
         if set(kept) in usual:
-            # A usual form of a gear counts as one of few trials, because it was not chosen among
-            # all sets of lines.
+            # A set of lines in USUAL counts as one of only len(USUAL) trials, because it was not
+            # chosen among all sets of lines.
             trials = min(trials, len(USUAL))
         return self._of(kept), float(trials)
 
     def _shown(self, form: list[Line], lines: list[Line], reference: ReferenceRows) -> set[Line]:
-        """Return the lines of a form that the stations can separate, without repetitions."""
+        """Return the lines of ``form`` that the stations can separate, without repetitions."""
         shown: list[Line] = []
         for line in form:
             if line in lines and self._is_another(line, shown, reference):

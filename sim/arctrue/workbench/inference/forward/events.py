@@ -36,10 +36,10 @@ class Step:
     row: int
     """First averaged row after the step."""
     place: float
-    """Place of the step in the record, turns or seconds."""
+    """Coordinate of the step in the record, turns or seconds."""
     size_arcsec: float
     sigma_arcsec: float
-    """Standard uncertainty of the size at this place."""
+    """Standard uncertainty of the size, for a step at this row."""
     gain: float
 
 

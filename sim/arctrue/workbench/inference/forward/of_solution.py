@@ -148,7 +148,8 @@ def reversal_with_steps(solution: Solution, steps_s: Sequence[float]) -> Reversa
 
 
 def _is_dense(rows: ReferenceRows) -> bool:
-    """Tell whether the rows are a log, not stations that are visited again and again.
+    """Tell whether the rows are a log (a run with closely spaced rows), not stations that are
+    visited again and again.
 
     A log on the move may meet the same angles on every turn, if the number of samples per turn is
     whole. The turns of a log follow each other, so that the same angle on two turns counts as two
@@ -163,7 +164,8 @@ def _is_dense(rows: ReferenceRows) -> bool:
 
 
 def _places_of_their_own(place_rad: Float, side: Float) -> float:
-    """Return the number of different pairs of place and direction, as a share of the rows."""
+    """Return the number of different pairs of angle and direction, divided by the number of
+    rows."""
     station = np.round(place_rad / SAME_STATION_RAD).astype(np.int64)
     own = np.unique(np.stack([station, side.astype(np.int64)]), axis=1).shape[1]
     return float(own / station.size)

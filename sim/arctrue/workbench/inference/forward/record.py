@@ -45,7 +45,7 @@ class Record:
     measured: Float
     """The clock as it was measured, shape (rows,)."""
     place: Float
-    """Coordinate in which lines are regular, turns or seconds, shape (rows,)."""
+    """Coordinate over which lines are sinusoids, turns or seconds, shape (rows,)."""
     width: Float
     """Angle or time over which each row is averaged, shape (rows,)."""
     readings: Float
@@ -61,9 +61,9 @@ class Record:
     clock_span: float
     """Length of the longest stretch on the clock."""
     span: float
-    """Distance between the lowest and the highest place."""
+    """Difference between the largest and the smallest value of ``place``."""
     longest: float
-    """Length of the longest stretch, in the unit of the place."""
+    """Length of the longest stretch, in the unit of ``place``."""
     in_time: bool
     declared: float | None = None
     """Rate whose multiples are expected, such as the tooth count of the drive."""
@@ -86,13 +86,14 @@ class Record:
 
     @cached_property
     def turns_on_the_clock(self) -> float:
-        """Mean change of the place per unit of the clock, such as turns per second."""
+        """Mean change of ``place`` per unit of the clock, such as turns per second."""
         same = np.diff(self.stretch) == 0
         ways, times = np.abs(np.diff(self.place))[same], np.diff(self.clock)[same]
         return float(np.sum(ways) / np.sum(times))
 
     def on_the_clock(self, rate: float) -> float:
-        """Convert a line's rate from periods per unit of place to periods per unit of the clock."""
+        """Convert a line's rate from periods per unit of ``place`` to periods per unit of the
+        clock."""
         return rate * self.turns_on_the_clock
 
     def line_columns(self, rate: float) -> Float:

@@ -22,8 +22,8 @@ LEAST_PASSES = 4
 """Smallest number of passes, two in each direction: at a single reversal, a change in time looks
 the same as the direction."""
 LEAST_OWN = 1e-6
-"""Smallest share of the direction column's sum of squares that the model does not explain. If the
-share is smaller, the model already contains a reversal error."""
+"""The reversal error is fitted only if the model leaves a larger share than this of the direction
+column's sum of squares; with a smaller share, the model already contains a reversal error."""
 
 MOST_P = 0.1 * FAMILY_WISE
 """Largest p of a reversal error. It is a tenth of the family-wise level, because this test is

@@ -50,16 +50,17 @@ APART = 1.5
 """A place of a scan counts as a side lobe of a higher place if it is nearer to it than this, in
 units of 1/span."""
 MOST_LINES = 16
-"""Largest number of lines, to limit cost: about three times the five lines of the benchmark's
-fullest log.
+"""Largest number of lines, to limit cost: about three times the number of lines, five, in the
+benchmark's record with the most lines.
 """
 MOST_MULTIPLE = 8
 """Highest multiple of a declared rate that is searched."""
 OSCILLATOR_GAIN = 7.0
-"""Smallest gain in log likelihood of a line over an oscillator at its frequency. In 24 logs of a
-resonance that keeps its phase for a sixth of the log, 65 places pass all other tests, and no place
-gains more (``python -m scripts.calibrate_line_search --logs 24 --kinds Q --oscillator``). In other
-noise, no place passes the other tests, or a place that passes them gains at most 5.1."""
+"""Smallest gain in log likelihood of a line over an oscillator at its frequency. In 24 simulated
+records of a resonance that keeps its phase for a sixth of the record, 65 places pass all other
+tests, and no place gains more (``python -m scripts.calibrate_line_search --logs 24 --kinds Q
+--oscillator``). In other noise, no place passes the other tests, or a place that passes them gains
+at most 5.1."""
 PREDICTED_SHARE = 0.5
 """Smallest share of a line's own error that the other blocks must predict."""
 NOT_WHITE = 1e-4
@@ -69,7 +70,7 @@ BELOW, NEXT_TO_THE_MODEL = 3, 3.0
 """Limits for a line just above the orders of a model. If fewer than BELOW ordinates of the spectrum
 below the line are free of the model's orders, the gain of the line must be NEXT_TO_THE_MODEL times
 the usual limit. Slow noise, of which the model has absorbed a part, looks like such a line, with a
-gain of at most 2 times the limit. None of 576 logs of noise shows a line (``python -m
+gain of at most 2 times the limit. None of 576 simulated records of noise shows a line (``python -m
 scripts.calibrate_line_search --orders --logs 4``)."""
 COLUMNS_TOGETHER = 400
 """Largest number of columns of one matrix product; it limits memory only."""
@@ -83,7 +84,7 @@ class Line:
     """Rate in periods per turn, or in Hz."""
     amplitude_arcsec: float
     phase_rad: float
-    """Phase of the line's cosine at the place of the first row."""
+    """Phase of the line's cosine at the first row."""
     taken_arcsec: float
     """RMS over all rows of the error that the line's prediction from other blocks removes."""
     share: float
@@ -404,11 +405,11 @@ def _highest(grid: Float, gains: Float, record: Record) -> list[float]:
 
 
 def _refined(record: Record, rate: float, others: Float, noise: KernelNoise) -> float:
-    """Return the place with the highest gain around a rate, within half of 1/span.
+    """Return the rate with the highest gain, at most half of 1/span from the given rate.
 
     The steps become finer than the uncertainty of the rate, which is 0.55/(span·√(2·gain)) for a
-    line over the whole record. If a large line were not exactly at its place, other effects would
-    explain its remainder.
+    line over the whole record. If the rate of a large line were not exact, other effects would
+    explain the remaining error.
     """
     wide = 0.5 / record.span
     for number in range(MOST_REFINED):
@@ -431,7 +432,7 @@ a log likelihood."""
 
 
 def _moved(record: Record, rates: Sequence[float], noise: KernelNoise) -> list[float]:
-    """Move each line in turn to the place with the highest gain, with all other lines in the
+    """Move each line in turn to the rate with the highest gain, with all other lines in the
     model."""
     if record.whole_orders_only:
         return list(rates)

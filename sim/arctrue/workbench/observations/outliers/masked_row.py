@@ -7,7 +7,7 @@ from typing import Literal
 
 Reason = Literal["mask", "outlier"]
 """Reason why a row is not used. "mask": the set masks the row, in a column or in mask.csv;
-"outlier": a rule of this package found it."""
+"outlier": this package has detected the row as an outlier."""
 
 
 @dataclass(frozen=True)

@@ -217,7 +217,7 @@ def _scatter_of_all(away: Float, resolution: float) -> Float:
 
 
 def gaps(angle: Float) -> Integer:
-    """Return the places of the steps over missing rows in a run; ``angle``: (rows,).
+    """Return the numbers of the steps over missing rows in a run; ``angle``: (rows,).
 
     Step k leads from row k to row k + 1. A step over missing rows is larger than SIDE_ROWS times
     the mean step of the run and than SIDE_ROWS times the median step around it, so that a changing
@@ -317,7 +317,7 @@ def seen_by_other_head(
     """Tell for each of ``rows`` whether R₂ − R₁ has the opposite deviation at the angle of the
     other head.
 
-    Each place on the disc passes both heads in every revolution, so that its error appears twice in
+    Each point of the disc passes both heads in every revolution, so that its error appears twice in
     R₂ − R₁, with opposite signs, at angles that differ by α. The result is True if the median over
     the revolutions of the opposite deviation exceeds FAR_SIGMA standard deviations. One revolution
     alone is not sufficient: if one row in 300 is wrong, a tenth of the outliers have such a partner
