@@ -16,8 +16,8 @@ from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.observations import Observations
 
 LEAST_REPEATS = 3
-"""Least number of runs of a capture, or of visits of a station: if there are only two and they
-differ, the wrong one cannot be recognised.
+"""Least number of runs of a capture, or of visits of a station: if two runs or visits differ,
+nothing shows which of them is wrong.
 """
 NOT_WHITE_P = 1e-4
 """If p of the test of whiteness is below this value, the noise model does not describe the noise;

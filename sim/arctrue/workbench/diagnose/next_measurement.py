@@ -25,8 +25,8 @@ from arctrue.workbench.inference.solution import Solution, solve
 from arctrue.workbench.observations import Observations
 
 SPLITS_CHI_SQUARE = 50.0
-"""χ² that the wrong effect must leave: 7 standard deviations, so that a diagnosis with all its
-corrections finds it."""
+"""χ² that the wrong effect must leave: 7 standard deviations, so that a diagnosis finds the right
+effect in spite of its corrections for many tests."""
 MOST_ROWS = 300_000
 """If a set has more rows than this, no plan is tried, and the measurement that the effect itself
 declares is stated."""

@@ -654,7 +654,7 @@ def _largest(item: Candidate) -> float:
 
 @dataclass(frozen=True)
 class Rule:
-    """One line of the table."""
+    """One rule, which is one line of the table of rules."""
 
     verdict: Verdict
     judge: Callable[[Any], Decision | None]

@@ -22,7 +22,7 @@ from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
 from arctrue.workbench.observations import CaptureRows, ReferenceRows
 
 BLOCKS = 6
-"""Number of long blocks (chosen): with more than 8, a block would be too short."""
+"""Number of long blocks, a choice: with more than 8 blocks, a block would be too short."""
 KNOWN_ELSEWHERE = 0.75
 """Largest share of the information about a direction that one block may have. Above it, the other
 blocks cannot predict the direction: the variance of their prediction would be 3 times the variance

@@ -28,8 +28,8 @@ BLOCK_ROWS = 1 << 15
 """Number of rows of one matrix product; it limits memory only: 32,768 rows of 100 columns are 26
 MB."""
 MOST_RECENT = 4
-"""Number of blocks of columns that are kept for terms that change: a scan uses the same blocks
-again."""
+"""Number of blocks of columns that are kept for terms whose columns change from fit to fit: a scan
+uses the same blocks again."""
 Rows = CaptureRows | ReferenceRows
 
 

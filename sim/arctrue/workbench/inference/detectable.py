@@ -30,8 +30,8 @@ Float = NDArray[np.float64]
 SIGNIFICANCE = 0.01
 """False alarm rate of the whole diagnosis, as in :data:`.significance.SIGNIFICANCE`."""
 POWER = 0.95
-"""Power of the tests at the stated size (chosen); ``arctrue benchmark bound`` checks whether the
-tests reach it."""
+"""Power of the tests at the stated size; the value is a choice. ``arctrue benchmark bound`` checks
+whether the tests reach it."""
 MOST_ROWS = 20_000
 """Largest number of rows from which the mean square of a column is calculated."""
 PROPORTIONAL = 1e-6
@@ -152,10 +152,9 @@ def smallest_detectable(
     tests: float,
     refused: Refused | None = None,
 ) -> Detectable | None:
-    """Return the smallest form of an effect that the tests find in 95 % of such sets.
-
-    The form is the typical column of the block: the column whose RMS is nearest to the median. The
-    result is None where the model can explain the whole block. With ``refused`` the test on
+    """Return the smallest size of an effect that the tests find in 95 % of such sets. The effect
+    has the form of the typical column of its block: the column whose RMS is nearest to the median.
+    The result is None where the model can explain the whole block. With ``refused`` the test on
     held-out rows counts too.
     """
     score = residuals.score(effect, nonlinear)

@@ -38,7 +38,7 @@ class ModelEffect:
     coefficients : list of float, optional
         Fitted values, arcseconds or the effect's own unit.
     parameters : dict of str to Parameter, optional
-        The fitted quantities as people see them: value, standard uncertainty, unit.
+        The fitted quantities that reports show: value, standard uncertainty, unit.
     """
 
     name: str
@@ -194,7 +194,7 @@ class Model:
     Parameters
     ----------
     effects : list of ModelEffect
-        The effects in their order.
+        The effects, in the order in which they were added.
     history : list of HistoryStep, optional
         The changes of the model, with the error after each change.
     reference_offset_arcsec : float, optional
@@ -244,7 +244,7 @@ class Model:
 
 
 def default_model() -> Model:
-    """Make the paper's model: graduation harmonics of orders 1 to 20, nominal α.
+    """Make the paper's model: graduation harmonics of orders 1 to 20, nominal angle α of the heads.
 
     Returns
     -------

@@ -15,7 +15,7 @@ from arctrue.workbench.noise.noise import Noise
 Float = NDArray[np.float64]
 
 LAGS = 20
-"""Number of lags (chosen): the test shows correlation over up to 20 rows. More lags would reduce
+"""Number of lags, a choice: the test shows correlation over up to 20 rows. More lags would reduce
 the weight of the first lags in χ²."""
 LEAST_ROWS = 8
 """Smallest number of rows, and of degrees of freedom plus one. Two lags and the mean leave five
@@ -59,8 +59,8 @@ def whiteness(whitened: Float, model: Float | None = None) -> Whiteness | None:
 
     E r_k = tr(MA_k)/m,  cov(r_j, r_k) = (2 tr(MA_jMA_k) − 2 tr(MA_j) tr(MA_k)/m)/(m(m + 2)).
 
-    These moments hold for normal noise. Rows that normal noise does not contain are left out of the
-    tests of correlation: each such row gets a column of its own in the model.
+    These moments hold for normal noise. Wild rows, whose values normal noise does not contain, are
+    left out of the tests of correlation: each such row gets a column of its own in the model.
     """
     rows = whitened.size
     values = whitened - whitened.mean() if rows else whitened

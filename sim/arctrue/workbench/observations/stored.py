@@ -1,5 +1,5 @@
-"""Stores all rows of a long capture in little memory; other columns are calculated for the
-requested rows only.
+"""Stores all rows of a long capture in little memory; columns that follow from the stored columns
+are calculated for the requested rows only.
 """
 
 from __future__ import annotations

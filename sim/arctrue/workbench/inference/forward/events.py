@@ -22,9 +22,10 @@ Float = NDArray[np.float64]
 MOST_STEPS = 3
 """Largest number of steps that the search returns; it only limits the computing time."""
 LEAST_SIDE_ROWS = 5
-"""Least number of rows of the stretch before a step, and after it."""
+"""Smallest number of rows between a step and either end of its stretch (successive rows without a
+break)."""
 STEPS_TOGETHER = 200
-"""Largest number of columns of one matrix product; it limits memory only."""
+"""Largest number of columns of one matrix product; this limit saves memory only."""
 FREEDOMS = (1.5, 2.0, 3.0, 4.0, 6.0, 10.0, 20.0, 50.0, 200.0)
 """Degrees of freedom of Student's t that are tried for the tails of the whitened residuals."""
 

@@ -1,4 +1,4 @@
-"""Averages the residual of one channel to at most 1600 rows, which a search can process many
+"""Averages the residual of one channel to about 1600 rows or fewer, which a search can process many
 times."""
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 MOST_ROWS = 1600
-"""Largest number of rows of a record; a longer record is averaged to this number. A fit of the
-noise then takes 20 ms."""
+"""Approximate largest number of rows of a record; a longer record is averaged to about this number.
+A fit of the noise then takes 20 ms."""
 ROWS_A_PERIOD = 4.0
 """Smallest number of averaged rows in a period of a line. With this number, averaging keeps 90 % of
 the line's amplitude (sinc 1/4), and the columns contain the same factor."""
@@ -111,7 +111,7 @@ class Record:
         return found
 
     def of_few_rows(self, gain: float) -> float:
-        """Return a gain, reduced because the base has absorbed noise.
+        """Return ``gain``, reduced because the columns of the base have absorbed noise.
 
         In white noise with v rows more than columns, Student's t of one column is
         √(v·(e^(2·gain/rows) − 1)), and its tail falls as e^(−gain·v/rows).

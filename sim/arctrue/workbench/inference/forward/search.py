@@ -39,8 +39,8 @@ from arctrue.workbench.noise.whiteness import whiteness
 Float = NDArray[np.float64]
 
 LEAST_PERIODS, DECLARED_PERIODS = 4.0, 3.0
-"""Fewest periods of a line in a record. A line with fewer periods is a slow change of unknown form;
-3 periods are enough if the set declares the period."""
+"""Fewest periods of a line in a record. A line with fewer periods counts as a slow change of
+unknown form; 3 periods are enough if the set states the period."""
 TRIED = 3
 """Number of places of each scan, those with the highest gains, that are tested further."""
 OVERSAMPLED = 3.0
@@ -122,7 +122,7 @@ class LineSearch:
     whiteness_p: float
     """p of Ljung and Box for the whitened residuals with all lines and steps in the model."""
     steps: tuple[Step, ...] = ()
-    """Single jumps, the largest gain first."""
+    """Single jumps, in the order in which they were found."""
     rejected: tuple[Rejected, ...] = field(default=(), repr=False)
     """Rejected places of the last step."""
 
@@ -252,8 +252,8 @@ class Level:
 
 
 def level_of(rows: Rows, noise: KernelNoise) -> Level:
-    """Measure the local level of the noise; the parts of the noise cannot follow every shape of a
-    spectrum.
+    """Measure the local level of the noise; it is needed because a sum of noise parts cannot follow
+    every shape of a spectrum.
 
     The level is the median of the periodogram of the whitened residuals over NEIGHBOURS ordinates,
     divided by the median for white noise, ln 2: a single line among them hardly changes the median.
@@ -284,8 +284,8 @@ def _shares_shown(rows: Rows) -> Float:
 
 
 HALF_SHOWN = 0.5
-"""Share of an ordinate that the columns of the model must leave, so that it counts for the
-level."""
+"""An ordinate of the spectrum is used for the level if the columns of the model leave more than
+this share of it."""
 NEIGHBOURS = 41
 """Number of ordinates in the median, which scatters by a sixth (1/√41)."""
 
@@ -322,8 +322,8 @@ def _places(
 
 
 LITTLE = 0.5
-"""Share of the needed gain that a rate must reach in the scan to be tested; a new estimate of the
-noise does not raise a smaller gain to the limit."""
+"""A rate is tested if its gain in the scan exceeds this share of the needed gain; a new estimate of
+the noise does not raise a smaller gain to the limit."""
 SAME_PLACE = 0.1
 """Two scans have found the same line if their rates differ by less than this, in units of
 1/span."""
@@ -389,8 +389,8 @@ def scan(record: Record, rates: Float, others: Float, noise: KernelNoise) -> Flo
 
 
 OWN_SHARE = 1e-3
-"""Smallest share of the squares of a line's columns that the base must leave; with less, the line
-belongs to the base."""
+"""Smallest share of the squares of a line's columns that the base does not explain; with a smaller
+share, the line belongs to the base."""
 
 
 def _highest(grid: Float, gains: Float, record: Record) -> list[float]:
@@ -450,8 +450,8 @@ def _takes_much(record: Record, others: Float, line: Float) -> bool:
 
 
 MUCH = 0.05
-"""Share of the residuals' sum of squares that a line must remove so that the search for the noise
-also starts anew."""
+"""If a line removes more than this share of the residuals' sum of squares, the search for the noise
+also begins at the usual starts."""
 
 
 def _multiple_of(record: Record, rate: float) -> int | None:
@@ -524,7 +524,8 @@ def _judged(
 ) -> _Tried:
     """Test whether the line is the same in all blocks, and more than an oscillator driven by noise.
 
-    Return the place with the results, and in ``why`` the reason if it fails.
+    Return the place with the results of the tests; ``why`` is the reason if it fails one of them,
+    otherwise None.
     """
     if record.whole_orders_only:
         # Neighbouring orders cannot be separated on one turn, so that neither test applies.

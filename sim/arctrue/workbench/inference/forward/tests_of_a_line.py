@@ -48,13 +48,14 @@ class Coherence:
 def coherence(
     record: Record, columns: Float, others: Float, noise: KernelNoise, periods: float
 ) -> Coherence:
-    """Return the share of a line that the other blocks predict; ``others`` are also fitted.
+    """Return the share of a line that the other blocks predict; ``others`` are the columns of the
+    other lines.
 
     Base and other lines are fitted to all rows, and are projected out of the columns (Frisch and
-    Waugh): the part of the line that the base explains does not count as the line's error. c_b are
-    the line's coefficients from block b alone, c₋ the line's coefficients from all other blocks.
-    Both sets of coefficients are fitted together with the covariance of the noise, so that
-    correlation across the edges counts. The share is
+    Waugh): the part of the line that the base explains does not count as the line's error. Let c_b
+    be the line's coefficients from block b alone, c₋ the line's coefficients from all other blocks,
+    and A_b the columns of the line in block b. Both sets of coefficients are fitted together with
+    the covariance of the noise, so that correlation across the edges counts. The share is
 
     1 − Σ|A_b(c_b − c₋)|²/Σ|A_b c_b|².
     """
