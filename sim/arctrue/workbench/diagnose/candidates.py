@@ -1,5 +1,5 @@
-"""Tests every effect and every product of parts on the residuals of one model, with the model's
-noise.
+"""Tests every effect and every product of parts (condition × wave) on the residuals of one model,
+with the noise of this model.
 
 This is the first stage after the faults of the data: searches and score tests.
 :mod:`arctrue.workbench.diagnose.evidence` weighs each candidate that may be named, with the noise

@@ -50,7 +50,7 @@ LEAST_COLOUR = 0.02
 smaller sum is significant as well: a noise model that is wrong by a fiftieth of the variance causes
 it. Such an error of the noise model changes no σ by more than 1 %."""
 AGAIN = 3
-"""Number of events in one set that count as recurring: two may be chance."""
+"""Smallest number of events in one set that count as recurring; two events may occur by chance."""
 DEEPEST = 3
 """Largest number of effects that are tested one after another, each with the effects before it in
 the model."""
@@ -108,9 +108,7 @@ class Case:
     @cached_property
     def refused(self) -> Candidate | None:
         """The first effect that fits and matters, but that held-out rows, passes or speeds
-        contradict.
-
-        The real error is another one that resembles this effect.
+        contradict. The set then contains another error, which resembles this effect.
         """
         real = {item.name for item in self.at_every_speed}
         return next(
@@ -124,7 +122,8 @@ class Case:
 
     @cached_property
     def best(self) -> Candidate | None:
-        """The first of ``real``, or a larger effect that contains it and adds more than chance.
+        """The first of ``real``, or a larger effect that contains it and gains more than chance
+        would.
 
         A regular cause that explains more error takes the place of this effect. A regular cause
         also takes the place of drifts and events, which happen once and therefore cannot be tested

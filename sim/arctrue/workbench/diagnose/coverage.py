@@ -47,8 +47,8 @@ GENERIC_ORDERS = (None, 1.0, 2.5, 6.0, 10.5, 25.0)
 """Orders of the angle that represent all orders: slow and fast, whole and half. None is an effect
 without a wave."""
 HIGHEST_BLIND_ORDER = 1000
-"""Highest order up to which blind orders are listed; with heads at 33° there are 8 blind orders.
-The list is only printed; no verdict depends on it."""
+"""Highest blind order that is listed (an order that two heads at this separation cannot show); with
+heads at 33° there are 8 blind orders. The list is only printed; no verdict depends on it."""
 
 
 @dataclass(frozen=True)

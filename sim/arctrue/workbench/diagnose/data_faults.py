@@ -33,8 +33,9 @@ LEAST_GAP_STEPS = 3.0
 """A step that is longer than this number of usual steps means missing rows, not a change of
 speed."""
 LOST_SIGMA = 8.0
-"""Smallest deviation of an implausible step, in standard deviations of the noise of a step. In
-dense rows, whose steps are only a few counts, this limit exceeds STEP_TOLERANCE times the step.
+"""Smallest deviation of an implausible step, in standard deviations of the noise of a step. If the
+rows are closely spaced, with steps of only a few counts, this limit exceeds STEP_TOLERANCE times
+the step.
 """
 MOST_SLIPS = 8
 """Largest number of slips of a head in a run; with more slips, the head itself counts as faulty."""
@@ -83,7 +84,8 @@ def data_faults(observations: Observations) -> list[str]:
 
 
 def _separation_fault(rows: CaptureRows | StoredCapture) -> list[str]:
-    """Describe the fault if a head is further from its stated place than mounting allows."""
+    """Describe the fault if the angle of a head differs from its stated angle by more than mounting
+    allows."""
     thin = slice(None, None, max(rows.run.size // MOST_FOR_MEDIANS, 1))
     if isinstance(rows, StoredCapture):
         difference = rows.difference_rad(thin)

@@ -20,8 +20,8 @@ SAME_SPEED = 1.2
 """Largest ratio of two speeds that count as the same speed."""
 WOULD_SHOW = 16.0
 """Smallest χ² of the strongest turn or run, and smallest χ² expected in the other turns or runs.
-Below it, the effect in the strongest turn or run may be noise, or noise may hide the effect in the
-others."""
+With a smaller χ², the effect in the strongest turn or run may be noise, or noise may hide the
+effect in the others."""
 
 
 def on_every_pass(item: Candidate, base: Solution) -> bool:

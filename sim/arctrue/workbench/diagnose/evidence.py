@@ -49,11 +49,11 @@ from arctrue.workbench.inference.significance import (
 from arctrue.workbench.inference.solution import Solution
 
 NEAR_P = 0.3
-"""Limit of p in the first test. An effect with a smaller p may be named, so that the noise is
+"""An effect whose p in the first test is below this value may be named; the noise is therefore
 estimated anew with this effect in the model."""
 MOST_LEFT = 0.5
-"""Share of the variance of a channel's residual. If an effect leaves less than this share, the
-noise is estimated anew with this effect, whatever its gain with the noise of the model."""
+"""If an effect leaves less than this share of the variance of a channel's residual, the noise is
+estimated anew with this effect, even if its gain with the noise of the model is small."""
 OF_ITS_SIZE = 0.2
 """Largest p, in the first test, of an effect that slow noise may have absorbed. Noise that has
 absorbed an effect is about as large as the effect, so that the effect is at least as large as its
@@ -267,7 +267,7 @@ def _bic_with(item: Candidate, real: Candidate) -> float:
 def _may_come_before(items: Sequence[Candidate], real: Candidate) -> list[Candidate]:
     """Return the candidates with nearly the ΔBIC of the real effect, or with a larger gain.
 
-    The latter may be larger effects that contain the real effect.
+    A candidate with a larger gain may be a larger effect that contains the real effect.
 
     The disc order at which a line was found is always included, however far it is behind the line.
     """

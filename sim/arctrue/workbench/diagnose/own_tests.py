@@ -28,8 +28,8 @@ or both orders and the defect, have passed every other test.
 
 
 SURE_P = 1e-4
-"""Largest p of a sure result, as for a lack of fit; the p is not corrected for the number of
-effects."""
+"""Largest p of a result that counts as sure; it equals the limit for a lack of fit, and the p is
+not corrected for the number of effects."""
 
 
 def one_pattern(orders: Sequence[float], places: int = 0) -> str | None:
@@ -56,10 +56,10 @@ def shape_with_corners(causes: Sequence[RegularCause]) -> str | None:
     """Explain in words why the lines of a log are one shape that repeats; None if they may be
     separate lines.
 
-    The harmonics of a jump fall as 1/n, the harmonics of a bend as 1/n². If the shape repeats at an
-    order of the model, that order itself is no line of the search. The lines are then whole orders
-    above the model's orders, at equal distances of that order. Stator slots or a gear, in contrast,
-    also show a line at their base order.
+    The amplitudes of the harmonics n of a jump decrease as 1/n, those of a bend as 1/n². If the
+    shape repeats at an order of the model, that order itself is no line of the search. The lines
+    are then whole orders above the model's orders, at equal distances of that order. Stator slots
+    or a gear, in contrast, also show a line at their base order.
     """
     lines = [line for cause in causes if not cause.in_time for line in cause.lines]
     orders = np.array([round(line.rate) for line in lines], dtype=np.int64)
@@ -95,7 +95,7 @@ LEAST_FILLED = 2.0 / 3.0
 the probability of chance exceeds CHANCE. Four random whole orders within a step of 2 and a span of
 twenty reach it with a probability of 0.02."""
 OF_A_WHOLE_ORDER = 0.25
-"""Largest distance of a line from a whole order, in 1/span."""
+"""Largest distance of a line from an integer order, in units of 1/span."""
 STEEPEST, FLATTEST = -3.0, -0.25
 """Limits of the exponent of the power law that the amplitudes follow: −1 for a jump, −2 for a bend,
 with a margin for noise. Of the lines near its limit, the search finds only those that noise makes

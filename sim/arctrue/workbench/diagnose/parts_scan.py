@@ -1,4 +1,5 @@
-"""Finds the product of parts that explains most of a model's residual variance."""
+"""Finds the products of parts (condition × wave, fixed to a frame) that explain most of a model's
+residual variance."""
 
 from __future__ import annotations
 
@@ -44,7 +45,8 @@ settling, exp(−t/τ)."""
 SETTLING_ROUNDS = 12
 """Largest number of steps in the search of a time constant, to limit cost."""
 FRAME_MARGIN = 6.0
-"""ΔBIC by which a frame must be ahead to replace a more natural frame: odds of 20 to 1."""
+"""ΔBIC by which a frame must be ahead to replace a frame that comes earlier in :func:`_frames`:
+odds of 20 to 1."""
 
 
 @dataclass(frozen=True)
@@ -156,8 +158,8 @@ def _reference_waves(residuals: Residuals, factors: Sequence[Float]) -> tuple[Fl
 
 
 def _frames(order: float | None, observations: Observations, in_reference: bool) -> list[Frame]:
-    """Return the frames to test, the most natural first; the first one is taken if the data cannot
-    decide."""
+    """Return the frames to test, the most natural frame first; the first frame is chosen if the
+    data cannot decide."""
     frames: list[Frame] = []
     if observations.capture is not None and not in_reference:
         further = [FRAME_OF_HEAD[head] for head in range(3, observations.heads + 1)]
@@ -187,9 +189,8 @@ def _scored(
 
 
 def _natural(frames: Sequence[PartsCandidate], rows: int) -> PartsCandidate:
-    """Return the most natural frame that is about as good as the best frame.
-
-    A less natural frame is returned only if the data support it.
+    """Return the first of ``frames`` whose evidence is at most FRAME_MARGIN below that of the best
+    frame. A later, less natural frame is returned only if the data support it.
     """
     worth = [item.gain - item.rank * np.log(rows) for item in frames]
     return next(

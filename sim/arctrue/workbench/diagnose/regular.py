@@ -162,7 +162,7 @@ class Findings:
     """Findings of the forward search in a reference, with one model."""
 
     causes: tuple[RegularCause, ...] = ()
-    """Regular causes, by the error that they explain, the largest first."""
+    """Regular causes, ordered by the error that they explain, the largest first."""
     steps: tuple[Jump, ...] = ()
     """Single jumps, which are listed apart because no other block can confirm them."""
     whiteness_p: float | None = None
@@ -377,7 +377,8 @@ def _columns_of(found: LineSearch) -> Float:
 
 
 def _of_stations(solution: Solution, *, timed: bool) -> tuple[list[Jump], SlowChange | None]:
-    """Search for steps, and also for a slow change, in a reference that is not a dense log."""
+    """Search for steps, and also for a slow change, in a reference whose rows are not closely
+    spaced."""
     jumps: list[Jump] = []
     slow: SlowChange | None = None
     for number, record in enumerate(records_of_events(solution)):

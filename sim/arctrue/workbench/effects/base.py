@@ -66,7 +66,7 @@ class Gain(Protocol):
 
 
 class Leftover(Protocol):
-    """Residuals of the model, from which an effect can query the gain of further columns."""
+    """Residuals of the model; :meth:`score` returns the gain of additional columns."""
 
     observations: Observations
 
@@ -76,7 +76,7 @@ class Leftover(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A fitted quantity as it is shown to people: value, standard uncertainty, unit."""
+    """A fitted quantity that reports show: value, standard uncertainty, unit."""
 
     value: float
     sigma: float
@@ -150,8 +150,8 @@ class SearchParameter:
     steps: int = 64
     """Number of points of the grid that the default scan tries."""
     integer: bool = False
-    """Whether only whole numbers have a meaning; the search does not refine such a parameter
-    between its grid points."""
+    """True if only integers have a meaning; the search does not refine such a parameter between its
+    grid points."""
 
 
 CONTRADICTED_P = 0.005
@@ -247,7 +247,7 @@ class Effect(ABC):
     parameter_units: ClassVar[Mapping[str, str]] = {}
     """The main parameters that :meth:`parameters` returns, with their units."""
     depends_on_model: ClassVar[bool] = False
-    """Whether the columns depend on the fitted error function, so that the fit has to iterate."""
+    """True if the columns depend on the fitted error function, so that the fit must be repeated."""
     at_reading: ClassVar[bool] = False
     """Whether the effect's disc orders are evaluated at the reading of a head, not at the true
     angle."""
@@ -524,8 +524,8 @@ class Effect(ABC):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> dict[str, Parameter]:
-        """Return the fitted effect's parameters, as they are shown to people. Default: coefficients
-        in arcseconds.
+        """Return the parameters of the fitted effect that reports show. Default: coefficients in
+        arcseconds.
 
         The fit, which knows the tangents of the columns, inserts the σ of search parameters.
         """

@@ -24,13 +24,13 @@ from arctrue.workbench.observations import CaptureRows, ReferenceRows
 BLOCKS = 6
 """Number of long blocks, a choice: with more than 8 blocks, a block would be too short."""
 KNOWN_ELSEWHERE = 0.75
-"""Largest share of the information about a direction that one block may have. Above it, the other
-blocks cannot predict the direction: the variance of their prediction would be 3 times the variance
-of the block's own estimate."""
+"""Largest share of the information about a direction that one block may have. If the share is
+larger, the other blocks cannot predict the direction: the variance of their prediction would be 3
+times the variance of the block's own estimate."""
 MOST_ERRORS = 2.0
 """Smallest ratio of half the effect's own error to the standard deviation of the disagreement that
-noise alone causes. Below it, the test by blocks is not made, because it would refuse more than 2.3
-% of true effects.
+noise alone causes. With a smaller ratio, the test by blocks is not made, because it would refuse
+more than 2.3 % of true effects.
 """
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]

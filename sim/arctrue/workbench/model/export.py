@@ -48,8 +48,8 @@ class ConditionSettings:
     """Settings for direction and speed in the gateware (generic MODULATORS)."""
 
     reversal_width_deg: float = USUAL_REVERSAL_WIDTH_DEG
-    """Half the travel after a reversal in which the correction changes from one direction to the
-    other."""
+    """After a reversal, the correction changes from one direction to the other over twice this
+    angle."""
     dead_zone_counts: int = 4
     nominal_deg_per_s: float | None = None
     """Speed at which the modulator is 1; None: 1.5 times the largest speed in the set."""
@@ -82,12 +82,13 @@ class _Lanes:
     """Effects that lanes correct, and their sum as harmonics of the reading."""
 
     entries: list[tuple[int, ModelEffect, Effect]]
-    """Place in the model, entry, and effect of each effect that lanes correct."""
+    """Index in the model, entry, and effect of each effect that lanes correct."""
     observations: Observations
     temperature_c: float | None
 
     def components(self, place: int, coefficients: Float) -> dict[int, Float]:
-        """Return cosine and sine of every order, (2,), of the entry at ``place`` in ``entries``."""
+        """Return cosine and sine of every order, (2,), of the entry with the index ``place`` in
+        ``entries``."""
         _, entry, effect = self.entries[place]
         found: dict[int, Float] = {}
         for lane in effect.lanes(coefficients, entry.search, self.observations, self.temperature_c):
@@ -148,9 +149,9 @@ def harmonics_of_reading(
 
     The significance of an order is calculated with the covariance of a fit of the model to
     ``observations`` and with the calibration's limit. If the model cannot be fitted to
-    ``observations``, every order is kept, with a warning. ``taken``: places in the model of effects
-    that are corrected otherwise (lanes with a condition, lanes of orders that are not integers, the
-    local table). Raises ValueError for a model without coefficients.
+    ``observations``, every order is kept, with a warning. ``taken``: indices in the model of the
+    effects that are corrected otherwise (lanes with a condition, lanes of orders that are not
+    integers, the local table). Raises ValueError for a model without coefficients.
     """
     left_out: list[str] = []
     entries = []

@@ -16,12 +16,12 @@ from arctrue.workbench.observations import Observations
 Float = NDArray[np.float64]
 
 INDEX_FREEDOM = 6.0
-"""Weight of the prior ±1 count of an index whose repeatability the set does not state, as a number
-of runs."""
+"""Weight, as a number of runs, of the assumption that an index repeats to ±1 count, if the set does
+not state its repeatability."""
 
 
 STATED_INDEX_FREEDOM = 60.0
-"""Weight of a repeatability that the set states, as a number of runs."""
+"""Weight, as a number of runs, of an index repeatability that the set states."""
 
 
 @dataclass(frozen=True)

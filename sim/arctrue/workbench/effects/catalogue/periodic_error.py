@@ -222,7 +222,7 @@ class PeriodicError(Effect):
     ) -> str | None:
         """Refuse a line in time at the frequency of the visits to the stations.
 
-        At the stations, such a line is a function of place and direction of approach.
+        At the stations, such a line is a function of the station and the direction of approach.
         """
         rows = observations.reference
         if not nonlinear["in_time"] or nonlinear["in_capture"] or rows is None:
