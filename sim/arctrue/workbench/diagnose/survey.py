@@ -19,8 +19,9 @@ from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.repeats import row_noise_arcsec
 
 FAR_TOO_SMALL = 0.5
-"""If an effect's size is a smaller share than this of the smallest size that matters, no further
-tests are made; a new estimate of the noise changes a size by less than a factor of two."""
+"""In a survey with a named effect in the model, an effect gets no noise estimate of its own if its
+size is a smaller share than this of the smallest size that matters; a new estimate of the noise
+changes a size by less than a factor of two."""
 OF_A_CONSTANT = 0.1
 """Largest ratio of standard deviation to mean, over the rows, of a change that counts as
 constant."""

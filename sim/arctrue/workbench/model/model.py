@@ -194,7 +194,7 @@ class Model:
     Parameters
     ----------
     effects : list of ModelEffect
-        The effects, in the order in which they were added.
+        The effects, in the order of the model file.
     history : list of HistoryStep, optional
         The changes of the model, with the error after each change.
     reference_offset_arcsec : float, optional

@@ -66,8 +66,8 @@ SAME_PLACE_ROWS = 1.5
 """Largest distance, in steps between rows, of rows in different revolutions that count as the same
 angle."""
 MOST_COMPARED = 20_000
-"""Largest number of outliers that are compared with other revolutions; a larger number means that
-the recording is faulty."""
+"""Largest number of outliers that are compared with other revolutions; if there are more, all of
+them count as wrong rows."""
 
 
 def far_threshold(rows: int, scatter_rows: float) -> float:
