@@ -25,9 +25,10 @@ EXPLAINED = 1e-6
 """A column counts as contained in other columns if the part outside their span is at most this
 share of its length."""
 LOOK_ALIKE = 0.95
-"""Canonical correlation above which the diagnosis does not distinguish two effects."""
+"""Two effects count as look-alikes if the smallest canonical correlation of their columns exceeds
+this value."""
 SAME = 1e-9
-"""Relative difference up to which columns that are calculated twice from the same rows agree."""
+"""Largest relative difference of columns that are calculated twice from the same rows."""
 
 
 @dataclass(frozen=True)

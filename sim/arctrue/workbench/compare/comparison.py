@@ -42,7 +42,8 @@ class ModelComparison:
     maps: list[ResidualMap]
     findings: list[Finding]
     noise: dict[str, Any]
-    """White and coloured noise by channel, and the tests of the whitened residuals."""
+    """White and coloured noise of each channel, and the results of the tests of the whitened
+    residuals."""
 
 
 def compare(solution: Solution, seed: int) -> ModelComparison:

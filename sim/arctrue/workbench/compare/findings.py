@@ -27,7 +27,7 @@ from arctrue.workbench.inference.significance import corrected_p_value
 Float = NDArray[np.float64]
 
 LEAST_SHARE = 0.02
-"""Smallest share of the excess at which a condition becomes a finding."""
+"""Smallest share of the excess that a condition must explain to be listed as a finding."""
 SIGNIFICANCE = 0.01
 SHADOW_SHARE = 0.25
 """A condition is a shadow if it keeps less than this part of its share when a stronger condition is

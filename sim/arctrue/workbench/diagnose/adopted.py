@@ -48,8 +48,8 @@ class AdoptedProduct(ProductOfParts):
 def adopt(product: ProductOfParts, name: str, description: str, folder: Path) -> Path:
     """Write the effect file of a product and return its path.
 
-    Raises ValueError for a name that is taken or cannot be one, FileExistsError for an existing
-    file.
+    Raises ValueError for the name of a built-in effect or a name that is not allowed,
+    FileExistsError for an existing file.
     """
     if not re.fullmatch(r"[a-z][a-z0-9_]*", name) or keyword.iskeyword(name):
         raise ValueError(

@@ -37,9 +37,10 @@ DISTANCES = ("untested", "left", "not_white", "few_repeats")
 """Features that measure the distance of a set from the benchmark's usual set; larger values never
 increase a stated probability."""
 FEATURES = ("constant", *KINDS, *RESTS_ON, "evidence", *DISTANCES)
-"""Features of the logistic function, chosen by leave-one-world-out and across-generator scores of
-``stated.csv``. The scores of the chosen features are a little optimistic; only answers that were
-made after the choice measure the features without bias."""
+"""Features of the logistic function, chosen by their scores on answers of ``stated.csv`` that were
+left out of the fit: the answers of one world, or of one generator, at a time. The scores of the
+chosen features are a little optimistic; only answers that were made after the choice measure the
+features without bias."""
 SUREST_EVIDENCE = 1e-2
 """Smallest distance of the evidence, a probability, from 0 and from 1; likelihoods do not determine
 it more exactly."""
@@ -51,8 +52,8 @@ this limit."""
 MOST_NOT_WHITE = 20.0
 """Largest −log₁₀ p of whiteness; larger values are replaced by this limit."""
 LIKE_BENCHMARK = 2
-"""Smallest number of differences (:mod:`distance`) at which a set is reported as unlike the
-benchmark."""
+"""A set is reported as unlike the benchmark if it has at least this number of differences
+(:mod:`distance`)."""
 
 
 @dataclass(frozen=True)

@@ -36,8 +36,8 @@ class Candidate:
     trials: float
     solution: Solution
     delta_bic: float
-    """BIC without the effect minus BIC with it, minus a penalty for each searched place; above 0
-    the effect improves the model."""
+    """BIC without the effect minus BIC with it, minus a penalty for the search, 2·log(trials);
+    above 0 the effect improves the model."""
     size_arcsec: dict[str, float]
     """RMS of the effect's change of the prediction where the effect acts, by channel."""
     p_corrected: float
@@ -46,7 +46,7 @@ class Candidate:
     size."""
     lacking_variety: list[str] = field(default_factory=list)
     level_trials: float | None = None
-    """Number of places by which p is corrected, if the places have unequal shares of the
+    """Number of trials by which p is corrected, if the trials have unequal shares of the
     false-alarm probability; otherwise None."""
     asked: Effect | None = None
     """The effect with all its settings, before the search restricted them to the form that the
@@ -54,7 +54,8 @@ class Candidate:
     evidence: Evidence | None = None
     """Evidence with the noise estimated anew; None where the first test is enough."""
     regular: RegularCause | None = None
-    """Lines of a forward search that the effect explains; None where no search found it."""
+    """Lines of a forward search that the effect explains; None if the effect was found without a
+    forward search."""
     held_out: HeldOut | None = None
     improvement: dict[str, Improvement] = field(default_factory=dict)
     share: BlockShare | None = None
@@ -73,7 +74,7 @@ class Candidate:
 
     @property
     def charged_trials(self) -> float:
-        """Number of places by which the effect's p is corrected."""
+        """Number of trials by which the effect's p is corrected."""
         return self.trials if self.level_trials is None else self.level_trials
 
     @cached_property
@@ -92,7 +93,8 @@ class Candidate:
 
     @cached_property
     def at_maximum(self) -> Solution:
-        """Solution with refined search parameters, which may lie between tried places.
+        """Solution with refined search parameters, which may lie between the values that the search
+        tried.
 
         Later stages use it for a candidate that was judged; ``solution`` is not changed. If a line
         were not exactly at its order or frequency, other effects would explain the remaining error.
@@ -160,8 +162,8 @@ def rows_moved(size_arcsec: Mapping[str, float], base: Solution) -> int:
 
 
 def delta_bic(gain: float, rank: int, trials: float, rows: int) -> float:
-    """Return ΔBIC: ``gain`` minus log(rows) for each coefficient and 2·log(places) for the search.
-
-    ``gain`` is twice the rise of the log likelihood, ``trials`` the number of places.
+    """Return ΔBIC: ``gain`` minus log(rows) for each coefficient and minus 2·log(trials) for the
+    search. ``gain`` is twice the rise of the log likelihood, ``trials`` the number of independent
+    values of the search parameters that were tried.
     """
     return float(gain - rank * np.log(rows) - 2.0 * np.log(max(trials, 1.0)))

@@ -1,5 +1,5 @@
-"""Tests every effect and every product of parts on the residuals of one model, with the model's
-noise.
+"""Tests every effect and every product of parts (condition × wave) on the residuals of one model,
+with the noise of this model.
 
 This is the first stage after the faults of the data: searches and score tests.
 :mod:`arctrue.workbench.diagnose.evidence` weighs each candidate that may be named, with the noise
@@ -30,8 +30,8 @@ def tried_effects(
     """Return a candidate for every effect that the set can test, and the data that the set lacks
     for each other effect.
 
-    An effect that the model explains completely, or whose search finds no place, gets no candidate.
-    ``tests``: number of candidates by which each p is corrected.
+    An effect gets no candidate if the model explains it completely, or if its search finds no
+    values of its search parameters. ``tests``: number of candidates by which each p is corrected.
     """
     found: list[Candidate] = []
     untestable: dict[str, list[str]] = {}
@@ -55,7 +55,8 @@ def tried_effects(
 def regular_candidates(
     residuals: Residuals, causes: Sequence[RegularCause], tests: int
 ) -> list[Candidate]:
-    """Return one candidate, for the first cause, for each effect that a forward search found.
+    """Return, for each effect that a forward search found, one candidate, which is made from the
+    effect's first cause.
 
     ``causes`` are sorted, the largest first.
     """
@@ -74,10 +75,11 @@ def regular_candidates(
 def with_regular(
     candidates: Sequence[Candidate], lines: Sequence[Candidate], found: Findings
 ) -> list[Candidate]:
-    """Return the candidates; those of a forward search replace others of the same name.
+    """Return the candidates; candidates from a forward search replace other candidates of the same
+    name.
 
-    A line is left out if the forward search covered its place and found no line there: such a line
-    is a resonance driven by noise, or exists in half of the record only. A line above the searched
+    A line is omitted if the forward search covered its rate and found no line there: such a line is
+    a resonance driven by noise, or exists in half of the record only. A line above the searched
     rates stays if it is larger than the line of the forward search.
     """
     larger = {
@@ -120,7 +122,7 @@ def looked_for(
     effect: Effect, residuals: Residuals
 ) -> tuple[Effect, dict[str, float], float] | None:
     """Return the settings and search parameters with which an effect fits best, and the number of
-    places that were tried."""
+    independent values of the search parameters that were tried."""
     form, trials = effect.narrowed(residuals)
     if not form.search:
         return form, {}, trials

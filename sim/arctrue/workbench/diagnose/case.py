@@ -38,19 +38,19 @@ NEAR_TIE = 6.0
 """ΔBIC by which an effect must be ahead of a product of parts that explains the same error: odds of
 20 to 1, "strong" on the scale of Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773."""
 SAME_GAIN = 0.01
-"""Relative difference up to which two gains count as gains of the same columns; a search determines
-the last digits of a gain only approximately."""
+"""Two gains count as gains of the same columns if their relative difference is less than this; a
+search determines the last digits of a gain only approximately."""
 LACK_OF_FIT = 1e-4
-"""p below which a lack of fit is sure."""
+"""A lack of fit is sure if its p is below this value."""
 REFUSED_P = LACK_OF_FIT
-"""p below which an effect that fits but must not be named counts as a lack of fit; it equals the p
-of a sure lack of fit."""
+"""An effect that fits but must not be named counts as a lack of fit if its p is below this value,
+which equals the limit of a sure lack of fit."""
 LEAST_COLOUR = 0.02
 """Smallest sum of the squares of 20 autocorrelations that counts as not white. With many rows, a
 smaller sum is significant as well: a noise model that is wrong by a fiftieth of the variance causes
 it. Such an error of the noise model changes no σ by more than 1 %."""
 AGAIN = 3
-"""Number of events in one set that count as recurring: two may be chance."""
+"""Smallest number of events in one set that count as recurring; two events may occur by chance."""
 DEEPEST = 3
 """Largest number of effects that are tested one after another, each with the effects before it in
 the model."""
@@ -108,9 +108,7 @@ class Case:
     @cached_property
     def refused(self) -> Candidate | None:
         """The first effect that fits and matters, but that held-out rows, passes or speeds
-        contradict.
-
-        The real error is another one that resembles this effect.
+        contradict. The set then contains another error, which resembles this effect.
         """
         real = {item.name for item in self.at_every_speed}
         return next(
@@ -124,7 +122,8 @@ class Case:
 
     @cached_property
     def best(self) -> Candidate | None:
-        """The first of ``real``, or a larger effect that contains it and adds more than chance.
+        """The first of ``real``, or a larger effect that contains it and gains more than chance
+        would.
 
         A regular cause that explains more error takes the place of this effect. A regular cause
         also takes the place of drifts and events, which happen once and therefore cannot be tested
@@ -145,8 +144,8 @@ class Case:
     @cached_property
     def product(self) -> Candidate | None:
         """The product of parts that passes the same tests as an effect, except that its ΔBIC may be
-        below 0. Its p is corrected for all places already; ΔBIC would correct for them a second
-        time."""
+        below 0. Its p is already corrected for all products that were tried; ΔBIC would correct for
+        them a second time."""
         found = next(iter(self.survey.parts), None)
         if found is None or found.p_corrected >= SIGNIFICANCE or not self.survey.confirmed(found):
             return None
@@ -191,10 +190,10 @@ class Case:
     def not_white(self) -> list[str]:
         """Channels whose whitened residuals are not white, with the noise that was fitted.
 
-        In a dense log, the test of its forward search replaces this test. A channel does not count
-        if its whole residual is below the negligible size. This is usual where the counts are
-        coarser than the noise: their rounding, at most 0.41 counts RMS between two heads, repeats
-        with the angle and is not white.
+        In a reference with closely spaced rows, the test of the forward search replaces this test.
+        A channel does not count if its whole residual is below the negligible size. This is usual
+        where the counts are coarser than the noise: their rounding, at most 0.41 counts RMS between
+        two heads, repeats with the angle and is not white.
         """
         residuals, findings = self.survey.residuals, self.survey.findings
         found = []
@@ -355,8 +354,8 @@ class Case:
 
 
 LOOK_ALIKE = 0.5
-"""Canonical correlation above which two effects compete for the same error. ΔBIC and the classes,
-not the size, then decide between the two."""
+"""Two effects compete for the same error if their canonical correlation exceeds this value. ΔBIC
+and the classes, not the size, then decide between the two."""
 ONCE = frozenset({"time", "settling"})
 """Conditions of drifts, which change in one direction with time."""
 

@@ -18,22 +18,23 @@ LEAST_SHARE = 0.5
 """Least share of the best candidate's gain that another candidate needs to be in the class of the
 best candidate."""
 NOTHING_LEFT_P = 0.001
-"""Corrected p at or above which the gain of an effect, added to a model with the other effect,
-counts as chance."""
+"""The gain of an effect, added to a model with the other effect, counts as chance if its corrected
+p is at least this value."""
 OF_THE_SAME_KIND = 0.1
 """Limit of an unknown remaining error, as a share of the first effect's gain and of its mean
 square. A larger error (more than a third of the effect's size) may show that the real effect has
 another shape than the named effect; a smaller error counts as the error of a separate cause.
 """
 FAR = 30.0
-"""Half width of the searched range of log s², around the value at which the effect equals the
-noise."""
+"""Half the width of the range in which log s² is searched, around the value where the effect is as
+large as the noise."""
 
 
 @dataclass
 class Similar:
-    """Names of the candidates that this data cannot distinguish from the best candidate. ``equals``
-    have no more coefficients than the best candidate; ``larger`` have more, and contain it."""
+    """Names of the candidates that this data cannot distinguish from the best candidate. Candidates
+    in ``equals`` have no more coefficients than the best candidate; those in ``larger`` have more
+    coefficients."""
 
     equals: list[str] = field(default_factory=list)
     larger: list[str] = field(default_factory=list)

@@ -21,9 +21,9 @@ from arctrue.workbench.inference.canonical_correlation import canonical_correlat
 from arctrue.workbench.inference.design_matrix import Term
 
 ALIKE = 0.98
-"""Smallest canonical correlation, with the model projected out, at which columns count as equal.
-With one effect in the model, 4 % of the gain of the other effect remains at this correlation; this
-exceeds a near tie of 6 only for a gain above 150."""
+"""Columns count as equal if their canonical correlation, with the model projected out, is at least
+this value. With one effect in the model, 4 % of the gain of the other effect remains at this
+correlation; this exceeds a near tie of 6 only for a gain above 150."""
 FRAMES: tuple[Frame, ...] = ("disc", "stator", *FRAME_OF_HEAD.values(), "reference")
 
 

@@ -28,17 +28,17 @@ from arctrue.workbench.inference.significance import corrected_p_value
 from arctrue.workbench.observations import Observations
 
 MOST_UNTESTED = 0.5
-"""Largest share of untestable effects with which a set may still support the verdict that nothing
-is missing.
+"""A set may support the verdict that nothing is missing only if at most this share of the effects
+cannot be tested.
 
 If the set cannot test half of the catalogue, the priors of :mod:`probabilities` give odds of 0.5 :
 (0.4/2 + 0.01), 2.4 to 1, that nothing is missing; above 3 to 1 evidence is "positive" (Kass and
 Raftery, J. Am. Stat. Assoc. 90 (1995) 773).
 """
 COLOURED_SHARE = 0.99
-"""Share of slow noise in a row's variance above which the set is blind to slow effects. The slow
-noise is then ten times the scatter of a single reading, and any effect that changes as slowly would
-be taken for noise."""
+"""If slow noise is a larger share than this of a row's variance, the set cannot show slow effects.
+The slow noise is then ten times the scatter of a single reading, and any effect that changes as
+slowly would be taken for noise."""
 UNSEEN_SHARE = 0.5
 """Largest share of the generic effects that the set shows only if their RMS is above the RMS of the
 whole residual. Above this share, the set could not show most effects that may be missing. The value
@@ -47,8 +47,8 @@ GENERIC_ORDERS = (None, 1.0, 2.5, 6.0, 10.5, 25.0)
 """Orders of the angle that represent all orders: slow and fast, whole and half. None is an effect
 without a wave."""
 HIGHEST_BLIND_ORDER = 1000
-"""Highest order up to which blind orders are listed; with heads at 33° there are 8 blind orders.
-The list is only printed; no verdict depends on it."""
+"""Highest blind order that is listed (an order that two heads at this separation cannot show); with
+heads at 33° there are 8 blind orders. The list is only printed; no verdict depends on it."""
 
 
 @dataclass(frozen=True)

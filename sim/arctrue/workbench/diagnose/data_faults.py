@@ -1,4 +1,4 @@
-"""Finds faults of the data, before any effect is searched.
+"""Finds faults of the data, before the search for effects.
 
 A deviation that stays (a slip, a settling), recurs at the same angle (a scratch) or continues
 everywhere (a vibration) is a real deviation of the table. A deviation of one row or a few rows,
@@ -27,19 +27,21 @@ Boolean = NDArray[np.bool_]
 STEP_TOLERANCE = 0.1
 """Largest relative deviation of a plausible step from the steps around it."""
 WHOLE_TURN_TOLERANCE = 0.02
-"""Largest distance of a run's number of turns from a whole number at which the run counts as meant
-to be whole turns."""
+"""A run counts as one that should have whole turns if its number of turns is nearer than this to a
+whole number."""
 LEAST_GAP_STEPS = 3.0
-"""Number of usual steps above which a step means missing rows, not a change of speed."""
+"""A step that is longer than this number of usual steps means missing rows, not a change of
+speed."""
 LOST_SIGMA = 8.0
-"""Smallest deviation of an implausible step, in standard deviations of the noise of a step. In
-dense rows, whose steps are only a few counts, this limit exceeds STEP_TOLERANCE times the step.
+"""Smallest deviation of an implausible step, in standard deviations of the noise of a step. If the
+rows are closely spaced, with steps of only a few counts, this limit exceeds STEP_TOLERANCE times
+the step.
 """
 MOST_SLIPS = 8
 """Largest number of slips of a head in a run; with more slips, the head itself counts as faulty."""
 TEMPERATURES_C = (-60.0, 200.0)
-"""Plausible temperatures. Chosen: no table is in a colder or warmer place, and a broken sensor
-reads one of its limits."""
+"""Lowest and highest plausible temperature. These limits are a choice: no table is in a colder or
+warmer place, and a broken sensor reads a limit of its range."""
 TEMPERATURE_JUMP_K = 3.0
 """Smallest spike that is a fault: no table's temperature changes by this much and back within three
 rows."""
@@ -82,7 +84,8 @@ def data_faults(observations: Observations) -> list[str]:
 
 
 def _separation_fault(rows: CaptureRows | StoredCapture) -> list[str]:
-    """Describe the fault if a head is further from its stated place than mounting allows."""
+    """Describe the fault if the angle of a head differs from its stated angle by more than mounting
+    allows."""
     thin = slice(None, None, max(rows.run.size // MOST_FOR_MEDIANS, 1))
     if isinstance(rows, StoredCapture):
         difference = rows.difference_rad(thin)
@@ -236,7 +239,7 @@ def _cut_runs(rows: CaptureRows | StoredCapture, spans: list[tuple[int, int]]) -
 
 
 def _turns(rows: CaptureRows | StoredCapture, start: int, end: int) -> float:
-    """Return the turns of a run, with its last step."""
+    """Return the number of turns of a run, including the step that would follow its last row."""
     angle_rad = abs(float(rows.angle_rad[end - 1] - rows.angle_rad[start]))
     return angle_rad / (2.0 * np.pi) * (end - start) / max(end - start - 1, 1)
 

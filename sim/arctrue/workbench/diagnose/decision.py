@@ -20,7 +20,8 @@ class Decision:
 
     verdict: Verdict
     first: Candidate | None = None
-    """The effect that is named, or the first effect of the class."""
+    """The effect that is named, or the first effect of the class (the effects that the data cannot
+    distinguish)."""
     effect_class: Sequence[str] = ()
     class_correlation: Mapping[str, float] = field(default_factory=dict)
     described: Candidate | None = None
@@ -48,8 +49,8 @@ class Decision:
     cannot_tell: str | None = None
     """Reason why the set does not show whether an effect is missing."""
     question: Question | None = None
-    """Effects that the next measurement has to distinguish, if planned measurements are to be
-    calculated for them."""
+    """Effects that the next measurement must distinguish; None if no planned measurement is to be
+    calculated."""
     next: NextMeasurement | None = None
     """The next measurement, if the rule itself determines it."""
     further: Decision | None = None

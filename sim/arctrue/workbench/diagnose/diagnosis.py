@@ -136,7 +136,7 @@ def diagnose(
     report_step: ReportStep = lambda text: None,
     given: Adding | None = None,
 ) -> Diagnosis:
-    """Judge every effect that ``terms`` lacks. Nothing is random, so equal inputs give equal
+    """Test every effect that ``terms`` lacks. Nothing is random, so equal inputs give equal
     results.
 
     ``given``: the model fitted to the rows that a command uses, if ``observations`` has fewer rows.
@@ -207,7 +207,8 @@ def _with_the_found(
 
 
 def _second(found: Decision, left: Mapping[str, Left]) -> SecondFinding | None:
-    """Return the error that remains with the named effect; None if another would be named."""
+    """Return the error that remains with the named effect in the model; None if it is not
+    significant or if a further effect would be named."""
     assert found.first is not None
     further = found.further
     if found.first.name not in left or (further is not None and further.verdict == "named"):
@@ -218,7 +219,8 @@ def _second(found: Decision, left: Mapping[str, Left]) -> SecondFinding | None:
     words = None if product is None else product.effect.describe(product.parameters())
     unknown = further is not None and further.verdict == "unknown"
     if unknown and further is not None and product is None and further.seen is None:
-        # A remainder without a form or a size belongs to the noise; the JSON has the noise tests.
+        # A remainder of unknown form that is not much larger than the noise counts as noise; the
+        # JSON contains the tests of the noise.
         unknown = any(
             rms**2 > (1.0 + LEAST_EXCESS**2) * after.noise_arcsec[channel] ** 2
             for channel, rms in after.rms_arcsec.items()

@@ -16,15 +16,15 @@ from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.observations import Observations
 
 LEAST_REPEATS = 3
-"""Least number of runs of a capture, or of visits of a station: if there are only two and they
-differ, the wrong one cannot be recognised.
+"""Least number of runs of a capture, or of visits of a station: if two runs or visits differ,
+nothing shows which of them is wrong.
 """
 NOT_WHITE_P = 1e-4
-"""p of whiteness below which the noise model does not describe the noise; it equals the p of a sure
-lack of fit."""
+"""If p of the test of whiteness is below this value, the noise model does not describe the noise;
+the value equals the limit of a sure lack of fit."""
 MUCH_LEFT = 1.5
-"""Largest usual ratio of the remaining RMS to the noise of the repeats. Above it, the error that no
-effect explains is larger than the noise."""
+"""Largest usual ratio of the remaining RMS to the noise of the repeats. If the ratio is larger, the
+error that no effect explains is larger than the noise."""
 LEAST_P = 1e-300
 """Smallest p value that is used: smaller values underflow in float64."""
 MOST_UNTESTED = 1.0 / 3.0

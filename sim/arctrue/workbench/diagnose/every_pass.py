@@ -20,8 +20,8 @@ SAME_SPEED = 1.2
 """Largest ratio of two speeds that count as the same speed."""
 WOULD_SHOW = 16.0
 """Smallest χ² of the strongest turn or run, and smallest χ² expected in the other turns or runs.
-Below it, the effect in the strongest turn or run may be noise, or noise may hide the effect in the
-others."""
+With a smaller χ², the effect in the strongest turn or run may be noise, or noise may hide the
+effect in the others."""
 
 
 def on_every_pass(item: Candidate, base: Solution) -> bool:
@@ -77,7 +77,8 @@ def _acts_on_capture(item: Candidate) -> bool:
 
 
 def at_other_speeds(item: Candidate) -> bool:
-    """Return False for an effect that is free in each run and shows at one of several speeds only.
+    """Return False for an effect with its own coefficients in each run that appears at only one of
+    several speeds.
 
     An effect with a size and phase of its own in every run can fit any order that one single run
     contains, for instance an order that warmth causes in the warm run. A line at a fixed frequency

@@ -49,11 +49,11 @@ from arctrue.workbench.inference.significance import (
 from arctrue.workbench.inference.solution import Solution
 
 NEAR_P = 0.3
-"""Limit of p in the first test. An effect with a smaller p may be named, so that the noise is
+"""An effect whose p in the first test is below this value may be named; the noise is therefore
 estimated anew with this effect in the model."""
 MOST_LEFT = 0.5
-"""Share of the variance of a channel's residual. If an effect leaves less than this share, the
-noise is estimated anew with this effect, whatever its gain with the noise of the model."""
+"""If an effect leaves less than this share of the variance of a channel's residual, the noise is
+estimated anew with this effect, even if its gain with the noise of the model is small."""
 OF_ITS_SIZE = 0.2
 """Largest p, in the first test, of an effect that slow noise may have absorbed. Noise that has
 absorbed an effect is about as large as the effect, so that the effect is at least as large as its
@@ -61,8 +61,8 @@ standard uncertainty. Chance makes an effect as large with at most this probabil
 MOST_WEIGHED = 6
 """Largest number of candidates for which the noise is estimated anew."""
 FAR_BEHIND = 60.0
-"""A candidate whose ΔBIC is this far behind the ΔBIC of a real effect needs no noise estimate of
-its own."""
+"""A candidate needs no noise estimate of its own if its ΔBIC is lower than that of a real effect by
+more than this."""
 SAME_BLOCK = 1e-6
 """Relative tolerance of a gain and of a canonical correlation; it allows for rounding in equal
 columns."""
@@ -85,9 +85,9 @@ def survey(
 
     Without ``negligible``, effects that are far too small to matter get no noise estimate of their
     own, because no verdict depends on them. An effect with a search is tested again even if the
-    model has it, because it may also exist at another place. ``looks``: number of such surveys that
-    the diagnosis makes. ``findings``: results of a forward search with this model; they replace the
-    search for an effect of the same name.
+    model has it, because it may exist a second time with other search parameters. ``looks``: number
+    of such surveys that the diagnosis makes. ``findings``: results of a forward search with this
+    model; they replace the search for an effect of the same name.
     """
     present = {term.effect.name for term in residuals.solution.terms}
     absent = absent_effects(effects, present, residuals.observations)
@@ -177,8 +177,8 @@ def _near_to_a_name(tried: Survey) -> list[Candidate]:
     others = [item for item in ranked if item.name not in near]
     near |= {item.name for item in taken_by_noise(others, tried)}
     near |= {item.name for item in ranked if item.regular is not None}
-    # Noise that was estimated without a line may have absorbed the line: every line of a forward
-    # search stays in the list, before all other effects.
+    # Noise that was estimated without a line may have absorbed the line. Every line of a forward
+    # search therefore stays in the list, before all other effects.
     return sorted(
         (item for item in ranked if item.name in near), key=lambda item: item.regular is None
     )
@@ -190,8 +190,8 @@ def taken_by_noise(items: Sequence[Candidate], tried: Survey) -> list[Candidate]
     This test also disregards offsets of the runs beyond the index repeatability, if the effect
     explains them: a drifting head causes them in one warm run. Every estimate contains at least the
     noise of this test. An effect that is not significant in this test is therefore not significant
-    with any estimate. An effect with a search is left out, because its place was found in the slow
-    noise.
+    with any estimate. An effect with a search is left out, because its search parameters were
+    fitted to the slow noise.
     """
     fixed = [
         item
@@ -267,7 +267,7 @@ def _bic_with(item: Candidate, real: Candidate) -> float:
 def _may_come_before(items: Sequence[Candidate], real: Candidate) -> list[Candidate]:
     """Return the candidates with nearly the ΔBIC of the real effect, or with a larger gain.
 
-    The latter may be larger effects that contain the real effect.
+    A candidate with a larger gain may be a larger effect that contains the real effect.
 
     The disc order at which a line was found is always included, however far it is behind the line.
     """

@@ -24,8 +24,8 @@ LEAST_ROWS_A_GROUP = 3
 """Smallest number of rows in a group: two rows show a scatter, and a third row shows which of them
 is wrong."""
 LEAST_ROWS_A_PERIODOGRAM = 64
-"""Least number of rows, which gives 32 frequencies. With fewer, Fisher's test finds only lines that
-the means by angle also show."""
+"""Least number of rows, which gives 31 frequencies. With fewer rows, Fisher's test finds only lines
+that the means by angle also show."""
 
 
 def analysis_of_variance(values: Float, group: Integer) -> float:
@@ -71,7 +71,8 @@ def fisher_p(values: Float) -> float:
 
 
 def line_in_angle(rows: ReferenceRows, residual: Float) -> float:
-    """Return p of Fisher's test along dense stations, for each run and direction separately.
+    """Return p of Fisher's test along closely spaced stations, for each run and direction
+    separately.
 
     Stations that never repeat have no scatter of repeats, but a line in their order spectrum still
     shows a lack of fit. A polygon has too few stations for this test; the analysis of variance
@@ -128,8 +129,8 @@ def capture_lack_of_fit(residuals: Residuals) -> float | None:
 def reference_lack_of_fit(residuals: Residuals) -> float | None:
     """Return the smallest p of all tests of the reference's rows, times the number of tests.
 
-    The tests are groupings of the rows and, at dense stations, a line in the angle; the result is
-    None without a reference.
+    The tests are groupings of the rows and, at closely spaced stations, a line in the angle; the
+    result is None without a reference.
     """
     rows, residual = residuals.observations.reference, residuals.reference_whitened
     if rows is None or residual is None:

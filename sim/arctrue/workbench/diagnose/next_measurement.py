@@ -25,8 +25,8 @@ from arctrue.workbench.inference.solution import Solution, solve
 from arctrue.workbench.observations import Observations
 
 SPLITS_CHI_SQUARE = 50.0
-"""χ² that the wrong effect must leave: 7 standard deviations, so that a diagnosis with all its
-corrections finds it."""
+"""χ² that the wrong effect must leave: 7 standard deviations, so that a diagnosis finds the right
+effect in spite of its corrections for many tests."""
 MOST_ROWS = 300_000
 """If a set has more rows than this, no plan is tried, and the measurement that the effect itself
 declares is stated."""
@@ -58,8 +58,8 @@ OF_PARTS = {
 }
 """Kind and description of the measurement that tests each condition of a product of parts."""
 ANOTHER_SPEED = 1.5
-"""Ratio above which two speeds differ; a set with two such speeds already shows which errors grow
-with the speed."""
+"""Two speeds count as different if their ratio exceeds this value; a set with two such speeds
+already shows which errors grow with the speed."""
 REINDEX = (
     "the same reference run with the polygon put on again some whole faces further, as a set of "
     "its own: where the fitted model then fails (compare --no-fit), the error has moved with the "
@@ -259,8 +259,8 @@ def _left_over(truth: Candidate, other: Candidate, there: Observations) -> float
 
     places: list[Nonlinear] = [other.nonlinear]
     if other.effect.search:
-        # The wrong effect may fit best at another place than the place that was found, so its
-        # search is repeated.
+        # The wrong effect may fit best with other search parameters than those that were found, so
+        # its search is repeated.
         places += [
             place.nonlinear for place in places_of(other.effect, Residuals(solved(base_terms)))[:1]
         ]

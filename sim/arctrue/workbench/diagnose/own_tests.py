@@ -1,5 +1,5 @@
-"""Tests whether named effects are what their names mean: separate orders, a constant, an error of
-the angle."""
+"""Tests whether an effect that is about to be named has another cause: a pattern of several orders,
+a shape with corners, or a nonlinear scale of the reference."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ SEVERAL = 3
 """Smallest number of orders of a pattern; it equals the number of effects that a diagnosis tests
 one after another."""
 LEAST_COMMON, LEAST_OF_TWO = 3, 5
-"""Smallest common divisor at which three orders count as a pattern, and at which two orders with a
-local defect do. Three random orders have a common divisor of 3 or more with a probability of at
-most Σ_{d≥3} d⁻³ = 0.08, two random orders a common divisor of 5 or more with at most Σ_{d≥5} d⁻² =
-0.22. The test is made only where all three orders, or both orders and the defect, have passed every
-other test.
+"""Three orders count as a pattern if their common divisor is at least LEAST_COMMON; two orders with
+a local defect count as a pattern if it is at least LEAST_OF_TWO. Three random orders have a common
+divisor of 3 or more with a probability of at most Σ_{d≥3} d⁻³ = 0.08, two random orders a common
+divisor of 5 or more with at most Σ_{d≥5} d⁻² = 0.22. The test is made only where all three orders,
+or both orders and the defect, have passed every other test.
 """
 
 
 SURE_P = 1e-4
-"""Largest p of a sure result, as for a lack of fit; the p is not corrected for the number of
-effects."""
+"""Largest p of a result that counts as sure; it equals the limit for a lack of fit, and the p is
+not corrected for the number of effects."""
 
 
 def one_pattern(orders: Sequence[float], places: int = 0) -> str | None:
@@ -56,10 +56,10 @@ def shape_with_corners(causes: Sequence[RegularCause]) -> str | None:
     """Explain in words why the lines of a log are one shape that repeats; None if they may be
     separate lines.
 
-    The harmonics of a jump fall as 1/n, the harmonics of a bend as 1/n². If the shape repeats at an
-    order of the model, that order itself is no line of the search. The lines are then whole orders
-    above the model's orders, at equal distances of that order. Stator slots or a gear, in contrast,
-    also show a line at their base order.
+    The amplitudes of the harmonics n of a jump decrease as 1/n, those of a bend as 1/n². If the
+    shape repeats at an order of the model, that order itself is no line of the search. The lines
+    are then whole orders above the model's orders, at equal distances of that order. Stator slots
+    or a gear, in contrast, also show a line at their base order.
     """
     lines = [line for cause in causes if not cause.in_time for line in cause.lines]
     orders = np.array([round(line.rate) for line in lines], dtype=np.int64)
@@ -95,7 +95,7 @@ LEAST_FILLED = 2.0 / 3.0
 the probability of chance exceeds CHANCE. Four random whole orders within a step of 2 and a span of
 twenty reach it with a probability of 0.02."""
 OF_A_WHOLE_ORDER = 0.25
-"""Largest distance of a line from a whole order, in 1/span."""
+"""Largest distance of a line from an integer order, in units of 1/span."""
 STEEPEST, FLATTEST = -3.0, -0.25
 """Limits of the exponent of the power law that the amplitudes follow: −1 for a jump, −2 for a bend,
 with a margin for noise. Of the lines near its limit, the search finds only those that noise makes

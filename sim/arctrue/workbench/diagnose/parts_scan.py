@@ -1,4 +1,5 @@
-"""Finds the product of parts that explains most of a model's residual variance."""
+"""Finds the products of parts (condition × wave, fixed to a frame) that explain most of a model's
+residual variance."""
 
 from __future__ import annotations
 
@@ -39,11 +40,13 @@ that more products would only take time.
 LEAST_ARC_RAD = 1.5 * np.pi
 """Smallest arc of a reference run that counts as a whole turn."""
 SETTLING_STEP = 1.6
-"""Largest factor by which the refinement may increase or decrease a time constant."""
+"""Largest factor by which the refinement may increase or decrease the time constant τ of a
+settling, exp(−t/τ)."""
 SETTLING_ROUNDS = 12
 """Largest number of steps in the search of a time constant, to limit cost."""
 FRAME_MARGIN = 6.0
-"""ΔBIC by which a frame must be ahead to replace a more natural frame: odds of 20 to 1."""
+"""ΔBIC by which a frame must be ahead to replace a frame that comes earlier in :func:`_frames`:
+odds of 20 to 1."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +58,7 @@ class PartsCandidate:
     rank: int
     trials: float
     level_trials: float
-    """Number of places by which the product's p is corrected: see :func:`level_share`."""
+    """Number of trials by which the product's p is corrected: see :func:`level_share`."""
 
 
 def _half_orders() -> Float:
@@ -78,8 +81,8 @@ def level_share(order: float | None) -> float:
 def condition_shares(found: Sequence[Condition]) -> list[float]:
     """Return the share of the false-alarm probability for each condition; the shares add up to 1.
 
-    Each kind of condition gets the same share; the time constants of a settling divide one share
-    among them.
+    Each kind of condition gets the same share. The settlings exp(−t/τ) from one start (of the set
+    or of each run) divide one share among their time constants.
     """
     kinds = [
         ("settling", str(item.each_run)) if item.time_constant_s is not None else (item.words, "")
@@ -155,8 +158,8 @@ def _reference_waves(residuals: Residuals, factors: Sequence[Float]) -> tuple[Fl
 
 
 def _frames(order: float | None, observations: Observations, in_reference: bool) -> list[Frame]:
-    """Return the frames to test, the most natural first; the first one is taken if the data cannot
-    decide."""
+    """Return the frames to test, the most natural frame first; the first frame is chosen if the
+    data cannot decide."""
     frames: list[Frame] = []
     if observations.capture is not None and not in_reference:
         further = [FRAME_OF_HEAD[head] for head in range(3, observations.heads + 1)]
@@ -186,9 +189,8 @@ def _scored(
 
 
 def _natural(frames: Sequence[PartsCandidate], rows: int) -> PartsCandidate:
-    """Return the most natural frame that is about as good as the best frame.
-
-    A less natural frame is returned only if the data support it.
+    """Return the first of ``frames`` whose evidence is at most FRAME_MARGIN below that of the best
+    frame. A later, less natural frame is returned only if the data support it.
     """
     worth = [item.gain - item.rank * np.log(rows) for item in frames]
     return next(
@@ -286,9 +288,9 @@ def _best_of_each(scored: Sequence[PartsCandidate]) -> list[PartsCandidate]:
 
 
 def _refined_settling(residuals: Residuals, item: PartsCandidate) -> PartsCandidate:
-    """Return a settling with the time constant that gives the largest gain (in log τ).
-
-    The time constant is not changed if the rows cannot show a settling with the new time constant.
+    """If the product's condition is a settling exp(−t/τ), return the product with the time constant
+    of the largest gain; otherwise return the product unchanged. The time constant is also unchanged
+    if the rows cannot show a settling with the new time constant.
     """
     constant = item.effect.condition.time_constant_s
     if constant is None:
@@ -314,7 +316,7 @@ def _without_idle_conditions(
     scored: Sequence[PartsCandidate], order: Sequence[Condition], rows: int
 ) -> list[PartsCandidate]:
     """Omit products that a simpler condition describes about as well, with the same wave. For
-    example, within a run of a minute a settling of an hour is constant."""
+    example, within a run of a minute, exp(−t/τ) with τ = 1 h is nearly constant."""
 
     def worth(item: PartsCandidate) -> float:
         return float(item.gain - item.rank * np.log(rows))

@@ -37,7 +37,7 @@ CYCLES = 5
 STATION_S = 4.0
 """Time for one planned station: settling and reading of an autocollimator."""
 MOVING_STATIONS = 360
-"""Number of stations of a planned reference on the move: one per degree, which counts as moving."""
+"""Number of stations of a planned reference that is read while the table moves: one per degree."""
 
 
 @dataclass(frozen=True)
@@ -48,8 +48,8 @@ class PlannedMeasurement:
     kind: str
     words: str
     with_it: Callable[[Observations], Observations | None]
-    """Function that returns the set with the rows of this measurement; None where the table or the
-    set does not allow it."""
+    """Function that adds the rows of this measurement to a set and returns the new set; it returns
+    None if the table or the set does not allow the measurement."""
 
 
 def _joined(before: Rows, after: Rows) -> Rows:
@@ -68,7 +68,8 @@ def _joined(before: Rows, after: Rows) -> Rows:
 
 
 def _usual(rows: CaptureRows | ReferenceRows, count: int) -> dict[str, Any]:
-    """Return uncertainty and further columns for planned rows, each with its median in the set."""
+    """Return the uncertainty and the user's additional columns for planned rows; each value is the
+    median of its column in the set."""
     return {
         "u_arcsec": None
         if rows.u_arcsec is None
@@ -89,7 +90,8 @@ def _further_run(
     turns: float | None = None,
     finer: float = 1.0,
 ) -> Observations | None:
-    """Return the set with one further run, like its first run except for the requested changes."""
+    """Return the set with one additional run that equals the first run except for the requested
+    changes."""
     rows = observations.capture
     if rows is None:
         return None
@@ -267,8 +269,8 @@ def _polygon_turned(observations: Observations) -> Observations | None:
 
 
 def _moving_reference(observations: Observations) -> Observations | None:
-    """Return the set with the reference also read in motion, in both directions and three times as
-    fast."""
+    """Return the set with three additional reference runs in motion: one in each direction, and one
+    three times as fast."""
     rows, capture = observations.reference, observations.capture
     if rows is None or rows.time_s is None or (rows.speed_rad_s is not None):
         return None
@@ -352,4 +354,4 @@ PLANS = (
         _moving_reference,
     ),
 )
-"""Planned measurements, the cheaper first."""
+"""Planned measurements, in ascending order of their cost."""

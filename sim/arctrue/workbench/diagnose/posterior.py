@@ -34,11 +34,11 @@ CLASS_SHARE = 0.95
 """Probability of the smallest set of hypotheses that forms the class (a credible set of 95 %). If
 ``unknown`` alone has this probability, no effect belongs to the class."""
 ONE_EFFECT_SHARE = 0.5
-"""Largest value of P(unknown)/(P(unknown) + P(effect)) at which a class of one effect is stated;
-above it, ``unknown`` is more probable than the effect."""
+"""A class of one effect is stated if P(unknown)/(P(unknown) + P(effect)) is at most this value;
+otherwise ``unknown`` is more probable than the effect."""
 A_LITTLE = 1e-3
-"""Margin of a probability, or of its logarithm, with which the answer stays the most probable in
-spite of rounding."""
+"""Margin that is added to a probability, or to its logarithm, so that the answer stays the most
+probable one in spite of rounding."""
 LEVEL = 0.01
 """Largest relative difference of the probabilities of the first effect of a class and a rival that
 count as equal. The rules make the two equal except for A_LITTLE."""

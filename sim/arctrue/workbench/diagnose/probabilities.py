@@ -3,9 +3,9 @@ the set.
 
 The evidence of an effect is the marginal likelihood of its block of columns under a prior with the
 information of one row (unit information: Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773); it
-follows from the likelihood ratio, where each model has its own noise estimate. The places that a
-search tried share the prior evenly. The odds of a rule bound the probability of the hypotheses that
-the rule excludes.
+follows from the likelihood ratio, where each model has its own noise estimate. The values of the
+search parameters that a search tried share the prior evenly. The odds of a rule bound the
+probability of the hypotheses that the rule excludes.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Weighed:
     """Twice the rise of the log likelihood."""
     rank: int
     trials: float
-    """Number of places that share the effect's prior."""
+    """Number of independent values of the search parameters, which share the effect's prior."""
     rows: int
     """Number of rows that determine the effect's size: the rows of the channels that the effect
     changes."""
@@ -52,7 +52,7 @@ def log_evidence(item: Weighed) -> float:
     """Return the log of the Bayes factor against the model without the effect.
 
     With coefficients b ~ N(0, n·(XᵀC⁻¹X)⁻¹) and n rows the result is −(q/2)·log(1 + n) +
-    (gain/2)·n/(1 + n), minus the log of the number of places, which share the prior.
+    (gain/2)·n/(1 + n), minus the log of the number of trials, which share the prior.
     """
     if item.rank == 0:
         return 0.0

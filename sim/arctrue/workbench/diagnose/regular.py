@@ -1,5 +1,5 @@
-"""Finds regular causes in a dense reference by a forward search: lines, ordered by the error that
-they explain.
+"""Finds regular causes in a reference run with closely spaced rows. A forward search finds lines
+(sinusoidal errors), ordered by the error that they explain.
 
 A line far above the scatter of the rows cannot be tested by single omitted rows, because their
 neighbours already predict it. This search predicts whole blocks of the record; every line of its
@@ -47,7 +47,7 @@ class Jump:
     """Standard uncertainty of the size."""
     time_s: float | None
     turns: float | None
-    """Place of the jump in a log over the angle, where there is no time."""
+    """Angle of the jump, in turns, if the rows have no time."""
     row: int | None
     """First row after the jump, where there is no time and the rows are stations."""
     gain: float
@@ -64,7 +64,7 @@ class Jump:
         }
 
     def words(self) -> str:
-        """Return time (or place) and size of the jump in words."""
+        """Return time (or row or angle) and size of the jump in words."""
         if self.time_s is not None:
             where = f"{self.time_s:.5g} s"
         else:
@@ -111,7 +111,7 @@ class RegularCause:
 
     @property
     def trials(self) -> float:
-        """Number of places by which the cause's p is corrected."""
+        """Number of independent rates, or of lines, by which the cause's p is corrected."""
         return float(len(self.lines)) if self.lines[0].multiple else self.lines[0].independent
 
     def period_s(self, line: Line) -> float | None:
@@ -162,21 +162,20 @@ class Findings:
     """Findings of the forward search in a reference, with one model."""
 
     causes: tuple[RegularCause, ...] = ()
-    """Regular causes, by the error that they explain, the largest first."""
+    """Regular causes, ordered by the error that they explain, the largest first."""
     steps: tuple[Jump, ...] = ()
     """Single jumps, which are listed apart because no other block can confirm them."""
     whiteness_p: float | None = None
     """p of Ljung and Box with all lines and steps in the model; None without a search."""
     bands: tuple[Band, ...] = ()
-    """Bands of rates that were searched, and bands of frequencies at which the log cannot show
-    lines."""
+    """Bands of rates that were searched, and bands of frequencies in which the reference cannot
+    show lines."""
     oscillation: Oscillation | None = None
-    """Damped oscillation in the noise of a log with times."""
+    """Damped oscillation in the noise of a reference with times and closely spaced rows."""
     slow: SlowChange | None = None
     """Slow change in addition to lines, steps and an even drift, in a reference with times."""
     reversal: Reversal | None = None
-    """Reversal error of the direction of approach, fitted with steps in time, in a log of both
-    directions."""
+    """Reversal error, fitted together with steps in time, in a reference of both directions."""
     cause: str | None = None
     """The named effect that was in the model during the search for these findings."""
     same: tuple[str, ...] = ()
@@ -378,7 +377,8 @@ def _columns_of(found: LineSearch) -> Float:
 
 
 def _of_stations(solution: Solution, *, timed: bool) -> tuple[list[Jump], SlowChange | None]:
-    """Search for steps, and also for a slow change, in a reference that is not a dense log."""
+    """Search for steps, and also for a slow change, in a reference whose rows are not closely
+    spaced."""
     jumps: list[Jump] = []
     slow: SlowChange | None = None
     for number, record in enumerate(records_of_events(solution)):

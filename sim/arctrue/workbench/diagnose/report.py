@@ -80,8 +80,8 @@ def _noise_data(result: Diagnosis) -> dict[str, Any]:
 
 
 def _findings_data(result: Diagnosis) -> dict[str, Any]:
-    """Return the findings of a dense reference, with the damped oscillation of a capture if it is
-    stated."""
+    """Return the findings in the reference as JSON, with the damped oscillation of the decision if
+    it has one."""
     found, seen = result.findings, result.decision.oscillation
     return found.data() if seen is None else replace(found, oscillation=seen).data()
 

@@ -58,8 +58,9 @@ LEAST_EXCESS = 0.25
 noise is not adequate, even if no effect describes the residuals."""
 
 RISES = 1e-3
-"""Smallest relative rise of the RMS that the printed figures show (three or four digits). A fall in
-one channel compensates for a rise in another, which a further cause may explain."""
+"""Smallest relative rise of the RMS that the printed figures show (three or four digits). The rise
+is averaged over the channels: a fall in one channel compensates for a rise in another channel,
+which a further cause may explain."""
 LINES = frozenset({"line", "frequency", "unwrapped_order"})
 """Kinds of search that find a line; an oscillation may look like a line."""
 LEAST_TAKEN = 0.1
@@ -653,7 +654,7 @@ def _largest(item: Candidate) -> float:
 
 @dataclass(frozen=True)
 class Rule:
-    """One line of the table."""
+    """One rule, which is one line of the table of rules."""
 
     verdict: Verdict
     judge: Callable[[Any], Decision | None]

@@ -20,7 +20,8 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 ANGLE_BINS = 36
-"""Number of places of a capture, 10° each."""
+"""Number of places (parts of the turn, 10° each) of a capture; in a reference, each station is a
+place."""
 LEAST_OF_LEFT = 0.5
 """Smallest share of the remaining mean square above the noise that the variation must explain, so
 that it is most of the remaining error."""

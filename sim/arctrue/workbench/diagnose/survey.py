@@ -1,4 +1,5 @@
-"""Holds the results of all tests with one model: its fit, and candidates with their evidence."""
+"""Holds a survey, the results of all tests with one model: the fit of the model, and the candidate
+effects with their evidence."""
 
 from __future__ import annotations
 
@@ -18,14 +19,15 @@ from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.repeats import row_noise_arcsec
 
 FAR_TOO_SMALL = 0.5
-"""Size below which an effect is not tested further, as a share of the smallest size that matters; a
-new estimate of the noise changes a size by less than a factor of two."""
+"""In a survey with a named effect in the model, an effect gets no noise estimate of its own if its
+size is a smaller share than this of the smallest size that matters; a new estimate of the noise
+changes a size by less than a factor of two."""
 OF_A_CONSTANT = 0.1
 """Largest ratio of standard deviation to mean, over the rows, of a change that counts as
 constant."""
 RUNS_ARE_THE_SAMPLE = 0.5
-"""Smallest share of the index repeatability in the variance of an effect's size at which the runs,
-not the rows, count as the sample."""
+"""If the index repeatability causes this share or more of the variance of an effect's size, the
+runs, not the rows, count as the sample."""
 
 LEAST_HELD_OUT = 0.5
 """Smallest share of an effect's own error that other blocks must predict. With a smaller share,
@@ -112,8 +114,8 @@ class Survey:
         return size >= FAR_TOO_SMALL * self.matters_arcsec
 
     def confirmed(self, item: Candidate) -> bool:
-        """Tell whether the candidate matters, and held-out rows, other blocks and every pass show
-        it."""
+        """Tell whether the candidate is large enough to matter, and whether held-out rows
+        (predicted by fits without them), other blocks and every pass show it."""
         return (
             self.matters(item)
             and _holds_out(item)

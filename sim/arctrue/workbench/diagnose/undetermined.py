@@ -1,4 +1,5 @@
-"""Detects a model that a reference does not determine, and states the measurement that would."""
+"""Detects a model that the rows of a reference do not determine, and states the measurement that
+would determine it."""
 
 from __future__ import annotations
 

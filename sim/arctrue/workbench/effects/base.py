@@ -66,7 +66,7 @@ class Gain(Protocol):
 
 
 class Leftover(Protocol):
-    """Residuals of the model, from which an effect can query the gain of further columns."""
+    """Residuals of the model; :meth:`score` returns the gain of additional columns."""
 
     observations: Observations
 
@@ -76,7 +76,7 @@ class Leftover(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A fitted quantity as it is shown to people: value, standard uncertainty, unit."""
+    """A fitted quantity that reports show: value, standard uncertainty, unit."""
 
     value: float
     sigma: float
@@ -95,8 +95,8 @@ class Lane:
 Condition = Literal["direction", "speed", "speed_squared", "column"]
 """The conditions that the amplitude of a lane may follow (the gateware's generic MODULATORS).
 
-``column``: a further column of the set, which the host measures and writes to a word of the
-gateware.
+``column``: a user's additional column of the set, whose present value the host measures and writes
+to a register of the gateware.
 """
 
 
@@ -131,7 +131,7 @@ class LocalError:
     """An error of head 1 at one place of the turn (the gateware's generic LOCAL_TABLE)."""
 
     place_rad: float
-    """Reading of the head at the middle of the place."""
+    """Reading of the head at the middle of the local error."""
     half_width_rad: float
     """Distance from the middle beyond which the error is negligible."""
     error_arcsec: Callable[[NDArray[np.float64]], NDArray[np.float64]]
@@ -150,8 +150,8 @@ class SearchParameter:
     steps: int = 64
     """Number of points of the grid that the default scan tries."""
     integer: bool = False
-    """Whether only whole numbers have a meaning; the search does not refine such a parameter
-    between its grid points."""
+    """True if only integers have a meaning; the search does not refine such a parameter between its
+    grid points."""
 
 
 CONTRADICTED_P = 0.005
@@ -171,8 +171,8 @@ class FitContext:
     sine_arcsec: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     orders: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     at_angle: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
-    """Whether the columns of each order are evaluated at the true angle, which does not contain the
-    lag of the reading. Columns that are evaluated at the reading contain the lag already."""
+    """True for each order whose columns are evaluated at the true angle, which does not contain the
+    lag of the reading. Columns that are evaluated at the reading already contain the lag."""
     coefficients: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
     """Fitted coefficients of the effects that depend on the model, by name."""
 
@@ -247,7 +247,7 @@ class Effect(ABC):
     parameter_units: ClassVar[Mapping[str, str]] = {}
     """The main parameters that :meth:`parameters` returns, with their units."""
     depends_on_model: ClassVar[bool] = False
-    """Whether the columns depend on the fitted error function, so that the fit has to iterate."""
+    """True if the columns depend on the fitted error function, so that the fit must be repeated."""
     at_reading: ClassVar[bool] = False
     """Whether the effect's disc orders are evaluated at the reading of a head, not at the true
     angle."""
@@ -416,7 +416,7 @@ class Effect(ABC):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> str | None:
-        """Explain in words why this effect cannot have the fitted values; None: it can.
+        """Explain in words why this effect cannot have the fitted values; return None if it can.
 
         The check covers what the effect's physics requires of the values in addition to the shape
         of its columns. An effect whose values contradict its physics is not named. A check should
@@ -434,7 +434,7 @@ class Effect(ABC):
         """Explain in words why this effect cannot have the search parameters that were found.
 
         ``found``: every fitted parameter; search parameters have their σ at the maximum of the
-        likelihood. None: it can have them.
+        likelihood. The result is None if the effect can have them.
         """
         return None
 
@@ -524,8 +524,8 @@ class Effect(ABC):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> dict[str, Parameter]:
-        """Return the fitted effect's parameters, as they are shown to people. Default: coefficients
-        in arcseconds.
+        """Return the parameters of the fitted effect that reports show. Default: coefficients in
+        arcseconds.
 
         The fit, which knows the tangents of the columns, inserts the σ of search parameters.
         """

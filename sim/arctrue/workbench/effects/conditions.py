@@ -11,8 +11,8 @@ SPEED_RATIO = 1.2
 
 
 def one_speed(observations: Observations) -> list[str]:
-    """Return a message if all runs of the capture have one magnitude of speed; otherwise an empty
-    list.
+    """Return a message if the speeds of all rows of the capture are within the factor SPEED_RATIO
+    of each other, without regard to the direction; otherwise return an empty list.
 
     At a single speed, an oscillation in time and an oscillation in angle look the same.
     """
@@ -25,8 +25,8 @@ def one_speed(observations: Observations) -> list[str]:
 
 
 def one_velocity(observations: Observations) -> list[str]:
-    """Return a message if all runs of the capture have one signed speed; otherwise an empty
-    list."""
+    """Return a message if all rows of the capture have one speed and one direction, to 0.001 rad/s;
+    otherwise return an empty list."""
     rows = observations.capture
     if rows is None:
         return []

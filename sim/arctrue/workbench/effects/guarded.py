@@ -1,5 +1,5 @@
-"""Wraps a user's effect: checks the results of every call, and reports the place of an error in its
-file."""
+"""Wraps a user's effect: checks the result of each call, and reports the place of an error in the
+user's file."""
 
 from __future__ import annotations
 
@@ -47,9 +47,9 @@ class EffectFileError(ValueError):
 def guarded(kind: type[Effect], path: Path) -> type[Effect]:
     """Make, from the effect in a user's file, a subclass whose methods are checked.
 
-    Columns must be a finite float array of shape (rows, coefficients). An exception from the file,
-    including an exit, becomes an EffectFileError with file, method and line; so does a call that
-    takes longer than the effect's ``longest_call_s``.
+    Columns must be a finite numeric array of shape (rows, coefficients), or None. An exception from
+    the file, including SystemExit, becomes an EffectFileError with file, method and line; so does a
+    call that takes longer than the effect's ``longest_call_s``.
 
     Raises EffectFileError for a declaration that is missing or of a wrong type.
     """
@@ -63,8 +63,8 @@ def guarded(kind: type[Effect], path: Path) -> type[Effect]:
 def file_error(path: Path, error: BaseException, place: str = "") -> EffectFileError | None:
     """Make the EffectFileError for ``error`` if the user's file caused it; return None otherwise.
 
-    A Ctrl-C never comes from the file: a KeyboardInterrupt counts as the file's only if a ``raise``
-    of the file raised it.
+    A KeyboardInterrupt counts as caused by the file only if a ``raise`` statement of the file
+    raised it; otherwise the user pressed Ctrl-C.
     """
     last = _last_of(path, error)
     if isinstance(error, SyntaxError) and error.filename == str(path):
@@ -77,7 +77,8 @@ def file_error(path: Path, error: BaseException, place: str = "") -> EffectFileE
 
 
 def too_long(path: Path, error: TookTooLongError, place: str, seconds: float) -> EffectFileError:
-    """Make the EffectFileError for a call of the file that was ended after ``seconds``."""
+    """Make the EffectFileError for a call into the file, or its loading, that was ended after
+    ``seconds``."""
     line = next((line for name, line in error.frames if name == str(path)), None)
     where = ", ".join([*([place] if place else []), *([f"line {line}"] if line else [])])
     limit = "longest_call_s of the effect sets the limit" if place else "the limit of loading"
@@ -88,7 +89,8 @@ def too_long(path: Path, error: TookTooLongError, place: str, seconds: float) ->
 
 
 def _last_of(path: Path, error: BaseException) -> TracebackType | None:
-    """Return the innermost frame of the user's file in the error's traceback."""
+    """Return the innermost traceback entry that belongs to the user's file; None if there is
+    none."""
     last = None
     trace = error.__traceback__
     while trace is not None:

@@ -1,4 +1,4 @@
-"""Writes the template of a user's own effect, with a test."""
+"""Writes a file for a user's own effect and a file with its test, both from templates."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ from arctrue.workbench.effects.registry import built_in
 
 
 def write_new_effect(name: str, folder: Path) -> list[Path]:
-    """Write ``NAME.py`` and ``test_NAME.py``; return the paths.
+    """Write ``NAME.py`` and ``test_NAME.py`` into ``folder``; return the paths.
 
-    Raises ValueError for a name that is taken or not allowed, FileExistsError for an existing file.
+    Raises ValueError for the name of a built-in effect or a name that is not allowed,
+    FileExistsError for an existing file.
     """
     if not re.fullmatch(r"[a-z][a-z0-9_]*", name) or keyword.iskeyword(name):
         raise ValueError(

@@ -51,7 +51,7 @@ class Condition:
     time_constant_s: float | None = None
     each_run: bool = False
     column: str | None = None
-    """Name of the column, if the condition is a further column of the set."""
+    """Name of the column, if the condition is an additional column of the user."""
     column_zero: float = 0.0
     """Value of the column at which the condition is 0."""
 
@@ -143,7 +143,7 @@ def settling_condition(time_constant_s: float, each_run: bool) -> Condition:
 
 
 def column_condition(column: str, zero: float) -> Condition:
-    """Make the condition of a further column of the set, from which ``zero`` is subtracted."""
+    """Make the condition of a user's additional column, from which ``zero`` is subtracted."""
 
     def values(rows: Rows) -> Float | None:
         found = rows.conditions.get(column)
@@ -155,7 +155,7 @@ def column_condition(column: str, zero: float) -> Condition:
 
 
 def _columns(observations: Observations) -> list[Condition]:
-    """Return the further columns of both files, each minus its median over the set."""
+    """Return the user's additional columns of both files, each minus its median over the set."""
     channels = [rows for rows in (observations.capture, observations.reference) if rows is not None]
     names = dict.fromkeys(name for rows in channels for name in rows.conditions)
     found = []
@@ -169,8 +169,8 @@ def _columns(observations: Observations) -> list[Condition]:
 def condition_named(
     words: str, time_constant_s: float | None = None, each_run: bool = False
 ) -> Condition:
-    """Return the condition with this name or these words; with ``time_constant_s``, a settling. The
-    name "" is the condition 1.
+    """Return the condition with this name or these words; if ``time_constant_s`` is given, return
+    the condition exp(−t/τ). The name "" is the factor 1.
 
     Raises ValueError for unknown words.
     """
@@ -184,14 +184,14 @@ def condition_named(
 
 
 def recorded_conditions(observations: Observations) -> list[Condition]:
-    """Return every condition of the set except settlings, including conditions that are equivalent
-    on its rows."""
+    """Return the simple conditions and the user's additional columns, even if some are equal or
+    missing in the set; exp(−t/τ) is not included."""
     return [*SIMPLE_CONDITIONS, *_columns(observations)]
 
 
 def conditions(observations: Observations) -> list[Condition]:
-    """Return the conditions that vary in this set, the simpler first; of equivalent conditions,
-    return the first only."""
+    """Return the factor 1 and the conditions that vary in this set, the simpler first; of
+    equivalent conditions, return the first only."""
     found = [ALWAYS, *recorded_conditions(observations)]
     longest = max(observations.longest_run_s, _reference_span(observations))
     shortest = 20.0 * max(observations.sample_period_s, 1e-9)
@@ -337,8 +337,8 @@ class ProductOfParts(Effect):
             fixed_to=frame,
             electrical_head=electrical_head or 0,
         )
-        # The given object replaces the equal condition that the settings define: two settlings with
-        # the same time constant are different objects.
+        # The given object replaces the equal condition that the settings define: two settlings
+        # exp(−t/τ) with the same time constant are different objects.
         product.condition = condition
         return product
 
@@ -502,12 +502,13 @@ class ProductOfParts(Effect):
         if len(orders) != len(self.orders):
             return []
         if self.frame == "stator" and self.electrical_head is None:
-            # Head 1 reads y; the columns of y come after the columns of x.
+            # The motion y is the error of head 1; the columns of y come after the columns of x.
             coefficients = coefficients[2 * len(orders) :]
         return paired_lanes(orders, coefficients)
 
     def describe(self, parameters: Mapping[str, Parameter]) -> str:
-        """Describe the product in words, as ``(T − T₀) × order 2, disc-fixed, 0.31″/K``."""
+        """Describe the product in words, for example ``(T − T₀) × order 2, disc-fixed,
+        0.31″/K``."""
         words = [self.condition.words] if self.condition.words else []
         if self.electrical_head is not None:
             multiples = ", ".join(f"{order:g}" for order in self.orders)

@@ -84,7 +84,8 @@ def _place(name: str) -> tuple[int, str]:
 
 
 def from_folder(folder: Path) -> dict[str, type[Effect]]:
-    """Return the effects of every Python file of a folder, without tests.
+    """Return the effects of each Python file of a folder whose name does not begin with test_, _ or
+    conftest.
 
     Raises EffectFileError, which names the file, for a missing folder or a file that fails.
     """

@@ -81,8 +81,9 @@ class ScalarOfEachHead(ScalarEffect):
         return np.asarray(values[:, np.newaxis] * shares)
 
     def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
-        """Return the effect for one head if further heads gain less than the BIC penalty of their
-        columns."""
+        """Return the effect with the best single head, and the number of heads tried, if the other
+        heads gain less than the BIC penalty of their columns; otherwise return the effect itself
+        and 1."""
         observations = residuals.observations
         if observations.heads == 2 or observations.capture is None or self.integers("heads"):
             return self, 1.0

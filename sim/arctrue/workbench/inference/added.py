@@ -23,7 +23,8 @@ def settled(solution: Solution) -> Solution:
 def added(effect: Effect, base: Solution) -> Solution | None:
     """Fit the model of ``base`` with one more effect; estimate noise and coefficients anew.
 
-    ``base`` must be a fit of its own terms. The result is None where the search finds no place.
+    ``base`` must be a fit of its own terms. The result is None if the search finds no values of the
+    search parameters.
     """
     place: dict[str, float] = {}
     if effect.search:

@@ -1,11 +1,11 @@
 """Calculates the share of an effect's own error that other blocks of the rows predict.
 
-If rows are dense or the noise is slow, the neighbours of an omitted row predict this row, so that
-single omitted rows do not test the effect. Here the runs, or the cycles of a reference, are cut
-into a few long blocks. The model is projected out of the effect's columns over all rows; then block
-b alone gives coefficients c_b, and the other blocks give c₋b. The share is 1 − (Σ |A_b(c_b − c₋b)|²
-− its mean by noise)/(Σ |A_b·c_b|² − its mean by noise) over whitened rows A_b: 1 for an effect that
-is the same everywhere, 0 for noise of any spectrum.
+If the rows are closely spaced or the noise is slow, the neighbours of an omitted row predict this
+row, so that single omitted rows do not test the effect. Here the runs, or the cycles of a
+reference, are cut into a few long blocks. The model is projected out of the effect's columns over
+all rows; then block b alone gives coefficients c_b, and the other blocks give c₋b. The share is 1 −
+(Σ |A_b(c_b − c₋b)|² − its mean by noise)/(Σ |A_b·c_b|² − its mean by noise) over whitened rows A_b:
+1 for an effect that is the same everywhere, 0 for noise of any spectrum.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
 from arctrue.workbench.observations import CaptureRows, ReferenceRows
 
 BLOCKS = 6
-"""Number of long blocks (chosen): with more than 8, a block would be too short."""
+"""Number of long blocks, a choice: with more than 8 blocks, a block would be too short."""
 KNOWN_ELSEWHERE = 0.75
-"""Largest share of the information about a direction that one block may have. Above it, the other
-blocks cannot predict the direction: the variance of their prediction would be 3 times the variance
-of the block's own estimate."""
+"""Largest share of the information about a direction that one block may have. If the share is
+larger, the other blocks cannot predict the direction: the variance of their prediction would be 3
+times the variance of the block's own estimate."""
 MOST_ERRORS = 2.0
 """Smallest ratio of half the effect's own error to the standard deviation of the disagreement that
-noise alone causes. Below it, the test by blocks is not made, because it would refuse more than 2.3
-% of true effects.
+noise alone causes. With a smaller ratio, the test by blocks is not made, because it would refuse
+more than 2.3 % of true effects.
 """
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]

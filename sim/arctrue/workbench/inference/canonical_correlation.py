@@ -16,8 +16,8 @@ from arctrue.workbench.observations import CaptureRows, Observations, ReferenceR
 Float = NDArray[np.float64]
 
 LEAST_EIGENVALUE = 1e-6
-"""Share of the largest eigenvalue below which a direction is left out: the model explains such a
-direction up to rounding."""
+"""Smallest eigenvalue of a direction that is used, as a share of the largest eigenvalue: up to
+rounding, the model explains directions with smaller eigenvalues."""
 
 
 class _SideBySide(Effect):
@@ -68,9 +68,9 @@ class _SideBySide(Effect):
 def canonical_correlations(residuals: Residuals, first: Term, second: Term) -> Float:
     """Return the canonical correlations of two whitened blocks, with the model projected out.
 
-    The correlations descend, and their number is the rank of the smaller block. If the last
-    correlation is near 1, the smaller block lies wholly within the larger block; if only the first
-    is near 1, the blocks share a direction.
+    The correlations are in descending order, and their number is the smaller of the two ranks. If
+    the last correlation is near 1, the block of smaller rank lies within the other block; if only
+    the first correlation is near 1, the blocks share one direction.
     """
     joint = _SideBySide([first, second], residuals.observations)
     score = residuals.score(joint, {})
@@ -87,7 +87,8 @@ def canonical_correlations(residuals: Residuals, first: Term, second: Term) -> F
 
 
 def _whitening(information: Float) -> Float:
-    """Return W with WᵀIW = 1 on the directions that the information I determines."""
+    """Return W such that WᵀIW is the identity matrix; W has one column for each direction that the
+    information matrix I determines."""
     diagonal = np.diag(information)
     scale = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     values, vectors = np.linalg.eigh(information / np.outer(scale, scale))

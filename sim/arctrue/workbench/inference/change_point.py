@@ -1,4 +1,4 @@
-"""Calculates the standard deviation of the estimated place of a step, in samples."""
+"""Calculates the standard deviation of the estimated position of a step, in samples."""
 
 from __future__ import annotations
 
@@ -7,28 +7,31 @@ from functools import lru_cache
 import numpy as np
 
 SMALL_STEP = 0.3
-"""Ratio of step to noise below which the limit for small steps holds to a few percent."""
+"""If the ratio of step to noise is below this value, the limit for small steps holds to a few
+percent."""
 LIMIT_VARIANCE = 26.0
-"""Variance of the place times (step/noise)⁴ for small steps: Yao, Ann. Statist. 15 (1987) 1321."""
+"""Variance of the position (in samples²) times (step/noise)⁴ for small steps: Yao, Ann. Statist. 15
+(1987) 1321."""
 WALKS = 4000
-"""Number of simulated walks for each ratio: they give the standard deviation of the place to 1 %,
-1/√(2·4000)."""
+"""Number of simulated walks for each ratio: they give the standard deviation of the position to 1
+%, 1/√(2·4000)."""
 LARGE_STEP = 12.0
-"""Ratio of step to noise above which the estimated row counts as the true row: a neighbouring row
-is as improbable as normal noise beyond 6 σ, 10⁻⁹."""
+"""If the ratio of step to noise exceeds this value, the estimated row counts as the true row: a
+neighbouring row is as improbable as normal noise beyond 6 σ, 10⁻⁹."""
 LEAST_STEP = 1e-6
-"""Ratio of step to noise below which there is no step: with LIMIT_VARIANCE, the standard deviation
-of its place is 10¹² rows or more."""
+"""If the ratio of step to noise is below this value, there is no step: with LIMIT_VARIANCE, the
+standard deviation of its position is 10¹² rows or more."""
 SEED = 1
 """Seed of the walks, fixed so that equal steps have equal uncertainties."""
 
 
 def position_sigma_samples(step: float, noise: float) -> float:
-    """Return the standard deviation, in samples, of the most likely place of a step in white noise.
+    """Return the standard deviation, in samples, of the most likely position of a step in white
+    noise.
 
-    With δ = step/noise, the log likelihood is a random walk that starts at the true place in both
-    directions; its steps have the mean −δ²/2 and the variance δ². The estimated place is the
-    highest point of the walk.
+    With δ = step/noise, the log likelihood is a random walk that starts at the true position in
+    both directions; its steps have the mean −δ²/2 and the variance δ². The estimated position is
+    the highest point of the walk.
     """
     if noise <= 0.0 or step > LARGE_STEP * noise:
         return 0.0

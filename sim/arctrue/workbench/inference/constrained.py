@@ -1,10 +1,11 @@
 """Fits with conditions on the parameters: fixed, bounded, or tied to each other.
 
 A reported parameter (an amplitude, a frequency) is a function of coefficients and search
-parameters. Near its maximum the log likelihood is a quadratic form in both. The conditions are put
-on this form (sequential quadratic programming: Nocedal and Wright, Numerical Optimization, chapter
-18; ``scipy.optimize``), and the form is computed anew if search parameters have changed. Then the
-noise is estimated with the conditioned model, and both steps are repeated.
+parameters. Near its maximum the log likelihood is a quadratic form in both. The fit maximises this
+form under the conditions (sequential quadratic programming: Nocedal and Wright, Numerical
+Optimization, chapter 18; ``scipy.optimize``), and computes the form anew if search parameters have
+changed. Then the noise is estimated from the residuals of the constrained model, and both steps are
+repeated.
 """
 
 from __future__ import annotations
@@ -52,7 +53,8 @@ as in :mod:`arctrue.workbench.inference.search_parameters`."""
 NOISE_ROUNDS = 3
 """Number of noise estimates; further estimates would change the noise little."""
 MET = 1e-6
-"""Accuracy with which a condition is met, as a share of a standard uncertainty."""
+"""A condition counts as met if the difference from it is at most 1,000 times this share of a
+standard uncertainty."""
 
 
 class ConditionError(ValueError):
@@ -146,13 +148,14 @@ def _solved(solution: Solution, terms: list[Term], held: Held | None) -> Solutio
 
 @dataclass(frozen=True)
 class _Unknowns:
-    """The quadratic form at a solution: coefficients, then continuous search parameters."""
+    """The quadratic form of the log likelihood at a solution; its unknowns are the coefficients,
+    then the continuous search parameters."""
 
     solution: Solution
     values: Float
     """Values at the solution."""
     best: Float
-    """Values at the minimum of the form."""
+    """Values at the maximum of the form."""
     covariance: Float
     rank: int
 
@@ -400,8 +403,8 @@ def noise_with(found: ConstrainedFit, free: Float | None = None) -> Noise:
 
 
 def restricted_likelihood_of(found: ConstrainedFit, free: Float) -> float:
-    """Return the log likelihood with the free coefficients integrated out and the index's prior
-    included.
+    """Return the log likelihood with the free coefficients integrated out and the prior of the
+    index variance included.
 
     It is :func:`arctrue.workbench.inference.likelihood_ratio.restricted_likelihood` for a model
     with conditions.

@@ -1,9 +1,9 @@
 """Computes the design matrix of a model: the columns of its terms, raw and whitened by the noise.
 
-Columns depend on the rows alone and are kept in memory while the rows exist: all columns of wide
-linear terms, and the last few columns of other terms. Whitened columns are kept while the noise
-exists. A long capture is processed block by block; the columns of a block are released with the
-block.
+Columns of an effect that does not depend on the model are kept in memory while the rows exist: all
+columns of linear terms that consist of orders of the disc, and the last MOST_RECENT column blocks
+of other terms. Whitened columns are kept while the noise exists. A long capture is processed block
+by block; the columns of a block are released with the block.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ BLOCK_ROWS = 1 << 15
 """Number of rows of one matrix product; it limits memory only: 32,768 rows of 100 columns are 26
 MB."""
 MOST_RECENT = 4
-"""Number of blocks of columns that are kept for terms that change: a scan uses the same blocks
-again."""
+"""Number of blocks of columns that are kept for terms whose columns change from fit to fit: a scan
+uses the same blocks again."""
 Rows = CaptureRows | ReferenceRows
 
 
@@ -46,7 +46,7 @@ class _Kept:
     """Columns that are kept for a set of rows, with the effects that they belong to."""
 
     linear: dict[Hashable, Matrix | None] = field(default_factory=dict)
-    """Columns of wide, linear terms, which stay the same from fit to fit."""
+    """Columns of linear terms that consist of orders of the disc; they are equal in all fits."""
     recent: dict[Hashable, tuple[Effect, Matrix | None]] = field(default_factory=dict)
     """Columns of terms that change from fit to fit: a scan uses the same columns again."""
 
@@ -76,8 +76,8 @@ def _whitened_of(rows: Rows, noise: RowNoise) -> _KeptWhitened:
 
 
 def keep_part(whole: Rows, part: Rows, kept: NDArray[np.bool_]) -> None:
-    """Keep the columns of ``part``, which has the rows of ``whole`` where ``kept`` is True, without
-    a new computation."""
+    """Store the columns of ``part``, which has the rows of ``whole`` where ``kept`` is True: select
+    them from the stored columns of ``whole``."""
     _kept_of(part).linear = {
         key: None if columns is None else columns[kept]
         for key, columns in _kept_of(whole).linear.items()
@@ -129,7 +129,8 @@ def term_columns(
 
 
 def _keepable(term: Term) -> bool:
-    """Tell whether a term is wide and linear, so that its columns stay the same from fit to fit."""
+    """Tell whether a term is linear and consists of orders of the disc, so that its columns are
+    equal in all fits."""
     effect = term.effect
     return bool(effect.disc_orders(term.nonlinear)) and not (
         effect.search or effect.depends_on_model

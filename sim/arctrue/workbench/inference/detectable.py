@@ -30,8 +30,8 @@ Float = NDArray[np.float64]
 SIGNIFICANCE = 0.01
 """False alarm rate of the whole diagnosis, as in :data:`.significance.SIGNIFICANCE`."""
 POWER = 0.95
-"""Power of the tests at the stated size (chosen); ``arctrue benchmark bound`` checks whether the
-tests reach it."""
+"""Power of the tests at the stated size; the value is a choice. ``arctrue benchmark bound`` checks
+whether the tests reach it."""
 MOST_ROWS = 20_000
 """Largest number of rows from which the mean square of a column is calculated."""
 PROPORTIONAL = 1e-6
@@ -41,15 +41,15 @@ NOISE_DRAWS = 32
 """Number of quantiles that represent the unknown variance of the noise; with 64, λ changes by less
 than 1 %."""
 LARGE = 1e6
-"""Noncentrality above which the scatter of χ², 0.2 %, is neglected."""
+"""If the noncentrality is larger than this, the scatter of χ², 0.2 %, is neglected."""
 FOLDS_SHARE = 4.0 / 3.0
 """Factor by which the variance of a coefficient is larger if three of four folds are fitted."""
 
 
 FEW_FREEDOM = 6.0
-"""Degrees of freedom below which a detectable size is at least 2.8 times the size with known noise.
-With one column among 19 effects, this size is 14 standard errors in place of 5.1; with the fewest
-degrees of freedom, 2, it is 188 standard errors (:func:`needed_gain`)."""
+"""With fewer degrees of freedom than this, a detectable size is at least 2.8 times the size with
+known noise. With one column among 19 effects, this size is 14 standard errors in place of 5.1; with
+the fewest degrees of freedom, 2, it is 188 standard errors (:func:`needed_gain`)."""
 
 
 @dataclass(frozen=True)
@@ -62,10 +62,10 @@ class Refused:
     delta_bic: float
     """Smallest ΔBIC of such an effect."""
     trials: float = 1.0
-    """Number of places of the effect's search; ΔBIC is reduced for them."""
+    """Number of independent values that the effect's search tried; ΔBIC is reduced for them."""
     rows_by_themselves: float = 0.5
-    """Share of the index repeatability in the variance of an effect's size above which held-out
-    rows are not used."""
+    """If the index repeatability causes this share or more of the variance of an effect's size,
+    held-out rows are not used."""
 
 
 @dataclass(frozen=True)
@@ -88,8 +88,9 @@ class Detectable:
 def needed_gain(rank: int, tests: float, freedom: float = np.inf) -> float:
     """Return the noncentrality at which a block of ``rank`` columns is found with 95 % power.
 
-    The level is 1 %, divided by ``tests``: the number of candidates times the places of each.
-    ``freedom`` is the number of degrees of freedom of the noise variance.
+    The level is 1 %, divided by ``tests``: the number of candidates times the number of values that
+    the search for each tried. ``freedom`` is the number of degrees of freedom of the noise
+    variance.
     """
     return _powerful(rank, freedom, _threshold(rank, SIGNIFICANCE / max(tests, 1.0), freedom))
 
@@ -151,10 +152,9 @@ def smallest_detectable(
     tests: float,
     refused: Refused | None = None,
 ) -> Detectable | None:
-    """Return the smallest form of an effect that the tests find in 95 % of such sets.
-
-    The form is the typical column of the block: the column whose RMS is nearest to the median. The
-    result is None where the model can explain the whole block. With ``refused`` the test on
+    """Return the smallest size of an effect that the tests find in 95 % of such sets. The effect
+    has the form of the typical column of its block: the column whose RMS is nearest to the median.
+    The result is None where the model can explain the whole block. With ``refused`` the test on
     held-out rows counts too.
     """
     score = residuals.score(effect, nonlinear)

@@ -1,8 +1,9 @@
 """Fits a model to both channels: generalised least squares with the noise as a part of the model.
 
-y = X·b + run offsets + noise. The offsets of the runs are random with the index repeatability as
-their variance, so that an effect that differs only between runs is judged by the scatter between
-runs. The noise of the rows has white and coloured parts and may be uneven, as the set shows
+y = X·b + run offsets + noise. The offsets of the runs are random, and the repeatability of the
+index mark determines their variance. The significance of an effect that differs only between runs
+therefore follows from the scatter between runs. The noise of the rows has white and coloured parts
+and may have a different size in different rows; it is estimated from the set
 (:mod:`arctrue.workbench.noise`).
 """
 
@@ -30,8 +31,8 @@ from arctrue.workbench.numeric.least_squares import ChannelSums, Matrix, Whitene
 from arctrue.workbench.observations import Observations
 
 INDEX_ROUNDS = 4
-"""Largest number of rounds of fit and index variance; each round changes only the weight of the run
-offsets."""
+"""Number of rounds in which the variance of the run offsets is estimated and the fit is repeated;
+each round changes only the weight of the run offsets."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +78,7 @@ def fit(
     noise: Noise | None = None,
     every_row: bool = False,
 ) -> Solution:
-    """Fit terms with given search parameters; iterate columns that depend on the model.
+    """Fit terms with given search parameters; repeat the fit if columns depend on the model.
 
     If ``noise`` is not given, it is estimated with the coefficients. ``every_row``: use all rows of
     a long set, not only the sample of rows that the statistics use.

@@ -36,7 +36,7 @@ FOLDS = 4
 """Number of folds. Each fit has three quarters of the rows; :data:`.detectable.FOLDS_SHARE` follows
 from this number."""
 STANDARD_ERRORS = 2.0
-"""Number of standard errors by which the held-out error must fall."""
+"""Number of standard errors by which the error on omitted (held-out) rows must fall."""
 ENOUGH_ERRORS = 3.0
 """If a true effect would lower the error by less than this number of standard errors, the test does
 not require a fall."""
@@ -46,7 +46,8 @@ SEED = 20_120_215
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Held-out errors of every row, by channel, arcseconds."""
+    """Error of every row, predicted by a fit without this row (held-out error), by channel,
+    arcseconds."""
 
     capture_arcsec: Float | None
     reference_arcsec: Float | None
@@ -134,7 +135,7 @@ def falls(before: HeldOut, after: HeldOut, noise: Noise) -> dict[str, Improvemen
 
 
 def folds_of(observations: Observations) -> Folds:
-    """Assign each four consecutive rows to the four folds, in a random order.
+    """Assign the rows of each group of four consecutive rows to the four folds, in a random order.
 
     Any wave that the rows can show has a half period longer than one row, so that the rows on both
     sides of an omitted row show it. In a fixed order, the same stations of every cycle could be

@@ -17,11 +17,11 @@ from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
 
 STRONG_CORRELATION = 0.9
-"""Smallest correlation at which a pair is listed; no decision uses it. At this correlation each σ
-is 2.3 times the σ of the coefficient alone, 1/√(1 − 0.9²)."""
+"""Pairs of coefficients with a larger correlation are listed; no decision uses this limit. At this
+correlation each σ is 2.3 times the σ of the coefficient alone, 1/√(1 − 0.9²)."""
 UNDETERMINED_SHARE = 0.5
-"""Share of a coefficient in directions that no row shows. Above it, the coefficient counts as not
-determined."""
+"""If a larger share of a coefficient lies in directions that no row shows, the coefficient counts
+as not determined."""
 MOST_PAIRS = 20
 """Largest number of pairs that are listed."""
 
@@ -49,8 +49,9 @@ class Identifiability:
     """σ of the three coefficients with the largest σ, arcseconds (or their unit), by name."""
     correlated: list[Pair]
     smallest_arcsec: dict[str, dict[str, float]] = field(default_factory=dict)
-    """Smallest RMS, by channel, with which an absent effect would be found in 95 % of such sets, at
-    a level of 1 % divided by the number of candidates; for effects without a search only."""
+    """For each absent effect without a search, and by channel: the smallest RMS of the effect that
+    the diagnosis would find in 95 % of such sets, at a level of 1 % divided by the number of absent
+    effects."""
 
 
 def coefficient_names(solution: Solution) -> list[str]:

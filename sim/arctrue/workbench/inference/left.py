@@ -1,4 +1,5 @@
-"""Computes both figures of a model's residual on a set, *left* and *held out*.
+"""Computes two figures of a model's residual on a set: *left* (RMS of the residual) and *held out*
+(RMS over rows, each predicted by a fit without it).
 
 The history of a model, diagnosis, comparison, page and report show these figures; no other module
 computes such figures.

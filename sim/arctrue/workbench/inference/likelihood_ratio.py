@@ -30,8 +30,9 @@ MUCH_MORE = 1.2
 
 
 LEAST_MOVE = 1.0
-"""χ² of the change of a channel's residuals. Below it, the channel's noise is not estimated anew:
-such a change has the weight of one reading, and the noise is estimated from all readings."""
+"""If an effect changes a channel's residuals by a smaller χ² than this, the channel's noise is not
+estimated anew: such a change has the weight of one reading, and the noise is estimated from all
+readings."""
 Float = NDArray[np.float64]
 
 
@@ -132,8 +133,8 @@ def with_a_walk(residuals: Residuals) -> Residuals:
 
 
 def under(grown: Solution, base: Solution) -> Noise:
-    """Estimate the noise from the residuals of ``grown``; the restricted likelihood is the one of
-    the columns of ``base``, so that the two models can be compared."""
+    """Estimate the noise from the residuals of ``grown``; the restricted likelihood uses the
+    columns of ``base`` for both models, so that the two can be compared."""
     left = grown.capture_residual_arcsec(), grown.reference_residual_arcsec()
     design = ModelDesign(base.terms, base.observations, base.context)
     unmoved = base.unknown_noise | _unmoved(left, base)
@@ -179,8 +180,8 @@ def _with_noise(residuals: Residuals, noise: Noise) -> Residuals:
 
 
 def restricted_likelihood(residuals: Residuals) -> float:
-    """Return the log likelihood with the coefficients integrated out and the index's prior
-    included."""
+    """Return the log likelihood with the coefficients integrated out and the prior of the index
+    variance included."""
     solution = residuals.solution
     noise = solution.noise
     prior = residuals.observations.index_sigma_arcsec**2

@@ -1,4 +1,5 @@
-"""Finds a line of any order or frequency in either channel, for the effect ``periodic_error``."""
+"""Finds a line (a sinusoidal error of any order or frequency) in the capture or the reference, for
+the effect ``periodic_error``."""
 
 from __future__ import annotations
 
@@ -14,14 +15,15 @@ from arctrue.workbench.observations.one_speed import speed_turns_s
 Float = NDArray[np.float64]
 
 HALF_ORDERS_TO = 30.5
-"""Highest half order of a capture that is left to the products of parts."""
+"""Highest half-integer order that the search in the capture ignores, because products of parts
+(condition × wave) explain such orders."""
 
 
 def line_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     """Return the best lines of both channels, over the angle and over time, best first.
 
-    At one speed a line in time is also a line in the angle, so that the line is searched for in the
-    angle only.
+    If all rows have one speed, a line in time is also a line in the angle; the search then covers
+    the angle only.
     """
     coarse: list[tuple[float, dict[str, float], LineSpectrum]] = []
     trials = 0.0
@@ -55,7 +57,7 @@ def line_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     name = "frequency" if found[0].nonlinear["in_time"] else "order"
     refined = moved_to_maximum(effect, residuals, found, name, 0.5 / spectrum.span)
     low, high = effect.search_range(name)
-    # A line that moves below its fewest periods would be a slow curve.
+    # A line of a lower rate than spectrum.lowest has too few periods and would be a slow curve.
     inside = max(low, spectrum.lowest) <= refined[0].nonlinear[name] <= high
     return refined if inside else found
 
@@ -66,8 +68,8 @@ def _one_speed(residuals: Residuals, capture: bool, highest_order: float) -> boo
 
 
 def _predicted_by_others(spectrum: LineSpectrum, residuals: Residuals) -> NDArray[np.bool_]:
-    """Return True for orders of a capture that other effects explain: whole orders, and half orders
-    that products of parts explain."""
+    """Return True for the orders of a capture that other effects explain: integers, and
+    half-integers up to HALF_ORDERS_TO."""
     resolution = residuals.observations.order_resolution
     whole = np.abs(spectrum.rates - np.round(spectrum.rates)) < resolution
     twice = 2.0 * spectrum.rates

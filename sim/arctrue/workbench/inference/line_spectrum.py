@@ -46,7 +46,7 @@ class LineSpectrum:
 
     @property
     def trials(self) -> float:
-        """Number of independent places in the spectrum."""
+        """Number of independent rates in the spectrum."""
         if self.rates.size == 0:
             return 0.0
         return 2.0 * self.span * float(self.rates[-1] - self.rates[0])

@@ -26,7 +26,8 @@ class ModelRatio:
         Number of parameters that only the larger model has, search parameters included.
     p_value : float
         Probability of such a gain by chance if the smaller model is true. This probability is too
-        small if the larger model searched for a place: :func:`arctrue.diagnose` counts the places.
+        small if a search found parameters of the larger model: only :func:`arctrue.diagnose` counts
+        the values that the search tried.
     larger : int
         Number of the larger model, 1 or 2.
     """

@@ -21,8 +21,8 @@ Float = NDArray[np.float64]
 
 
 def labels(terms: Sequence[Term]) -> list[str]:
-    """Return the name of each term, with the number of the occurrence if the effect occurs more
-    than once."""
+    """Return the name of each term; ``#`` and the number follow from the second occurrence of an
+    effect on."""
     names = [term.effect.name for term in terms]
     found = []
     for place, name in enumerate(names):
@@ -35,8 +35,8 @@ def term_parameters(
     term: Term, coefficients: Float, covariance: Float, sigmas: dict[str, float],
     observations: Observations,
 ) -> dict[str, Parameter]:  # fmt: skip
-    """Return the parameters of one term, as they are reported; ``sigmas`` are the σ of its search
-    parameters."""
+    """Return the parameters of one term that reports show; ``sigmas`` are the standard
+    uncertainties of its search parameters."""
     own = term.effect.parameters(coefficients, covariance, term.nonlinear, observations)
     for name, sigma in sigmas.items():
         if name in own:

@@ -41,12 +41,13 @@ from arctrue.workbench.numeric.symmetric import solve_symmetric
 Float = NDArray[np.float64]
 
 NOISE_ROUNDS = 2
-"""Number of rounds of model and noise at each value, from each start: the fitted noise, this noise
-with a random walk, and the noise at the nearest value.
+"""Number of rounds at each value and from each start; a round estimates the noise and fits the
+model. The starts are the fitted noise, this noise with a random walk, and the noise at the nearest
+value.
 """
 FARTHEST = 40.0
-"""Distance from the fitted value, in standard uncertainties, beyond which the interval counts as
-unbounded."""
+"""If the interval reaches farther than this from the fitted value, in standard uncertainties, its
+end counts as infinite."""
 WIDER = 1.6
 """Factor by which each step outwards is longer than the step before, until the likelihood has
 fallen far enough."""
@@ -58,8 +59,8 @@ SLOW = 0.02
 """Smallest time constant of noise that may be a random walk, as a share of the longest time
 constant."""
 WALK_SPANS = 10.0
-"""Factor on the longest time constant, which is the length of the record. With it, the noise is a
-random walk within the record."""
+"""Factor by which the longest time constant, the length of the record, is multiplied; the noise is
+then a random walk within the record."""
 LITTLE = 1e-2
 """Share of the variance of each slow part that keeps its time constant; the rest of this variance
 is moved to the longest time constant."""

@@ -1,5 +1,5 @@
-"""Calculates the residuals of a fitted model, and the part of their variance that further columns
-explain."""
+"""Calculates the residuals of a fitted model, and the part of their variance that columns of other
+effects explain."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ class Residuals:
     """Residuals of a solution, and the arrays that scans and score tests need."""
 
     def __init__(self, solution: Solution) -> None:
-        """Keep ``solution``; the arrays are computed when they are first used."""
+        """Store ``solution``; the arrays are computed when they are first used."""
         self.solution = solution
         self.observations: Observations = solution.observations
 
@@ -383,7 +383,7 @@ class Residuals:
 
     @cached_property
     def _reading_noise_arcsec(self) -> float:
-        """Noise of the noisier channel, from its repeats.
+        """Noise of a row in the noisier of the two channels, from the scatter of its repeats.
 
         The fitted noise is not used: if the model lacks an effect, that noise contains the effect,
         which is not noise of the phase.

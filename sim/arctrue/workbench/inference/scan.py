@@ -33,7 +33,7 @@ Float = NDArray[np.float64]
 
 LONGEST_WINDOW = 1 << 19
 """Largest number of samples in one transform over time; padded with zeros, the transform has four
-times as many, 16 MB."""
+times as many samples, 16 MB."""
 BEST_PLACES = 4
 """Number of places of a coarse scan that are scored exactly."""
 MOST_MOVES = 4
@@ -66,7 +66,7 @@ of T turns this share is 1 − sinc²(δT), where δ is the distance from a whol
 is searched for at distances from 1/(8T).
 """
 BLIND_FACTOR = 0.02
-"""Value of |e^{jnα} − 1| below which two heads cannot see the order."""
+"""If |e^{jnα} − 1| is below this value, two heads cannot show order n."""
 ALIAS_AHEAD = 6.0
 """Gain by which an order above half the samples per turn must exceed the best lower order: odds of
 20 to 1, "strong" on the scale of Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773."""
@@ -74,7 +74,8 @@ STATION_DECIMALS = 6
 """Number of decimals of a radian to which stations are rounded; stations with equal rounded angles
 count as one."""
 LARGEST_GAP_STEPS = 8.0
-"""Largest gap of a reference run, in its own steps, at which the run counts as a whole turn."""
+"""A reference run covers a whole turn if its largest gap is shorter than this number of its median
+steps."""
 
 
 @dataclass(frozen=True, slots=True)

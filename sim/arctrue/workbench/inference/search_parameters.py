@@ -23,8 +23,8 @@ Float = NDArray[np.float64]
 ROUNDS = 6
 """Largest number of Gauss–Newton steps; SMALL_STEP ends them earlier."""
 HALVINGS = 5
-"""Largest number of trials of a step; each trial after the first takes a quarter of the step
-before, so that the last trial is below the uncertainty of a place."""
+"""Largest number of trials of a step; each trial after the first takes a quarter of the trial
+before, so that the last of the five takes 1/256 of the full step."""
 SMALL_STEP = 0.02
 """The refinement ends when no search parameter would change by more than this share of its own
 uncertainty."""
@@ -77,7 +77,8 @@ def with_steps_on_every_row(solution: Solution) -> list[Term]:
     """Return the terms with the instant of every step set to the best row among all rows of the
     set.
 
-    A sample of the rows gives the instant only to the gap between two of its stretches.
+    A fit to a sample of the rows determines the instant only to within the gap between two
+    successive stretches of the sample.
     """
     stored, part = solution.observations.stored, solution.observations.capture
     terms = list(solution.terms)

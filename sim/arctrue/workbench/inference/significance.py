@@ -1,4 +1,5 @@
-"""Converts a likelihood ratio to a probability that allows for every place of the search."""
+"""Converts a likelihood ratio to a p value that is corrected for the number of values that a search
+tried."""
 
 from __future__ import annotations
 
@@ -9,11 +10,12 @@ SIGNIFICANCE = 0.01
 """Largest corrected p with which an effect is named, chosen so that 1 % of adequate sets get a
 false name."""
 MANY = 1e5
-"""Degrees of freedom above which the noise variance counts as known."""
+"""If there are more degrees of freedom than this, the noise variance counts as known."""
 
 
 def single_p_value(gain: float, rank: int, freedom: float) -> float:
-    """Return the probability of a gain at least as large at one place.
+    """Return the probability that chance gives a gain at least as large, for one set of search
+    parameters.
 
     ``gain`` is twice the rise of the log likelihood by ``rank`` columns, where each model has its
     own best noise; ``freedom`` is the number of degrees of freedom of the noise variance after the
@@ -33,8 +35,9 @@ def corrected_p_value(
 ) -> float:
     """Return the probability that chance gives a gain at least as large anywhere in the search.
 
-    The gain belongs to the best of ``trials`` independent places, for one of ``candidates``
-    effects: Šidák over places, Bonferroni over candidates.
+    The gain belongs to the best of ``trials`` independent sets of search parameters, for one of
+    ``candidates`` effects. The correction is by Šidák for the trials and by Bonferroni for the
+    candidates.
     """
     single = single_p_value(gain, rank, freedom)
     # This gives 1 − (1 − p)^m without rounding loss for small p; for tiny p it is m·p.

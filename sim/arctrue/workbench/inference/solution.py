@@ -88,7 +88,7 @@ class Solution:
         return float((self.rank + searched) * np.log(rows) - 2.0 * self.log_likelihood)
 
     def parameters(self) -> list[dict[str, Parameter]]:
-        """Return the parameters of every term, as they are reported."""
+        """Return the parameters of every term, with the names and units that reports show."""
         covariance, searched = self._uncertainty
         found = []
         for index, term in enumerate(self.terms):
@@ -151,8 +151,8 @@ class Solution:
 
 @dataclass(frozen=True)
 class Held:
-    """Coefficients that are not fitted: their places among the coefficients of all terms, and their
-    values."""
+    """Coefficients that are not fitted: their indices among the coefficients of all terms, and
+    their values."""
 
     places: NDArray[np.int64]
     values: Matrix
@@ -187,7 +187,7 @@ def _fixed_terms(normal: Matrix, moment: Matrix, held: Held) -> tuple[Matrix, Ma
 
 
 def _sorted(held: Held) -> Matrix:
-    """Return the held values, sorted by their places among the coefficients."""
+    """Return the values of ``held``, sorted by their indices among the coefficients."""
     return np.asarray(held.values[np.argsort(held.places)])
 
 
@@ -240,9 +240,9 @@ def context_of(solution: Solution) -> FitContext:
 
     Each coefficient is its posterior mean P·c/(P + σ²). The rows bound the prior variance P: by
     Parseval's theorem, no order has more than the mean square of the measured error, P/2. Without
-    this, an order that the rows hardly determine (neither the heads' difference nor the polygon's
-    stations show it) would have a slope many times too large, and columns that depend on it would
-    fit any noise.
+    this limit, an order that the rows hardly determine (neither the heads' difference nor the
+    polygon's stations show it) would have a slope many times too large, and columns that depend on
+    it would fit any noise.
     """
     bound = _largest_square_arcsec2(solution.observations)
     variance = np.maximum(np.diag(solution.covariance), 0.0)
@@ -288,8 +288,8 @@ def context_of_terms(terms: Sequence[Term], coefficients: Sequence[Matrix]) -> F
 
 
 def with_tangents(solution: Solution, *, every_row: bool) -> tuple[Solution, list[list[int]]]:
-    """Fit the model together with its tangents, with the noise unchanged; also return the places of
-    the tangents."""
+    """Fit the model together with its tangents, with the noise unchanged; also return the column
+    numbers of the tangents."""
     observations = solution.observations
     terms, places = tangent_terms(solution)
     context, noise = solution.context, solution.noise
@@ -306,8 +306,8 @@ def with_tangents(solution: Solution, *, every_row: bool) -> tuple[Solution, lis
 
 
 def tangent_terms(solution: Solution) -> tuple[list[Term], list[list[int]]]:
-    """Return the terms and, after them, the tangents of each term; also the places of each term's
-    tangents."""
+    """Return the terms and, after them, the tangents of each term; also return the column numbers
+    of each term's tangents."""
     observations, terms = solution.observations, list(solution.terms)
     places: list[list[int]] = []
     start = sum(solution.widths)
@@ -324,8 +324,9 @@ def tangent_terms(solution: Solution) -> tuple[list[Term], list[list[int]]]:
 def joint_uncertainty(solution: Solution) -> tuple[Matrix, list[dict[str, float]]]:
     """Return the covariance of all coefficients, and the σ of the search parameters of each term.
 
-    The coefficients' covariance allows for the search: the phase of a line is less certain if its
-    frequency is uncertain too. A whole number (an order, a run) has no σ.
+    The coefficients' covariance includes the uncertainty of the search parameters: the phase of a
+    line is less certain if its frequency is uncertain too. A search parameter that is an integer
+    (an order, a run) has no σ.
     """
     covariance = solution.covariance
     sigmas: list[dict[str, float]] = [{} for _ in solution.terms]

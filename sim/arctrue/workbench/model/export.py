@@ -1,4 +1,5 @@
-"""Converts a fitted model to coefficients of the gateware; lists the errors they cannot correct.
+"""Converts a fitted model to coefficients of the gateware; lists the errors that these cannot
+correct.
 
 A lane is a circuit of the gateware that adds one harmonic of the reading to the correction. A lane
 follows a condition if a modulator (direction, speed, or a word that the host writes) multiplies its
@@ -47,8 +48,8 @@ class ConditionSettings:
     """Settings for direction and speed in the gateware (generic MODULATORS)."""
 
     reversal_width_deg: float = USUAL_REVERSAL_WIDTH_DEG
-    """Half the travel after a reversal in which the correction changes from one direction to the
-    other."""
+    """After a reversal, the correction changes from one direction to the other over twice this
+    angle."""
     dead_zone_counts: int = 4
     nominal_deg_per_s: float | None = None
     """Speed at which the modulator is 1; None: 1.5 times the largest speed in the set."""
@@ -81,12 +82,13 @@ class _Lanes:
     """Effects that lanes correct, and their sum as harmonics of the reading."""
 
     entries: list[tuple[int, ModelEffect, Effect]]
-    """Place in the model, entry, and effect of each effect that lanes correct."""
+    """Index in the model, entry, and effect of each effect that lanes correct."""
     observations: Observations
     temperature_c: float | None
 
     def components(self, place: int, coefficients: Float) -> dict[int, Float]:
-        """Return cosine and sine of every order, (2,), of the entry at ``place`` in ``entries``."""
+        """Return cosine and sine of every order, (2,), of the entry with the index ``place`` in
+        ``entries``."""
         _, entry, effect = self.entries[place]
         found: dict[int, Float] = {}
         for lane in effect.lanes(coefficients, entry.search, self.observations, self.temperature_c):
@@ -147,9 +149,9 @@ def harmonics_of_reading(
 
     The significance of an order is calculated with the covariance of a fit of the model to
     ``observations`` and with the calibration's limit. If the model cannot be fitted to
-    ``observations``, every order is kept, with a warning. ``taken``: places in the model of effects
-    that are corrected otherwise (lanes with a condition, lanes of orders that are not integers, the
-    local table). Raises ValueError for a model without coefficients.
+    ``observations``, every order is kept, with a warning. ``taken``: indices in the model of the
+    effects that are corrected otherwise (lanes with a condition, lanes of orders that are not
+    integers, the local table). Raises ValueError for a model without coefficients.
     """
     left_out: list[str] = []
     entries = []
@@ -219,8 +221,8 @@ class _Thermal:
 THERMAL_SPAN_K = 5.0
 """Difference from T₀ at which the polynomial in T equals the model."""
 LEAST_CHANGE_COUNTS = 0.1
-"""Change of an order from T₀ to THERMAL_SPAN_K below or above it, in counts, below which its lane
-has no temperature coefficients.
+"""The lane of an order has no temperature coefficients if the order changes by less than this, in
+counts, from T₀ to THERMAL_SPAN_K below or above T₀.
 """
 
 
@@ -297,10 +299,10 @@ def export_model(
     ``range_c`` (None: THERMAL_RANGE_K to each side of T₀, and the whole range of the set). With
     ``conditions`` lanes follow direction and speed, and the coefficients need a gateware with
     MODULATORS. ``with_local_table``: errors at one place of the turn go into a table, which needs a
-    gateware with LOCAL_TABLE. ``with_real_orders``: lines at orders that are not whole get lanes,
-    which need a gateware with REAL_ORDERS. Raises ValueError for a model without coefficients, a
-    set without counts per turn, fewer lanes than conditions and real orders need, or a correction
-    that changes too steeply after a reversal.
+    gateware with LOCAL_TABLE. ``with_real_orders``: harmonics at orders that are not integers get
+    lanes, which need a gateware with REAL_ORDERS. Raises ValueError for a model without
+    coefficients, a set without counts per turn, fewer lanes than conditions and real orders need,
+    or a correction that changes too steeply after a reversal.
     """
     if observations.counts_per_rev is None:
         raise ValueError("the gateware counts: table.counts_per_rev is missing in the set")
@@ -408,9 +410,9 @@ def export_model(
 def lanes_of_real_orders(
     model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
 ) -> dict[int, list[RealLane]]:
-    """Return the lines that lanes of real orders can correct, by the effect's place in the model.
-
-    The phase of these lanes refers to the angle of the set, whose turn 0 begins at its zero.
+    """Return the harmonics at orders that are not integers, by the index of the effect in the
+    model. The phases refer to the unwrapped angle of the set, which is zero at the beginning of
+    turn 0.
     """
     found = {}
     for index, entry in enumerate(model.effects):
@@ -452,10 +454,9 @@ def _orders_of_waves(orders: Iterable[int]) -> list[int]:
 def lanes_by_condition(
     model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
 ) -> dict[int, list[ConditionedLane]]:
-    """Return the lanes with a condition that correct effects, by the effect's place in the model.
-
-    The gateware has two words for columns of the set; an effect that needs a third column is left
-    out.
+    """Return the lanes with a condition that correct effects, by the index of the effect in the
+    model. The gateware has two registers (words) for columns of the set; an effect that needs a
+    third column is omitted.
     """
     found = {}
     columns: set[tuple[str, float]] = set()

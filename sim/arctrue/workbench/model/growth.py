@@ -20,7 +20,8 @@ from arctrue.workbench.observations import Observations
 
 
 class NotTestableError(ValueError):
-    """The set cannot test an effect: it lacks data, or the effect's search finds no place."""
+    """The set cannot test an effect: the set lacks data, or the effect's search finds no values of
+    its search parameters."""
 
 
 class AlreadyThereError(ValueError):

@@ -41,7 +41,7 @@ def local_errors(model: Model, effects: Mapping[str, type[Effect]]) -> dict[int,
     Returns
     -------
     dict of int to LocalError
-        The local errors by the place of their effect in the model.
+        The local errors; each key is the index of the effect in the model.
     """
     found = {}
     for index, entry in enumerate(model.effects):

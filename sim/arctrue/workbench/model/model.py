@@ -38,7 +38,7 @@ class ModelEffect:
     coefficients : list of float, optional
         Fitted values, arcseconds or the effect's own unit.
     parameters : dict of str to Parameter, optional
-        The fitted quantities as people see them: value, standard uncertainty, unit.
+        The fitted quantities that reports show: value, standard uncertainty, unit.
     """
 
     name: str
@@ -134,7 +134,7 @@ class HistoryStep(Struct, forbid_unknown_fields=True, omit_defaults=True):
 
 
 class ModelTable(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """The table that a model describes; its coefficients have no meaning for another table."""
+    """The table that a model describes; the model's coefficients apply to no other table."""
 
     counts_per_rev: Annotated[int, Meta(ge=1)] | None = None
     head_separation_deg: Number | None = None
@@ -194,7 +194,7 @@ class Model:
     Parameters
     ----------
     effects : list of ModelEffect
-        The effects in their order.
+        The effects, in the order of the model file.
     history : list of HistoryStep, optional
         The changes of the model, with the error after each change.
     reference_offset_arcsec : float, optional
@@ -207,7 +207,8 @@ class Model:
     history: list[HistoryStep] = field(default_factory=list)
     reference_offset_arcsec: float = 0.0
     reference_temperature_c: float | None = None
-    """T₀ that the coefficients belong to; None before a fit to a set with temperatures."""
+    """Reference temperature T₀ of the coefficients, °C; None before a fit to a set with
+    temperatures."""
     table: ModelTable | None = None
     """The table that the coefficients belong to; None before a fit, and in old files."""
 
@@ -243,7 +244,7 @@ class Model:
 
 
 def default_model() -> Model:
-    """Make the paper's model: graduation harmonics of orders 1 to 20, nominal α.
+    """Make the paper's model: graduation harmonics of orders 1 to 20, nominal angle α of the heads.
 
     Returns
     -------

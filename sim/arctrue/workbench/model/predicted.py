@@ -15,7 +15,8 @@ from arctrue.workbench.observations.rows import ReferenceRows
 
 Float = NDArray[np.float64]
 KNOWN = ("temperature_c", "time_s", "direction", "speed_deg_s")
-"""Names of the conditions that are not further columns of a set."""
+"""Names of the conditions that every set may have; other conditions are the user's additional
+columns."""
 
 
 def table_rows(

@@ -1,7 +1,7 @@
 """Fits the time constant of a set's thermometer as a parameter of the temperature effects.
 
 A thermometer with a first-order lag shows T_s with T_s′ = (T − T_s)/τ, so that the table's
-temperature is T = T_s + τ·T_s′. The effects of a model that depend on T fit best with the right τ.
+temperature is T = T_s + τ·T_s′. The effects of a model that depend on T fit best with the true τ.
 The fitted time constant is the maximum of the profile likelihood over τ, with all coefficients
 fitted anew for each τ; the curvature there gives its standard uncertainty.
 """

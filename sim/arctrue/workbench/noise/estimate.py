@@ -176,7 +176,7 @@ def _rescaled(fit: SpectrumFit, stretches: Sequence[Stretch], white: WhiteBounds
 
 def _uneven(rows: ChannelRows, law: NoiseLaw) -> NoiseLaw | None:
     """Add a scale for each run and each part of the turn to the law, if these differ significantly;
-    None if neither does.
+    return None if neither the runs nor the parts differ.
     """
     noise = row_noise(rows, law)
     whitened = np.clip(noise.whiten(rows.residual), -ROBUST_LIMIT, ROBUST_LIMIT)

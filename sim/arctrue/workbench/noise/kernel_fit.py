@@ -25,8 +25,8 @@ stationary variance of a random walk is far above the variance of the rows in a 
 SHORTEST_STEPS = 0.5
 """Lower limit of a decay time, in median steps of the clock."""
 LONGEST_SPANS = 10.0
-"""Upper limit of an exponential's decay time, in lengths of the longest stretch; at the limit the
-noise is nearly a random walk. A smooth part has the limit 1.
+"""Upper limit of an exponential's decay time, in lengths of the longest stretch of successive rows;
+at the limit the noise is nearly a random walk. The upper limit of a smooth part is one such length.
 """
 OSCILLATOR_SPANS = 0.25
 """Longest decay time of an oscillator, in lengths of the longest stretch; an oscillation that
@@ -37,7 +37,7 @@ SMOOTH_MUST_GAIN = 2.0
 the same number of parameters; two exponentials, the simpler noise, are given up only at odds of 7
 to 1."""
 ENOUGH = 0.01
-"""Gain in log likelihood below which a step is the last of the search."""
+"""The search ends when a step gains less log likelihood than this."""
 STEPS = 60
 """Largest number of steps of the optimiser; ENOUGH ends them earlier."""
 MOST_FREE = 5
@@ -95,8 +95,8 @@ class KernelFit:
 def fit_from(rows: Rows, start: KernelNoise) -> KernelFit:
     """Return the maximum of the likelihood that is reached from ``start``.
 
-    In noise with more than MOST_FREE columns only the last part is fitted and all other parts are
-    fixed, because that part was added to noise at its maximum.
+    In noise with more than MOST_FREE columns only the last part is fitted. The other parts stay
+    fixed, because they were fitted before the last part was added.
     """
     low, high = _limits(rows, start)
     whole = np.clip(start.logs, low, high)

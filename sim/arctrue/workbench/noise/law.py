@@ -1,4 +1,5 @@
-"""Describes the noise of one channel by a law, which applies to any rows of the channel."""
+"""Describes the noise of one channel by a law, from which the noise of any rows of the channel can
+be computed."""
 
 from __future__ import annotations
 

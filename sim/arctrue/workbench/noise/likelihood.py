@@ -33,8 +33,8 @@ LEVEL_RATIO = 8
 MOST_STRETCHES = 12
 """Largest number of evenly spread stretches for the fast noise of a long group; it limits cost."""
 SLOW_BLOCKS = 4.0
-"""Ratio of a block's length to a time constant above which the block means of a part count as
-white."""
+"""If a block is longer than this number of time constants of a part of the noise, the block means
+of this part count as white."""
 RIDGE = 1e-8
 """Share of the information that is added to its diagonal, so that two equal columns of the model
 get half of the coefficient each."""
@@ -48,7 +48,8 @@ negligible.
 
 @dataclass(frozen=True)
 class Stretch:
-    """Rows whose noise belongs together: clock (n,), residual (n,), model columns (n, k)."""
+    """Successive rows whose noise is correlated: clock (n,), residual (n,), model columns (n,
+    k)."""
 
     clock: Float
     residual: Float

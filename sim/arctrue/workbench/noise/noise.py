@@ -1,4 +1,5 @@
-"""Describes the noise of a set: the rows of both channels, and the index of the capture's runs."""
+"""Describes the noise of a set: the noise of the rows of both channels, and the scatter of the
+index mark, which shifts each run of the capture."""
 
 from __future__ import annotations
 
@@ -15,12 +16,12 @@ from arctrue.workbench.observations import Observations
 Float = NDArray[np.float64]
 
 INDEX_FREEDOM = 6.0
-"""Weight of the prior ±1 count of an index whose repeatability the set does not state, as a number
-of runs."""
+"""Weight, as a number of runs, of the assumption that an index repeats to ±1 count, if the set does
+not state its repeatability."""
 
 
 STATED_INDEX_FREEDOM = 60.0
-"""Weight of a repeatability that the set states, as a number of runs."""
+"""Weight, as a number of runs, of an index repeatability that the set states."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,5 @@
-"""Calculates the noise of each channel from its own repeats: the scatter of rows at the same place.
+"""Calculates the noise of each channel from its own repeats: the scatter of rows at the same angle
+or station.
 
 No model can remove this scatter; it belongs to the set, not to the model. If a model describes a
 deviation that does not repeat, such as a vibration, the residual can be smaller than the scatter;
@@ -16,12 +17,13 @@ from arctrue.workbench.observations import CaptureRows, Observations
 Float = NDArray[np.float64]
 
 LARGEST_GAP_STEPS = 8.0
-"""Distance of two rows, in steps of the run, above which there is a gap between them."""
+"""Two neighbouring rows have a gap between them if their distance is at least this number of median
+steps of the run."""
 _SAME_PHASE = 0.02
 """Largest phase difference of two rows that count as rows at one phase, as a share of a signal
 period. A subdivision error differs between two such rows by at most 2π·0.02 of its amplitude."""
 _MOST_ROWS_APART = 25
-"""Largest distance, in rows, between the place one turn later and the row with the same phase."""
+"""Largest distance, in rows, between the row one turn later and the row with the same phase."""
 _LEAST_PAIRS = 50
 """Smallest number of differences: 50 differences determine the noise to 10 %."""
 

@@ -93,7 +93,8 @@ class Factor:
         )
 
     def expected(self, clock: Float, precise: Float) -> Float:
-        """Predict the coloured part at other times from C⁻¹·(values − their mean), shape (n,)."""
+        """Predict the coloured part at the times ``clock``; ``precise`` is C⁻¹·(values − their
+        mean), shape (n,)."""
         if self._white or self.clock.size == 0:
             return np.zeros(clock.size)
         rates = 1.0 / self.spectrum.constants
@@ -108,8 +109,8 @@ class Factor:
 
 @dataclass(frozen=True, eq=False)
 class RowNoise:
-    """Noise of the rows of one channel: stretches of rows, the spectrum of each, and a scale per
-    row."""
+    """Noise of the rows of one channel: stretches of successive rows, the noise spectrum of each
+    stretch, and a scale for each row."""
 
     clock: Float
     """Clock of each row, shape (rows,); it increases within each stretch."""

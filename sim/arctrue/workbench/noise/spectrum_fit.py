@@ -26,12 +26,12 @@ SMALLEST, LARGEST = 1e-7, 30.0
 STATED_READINGS = 8.0
 """Weight of a stated uncertainty, as a number of readings."""
 WALKS = (0.01, 0.1, 1.0, 10.0)
-"""Variances of the slowest part from which the search also starts, as shares of the variance of the
-rows."""
+"""Variances of the slowest part in additional starts of the search, as shares of the variance of
+the rows."""
 ENOUGH = 0.01
-"""Gain of log likelihood below which a step of the search is the last."""
+"""The search ends when a step gains less log likelihood than this."""
 IMPOSSIBLE = 1e12
-"""Cost of a spectrum for which no covariance of the rows exists."""
+"""Cost of a spectrum whose covariance of the rows cannot be factored."""
 
 
 @dataclass(frozen=True)

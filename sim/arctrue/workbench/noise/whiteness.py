@@ -15,7 +15,7 @@ from arctrue.workbench.noise.noise import Noise
 Float = NDArray[np.float64]
 
 LAGS = 20
-"""Number of lags (chosen): the test shows correlation over up to 20 rows. More lags would reduce
+"""Number of lags, a choice: the test shows correlation over up to 20 rows. More lags would reduce
 the weight of the first lags in χ²."""
 LEAST_ROWS = 8
 """Smallest number of rows, and of degrees of freedom plus one. Two lags and the mean leave five
@@ -59,8 +59,8 @@ def whiteness(whitened: Float, model: Float | None = None) -> Whiteness | None:
 
     E r_k = tr(MA_k)/m,  cov(r_j, r_k) = (2 tr(MA_jMA_k) − 2 tr(MA_j) tr(MA_k)/m)/(m(m + 2)).
 
-    These moments hold for normal noise. Rows that normal noise does not contain are left out of the
-    tests of correlation: each such row gets a column of its own in the model.
+    These moments hold for normal noise. Wild rows, whose values normal noise does not contain, are
+    left out of the tests of correlation: each such row gets a column of its own in the model.
     """
     rows = whitened.size
     values = whitened - whitened.mean() if rows else whitened
@@ -116,8 +116,8 @@ def _without_wild_rows(values: Float, own: Float) -> tuple[Float, Float]:
 WILD = 0.01
 """Probability that a set of normal noise contains a row that counts as wild."""
 LARGEST_SHARE = 1.0 / 3.0
-"""Largest ratio of columns to rows at which wild rows are sought. A model with more columns
-distributes the error of a wild row over the residuals of the other rows."""
+"""Wild rows are searched for only if the ratio of columns to rows is at most this value. A model
+with more columns distributes the error of a wild row over the residuals of the other rows."""
 MOST_WILD = 0.02
 """Largest share of wild rows; a larger share counts as tails of the noise."""
 
@@ -137,7 +137,8 @@ def _orthonormal(rows: int, model: Float | None) -> Float:
 
 
 SAME_COLUMNS = 1e-6
-"""Share of the largest singular value below which a direction adds nothing to the model."""
+"""A direction adds nothing to the model if its singular value is a smaller share than this of the
+largest one."""
 
 
 def _moments(own: Float, lags: int) -> tuple[Float, Float]:

@@ -1,7 +1,8 @@
 """Computes the sums of generalised least squares over whitened rows (noise of variance 1).
 
-Each run has a constant offset. Its column, the whitened ones on the rows of the run and 0
-elsewhere, is never stored: its sums are calculated as sums over the rows of the run.
+Each run has a constant offset. The column of an offset contains the whitened ones on the rows of
+the run and 0 elsewhere. It is never stored: its sums are calculated as sums over the rows of the
+run.
 """
 
 from __future__ import annotations
@@ -103,7 +104,8 @@ class ChannelSums:
 
 @dataclass(frozen=True)
 class Layout:
-    """Places of each channel's columns in the joint system: terms, run offsets, the constant a₀."""
+    """Column numbers of each channel in the joint system of both channels; its columns are the
+    terms, the run offsets and the constant a₀."""
 
     shared: int
     runs: int
@@ -114,9 +116,9 @@ class Layout:
         return self.shared + self.runs + 1
 
     def capture(self) -> NDArray[np.int64]:
-        """Return the places of the terms and the run offsets."""
+        """Return the column numbers of the terms and of the run offsets."""
         return np.arange(self.shared + self.runs)
 
     def reference(self) -> NDArray[np.int64]:
-        """Return the places of the terms and the constant a₀."""
+        """Return the column numbers of the terms and of the constant a₀."""
         return np.append(np.arange(self.shared), self.shared + self.runs)

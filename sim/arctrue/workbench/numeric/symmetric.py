@@ -8,12 +8,13 @@ from numpy.typing import NDArray
 Matrix = NDArray[np.float64]
 
 RANK_TOLERANCE = 1e-9
-"""Share of the largest eigenvalue of the scaled normal matrix below which an eigenvalue counts as
-zero. In double precision, rounding causes eigenvalues of about 1e-16 times the number of rows.
+"""An eigenvalue of the scaled normal matrix counts as zero if it is at most this share of the
+largest eigenvalue. In double precision, rounding causes eigenvalues of about 1e-16 times the number
+of rows.
 """
 UNSEEN = 1e-18
-"""Share of the largest column's sum of squares below which a column counts as rounding, not as
-data."""
+"""A column counts as rounding, not as data, if its sum of squares is at most this share of the
+largest column's sum of squares."""
 
 
 def solve_symmetric(normal: Matrix, moment: Matrix) -> tuple[Matrix, Matrix, int, float]:

@@ -1,4 +1,4 @@
-"""Finds the unit of a further column of a measurement set from the column's name."""
+"""Finds the unit of a user's additional column of a measurement set from the column's name."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ UNITS = {
     "hz": "Hz",
     "rpm": "rpm",
 }
-"""Unit of a column by the last word of its name. The unit applies to a difference, so that °C
-become K."""
+"""Unit of a column for each last word of a column's name. The unit applies to differences of
+values; for a column in °C it is K."""
 
 
 def column_unit(column: str) -> str:

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 Float = NDArray[np.float64]
 
 LEAST_AGAIN = 2.0
-"""Smallest mean number of rows per different value at which values count as rounded. If the
-rounding step is larger than the noise, values recur more often than this.
+"""Values count as rounded if each different value occurs at least this number of times on average.
+If the rounding step is larger than the noise, values recur more often than this.
 """
 SAME_VALUE = 1e-12
 """Largest difference of two equal values of a file, relative to the largest value: the last bits

@@ -164,7 +164,7 @@ class Observations:
         return 1 if self.capture is None else self.capture.channels
 
     def pairs(self) -> list[CaptureRows | StoredCapture]:
-        """Return the rows of Rᵢ − R₁ of every sample, separately for each further head.
+        """Return the rows of Rᵢ − R₁ of every sample, separately for each head i after head 1.
 
         Returns
         -------

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from arctrue.workbench.observations.rows import CaptureRows, Float, ReferenceRows
 
 SAME_PHASE_TURNS = 0.25
-"""Largest deviation of the angle from a steady speed, in periods of the highest order, at which the
-speed counts as one speed."""
+"""A speed counts as steady if the angle deviates from a uniform motion by at most this number of
+periods of the highest order."""
 LEAST_PASS_ROWS = 8
-"""Smallest number of rows of a pass. A speed and its scatter need several steps; fewer rows occur
-where the drive turns round.
+"""Smallest number of rows of a pass. A speed and its scatter need several steps; shorter passes
+occur where the drive reverses.
 """
 
 

@@ -33,8 +33,7 @@ LEAST_ROWS_A_TURN = 12_000
 """Smallest number of rows of a turn after thinning, which keeps every second, third, … row; this
 number equals the number in the paper."""
 SEED = 20_120_215
-"""Seed of the places within equal shares of a run, fixed so that a set always gives the same
-part."""
+"""Seed of the random positions of the stretches, fixed so that a set always gives the same part."""
 
 
 def part_of(stored: StoredCapture) -> tuple[CaptureRows, StoredCapture | None]:

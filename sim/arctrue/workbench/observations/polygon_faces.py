@@ -9,7 +9,7 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 FACE_TOLERANCE_DEG = 0.05
-"""Largest distance of a station from the nearest face at which it counts as at the face."""
+"""A station counts as being at a face if its distance from the face is at most this angle."""
 
 
 def faces_of(faces: int | None, run: Integer, target_deg: Float) -> Integer | None:
@@ -17,7 +17,7 @@ def faces_of(faces: int | None, run: Integer, target_deg: Float) -> Integer | No
 
     If the rows of a run are between the faces, each row gets the nearest face, with the polygon
     placed as in the first run at the faces. The result is None if no run has all its rows at the
-    faces, so that the place of the polygon is unknown.
+    faces, so that the angle of the polygon on the table is unknown.
     """
     if faces is None or target_deg.size == 0:
         return None

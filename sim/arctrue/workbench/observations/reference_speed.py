@@ -25,8 +25,8 @@ TARGET_NOISE_RAD = np.radians(1e-4)
 """Noise of a target angle that is commanded, or read from a finer encoder, and written with four
 decimals."""
 SPEED_RATIO = 1.2
-"""Ratio of two speeds over the same stations above which the passes cannot consist of stops of
-equal length."""
+"""If two passes over the same stations have speeds with a larger ratio than this, they cannot
+consist of stops of equal length."""
 
 
 SMOOTH = 0.2

@@ -18,7 +18,7 @@ Integer = NDArray[np.int64]
 
 
 class _Sliceable:
-    """Base class of rows, with a method that slices every column that is an array."""
+    """Base class of rows; its method ``part`` returns a subset of the rows of every column."""
 
     __slots__ = ()
 
@@ -49,10 +49,10 @@ class _Sliceable:
 class CaptureRows(_Sliceable):
     """One row per sample of two heads; every array has shape (rows,).
 
-    With three or four heads each sample has a row for every further head, in a channel of its own:
-    channel 0 is R₂ − R₁, channel k is the reading of head k + 2 minus the mean of all heads before
-    it, scaled to the noise of R₂ − R₁ (:mod:`arctrue.workbench.observations.contrasts`). Each
-    channel of a run counts as a run.
+    With three or four heads each sample has one row for each head after head 1; the rows of one
+    such head form a channel: channel 0 is R₂ − R₁, channel k is the reading of head k + 2 minus the
+    mean of all heads before it, scaled to the noise of R₂ − R₁
+    (:mod:`arctrue.workbench.observations.contrasts`). Each channel of a run counts as a run.
     """
 
     run: Integer

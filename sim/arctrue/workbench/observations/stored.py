@@ -1,5 +1,5 @@
-"""Stores all rows of a long capture in little memory; other columns are calculated for the
-requested rows only.
+"""Stores all rows of a long capture in little memory; columns that follow from the stored columns
+are calculated for the requested rows only.
 """
 
 from __future__ import annotations
@@ -190,8 +190,7 @@ class StoredCapture:
 
 
 def electrical_rad(counts: Integer | None, table: Table) -> Float | None:
-    """Return 2π·frac(counts·lines/counts_per_rev), calculated in whole numbers, so that no count is
-    rounded."""
+    """Return 2π·frac(counts·lines/counts_per_rev), calculated in integers without rounding."""
     if counts is None or table.grating_lines is None or table.counts_per_rev is None:
         return None
     # The ratio is in lowest terms, so that the product fits into 64 bits.

@@ -31,7 +31,7 @@ class UsedRows(Generic[Channel]):
 
     rows: Channel
     numbers: Integer | None
-    """Places of these rows in the file (0, 1, …); None if all rows are used."""
+    """Numbers of these rows in the file (0, 1, …); None if all rows are used."""
     masked: list[MaskedRow]
     outlying_share: float
     """Share of outliers among the checked rows; if it is above MOST_SHARE, no outlier is masked."""
@@ -120,8 +120,8 @@ def _without(
     reason: Reason,
     away: Float | None = None,
 ) -> tuple[Channel, list[MaskedRow]]:
-    """Return ``rows`` without the rows at which ``out`` is True. ``numbers``: the place of each row
-    in its file."""
+    """Return ``rows`` without the rows where ``out`` is True, and the omitted rows. ``numbers``:
+    number of each row in its file, from 0."""
     if not out.any():
         return rows, []
     places = np.flatnonzero(out)

@@ -30,8 +30,8 @@ LEAST_VARIANCE = 0.1
 """Smallest sum of the variances of a harmonic's cosine and sine columns over the stations; the sum
 is 1 if the stations resolve the harmonic fully."""
 AS_GOOD = 6.0
-"""Largest difference of the gains of two harmonics that are aliases at which the first harmonic is
-taken, not the better one: odds of 20 to 1."""
+"""Of several harmonics that may be aliases, the first is chosen whose gain is less than this below
+the largest gain: odds of 20 to 1."""
 LISTS = {"multiples": 0, "below": -1, "above": 1}
 """Settings that list multiples of the tooth count, with the distance of a line from its multiple,
 in orders."""
@@ -154,13 +154,13 @@ class DriveGearError(Effect):
         trials = comb(len(lines), len(kept))
         usual = [self._shown(form, lines, reference) for form in USUAL]
         if set(kept) in usual:
-            # A usual form of a gear counts as one of few trials, because it was not chosen among
-            # all sets of lines.
+            # A set of lines in USUAL counts as one of only len(USUAL) trials, because it was not
+            # chosen among all sets of lines.
             trials = min(trials, len(USUAL))
         return self._of(kept), float(trials)
 
     def _shown(self, form: list[Line], lines: list[Line], reference: ReferenceRows) -> set[Line]:
-        """Return the lines of a form that the stations can separate, without repetitions."""
+        """Return the lines of ``form`` that the stations can separate, without repetitions."""
         shown: list[Line] = []
         for line in form:
             if line in lines and self._is_another(line, shown, reference):

@@ -31,7 +31,7 @@ height."""
 
 
 class GraduationDefect(Effect):
-    """Adds a bump of some width at one disc angle."""
+    """Adds a bell-shaped error of adjustable width at one disc angle."""
 
     name = "graduation_defect"
     physics = (

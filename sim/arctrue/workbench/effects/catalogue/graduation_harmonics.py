@@ -1,4 +1,4 @@
-"""The disc has an error at each order; every model contains these errors."""
+"""The disc has an error at each order; the default model contains these errors."""
 
 from __future__ import annotations
 

@@ -70,8 +70,8 @@ class Latency(ScalarEffect):
     ) -> Columns | None:
         if rows.speed_rad_s is None:
             return None
-        # The column is the change from no delay to the found delay, divided by that delay: exact
-        # for the found delay.
+        # The column is the change from no delay to the fitted delay, divided by the fitted delay;
+        # it is exact for this delay.
         known = context.coefficients.get(self.name)
         delay_us = LEAST_DELAY_US if known is None else float(known[0])
         if abs(delay_us) < LEAST_DELAY_US:

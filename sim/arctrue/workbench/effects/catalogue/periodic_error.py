@@ -29,19 +29,19 @@ from arctrue.workbench.observations.one_speed import speed_turns_s
 
 LEAST_ROWS = 16
 WHOLE = 0.01
-"""Largest distance of an order from a whole order at which it counts as whole: the phase is then
-wrong by at most 4° over half a turn."""
+"""An order counts as an integer if its distance from the integer is at most this value: the phase
+is then wrong by at most 4° after one turn."""
 OF_THE_DRIVE = 0.02
-"""Largest distance of an order from a multiple of the tooth count at which the order is assigned to
-the drive, as a share of the tooth count. One order in 25 is this close by chance."""
+"""An order is assigned to the drive if its distance from a multiple of the tooth count is less than
+this share of the tooth count. One order in 25 is this close by chance."""
 
 OF_THE_SCHEDULE = 0.25
-"""Largest distance of a frequency from a multiple of the frequency at which the stations are
-visited, up to which the visits count as its cause; in units of the run's frequency resolution
-(1/length). With ten visits of a station, one of 20 frequencies is this close by chance."""
+"""The visits of the stations count as the cause of a frequency if the frequency is nearer than this
+to a multiple of the frequency of the visits, in units of the run's frequency resolution (1/length).
+With ten visits of a station, one of 20 frequencies is this close by chance."""
 REGULAR = 0.05
-"""Largest relative spread of the times between visits of a station at which the visits count as a
-schedule."""
+"""The visits of a station count as a schedule if the relative spread of the times between them is
+less than this."""
 SAME_STATION_RAD = 1e-6
 TELLS_DIRECTIONS = 6.0
 """BIC advantage that a whole order with a size and a phase for each direction needs over one
@@ -222,7 +222,7 @@ class PeriodicError(Effect):
     ) -> str | None:
         """Refuse a line in time at the frequency of the visits to the stations.
 
-        At the stations, such a line is a function of place and direction of approach.
+        At the stations, such a line is a function of the station and the direction of approach.
         """
         rows = observations.reference
         if not nonlinear["in_time"] or nonlinear["in_capture"] or rows is None:

@@ -1,5 +1,5 @@
 """The axes of a mount lean or are not square to each other, or the line of sight is not square to
-its axis."""
+the second axis."""
 
 from __future__ import annotations
 

@@ -22,8 +22,8 @@ WIDEST_PLACE = 3
 """Largest number of neighbouring faces that are tested together as one place of the table: three of
 24 faces are an eighth of a turn."""
 MAGNIFIED = 0.25
-"""Value of |e^{jnα} − 1| below which order n is removed from the face errors. The fit divides the
-heads' difference by this factor to find the graduation's order n, so that an error of the
+"""If |e^{jnα} − 1| is below this value, order n is removed from the face errors. The fit divides
+the heads' difference by this factor to find the graduation's order n, so that an error of the
 difference appears in the reference magnified four times or more."""
 
 

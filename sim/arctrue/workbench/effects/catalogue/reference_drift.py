@@ -1,4 +1,4 @@
-"""The stand or the autocollimator creeps."""
+"""The stand of the reference or the autocollimator creeps."""
 
 from __future__ import annotations
 

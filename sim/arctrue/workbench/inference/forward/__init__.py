@@ -1,4 +1,4 @@
-"""Searches the residuals of a dense channel for regular lines, steps and slow changes.
+"""Searches the residuals of a channel with closely spaced rows for lines, steps and slow changes.
 
 A line is a sinusoid over the angle or over time; its rate is its order (periods per turn) or its
 frequency (Hz). A step is a lasting change between two rows.

@@ -1,4 +1,4 @@
-"""Searches for single events in a record: steps.
+"""Searches a record for steps, which are events that occur once.
 
 No block of a record can predict an event that occurs in another block only. A step is therefore
 tested by its likelihood alone and is not named as a cause: it is reported as a jump.
@@ -20,11 +20,12 @@ from arctrue.workbench.noise.kernel_fit import KernelFit, Rows, best_fit, usual_
 Float = NDArray[np.float64]
 
 MOST_STEPS = 3
-"""Largest number of steps; like :data:`.case.DEEPEST` of a diagnosis, it only limits cost."""
+"""Largest number of steps that the search returns; it only limits the computing time."""
 LEAST_SIDE_ROWS = 5
-"""Least number of rows of the stretch before a step, and after it."""
+"""Smallest number of rows between a step and either end of its stretch (successive rows without a
+break)."""
 STEPS_TOGETHER = 200
-"""Largest number of columns of one matrix product; it limits memory only."""
+"""Largest number of columns of one matrix product; this limit saves memory only."""
 FREEDOMS = (1.5, 2.0, 3.0, 4.0, 6.0, 10.0, 20.0, 50.0, 200.0)
 """Degrees of freedom of Student's t that are tried for the tails of the whitened residuals."""
 
@@ -36,10 +37,10 @@ class Step:
     row: int
     """First averaged row after the step."""
     place: float
-    """Place of the step in the record, turns or seconds."""
+    """Coordinate of the step in the record, turns or seconds."""
     size_arcsec: float
     sigma_arcsec: float
-    """Standard uncertainty of the size at this place."""
+    """Standard uncertainty of the size, for a step at this row."""
     gain: float
 
 
@@ -51,7 +52,8 @@ def step_column(record: Record, row: int) -> Float:
 
 
 def search_steps(record: Record, lines: Float, fit: KernelFit) -> list[Step]:
-    """Return the steps that are found one after another.
+    """Search for one step after another, each with the earlier steps in the model; return all
+    steps.
 
     ``lines`` are the columns of the lines, and ``fit`` is the noise with these lines in the model.
     """
@@ -87,9 +89,11 @@ def _next_step(record: Record, others: Float, without: KernelFit) -> tuple[Step,
     if record.of_few_rows(gain) <= needed_gain(gain, float(places.size)):
         return None
     # The largest excursion of slow noise looks like a step, and the noise estimated with this step
-    # in the model is smaller. A true step is significant in the noise without it too.
+    # in the model is smaller. A true step is also significant with the noise that was estimated
+    # without the step.
     held = float(_gains(record, rows, np.array([row]), without.noise)[0])
-    # At one place, P(gain > held) = erfc(√held) < e^(−held); all places together have FAMILY_WISE.
+    # At one place, P(gain > held) = erfc(√held) < e^(−held); for all places together this
+    # probability may be FAMILY_WISE.
     if record.of_few_rows(held) <= np.log(places.size / FAMILY_WISE):
         return None
     column = step_column(record, row)
@@ -187,8 +191,9 @@ def _tail(left: Float, freedom: float, scales: Float) -> tuple[float, float]:
 
 
 OF_TAILS = 0.1
-"""Share of the family-wise level that this test uses. It is below 1 because the roots are not
-independent if the noise contains a random walk."""
+"""Share of the family-wise level that the test of the noise's tails uses. It is below 1 because the
+square roots of the gains are not independent if the noise contains a random walk."""
 FEW = 0.07
-"""Share of the information about a step that its largest innovation gives. Below it, at least
-fourteen innovations contribute to the step, so that their tails average."""
+"""Largest share of the information about a step that a single innovation may give without a test of
+the tails. At this share, more than fourteen innovations contribute to the step, and their tails
+average."""

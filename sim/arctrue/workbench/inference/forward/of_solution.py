@@ -1,4 +1,5 @@
-"""Makes the records of the forward search from the residuals of a fitted model in the reference."""
+"""Averages the residuals of a fitted model in the reference to records, in which the forward search
+looks for lines and steps."""
 
 from __future__ import annotations
 
@@ -34,7 +35,7 @@ SAME_STATION_RAD = 1e-6
 """Largest angle within one station: 0.2″, more than the rounding of a file and less than the
 repeatability of a servo."""
 FROM_ONE_SIDE = 0.5
-"""Smallest number of different places divided by the number of rows: repeated visits of a few
+"""Smallest ratio of the number of different angles to the number of rows: repeated visits of a few
 stations show scatter, but no line."""
 
 
@@ -147,10 +148,12 @@ def reversal_with_steps(solution: Solution, steps_s: Sequence[float]) -> Reversa
 
 
 def _is_dense(rows: ReferenceRows) -> bool:
-    """Tell whether the rows are a log, not stations that are visited again and again.
+    """Tell whether the rows are a log (a run with closely spaced rows), not stations that are
+    visited again and again.
 
     A log on the move may meet the same angles on every turn, if the number of samples per turn is
-    whole. Its turns follow each other, so that the same angle on two turns counts as two places.
+    whole. The turns of a log follow each other, so that the same angle on two turns counts as two
+    different angles.
     """
     if rows.run.size < LEAST_ROWS or rows.faces is not None:
         return False
@@ -161,7 +164,8 @@ def _is_dense(rows: ReferenceRows) -> bool:
 
 
 def _places_of_their_own(place_rad: Float, side: Float) -> float:
-    """Return the number of different pairs of place and direction, as a share of the rows."""
+    """Return the number of different pairs of angle and direction, divided by the number of
+    rows."""
     station = np.round(place_rad / SAME_STATION_RAD).astype(np.int64)
     own = np.unique(np.stack([station, side.astype(np.int64)]), axis=1).shape[1]
     return float(own / station.size)

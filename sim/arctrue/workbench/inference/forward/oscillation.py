@@ -22,19 +22,19 @@ from arctrue.workbench.noise.kernel_fit import KernelFit, Rows, best_fit, fit_fr
 Float = NDArray[np.float64]
 
 LEAST_QUALITY = 2.0
-"""Smallest quality of a damped oscillation. With less, its covariance falls to e^(−π/2) = 0.2
-within a period, and it is slow noise."""
+"""Smallest quality of a damped oscillation. At this quality the covariance falls to e^(−π/2) = 0.2
+within a period; an oscillation of lower quality counts as slow noise."""
 LEAST_GAIN_LOGS = 2.0
 """Smallest gain in log likelihood of an oscillation, in units of log(rows): ½ for each of variance,
 decay and frequency, and ½ for the search over frequencies."""
 LEAST_SHARE = 0.1
 """Smallest share of the residuals' mean square that an oscillation must have. A smaller oscillation
-may only represent a shape of the spectrum that no kernel has: it reaches 0.05 for a moving mean,
-whose density has zeros (4 logs of each of 16 kinds of noise,
+may only represent a shape of the spectrum that no kernel has: this share reaches 0.05 for a moving
+mean, whose spectral density has zeros (4 logs of each of 16 kinds of noise,
 ``sim/tests/workbench/noisy_logs.py``)."""
 SHARPENED = 3
-"""Largest number of rounds that fit frequency and other parameters; a round that gains nothing ends
-them."""
+"""Largest number of rounds; each fits the frequency, then the other parameters. A round without a
+gain in likelihood is the last."""
 WIDTHS = 1.5
 """Largest change of the frequency in a round, in widths of the resonance between its half
 powers."""
@@ -83,8 +83,8 @@ class Oscillation:
 
 
 def oscillation_of(found: LineSearch, channel: str) -> Oscillation | None:
-    """Return the resonance in the noise of a record over time; the lines that were found are in the
-    model."""
+    """Return the resonance in the noise of a record over time, with the lines of the search in the
+    model; None if no resonance is significant."""
     part = _largest(found.noise)
     if part is None or _quality(part) < LEAST_QUALITY:
         return None

@@ -1,4 +1,5 @@
-"""Averages the residual of one channel to few rows, which a search can process many times."""
+"""Averages the residual of one channel to about 1600 rows or fewer, which a search can process many
+times."""
 
 from __future__ import annotations
 
@@ -16,8 +17,8 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 MOST_ROWS = 1600
-"""Largest number of rows of a record; a longer record is averaged to this number. A fit of the
-noise then takes 20 ms."""
+"""Approximate largest number of rows of a record; a longer record is averaged to about this number.
+A fit of the noise then takes 20 ms."""
 ROWS_A_PERIOD = 4.0
 """Smallest number of averaged rows in a period of a line. With this number, averaging keeps 90 % of
 the line's amplitude (sinc 1/4), and the columns contain the same factor."""
@@ -26,11 +27,12 @@ APART = 500.0
 decay time of ten stretches, the longest that is fitted, keeps e⁻⁵⁰ of its correlation over this
 distance."""
 SAME_COLUMNS = 1e-4
-"""Share of the largest singular value below which a direction of the base is left out (on a short
-arc, all orders of the disc together are a few slow curves)."""
+"""A direction of the base is omitted if its singular value is a smaller share than this of the
+largest one (on a short arc, all orders of the disc together are a few slow curves)."""
 WHOLE_TURN = 0.1
-"""Largest difference from one turn at which a record counts as one turn. Such a record shows whole
-orders only: another line near an order differs from this order by less than a period."""
+"""A record counts as one turn if its length differs from one turn by less than this, in turns. Such
+a record shows integer orders only: over one turn, a line near an order differs from this order by
+less than a period."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,14 +45,14 @@ class Record:
     measured: Float
     """The clock as it was measured, shape (rows,)."""
     place: Float
-    """Coordinate in which lines are regular, turns or seconds, shape (rows,)."""
+    """Coordinate over which lines are sinusoids, turns or seconds, shape (rows,)."""
     width: Float
     """Angle or time over which each row is averaged, shape (rows,)."""
     readings: Float
     """Number of readings in the mean of each row, shape (rows,)."""
     residual_arcsec: Float
     base: Float
-    """Orthonormal columns (rows, k) of the model, of a constant for each stretch, and of a
+    """Orthonormal columns (rows, k) of the model, of a constant for each stretch, and of a linear
     drift."""
     stretch: Integer
     """Number of the stretch of each row."""
@@ -59,9 +61,9 @@ class Record:
     clock_span: float
     """Length of the longest stretch on the clock."""
     span: float
-    """Distance between the lowest and the highest place."""
+    """Difference between the largest and the smallest value of ``place``."""
     longest: float
-    """Length of the longest stretch, in the unit of the place."""
+    """Length of the longest stretch, in the unit of ``place``."""
     in_time: bool
     declared: float | None = None
     """Rate whose multiples are expected, such as the tooth count of the drive."""
@@ -79,18 +81,19 @@ class Record:
 
     @property
     def independent(self) -> float:
-        """Number of rates up to the highest that the record resolves."""
+        """Number of independent rates between 0 and the highest rate."""
         return max(self.highest * self.span, 1.0)
 
     @cached_property
     def turns_on_the_clock(self) -> float:
-        """Mean change of the place per unit of the clock, such as turns per second."""
+        """Mean change of ``place`` per unit of the clock, such as turns per second."""
         same = np.diff(self.stretch) == 0
         ways, times = np.abs(np.diff(self.place))[same], np.diff(self.clock)[same]
         return float(np.sum(ways) / np.sum(times))
 
     def on_the_clock(self, rate: float) -> float:
-        """Convert a line's rate from periods per unit of place to periods per unit of the clock."""
+        """Convert a line's rate from periods per unit of ``place`` to periods per unit of the
+        clock."""
         return rate * self.turns_on_the_clock
 
     def line_columns(self, rate: float) -> Float:
@@ -108,7 +111,7 @@ class Record:
         return found
 
     def of_few_rows(self, gain: float) -> float:
-        """Return a gain, reduced because the base has absorbed noise.
+        """Return ``gain``, reduced because the columns of the base have absorbed noise.
 
         In white noise with v rows more than columns, Student's t of one column is
         √(v·(e^(2·gain/rows) − 1)), and its tail falls as e^(−gain·v/rows).

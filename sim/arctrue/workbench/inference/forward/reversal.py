@@ -1,7 +1,8 @@
 """Fits the difference of a reference's readings between directions of approach, with steps in time.
 
-In a record of several passes, a single effect would fit a jump or a slow change as a drift and hide
-the reversal error. This module therefore fits the direction together with steps.
+If effects were fitted one at a time to a record of several passes, the fit of a drift would absorb
+a jump or a slow change and hide the reversal error. This module therefore fits the direction of
+approach together with steps.
 """
 
 from __future__ import annotations
@@ -21,12 +22,12 @@ LEAST_PASSES = 4
 """Smallest number of passes, two in each direction: at a single reversal, a change in time looks
 the same as the direction."""
 LEAST_OWN = 1e-6
-"""Share of the direction column's sum of squares that the model must leave. With less, the model
-already contains a reversal error."""
+"""The reversal error is fitted only if the model leaves a larger share than this of the direction
+column's sum of squares; with a smaller share, the model already contains a reversal error."""
 
 MOST_P = 0.1 * FAMILY_WISE
-"""Largest p of a reversal error. It is a tenth of the family-wise level, because every log of both
-directions is tested, in addition to the other searches."""
+"""Largest p of a reversal error. It is a tenth of the family-wise level, because this test is
+applied to every record with both directions, in addition to the other searches."""
 
 
 @dataclass(frozen=True)
@@ -40,12 +41,13 @@ class Reversal:
 
 
 def reversal_of(record: Record, direction: Float, steps: Float) -> Reversal | None:
-    """Fit the direction, ±1, shape (rows,), with the record's base and ``steps``, shape (rows, k).
+    """Fit ``direction`` (±1, shape (rows,)) together with the record's base and ``steps``, shape
+    (rows, k).
 
-    The size is the mean over all rows, in plain least squares: with weights for slow noise only the
-    rows next to each reversal would count. The passes are the sample: each pass is omitted once
-    (jackknife). The result is None where the passes are too few, the base contains the direction,
-    or noise may cause as large a size.
+    The size comes from ordinary least squares over all rows: if the weights followed slow noise,
+    only the rows next to each reversal would count. The uncertainty comes from the scatter of fits
+    that omit one pass each (jackknife). The result is None if there are too few passes, if the base
+    contains the direction, or if noise alone may cause a difference of this size.
     """
     number = np.concatenate([[0], np.cumsum(np.diff(direction) != 0.0)])
     passes = int(number[-1]) + 1

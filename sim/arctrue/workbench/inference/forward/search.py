@@ -1,9 +1,10 @@
-"""Adds one regular line after another to the model of a record, and orders them by size.
+"""Adds one line (a sinusoidal error) after another to the model of a record, and orders the lines
+by the error that they remove.
 
 Each step scans all rates twice: with the noise that is estimated without a further line, and with
 white noise alone. White noise is needed because the estimated noise completely absorbs a line far
-above the scatter of neighbouring rows. The highest places are then tried, with the noise estimated
-anew without and with the line.
+above the scatter of neighbouring rows. The rates with the highest gains, called places, are then
+tested; for each, the noise is estimated anew without and with the line.
 """
 
 from __future__ import annotations
@@ -38,35 +39,38 @@ from arctrue.workbench.noise.whiteness import whiteness
 Float = NDArray[np.float64]
 
 LEAST_PERIODS, DECLARED_PERIODS = 4.0, 3.0
-"""Fewest periods of a line in a record. A line with fewer periods is a slow change of unknown form;
-3 periods are enough if the set declares the period."""
+"""Fewest periods of a line in a record. A line with fewer periods counts as a slow change of
+unknown form; 3 periods are enough if the set states the period."""
 TRIED = 3
-"""Number of highest places of each scan that are tested further."""
+"""Number of places of each scan, those with the highest gains, that are tested further."""
 OVERSAMPLED = 3.0
 """Number of rates per 1/span in a scan: a line midway between two rates keeps 91 % of its gain,
 sinc²(1/6)."""
 APART = 1.5
-"""Distance, in 1/span, below which a place of a scan is a side lobe of a higher place."""
+"""A place of a scan counts as a side lobe of a higher place if it is nearer to it than this, in
+units of 1/span."""
 MOST_LINES = 16
-"""Largest number of lines, to limit cost: about three times the five lines of the benchmark's
-fullest log.
+"""Largest number of lines, to limit cost: about three times the number of lines, five, in the
+benchmark's record with the most lines.
 """
 MOST_MULTIPLE = 8
 """Highest multiple of a declared rate that is searched."""
 OSCILLATOR_GAIN = 7.0
-"""Smallest gain in log likelihood of a line over an oscillator at its frequency. In 24 logs of a
-resonance that keeps its phase for a sixth of the log, 65 places pass all other tests, and no place
-gains more (``python -m scripts.calibrate_line_search --logs 24 --kinds Q --oscillator``). In other
-noise, no place passes the other tests, or a place that passes them gains at most 5.1."""
+"""Smallest gain in log likelihood of a line over an oscillator at its frequency. In 24 simulated
+records of a resonance that keeps its phase for a sixth of the record, 65 places pass all other
+tests, and no place gains more (``python -m scripts.calibrate_line_search --logs 24 --kinds Q
+--oscillator``). In other noise, no place passes the other tests, or a place that passes them gains
+at most 5.1."""
 PREDICTED_SHARE = 0.5
 """Smallest share of a line's own error that the other blocks must predict."""
 NOT_WHITE = 1e-4
-"""p of Ljung and Box below which an oscillator is added to the noise before a line is named."""
+"""If p of Ljung and Box is below this value, an oscillator is added to the noise before the search
+for a line."""
 BELOW, NEXT_TO_THE_MODEL = 3, 3.0
 """Limits for a line just above the orders of a model. If fewer than BELOW ordinates of the spectrum
 below the line are free of the model's orders, the gain of the line must be NEXT_TO_THE_MODEL times
 the usual limit. Slow noise, of which the model has absorbed a part, looks like such a line, with a
-gain of at most 2 times the limit. None of 576 logs of noise shows a line (``python -m
+gain of at most 2 times the limit. None of 576 simulated records of noise shows a line (``python -m
 scripts.calibrate_line_search --orders --logs 4``)."""
 COLUMNS_TOGETHER = 400
 """Largest number of columns of one matrix product; it limits memory only."""
@@ -80,7 +84,7 @@ class Line:
     """Rate in periods per turn, or in Hz."""
     amplitude_arcsec: float
     phase_rad: float
-    """Phase of the line's cosine at the place of the first row."""
+    """Phase of the line's cosine at the first row."""
     taken_arcsec: float
     """RMS over all rows of the error that the line's prediction from other blocks removes."""
     share: float
@@ -118,7 +122,7 @@ class LineSearch:
     whiteness_p: float
     """p of Ljung and Box for the whitened residuals with all lines and steps in the model."""
     steps: tuple[Step, ...] = ()
-    """Single jumps, the largest gain first."""
+    """Single jumps, in the order in which they were found."""
     rejected: tuple[Rejected, ...] = field(default=(), repr=False)
     """Rejected places of the last step."""
 
@@ -248,8 +252,8 @@ class Level:
 
 
 def level_of(rows: Rows, noise: KernelNoise) -> Level:
-    """Measure the local level of the noise; the parts of the noise cannot follow every shape of a
-    spectrum.
+    """Measure the local level of the noise; it is needed because a sum of noise parts cannot follow
+    every shape of a spectrum.
 
     The level is the median of the periodogram of the whitened residuals over NEIGHBOURS ordinates,
     divided by the median for white noise, ln 2: a single line among them hardly changes the median.
@@ -280,8 +284,8 @@ def _shares_shown(rows: Rows) -> Float:
 
 
 HALF_SHOWN = 0.5
-"""Share of an ordinate that the columns of the model must leave, so that it counts for the
-level."""
+"""An ordinate of the spectrum is used for the level if the columns of the model leave more than
+this share of it."""
 NEIGHBOURS = 41
 """Number of ordinates in the median, which scatters by a sixth (1/√41)."""
 
@@ -318,10 +322,11 @@ def _places(
 
 
 LITTLE = 0.5
-"""Share of the needed gain that a rate must reach in the scan to be tested; a new estimate of the
-noise does not raise a smaller gain to the limit."""
+"""A rate is tested if its gain in the scan exceeds this share of the needed gain; a new estimate of
+the noise does not raise a smaller gain to the limit."""
 SAME_PLACE = 0.1
-"""Distance, in 1/span, below which two scans found the same line."""
+"""Two scans have found the same line if their rates differ by less than this, in units of
+1/span."""
 
 
 def _grid(record: Record) -> Float:
@@ -384,8 +389,8 @@ def scan(record: Record, rates: Float, others: Float, noise: KernelNoise) -> Flo
 
 
 OWN_SHARE = 1e-3
-"""Smallest share of the squares of a line's columns that the base must leave; with less, the line
-belongs to the base."""
+"""Smallest share of the squares of a line's columns that the base does not explain; with a smaller
+share, the line belongs to the base."""
 
 
 def _highest(grid: Float, gains: Float, record: Record) -> list[float]:
@@ -400,11 +405,11 @@ def _highest(grid: Float, gains: Float, record: Record) -> list[float]:
 
 
 def _refined(record: Record, rate: float, others: Float, noise: KernelNoise) -> float:
-    """Return the place with the highest gain around a rate, within half of 1/span.
+    """Return the rate with the highest gain, at most half of 1/span from the given rate.
 
     The steps become finer than the uncertainty of the rate, which is 0.55/(span·√(2·gain)) for a
-    line over the whole record. If a large line were not exactly at its place, other effects would
-    explain its remainder.
+    line over the whole record. If the rate of a large line were not exact, other effects would
+    explain the remaining error.
     """
     wide = 0.5 / record.span
     for number in range(MOST_REFINED):
@@ -427,7 +432,7 @@ a log likelihood."""
 
 
 def _moved(record: Record, rates: Sequence[float], noise: KernelNoise) -> list[float]:
-    """Move each line in turn to the place with the highest gain, with all other lines in the
+    """Move each line in turn to the rate with the highest gain, with all other lines in the
     model."""
     if record.whole_orders_only:
         return list(rates)
@@ -445,8 +450,8 @@ def _takes_much(record: Record, others: Float, line: Float) -> bool:
 
 
 MUCH = 0.05
-"""Share of the residuals' sum of squares that a line must remove so that the search for the noise
-also starts anew."""
+"""If a line removes more than this share of the residuals' sum of squares, the search for the noise
+also begins at the usual starts."""
 
 
 def _multiple_of(record: Record, rate: float) -> int | None:
@@ -519,7 +524,8 @@ def _judged(
 ) -> _Tried:
     """Test whether the line is the same in all blocks, and more than an oscillator driven by noise.
 
-    Return the place with the results, and in ``why`` the reason if it fails.
+    Return the place with the results of the tests; ``why`` is the reason if it fails one of them,
+    otherwise None.
     """
     if record.whole_orders_only:
         # Neighbouring orders cannot be separated on one turn, so that neither test applies.
@@ -549,8 +555,8 @@ def _ordered(
     fit: KernelFit,
     rejected: Sequence[Rejected],
 ) -> LineSearch:
-    """Return the lines, each with its figures in a model with all other lines, ordered by the error
-    that they remove."""
+    """Return the lines, ordered by the error that they remove; the figures of each line are
+    computed with all other lines in the model."""
     columns = record.columns(np.array(rates))
     rows = record.rows(columns)
     whitened = rows.factor(fit.noise).whiten(rows.values)

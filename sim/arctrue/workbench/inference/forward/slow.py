@@ -1,4 +1,5 @@
-"""Fits a slow change of unknown form; with fewer than four periods in the record it is no line."""
+"""Fits a slow change of unknown form; the search for lines needs four or more periods in the
+record."""
 
 from __future__ import annotations
 
@@ -13,10 +14,10 @@ Float = NDArray[np.float64]
 
 HALF_PERIODS = 8
 """Number of curves cos(πk·t/T), k = 1 to 8; the highest curve has four periods, the smallest number
-for which lines are searched."""
+of periods of a line (a sinusoidal error) that the searches find."""
 LEAST_OF_LEFT = 0.5
-"""Smallest share of the mean square left by model, drift, lines and steps that a slow change must
-explain, so that it is most of the residual."""
+"""Share of the residual's mean square, after the fit of model, drift, lines and steps, that a slow
+change must exceed."""
 LEAST_ROWS = 44
 """Fewest degrees of freedom of the residual. In white noise with 44 degrees of freedom, 8 curves
 explain more than half with the probability 0.0007 (beta distribution of 4 and 18)."""
@@ -35,7 +36,8 @@ class SlowChange:
 def slow_change(record: Record, others: Float) -> SlowChange | None:
     """Fit a slow change; ``others`` are the columns of lines and steps, shape (rows, k).
 
-    The result is None if the change is not most of the residual.
+    The result is None if the change explains at most LEAST_OF_LEFT of the residual's sum of
+    squares, or if the record has too few rows.
     """
     if record.clock.size - record.base.shape[1] - others.shape[1] < LEAST_ROWS:
         return None

@@ -1,4 +1,5 @@
-"""Contains the tests that a line must pass in addition to its likelihood ratio."""
+"""Tests whether a line (a sinusoidal error in a record) is the same in all blocks of the record,
+and whether it is more than an oscillation driven by noise."""
 
 from __future__ import annotations
 
@@ -47,13 +48,14 @@ class Coherence:
 def coherence(
     record: Record, columns: Float, others: Float, noise: KernelNoise, periods: float
 ) -> Coherence:
-    """Return the share of a line that the other blocks predict; ``others`` are also fitted.
+    """Return the share of a line that the other blocks predict; ``others`` are the columns of the
+    other lines.
 
     Base and other lines are fitted to all rows, and are projected out of the columns (Frisch and
-    Waugh): the part of the line that the base explains does not count as the line's error. c_b are
-    the line's coefficients from block b alone, c₋ the line's coefficients from all other blocks.
-    Both sets of coefficients are fitted together with the covariance of the noise, so that
-    correlation across the edges counts. The share is
+    Waugh): the part of the line that the base explains does not count as the line's error. Let c_b
+    be the line's coefficients from block b alone, c₋ the line's coefficients from all other blocks,
+    and A_b the columns of the line in block b. Both sets of coefficients are fitted together with
+    the covariance of the noise, so that correlation across the edges counts. The share is
 
     1 − Σ|A_b(c_b − c₋)|²/Σ|A_b c_b|².
     """
@@ -133,7 +135,8 @@ def _kept(noise: KernelNoise) -> KernelNoise:
 
 
 NOTHING = 1e-5
-"""Share of the largest part's variance below which a part of the noise is negligible."""
+"""A part of the noise is negligible if its variance is a smaller share than this of the largest
+part's variance."""
 
 
 def periods_in(record: Record, rate: float) -> float:

@@ -7,7 +7,7 @@ from typing import Literal
 
 Reason = Literal["mask", "outlier"]
 """Reason why a row is not used. "mask": the set masks the row, in a column or in mask.csv;
-"outlier": a rule of this package found it."""
+"outlier": this package has detected the row as an outlier."""
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,7 @@ class MaskedRow:
     row: int
     reason: Reason
     away_arcsec: float | None = None
-    """Distance of the row's value from the rows around it."""
+    """Difference between the row's value and the value that the rows around it predict."""
 
     def data(self) -> dict[str, str | int | float | None]:
         """Return the masked row as JSON."""

@@ -1,4 +1,5 @@
-"""Finds outliers in a reference run: in dense passes by neighbours, at stations by repeats."""
+"""Finds outliers in a reference run: neighbouring rows show them in passes with closely spaced
+rows, repeated visits show them at stations."""
 
 from __future__ import annotations
 
@@ -26,8 +27,8 @@ Float = NDArray[np.float64]
 Boolean = NDArray[np.bool_]
 
 DENSE_STEP_DEG = 1.0
-"""Largest step of a dense pass, in which neighbours predict a row; rows farther apart need repeated
-visits."""
+"""Largest median step of a pass whose rows are predicted by their neighbours; rows farther apart
+need repeated visits."""
 SAME_STATION_DEG = 1e-6
 """Largest difference of angles within one station: 0.004″, the rounding of a file."""
 

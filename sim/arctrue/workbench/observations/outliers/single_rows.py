@@ -1,9 +1,9 @@
 """Finds single rows that are wrong in a recording, before any model is fitted.
 
-A row is an outlier if it is far from the rows around it, alone or with at most two neighbours, and
-if no similar deviation occurs at the same angle in other revolutions. Real deviations differ from
-outliers: after a lost count the deviation stays, a scratch recurs at its angle in both heads, and a
-vibration continues.
+A row is an outlier if its value is far from the values of the rows around it, alone or with at most
+two neighbours, and if no similar deviation occurs at the same angle in other revolutions. Real
+deviations differ from outliers: after a lost count the deviation stays, a scratch recurs at its
+angle in both heads, and a vibration continues.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ MAD_EFFICIENCY = 0.37
 """Efficiency of the median absolute deviation relative to the standard deviation (Rousseeuw and
 Croux, J. Am. Stat. Assoc. 88 (1993) 1273): n rows give 0.37·n degrees of freedom."""
 NEAR_SIGMA = 3.0
-"""Largest distance, in standard deviations, of the rows next to an outlier, and of the rows at the
+"""Largest deviation, in standard deviations, of the rows next to an outlier, and of the rows at the
 same angle in other revolutions."""
 MOST_ROWS = 3
 """Largest number of neighbouring outliers; a longer deviation may be real."""
@@ -52,8 +52,8 @@ WAVE_ORDERS = 20
 """Number of orders, as in the paper's model, that are subtracted before rows on both sides of a gap
 are compared."""
 WAVE_CONDITION = 1e-6
-"""Share of the largest singular value below which a singular value is set to zero in the fit of the
-wave, because the rows of an arc cannot separate all orders."""
+"""The fit of the wave sets singular values to zero that are a smaller share than this of the
+largest one, because the rows of an arc cannot separate all orders."""
 MOST_FITTED = 20_000
 """Number of evenly spread rows to which the wave is fitted."""
 MOST_SHARE = 0.05
@@ -66,8 +66,8 @@ SAME_PLACE_ROWS = 1.5
 """Largest distance, in steps between rows, of rows in different revolutions that count as the same
 angle."""
 MOST_COMPARED = 20_000
-"""Largest number of rows that are compared with other revolutions; more outliers exceed any
-sensible share."""
+"""Largest number of outliers that are compared with other revolutions; if there are more, all of
+them count as wrong rows."""
 
 
 def far_threshold(rows: int, scatter_rows: float) -> float:
@@ -75,8 +75,8 @@ def far_threshold(rows: int, scatter_rows: float) -> float:
     least FAR_SIGMA.
 
     If the scatter is estimated from ``scatter_rows`` rows, a normal row has Student's t
-    distribution: on average, FALSE_ROWS of all rows are beyond the threshold, on both sides
-    together.
+    distribution: the mean number of normal rows beyond the threshold, on both sides together, is
+    then FALSE_ROWS.
     """
     freedom = max(MAD_EFFICIENCY * scatter_rows, 1.0)
     return max(FAR_SIGMA, float(student.isf(0.5 * FALSE_ROWS / max(rows, 1), freedom)))
@@ -147,8 +147,8 @@ def from_both_sides(values: Float) -> Float:
     The prediction is the mean of two medians, of the SIDE_ROWS rows before and of the SIDE_ROWS
     rows after the row: exact where the values rise evenly, and unaffected by MOST_ROWS wrong rows
     on each side. Near an end, all rows up to the end are used, and the same number of rows on the
-    other side. The first and the last LEAST_SIDE_ROWS rows are not-a-number: :func:`from_one_side`
-    predicts them.
+    other side. For the first and the last LEAST_SIDE_ROWS rows the prediction is not-a-number;
+    :func:`from_one_side` predicts these rows.
     """
     medians = median_filter(values, size=SIDE_ROWS, mode="nearest")
     expected = np.full(values.size, np.nan)
@@ -217,7 +217,7 @@ def _scatter_of_all(away: Float, resolution: float) -> Float:
 
 
 def gaps(angle: Float) -> Integer:
-    """Return the places of the steps over missing rows in a run; ``angle``: (rows,).
+    """Return the numbers of the steps over missing rows in a run; ``angle``: (rows,).
 
     Step k leads from row k to row k + 1. A step over missing rows is larger than SIDE_ROWS times
     the mean step of the run and than SIDE_ROWS times the median step around it, so that a changing
@@ -317,7 +317,7 @@ def seen_by_other_head(
     """Tell for each of ``rows`` whether R₂ − R₁ has the opposite deviation at the angle of the
     other head.
 
-    Each place on the disc passes both heads in every revolution, so that its error appears twice in
+    Each point of the disc passes both heads in every revolution, so that its error appears twice in
     R₂ − R₁, with opposite signs, at angles that differ by α. The result is True if the median over
     the revolutions of the opposite deviation exceeds FAR_SIGMA standard deviations. One revolution
     alone is not sufficient: if one row in 300 is wrong, a tenth of the outliers have such a partner
