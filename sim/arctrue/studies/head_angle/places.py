@@ -90,9 +90,7 @@ def judged_places(places_deg: tuple[float, ...], most_order: int) -> PlacesChoic
         float(gain[worst - 1]),
         worst,
         tuple(gain.tolist()),
-        ()
-        if weights is None
-        else tuple((gain * np.abs(order_factor(weights, places, orders))).tolist()),
+        () if weights is None else _seen_by_mean(gain, weights, places, orders),
         np.inf if weights is None else float(np.linalg.norm(weights)),
         without,
     )
