@@ -100,8 +100,8 @@ def _job(proof: Proof, mode: str, depth: int, netlist: str, generics: Mapping[st
         # need.
         *(f"delete {module}/p:*" for module in proof.cut),
         *(f"cutpoint {module}" for module in proof.cut),
-        # -noopt: an alias must not replace a wire before it is connected. -norom: in the induction,
-        # a ROM would lose its content.
+        # -noopt: an alias must not replace a wire that is not connected yet. -norom: in the
+        # induction, a ROM would lose its content.
         "proc -noopt -norom",
         *(f"cutpoint {signal}" for signal in proof.cut_signals),
         "flatten",

@@ -96,7 +96,8 @@ def flash_map() -> dict[str, int]:
 
 
 def fabric_image(bitstream: bytes, source: str) -> bytes:
-    """Return the firmware's own header, followed by the bitstream for the configuration port.
+    """Return a header in the form that the firmware reads, followed by the bitstream for the
+    configuration port.
 
     ``bitstream`` is a .bit or a raw .bin, both with the most significant byte of a word first.
 

@@ -55,8 +55,8 @@ def add(
 ) -> None:
     """Add EFFECT to the model, fit it to SET, and show how the error falls.
 
-    If the model already has EFFECT, --set changes this setting and the command fits the model
-    again.
+    If the model already has EFFECT, --set changes a setting of EFFECT and the command fits the
+    model again.
     """
     settings = settings_from(pairs)
     with changing(model_file):

@@ -88,8 +88,6 @@ def budget(
         },
     )
     if out is not None:
-        # matplotlib is imported here, because its import takes longer than the computation of the
-        # budget.
         from arctrue.report.budget_report import write_budget_report
 
         for path in write_budget_report(made, facts, out):

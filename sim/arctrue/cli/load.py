@@ -59,13 +59,13 @@ def load(
     """Load FILE, which calibrate or export wrote, into the device at PORT.
 
     The device continues to calibrate: FILE corrects the orders that it contains, and the device's
-    own calibration corrects all others. A file without lanes removes the loaded orders. The device
-    tests each order with captured turns; if one order is wrong, it refuses the whole file, even
-    with --force.
+    own calibration corrects all others. A file without orders and local table removes the loaded
+    orders. The device tests each order with captured turns; if one order is wrong, it refuses the
+    whole file, even with --force.
 
     Exit code 1: the device refuses the coefficients, states the reason and keeps its active
     coefficients; or other coefficients are active at the end. 2: FILE cannot be used, the device
-    does not answer, or no turn decides.
+    does not answer, or within --timeout no turn shows whether the coefficients are right.
     """
     try:
         coefficients = read_coefficient_file(file, DEVICE_LOADS)

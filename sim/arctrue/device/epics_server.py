@@ -47,7 +47,7 @@ def confine_to_loopback() -> None:
     """Bind each UDP socket of this program to the loopback interface (Linux only).
 
     PVXS listens for searches at port 5076 of all interfaces, whatever the values of its variables.
-    On other systems the sockets stay as they are. Raises OSError if the system refuses it.
+    On other systems the sockets stay as they are. Raises OSError if the system refuses to bind one.
     """
     if not sys.platform.startswith("linux"):
         return
@@ -166,8 +166,8 @@ async def _in_thread(work: Callable[[], str]) -> str:
 def _use_access_file(file: Path) -> None:
     """Make EPICS read the file of access security, as asSetFilename in the EPICS shell does.
 
-    Raises RuntimeError if EPICS does not accept it, because every client could write to the PVs
-    otherwise.
+    Raises RuntimeError if EPICS does not accept the file, because every client could then write to
+    the PVs.
     """
     from epicscorelibs import path
 

@@ -408,7 +408,7 @@ def wait_until_judged(console: Console, sent: SentSet, seconds: float) -> tuple[
     tested.
 
     Raises LoadRefusedError if a turn contradicts the set, or if the device has another set at the
-    end; ConsoleError if no turn decides.
+    end; ConsoleError if no turn tests the set within ``seconds``.
     """
     end = time.monotonic() + seconds
     status = _Status.read(console)

@@ -221,7 +221,7 @@ def _places_of(heads: int) -> str:
 def count_on_past_the_turn(
     table: Table, path: Path, columns: dict[str, Any], warnings: list[str]
 ) -> None:
-    """Continue the counts of heads that restart at each turn, and move them to the turn of head 1.
+    """Make counts that restart at each turn continuous, and shift each head to head 1's turn.
 
     The function changes the ``columns`` of a capture; ``path``, their file, is named in
     ``warnings``.

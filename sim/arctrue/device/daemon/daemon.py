@@ -159,7 +159,7 @@ class Daemon:
         return identifier
 
     def _opened_record(self) -> Recorder:
-        """Open the record; retention deletes no turn that the daily files do not contain yet."""
+        """Open the record; a turn that no daily file contains yet is not deleted as too old."""
         recorder = Recorder(self._settings.record, self._settings.retention)
         recorder.deletable = self._in_files
         return recorder

@@ -1,5 +1,5 @@
-"""Connects the serial port to the event loop: opens it exclusively and opens it again after it
-vanished."""
+"""Connects the serial port to the event loop: opens the port exclusively, and opens it again after
+the port vanished."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Makes columns from arrays in memory; the readers of NumPy, Parquet and HDF5 files use it."""
+"""Makes columns from arrays in memory, for the readers of NumPy, Parquet and HDF5 files."""
 
 from __future__ import annotations
 
