@@ -132,7 +132,7 @@ def read_outcomes(path: Path) -> dict[str, Outcome]:
 def commit_of(root: Path) -> str:
     """Return the short hash of the commit in ``root``.
 
-    Raises RuntimeError if files differ from the commit.
+    Raises RuntimeError if files differ from the commit, except those in WRITTEN_BY_CHECKS.
     """
     command = ("git", "status", "--porcelain", "--untracked-files=no")
     changed = subprocess.run(command, cwd=root, capture_output=True, text=True, check=True)

@@ -113,8 +113,8 @@ class Design:
         return below(module)
 
     def units(self, top: str) -> list[tuple[str, int, int, Resources]]:
-        """Return, in reading order, each module with its depth, number of instances in its parent,
-        and resources of one instance."""
+        """Return each module with its depth, number of instances in its parent, and resources of
+        one instance; the modules below a module follow it, those with the most LUTs first."""
         rows: list[tuple[str, int, int, Resources]] = []
 
         def walk(name: str, depth: int, count: int) -> None:
