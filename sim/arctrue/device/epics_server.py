@@ -29,8 +29,8 @@ _INTERNET = (socket.AF_INET, socket.AF_INET6)
 
 
 def bind_to(interface: str) -> None:
-    """Set the environment variables that bind every socket of EPICS to one interface; call this
-    before softioc starts."""
+    """Set the environment variables that tell EPICS to use one interface only; call this before
+    softioc starts. PVXS ignores them for one socket, see :func:`confine_to_loopback`."""
     for name in ("EPICS_CAS_INTF_ADDR_LIST", "EPICS_PVAS_INTF_ADDR_LIST"):
         os.environ[name] = interface
     for name in ("EPICS_CAS_BEACON_ADDR_LIST", "EPICS_PVAS_BEACON_ADDR_LIST"):
@@ -146,7 +146,7 @@ def _capture(find: Callable[[], Announcement | None], report: Callable[[str], No
 
 
 async def _in_thread(work: Callable[[], str]) -> str:
-    """Await ``work`` in a thread that does not keep the program alive. Raises the exceptions of
+    """Await ``work`` in a thread that does not keep the program alive. Raises the ConsoleError of
     ``work``."""
     loop = asyncio.get_running_loop()
     ended: asyncio.Future[str] = loop.create_future()

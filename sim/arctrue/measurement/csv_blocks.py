@@ -31,8 +31,8 @@ else:
 
 Columns = dict[str, NDArray[np.int64] | NDArray[np.float64]]
 BytesRead = Callable[[Path, int, int], None]
-"""Function that is called after every block with the file, the bytes read and the file's size in
-bytes."""
+"""Function that is called for every block that pyarrow reads, with the file, the bytes read and the
+file's size in bytes."""
 
 BLOCK_BYTES = 8 << 20
 LINES_TOGETHER = 1 << 16
@@ -124,11 +124,11 @@ class CsvFile:
         ]
 
     def blocks(self) -> Iterator[Columns]:
-        """Yield blocks of rows with whole numbers as int64 and all other numbers as float64.
+        """Yield blocks of rows: columns of whole numbers as int64, all other columns as float64.
 
         Raises MeasurementError with the row and column of the first field that is missing, not a
-        number, or not finite. A last line that lacks both fields and a line end is left out, with a
-        warning.
+        number, not finite, or larger than LARGEST_NUMBER. A last line that lacks both fields and a
+        line end is left out, with a warning.
         """
         cut = self._cut_last_line()
         if not installed("pyarrow"):
