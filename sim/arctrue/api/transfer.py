@@ -25,9 +25,7 @@ GATEWARE = "gateware"
 
 
 class ExportRefusedError(ValueError):
-    """Is raised if the correction would increase the set's error, or if the firmware would refuse
-    the correction; the text states the reasons.
-    """
+    """Is raised if ``export`` finds reasons not to write a file; the text states the reasons."""
 
 
 def import_files(
