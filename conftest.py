@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-# Tests run in parallel, so that further threads of the linear algebra would only slow them down.
+# Tests run in parallel; more threads of the linear algebra (OpenBLAS) would only slow them down.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-# No example has a time limit, because its time depends on the load of the machine and on
-# compilations of C. "repeatable": the same examples every time; --hypothesis-profile=search draws
-# others.
+# Examples of hypothesis have no time limit, because their duration depends on the load of the
+# machine and on compilations of C. The profile "repeatable" uses the same examples in every run;
+# --hypothesis-profile=search draws new examples in every run.
 settings.register_profile(
     "search", deadline=None, suppress_health_check=[HealthCheck.too_slow], print_blob=True
 )
@@ -25,7 +25,7 @@ settings.register_profile(
 settings.load_profile("repeatable")
 
 ROOT = Path(__file__).resolve().parent
-STAMP = ROOT / "build" / "generated" / ".made"  # the Makefile's too
+STAMP = ROOT / "build" / "generated" / ".made"  # the Makefile uses this file too
 SOURCES = (
     *(
         ROOT / "scripts" / name

@@ -1,8 +1,8 @@
 """Compares the calibration with the Cramér–Rao bound and a plain FFT, and the gateware's correction
 with float64.
 
-``python -m scripts.bench_calibration [--draws N]`` prints the errors over drawn turns, in groups of
-ten, and the processor time of single calibrations on this machine.
+``python -m scripts.bench_calibration [--draws N]`` prints the RMS error of the calibration for
+groups of ten simulated turns, and the processor time of single calibrations on this machine.
 """
 
 from __future__ import annotations
@@ -49,11 +49,12 @@ def table() -> RotaryTable:
 
 
 def bound_arcsec() -> float:
-    """Return the Cramér–Rao bound for the RMS error over the turn of unbiased estimates of these
-    orders.
+    """Return the Cramér–Rao bound for the RMS error over the turn of unbiased estimates of the
+    orders in ``ORDERS``.
 
-    Each head has noise s and rounding to a count. K differences have the variance 2s², and a
-    component of order n has the variance 4|TF|²s²/K.
+    Noise and rounding to a count give each reading of a head the variance s². Each of the K
+    differences of the heads has the variance 2s². A component of order n has the variance
+    4|TF|²s²/K; TF is the transfer function of the order.
     """
     variance = NOISE_ARCSEC**2 + arcsec_per_count(COUNTS_PER_REV) ** 2 / 12.0
     gain = noise_gain(ORDERS, HEAD_SEPARATION_RAD)

@@ -46,8 +46,8 @@ JUDGED_ORDERS = 32
 """Number of loaded orders that the measured judgement compares with a turn, as in firmware/bench;
 the calibration does not fit these orders."""
 JUDGE_SHARE = 0.7
-"""Largest permitted time for judging JUDGED_ORDERS loaded orders in one turn, as a share of the
-time of a calibration with the same samples, 40 orders and least squares."""
+"""Largest permitted number of instructions for judging JUDGED_ORDERS loaded orders in one turn, as
+a share of the instructions of a calibration with the same samples, 40 orders and least squares."""
 CASES = ((12_000, 40), (12_000, 20), (12_000, 10), (6_000, 40), (3_000, 40))
 METHODS = {"fourier": fourier, "least_squares": least_squares}
 SAME_RESULT = 1e-6
@@ -130,7 +130,7 @@ def rows_of(method: str, samples: int, orders: int, counted: dict[str, float]) -
 
 
 def judge_rows(samples: int, counted: dict[str, float]) -> list[Row]:
-    """Return rows with the number of instructions that judging JUDGED_ORDERS loaded orders takes,
+    """Return a row with the number of instructions that judging JUDGED_ORDERS loaded orders takes,
     and with its share of a calibration from the same turn."""
     number, plain = counted["judge"], counted["plain_judge"]
     low, high = (number * cycles / PROCESSOR_HZ * 1e3 for cycles in CYCLES_AN_INSTRUCTION)

@@ -2,9 +2,10 @@
 (``make bench``).
 
 The page shows machine, versions and commit, then the rows of each bench: median, quartiles and
-extremes of its runs, and the limit or peer. For a failed bench it shows the last lines of output;
-the exit code is then 1. ``--only NAME`` repeats one bench; the rows of the other benches are read
-from the files next to the page, each with the commit and load of its own run.
+extremes of its runs, and the limit or the value of another program (the peer). For a failed bench
+it shows the last lines of output; the exit code is then 1. ``--only NAME`` repeats one bench; the
+rows of the other benches are read from the files next to the page, each with the commit and load of
+its own run.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
-"""Defines the rows of a bench, which compare repeated measurements and their spread with a peer or
-a limit.
+"""Defines the rows of a bench, which compare repeated measurements and their spread with a peer
+(another program for the same task) or with a limit.
 
 A bench writes its rows with ``--rows FILE``, and ``scripts.bench_page`` makes one page from the
 rows of all benches.

@@ -42,8 +42,8 @@ def boards() -> list[str]:
 
 
 def fold_of(flow: str, lanes: int) -> int:
-    """Return the number of lanes per pipeline that applies without --fold: the smallest number that
-    the flow's tools can route."""
+    """Return the number of lanes per pipeline that applies without --fold: the smallest number with
+    which the flow's tools can route the lanes, or the largest possible number if there is none."""
     folds = [fold for fold in FOLDS if lanes % fold == 0]
     if flow == "vivado":
         return folds[0]

@@ -1,6 +1,6 @@
 """Defines the accesses of the processor's bus master and the answers to them.
 
-``scripts/bitstream_models/axi_master.h`` plays a list of accesses.
+``scripts/bitstream_models/axi_master.h`` carries out a list of accesses.
 """
 
 from __future__ import annotations

@@ -212,8 +212,8 @@ class Chip:
 
     @cached_property
     def _joints(self) -> dict[tuple[str, str], list[tuple[int, int, str, str]]]:
-        """Return, for each type and wire, the connected wires of neighbours: place, type and
-        wire."""
+        """Return, for each type of tile and wire, the connected wires of neighbours: columns to the
+        right, rows down, type of tile and wire."""
         path = self.folder / "tileconn.json"
         found: dict[tuple[str, str], list[tuple[int, int, str, str]]] = defaultdict(list)
         for entry in json.loads(path.read_text(encoding="utf-8")):

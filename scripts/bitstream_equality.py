@@ -115,8 +115,8 @@ def _placed_all(ports: Sequence[Port]) -> list[tuple[Port, int]]:
 
 
 def _reference(top: str, ports: Sequence[Port]) -> str:
-    """Return Verilog of a top level that contains the VHDL's netlist; its inputs are the outputs of
-    the design's PS7, its outputs the inputs of the PS7."""
+    """Return Verilog of a top level that contains the VHDL's netlist; its inputs are the design's
+    input pads and the outputs of the PS7, its outputs the output pads and the inputs of the PS7."""
     inputs, outputs = _placed(ports, is_input=True), _placed(ports, is_input=False)
     wide_in = bus_bits(sum(port.bits for port, _ in inputs))
     wide_out = bus_bits(sum(port.bits for port, _ in outputs))
@@ -273,7 +273,8 @@ def _lines_header(ports: Sequence[Port], decoded: Decoded) -> str:
             f"constexpr MasterLines AXI = {{\n{chr(10).join(master)}\n}};",
             "struct Block { const char* name; int first; int bits; };",
             f"constexpr Line LINES[] = {{\n{chr(10).join(rows)}\n}};",
-            # Each C++ array has one additional entry, because C++ has no empty arrays.
+            # ENCODERS is at least 1 and OUTPUTS has at least 96 entries, because C++ has no empty
+            # arrays.
             f"constexpr int BLOCK_COUNT = {len(blocks)};",
             f"constexpr int ENCODERS = {max(1, len(heads))};",
             f"constexpr int PULSES = {pulses};",
@@ -291,7 +292,7 @@ def _lines_header(ports: Sequence[Port], decoded: Decoded) -> str:
 
 @dataclass(frozen=True)
 class Compared:
-    """Result of a run: a sentence for each difference, and counts by name."""
+    """Result of a run: a sentence for each of the first differences, and counts by name."""
 
     differences: list[str]
     still: list[str]

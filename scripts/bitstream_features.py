@@ -70,7 +70,7 @@ class Features:
 
     def of(self, tile: str) -> frozenset[str]:
         """Return the enabled features of a tile, as named in the tile's type; a feature is enabled
-        if its bits are set."""
+        if each of its bits has the level that the database states."""
         if tile not in self._found:
             self._found[tile] = self._read(tile)
         return self._found[tile]

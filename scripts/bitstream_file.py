@@ -26,7 +26,8 @@ DIES = {
     "xc7z010": (0x0372_2093, 5_152),
     "xc7z020": (0x0372_7093, 10_008),
 }
-# Largest number of bytes before the sync word (tagged fields), or before the frames (commands)
+# Largest number of bytes before the sync word (fields of the header), and largest number of bytes
+# from the sync word to the frames (commands)
 LONGEST_HEAD = 1024
 
 

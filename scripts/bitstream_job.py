@@ -1,4 +1,4 @@
-"""Describes the inputs and outputs of a bitstream build, the same for every flow."""
+"""Describes the inputs and outputs of a bitstream build; all flows use this description."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ class Tool:
     """Program of a flow: its names, the environment variable by which a user chooses it, and advice
     if it is missing.
 
-    ``folder`` of this tree is searched after PATH.
+    ``folder``, a folder of this source tree, is searched after PATH.
     """
 
     variable: str

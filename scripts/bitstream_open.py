@@ -86,8 +86,10 @@ def database_of(part: str) -> tuple[Path | None, str]:
 
 
 def chip_database(nextpnr: str | None) -> tuple[str | None, str]:
-    """Return the path of nextpnr's own database if the user names it, and advice if the database is
-    required and missing."""
+    """Return the path of nextpnr's own database or None, and advice if it is required and missing.
+
+    The user names the database, or scripts/install_place_and_route.sh has unpacked it with nextpnr.
+    """
     named = os.environ.get(CHIPDB)
     if named and not Path(named).exists():
         return None, f"{CHIPDB}={named}: there is no such file"
@@ -277,7 +279,8 @@ def find_open_tools(part: str) -> OpenTools:
 
 
 def write_frames(job: Job, tools: OpenTools, routed: Routed) -> Path:
-    """Make the frames of a routed design, add features that nextpnr omits, and check them.
+    """Make the frames of a routed design with the features that nextpnr omits, and check that every
+    pin is driven.
 
     Raises ToolError for a feature that the database does not have and for an undriven pin.
     """

@@ -26,7 +26,7 @@ SETTLED_CLOCKS: Final = 300
 """Number of clocks to wait after a re-arm, which takes 128 clocks (``command.rearm``)."""
 CLOCKS_A_ROUND: Final = 20_000
 """Approximate number of clocks in a round; the number of rounds is the number of all clocks divided
-by this number."""
+by this number, rounded up."""
 MIXED: Final = 220
 """Number of accesses of random kinds in a round."""
 COUNTS_A_TURN: Final = 96

@@ -1,10 +1,11 @@
 """Adds the feature that place and route omits at every tri-state pad: the pad's enable is not
 inverted.
 
-A pad's T comes from the fabric by the pin T1 of its OLOGIC, which inverts the signal unless
-``ZINV_T1`` is set (Project X-Ray). nextpnr-himbaechel 0.11.1 routes T1 without setting this
-feature, as did nextpnr-xilinx (openXC7/nextpnr-xilinx, issue 14): a pad then drives when it must
-not. At a pad that always drives, T1 is open and reads 1, so this pad needs the inversion.
+A pad does not drive while its input T is high. The fabric's signal for T passes through the pin T1
+of the pad's OLOGIC, which inverts the signal unless ``ZINV_T1`` is set (Project X-Ray).
+nextpnr-himbaechel 0.11.1 routes T1 without setting this feature, as did nextpnr-xilinx
+(openXC7/nextpnr-xilinx, issue 14): a pad then drives when it must not. At a pad that always drives,
+T1 is open and reads 1, so this pad needs the inversion.
 """
 
 from __future__ import annotations

@@ -6,10 +6,10 @@ sim/tests/workbench/noisy_logs.py, whose noise processes differ from the kernels
 script prints in how many logs the search finds a line, a step, or residuals that are not white.
 With --short it searches steps at few stations and in short logs, with 20 orders in the model. With
 --orders it searches lines in logs with up to 20 orders in the model. With --oscillator it lists the
-lines that pass all other tests, in noise and in logs with one true line. For each line it prints by
-how much the line increases the log likelihood more than noise with an oscillator (a resonance) at
-the line's frequency does; the threshold OSCILLATOR_GAIN of
-arctrue.workbench.inference.forward.search is above the gains in noise.
+lines that pass all other tests, in noise and in logs with one true line. For each line it prints
+the gain: the increase of the log likelihood with the line minus the increase with an oscillator (a
+resonance) of the same frequency in the noise model. The threshold OSCILLATOR_GAIN of
+arctrue.workbench.inference.forward.search is above the gains in logs of noise.
 """
 
 from __future__ import annotations

@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any, Final
 
 MOST_INPUTS: Final = 4
-"""Largest number of inputs of a copied look-up table. A place of a slice has five inputs for the
-table and the chain's other input, so a larger table does not fit."""
+"""Largest number of inputs of a copied look-up table. The table and the chain's other input share
+the five inputs of a place in the slice, so a larger table does not fit."""
 
 Cell = dict[str, Any]
 

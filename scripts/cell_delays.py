@@ -110,8 +110,8 @@ def _parameter(cell: dict[str, Any], name: str) -> int:
 
 
 def _clocked(cell: dict[str, Any], out_ns: float, setup_ns: float) -> CellTiming:
-    """Return the timing of a clocked cell: paths end at all its inputs and begin at all its
-    outputs."""
+    """Return the timing of a clocked cell: paths end at all its inputs except the clock, and begin
+    at all its outputs."""
     timing = CellTiming()
     for port in _ports(cell, "output"):
         timing.begins += [Pin(bit, out_ns) for bit in _bits(cell, port)]

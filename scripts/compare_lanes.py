@@ -181,7 +181,8 @@ def table_slopes() -> Integers:
 def table_values() -> Integers:
     """Return, in s1.20, the value that the tangent to the cosine has at the start of each interval.
 
-    Half of the largest z**2/2 is subtracted, which balances the errors; half of the last bit of the
+    At a distance of z radians from the middle, the tangent exceeds the cosine by up to z**2/2. Half
+    of the largest such error is subtracted, which balances the errors; half of the last bit of the
     result is added, which rounds the product.
     """
     middles = table_middles()
@@ -307,9 +308,10 @@ def latency_and_errors(outputs: Integers) -> tuple[int, float, float]:
     """Return the latency in clocks, and the two largest errors of the sweep, for a cosine with
     amplitude 1.
 
-    The errors are |cosine - exact| at the phases of the sweep, and at the angles half of the last
-    bit to each side of them. The latency is the delay with which the outputs fit the phases. Raises
-    WrongOutputError if no delay fits.
+    The first error is the largest |cosine - exact| at the phases of the sweep. The second error is
+    the largest at these phases and at angles half of the phase's last bit above and below them. The
+    latency is the delay with which the outputs fit the phases. Raises WrongOutputError if no delay
+    fits.
     """
     phases = _phases()
     errors = {

@@ -35,7 +35,7 @@ ROWS: Final = {
     "warm_ovality": "2.5 K warmer: amplitude of order 2",
     "all_at_once": "turn down, 2.5 K warmer, speed falls to a half and rises again: largest error",
 }
-"""Texts of the table for each case: the judged turn, and the figures that are compared."""
+"""Texts of the table for each case: the evaluated turn, and the figures that are compared."""
 
 
 def small_settings() -> HiddenSettings:

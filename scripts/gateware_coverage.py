@@ -6,7 +6,8 @@ simulation executed it. The script writes coverage.md, and the lines that no sim
 into build/coverage_gateware. GHDL 5 simulates more slowly than the GHDL that the tests use.
 Therefore the longest benches are left out (``BENCHES``), because other benches execute the same
 lines; with the longest benches the share could only be larger. Exit code 1: a bench fails, a file
-of ``rtl/`` is in no simulation, or the budget is missed. 2: a tool is missing.
+of ``rtl/`` is in no simulation, or the budget is missed. 2: a tool is missing, a JSON file is
+incomplete, or the benches take too long.
 """
 
 from __future__ import annotations

@@ -96,7 +96,8 @@ def flash_map() -> dict[str, int]:
 
 
 def fabric_image(bitstream: bytes, source: str) -> bytes:
-    """Return the firmware's own header, followed by the bitstream for the configuration port.
+    """Return a header in the form that the firmware reads, followed by the bitstream for the
+    configuration port.
 
     ``bitstream`` is a .bit or a raw .bin, both with the most significant byte of a word first.
 
@@ -166,7 +167,7 @@ def program_of(elf: Path) -> tuple[bytes, int]:
 )
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="file that is written")
 def main(elf: Path, bitstream: Path | None, out: Path) -> None:
-    """Write ELF and, if given, the bitstream into one file for the flash."""
+    """Write ELF and, if its file exists, the bitstream into one file for the flash."""
     program, entry = program_of(elf)
     data = bitstream.read_bytes() if bitstream and bitstream.is_file() else None
     image = flash_image(program, entry, data, str(bitstream))

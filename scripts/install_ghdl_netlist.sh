@@ -2,11 +2,11 @@
 # Unpacks GHDL 5, which makes netlists, in addition to the system's GHDL.
 #
 # GHDL 2.0 of Debian 12 writes wrong Verilog (a `case` loses its `when others`, GHDL issue 2041).
-# GHDL 4.1 of Ubuntu 24.04 does so too (signed numbers shift to the right without their sign, issue
-# 2750). But GHDL 2.0 simulates faster than GHDL 5. Therefore the system's GHDL simulates, and the
-# GHDL that this script takes from Debian 13's packages makes netlists. Nothing is installed: the
-# packages are unpacked into build/ghdl5, and build/ghdl5/bin/ghdl starts GHDL with the libraries of
-# the same packages. If this GHDL is already there, the script does nothing.
+# GHDL 4.1 of Ubuntu 24.04 writes wrong Verilog too (it shifts signed numbers to the right without
+# sign extension, issue 2750). But GHDL 2.0 simulates faster than GHDL 5. Therefore the system's GHDL
+# simulates, and the GHDL that this script takes from Debian 13's packages makes netlists. Nothing is
+# installed: the packages are unpacked into build/ghdl5, and build/ghdl5/bin/ghdl starts GHDL with
+# the libraries of the same packages. If this GHDL is already there, the script does nothing.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 

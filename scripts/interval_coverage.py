@@ -1,7 +1,7 @@
 """Counts how often the 95 % interval of a drift contains the true drift if the reference wanders.
 
 Run ``python -m scripts.interval_coverage --sets 40``: each set has six cycles of 24 stations, a
-drift of 1″/h, a random walk of 0.05″ a reading and 0.1″ of white noise.
+drift of 1″/h, a random walk of 0.05″ per reading and 0.1″ of white noise.
 """
 
 from __future__ import annotations

@@ -3,7 +3,8 @@ the named test fails.
 
 ``make mutate`` runs all mutations, ``python -m scripts.mutate NAME ...`` some of them; ``--every
 6`` runs every sixth mutation of the list. The script works in a copy of the tree. Exit code 1: a
-mutation survives. 2: the list does not fit the tree, or a test fails without a mutation.
+mutation survives. 2: the list does not fit the tree, a test fails without a mutation, or no test
+ran on a mutated file.
 """
 
 from __future__ import annotations
@@ -46,8 +47,8 @@ message of the firmware build."""
 
 
 def faults_of_list(root: Path, mutations: tuple[Mutation, ...]) -> list[str]:
-    """Return the mutations that do not fit the tree: a text is not found exactly once, or a test is
-    missing."""
+    """Return a sentence for each fault of the list: an old text that does not occur exactly once or
+    equals the new text, a missing test, and a name that occurs twice."""
     faults: list[str] = []
     for mutation in mutations:
         path = root / mutation.file

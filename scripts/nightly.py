@@ -2,10 +2,10 @@
 
 ``make nightly`` runs all checks one after the other; ``--only NAME`` runs the named checks. A check
 that has already ended for this commit is not repeated, so that a second run continues an
-interrupted one (``--again`` repeats such checks). ``--sample`` runs only the stated part of a check
-that has one; each row of the page states which part ran, on which commit, and how it ended.
-Uncommitted changes are refused, because a figure must belong to a commit. Exit code 1: a check
-failed. 2: the tree differs from its commit, or the record of earlier runs is damaged.
+interrupted one (``--again`` repeats such checks). ``--sample`` runs, for a check that defines a
+sample, only this sample; each row of the page states which part ran, on which commit, and how it
+ended. Uncommitted changes are refused, because a figure must belong to a commit. Exit code 1: a
+check failed. 2: the tree differs from its commit, or the record of earlier runs is damaged.
 """
 
 from __future__ import annotations
@@ -132,7 +132,7 @@ def read_outcomes(path: Path) -> dict[str, Outcome]:
 def commit_of(root: Path) -> str:
     """Return the short hash of the commit in ``root``.
 
-    Raises RuntimeError if files differ from the commit.
+    Raises RuntimeError if files differ from the commit, except those in WRITTEN_BY_CHECKS.
     """
     command = ("git", "status", "--porcelain", "--untracked-files=no")
     changed = subprocess.run(command, cwd=root, capture_output=True, text=True, check=True)

@@ -148,7 +148,7 @@ def _fields(kind: type) -> Iterator[tuple[str, str, str]]:
 
 
 def _methods(kind: type) -> Iterator[tuple[str, Any]]:
-    """Yield the public methods with a docstring of their own, in the order of the source."""
+    """Yield the public methods and properties that have docstrings, in the order of the source."""
     for key, member in vars(kind).items():
         function = member.__func__ if isinstance(member, classmethod | staticmethod) else member
         callable_ = inspect.isfunction(function) or isinstance(function, property)

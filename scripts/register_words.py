@@ -34,8 +34,8 @@ def _inputs(top: AddrmapNode, register: RegNode, port: str) -> list[str]:
 
 
 def _outputs(top: AddrmapNode, register: RegNode, port: str) -> list[str]:
-    """Return lines that assign each bit of the port: a bit of the field that the gateware reads, or
-    0 without a field."""
+    """Return lines that assign each bit of the port: a bit of a field that the gateware reads, or 0
+    without a field. Return no lines if the gateware reads no field of the register."""
     lines, free = [], set(range(32))
     for field in register.fields():
         if field.is_hw_readable and not field.is_hw_writable:

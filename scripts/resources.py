@@ -47,8 +47,8 @@ class Resources:
 
     @staticmethod
     def of_cells(cells: Counter[str]) -> Resources:
-        """Return the sum of the resources of cells, whose numbers are given by type; types that are
-        not listed above need no resources."""
+        """Return the sum of the resources of cells, whose numbers are given by type; all types that
+        this module does not name need no resources."""
         return Resources(
             lut=sum(LUTS.get(kind, 0) * count for kind, count in cells.items()),
             ff=sum(count for kind, count in cells.items() if FLIP_FLOPS.fullmatch(kind)),
@@ -113,8 +113,8 @@ class Design:
         return below(module)
 
     def units(self, top: str) -> list[tuple[str, int, int, Resources]]:
-        """Return, in reading order, each module with its depth, number of instances in its parent,
-        and resources of one instance."""
+        """Return each module with its depth, number of instances in its parent, and resources of
+        one instance; the modules below a module follow it, those with the most LUTs first."""
         rows: list[tuple[str, int, int, Resources]] = []
 
         def walk(name: str, depth: int, count: int) -> None:

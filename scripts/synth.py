@@ -3,8 +3,8 @@
 GHDL makes a netlist. Yosys maps it twice: flattened, for the sum that the budget limits, and unit
 by unit, for the table. Results: build/synth/<entity>/resources.json and resources.md. With
 ``--folds 2 4 8`` the core is also mapped with each of these folds, flattened; one table compares
-these folds with FOLD = 1 (build/synth/folds.md and folds.json). Exit code 1: a budget is exceeded.
-2: a tool is missing or fails.
+these folds with FOLD = 1 (build/synth/folds.md and folds.json). Exit code 1: a budget is exceeded,
+or a fold saves no LUTs or no DSPs. 2: a tool is missing or fails.
 """
 
 from __future__ import annotations
@@ -182,8 +182,8 @@ def fold_table(cores: dict[int, Resources], generics: Mapping[str, int | str]) -
 
 
 def wasted_folds(cores: dict[int, Resources]) -> list[str]:
-    """Return a sentence for every resource of which a fold needs as much as, or more than, the next
-    smaller fold."""
+    """Return a sentence for every fold that needs as many LUTs or DSPs as the next smaller fold, or
+    more."""
     faults = []
     for less, more in pairwise(sorted(cores)):
         for kind in ("lut", "dsp"):
@@ -204,7 +204,7 @@ def report_folds(
     """Map the core for each of ``folds``; write and print a table that also has ``unfolded``.
 
     ``generics``: all generics except FOLD, equal for all folds. Returns the resources by fold, and
-    exceeded budgets. Raises ToolError.
+    sentences about exceeded budgets and about folds that save nothing. Raises ToolError.
     """
     cores = {1: unfolded} if unfolded else {}
     faults = []

@@ -1,10 +1,10 @@
 """Estimates the longest paths of an entity: ``python -m scripts.timing``.
 
-The script reads the flat netlist of scripts/synth.py, or makes one. For each of the longest paths
-it states the delay, the levels of logic and the slack at 10 ns (100 MHz) and 5 ns (200 MHz). The
-netlist is not placed, and wire delays are estimates: see scripts/cell_delays.py. It also checks a
-rule that needs no estimate: no path has more than one wide adder or DSP, except the paths listed in
-this file. Result: timing.md next to the netlist. Exit code 1: the rule is broken or a path is
+The script reads the flat netlist that ``--netlist`` names, or makes one. For each of the longest
+paths it states the delay, the levels of logic and the slack at 10 ns (100 MHz) and 5 ns (200 MHz).
+The netlist is not placed, and wire delays are estimates: see scripts/cell_delays.py. It also checks
+a rule that needs no estimate: no path has more than one wide adder or DSP, except the paths listed
+in this file. Result: timing.md next to the netlist. Exit code 1: the rule is broken or a path is
 longer than ``--limit``. 2: a tool is missing or fails.
 """
 

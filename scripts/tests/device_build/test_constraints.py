@@ -84,8 +84,8 @@ def test_every_port_has_a_pin_of_the_package(board: str) -> None:
     "path", [*(CONSTRAINTS / f"{name}.xdc" for name in DEVICE_BOARDS), TEMPLATE]
 )
 def test_an_open_input_is_pulled_low_and_the_bus_high(path: Path) -> None:
-    """The pin file, which both flows read, pulls only these inputs low, and pulls only the I2C bus
-    high."""
+    """The pin file, which both flows read, pulls only the inputs of two heads and ``sync_in`` and
+    ``probe_in`` low, and pulls only the I2C bus high."""
     pulled = {
         port: given["PULLTYPE"][0] for port, given in read_pins(path).items() if "PULLTYPE" in given
     }

@@ -18,8 +18,8 @@ def test_calibration_reaches_the_cramer_rao_bound() -> None:
     """The error of the calibration, over two groups of 10 draws, equals the Cramér–Rao bound within
     4 standard deviations.
 
-    Of the 32 orders, order 11 has most of the variance, with 2·2·9 degrees of freedom, so that the
-    relative standard deviation of the RMS error is 1/√(2·36).
+    Of the 32 orders, order 11 has most of the variance. Two components in two groups of 10 draws
+    have 2·2·9 degrees of freedom, so the relative standard deviation of the RMS error is 1/√(2·36).
     """
     found = measure(20)
     for errors, seconds in found.values():

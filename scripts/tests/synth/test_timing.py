@@ -147,7 +147,7 @@ def test_only_wide_adders_in_a_row_are_counted(
 
 
 def test_logic_that_feeds_itself_is_refused(tmp_path: Path) -> None:
-    """Registers before and after the loop are not named."""
+    """The error names the loop of logic, but not the registers before and after the loop."""
     cells = [
         flip_flop(99, 10),
         cell("LUT2", {"I0": [10], "I1": [12]}, {"O": [11]}),

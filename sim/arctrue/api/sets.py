@@ -84,7 +84,7 @@ def simulate(
     sizes : sequence of float, optional
         Sizes of the effects, in the order and unit of the effects; an effect without a size gets a
         random size.
-    experiment : {"full", "short", "lean"}, optional
+    experiment : {"full", "short", "lean", "one_pass", "one_speed"}, optional
         Extent of the measurement.
     seed : int, optional
         Seed of all random numbers.
@@ -97,7 +97,7 @@ def simulate(
     Raises
     ------
     ValueError
-        No effect or experiment has that name.
+        No effect or experiment has that name, or there are more sizes than effects.
     """
     from arctrue.studies.simulate.experiment import EXPERIMENTS
     from arctrue.studies.simulate.simulated_set import Wanted, simulate_set

@@ -25,7 +25,7 @@ GATEWARE = "gateware"
 
 
 class ExportRefusedError(ValueError):
-    """Is raised if the correction would increase the set's error; the text states the reasons."""
+    """Is raised if ``export`` finds reasons not to write a file; the text states the reasons."""
 
 
 def import_files(
@@ -78,7 +78,7 @@ def import_files(
     Raises
     ------
     AmbiguousError
-        The files can be read in several ways; the text names the option of ``arctrue import`` that
+        The files can be read in several ways. The text names the option of ``arctrue import`` that
         decides; its ``--unit head1=deg`` is ``units={"head1": "deg"}`` here.
     MeasurementError
         A file is damaged; the text states row and column.
@@ -149,7 +149,7 @@ def export(
         Temperature for which the coefficients hold, °C; by default the coefficients follow the
         table's temperature.
     force : bool, optional
-        Write the file even if the correction makes the error of the set larger.
+        Write the file even if there are reasons for ExportRefusedError.
 
     Returns
     -------
@@ -159,7 +159,8 @@ def export(
     Raises
     ------
     ExportRefusedError
-        The correction would make the error of the set larger; nothing was written.
+        The correction would increase the error of the set, or the firmware would refuse it; nothing
+        was written.
     ValueError
         The format is not known, or the set does not state the counts per turn.
     OSError

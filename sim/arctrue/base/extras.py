@@ -29,7 +29,8 @@ EXTRA_OF: Mapping[str, str] = {
 
 
 class MissingExtraError(ImportError, ValueError):
-    """A package of an extra is needed and not installed; the text contains the install command."""
+    """Raised if a package of an extra is needed and not installed; the message contains the install
+    command."""
 
 
 def missing_extra(error: ModuleNotFoundError) -> MissingExtraError | None:

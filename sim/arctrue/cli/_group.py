@@ -19,7 +19,7 @@ EXIT_BAD_INPUT = 2
 
 
 class Commands(click.Group):
-    """A group that answers a mistyped command name with the most similar name."""
+    """A group that answers a mistyped command name with similar names."""
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
@@ -48,7 +48,8 @@ class Program(Commands):
         standalone_mode: bool = True,
         **options: Any,
     ) -> Any:
-        """Run the command, and end the program with the command's exit code."""
+        """Run the command, and end the program with the command's exit code; return the result
+        instead if ``standalone_mode`` is False."""
         options |= {"prog_name": prog_name, "complete_var": complete_var}
         if not standalone_mode:
             return super().main(args, standalone_mode=False, **options)

@@ -57,7 +57,8 @@ class ReferenceCalibration:
             console.print(f"not applied: {text}", soft_wrap=True)
 
     def figures(self, extents: Callable[[ReferenceComparison], dict[str, Any]]) -> dict[str, Any]:
-        """Return the figures for JSON; figures that a two-head calibration has too get its keys."""
+        """Return the figures for JSON; a figure that a two-head calibration also has gets the same
+        key."""
         return {
             "method": "reference",
             "runs": [],

@@ -53,10 +53,10 @@ def add(
     seed: int,
     pairs: tuple[str, ...],
 ) -> None:
-    """Add EFFECT to the model, fit it to SET, and show how the error falls.
+    """Add EFFECT to the model, fit the model to SET, and show how the error falls.
 
-    If the model already has EFFECT, --set changes this setting and the command fits the model
-    again.
+    If the model already has EFFECT, --set changes a setting of EFFECT and the command fits the
+    model again.
     """
     settings = settings_from(pairs)
     with changing(model_file):

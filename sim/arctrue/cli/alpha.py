@@ -60,7 +60,7 @@ def alpha(
     page_file: Path | None,
     out: Path | None,
 ) -> None:
-    """Print noise gain, unseen orders and error by mounting of α, and the best α for orders 1 to N.
+    """Print noise gain, unseen orders and mounting error at α, and the best α for orders 1 to N.
 
     The page of --page also states which error remains on the paper's table, by the number of lanes
     and of bits. With --heads 3 or 4 the command prints the places with the least noise gain for

@@ -53,9 +53,9 @@ def capture(
     The transfer of 12,000 samples takes 40 s at 115,200 baud. With --append the turn becomes a
     further run of the set OUT. With --next the command prints what to do at the table, waits for
     Enter (at a terminal), and refuses a turn that is not the requested measurement (exit code 1).
-    Exit code 2: the device does not answer, characters were lost, or OUT already holds a
-    measurement set. The device's clock restarts with each capture, so the pause between two runs is
-    unknown.
+    Exit code 2: the device does not answer, characters were lost, or OUT already holds a set and
+    --append is not given. The device's clock restarts with each capture, so the pause between two
+    runs is unknown.
     """
     there = (out / FILE_NAME).exists()
     if there and not append:

@@ -54,7 +54,7 @@ SECOND_FOLDER = "second_act"
 )
 @for_people
 def demo(out: Path, lanes: int, act: str) -> None:
-    """Run the whole loop: table, edges, VHDL, the firmware's C, corrected edges, pages.
+    """Simulate a table, correct its edges with the VHDL and the firmware's C, and write the pages.
 
     The first act calibrates a table that is coarse enough for a simulation in GHDL. The second act
     runs at the same time: the compiled gateware measures a table of the paper's size with a hidden

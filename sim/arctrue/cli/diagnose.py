@@ -35,8 +35,8 @@ SHOWN = 8
 BESIDE_EFFECTS = 8
 """Number of progress steps besides one for each effect: fits, parts, noise, held-out rows."""
 SHOWN_AT_LEAST = 3
-"""Number of candidates that are always shown; further candidates are shown only if they improve the
-fit."""
+"""Number of candidates that are always shown; further candidates, up to SHOWN in all, are shown
+only if they improve the BIC."""
 
 
 @click.command("diagnose", short_help="Name the effect that a model lacks.")

@@ -37,7 +37,7 @@ def drop(
     out: Path | None,
     seed: int,
 ) -> None:
-    """Drop EFFECT from the model, fit the others to SET, and show how the error rises."""
+    """Drop EFFECT from the model, fit the other effects to SET, and show how the error rises."""
     with changing(model_file):
         loaded = load(measurement_set, model_file, folders)
         with Progress(f"dropping {effect}"):

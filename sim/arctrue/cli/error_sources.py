@@ -57,7 +57,7 @@ def error_sources(
     """Simulate each error source of the calibration alone, then all together.
 
     The command also prints the budget of the paper's experiment with a polygon that is mounted anew
-    in every cycle, and E_n between that experiment and the calibration by two heads.
+    in every cycle, and the E_n score of that experiment against the calibration by two heads.
     """
     from arctrue.report.error_budget_page import error_budget_page, plot_error_budget, summary
     from arctrue.studies.error_budget.drawn import drawn_calibrations

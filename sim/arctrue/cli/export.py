@@ -200,9 +200,10 @@ def export(
     """Write the model as coefficients of the gateware, or as a table for another controller.
 
     For each effect of the model the command prints which part of the gateware corrects it and which
-    error remains; errors of the reference are not counted. It fits effects without values to SET; a
-    reference run is enough for this. With --out the file goes into that folder. Exit code 1: the
-    file would increase the error of SET and is not written (--force writes it).
+    error remains; errors of the reference are not counted. If an effect has no values, the command
+    first fits the model to SET; a reference run is enough for this. With --out the file goes into
+    that folder. Exit code 1: the file is not written, because it would increase the error of SET or
+    the firmware would refuse it (--force writes it).
     """
     if table_format == GATEWARE and points is not None:
         raise ValueError("--points: the gateware takes orders, not points; choose a --format")
@@ -379,7 +380,8 @@ def _write_table_of_mean(model: Model, loaded: LoadedSet, mean_file: Path, path:
 
 
 def _with_fitted_lag(model: Model, loaded: LoadedSet) -> tuple[Model, LoadedSet, float]:
-    """Return the model and the set for the table's temperature, and the lag of the thermometer."""
+    """Return the model and the set for the table's temperature, and the lag of the thermometer in
+    seconds; if the set shows no lag, return model and set unchanged, and 0."""
     with Progress("fitting the thermometer's lag"):
         lag = fitted_sensor_lag(model, loaded.observations, loaded.effects)
         measured = f"{figure(lag.value, 3)} s ± {figure(lag.sigma, 2)} s"
@@ -437,7 +439,7 @@ def _tell_not_judged(errors: Sequence[TakenAway]) -> None:
 
 
 def _check_points(form: TableFormat, points: int | None) -> None:
-    """Raise ValueError if the controller does not accept this number."""
+    """Raise ValueError if the controller does not accept this number of steps per turn."""
     least, most = form.least_points, form.most_points
     if points is not None and not least <= points <= most:
         takes = str(most) if least == most else f"{least} to {most}"

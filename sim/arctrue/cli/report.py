@@ -57,8 +57,9 @@ def report(
 ) -> None:
     """Write the page of arctrue serve as one self-contained HTML file, with SVG and PNG.
 
-    The file shows the set, measurement and model, the residual, the finding, the missing effect,
-    the history of the model, and the coefficients for a device. Default of --out: report.
+    The file shows the set, the measured error with the model, the residual, the result of the
+    diagnosis with the missing effect, the history of the model, and the coefficients for a device.
+    Default of --out: report.
     """
     from arctrue.report.analysis_report import write_analysis_report
     from arctrue.report.numbers import plain

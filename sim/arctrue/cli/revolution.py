@@ -1,5 +1,5 @@
-"""arctrue revolution: simulates two turns at the paper's size: one calibrates, the next is
-corrected."""
+"""arctrue revolution: simulates two turns at the paper's size; the first turn is captured for the
+calibration, the second turn is corrected."""
 
 from __future__ import annotations
 

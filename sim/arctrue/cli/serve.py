@@ -75,9 +75,9 @@ def serve(
 ) -> None:
     """Serve a page that compares a set with a model and names the effect that the model lacks.
 
-    SET is a measurement set or a folder of sets (default: the current folder); the page reads no
-    other folder. The page also accepts dropped sets and simulates sets. Only this machine can open
-    the page; with --host other machines can open it with a token.
+    SET is a measurement set or a folder of sets (default: the current folder); the page reads sets
+    from no other folder. The page also accepts sets that the user drops on it, and simulates sets.
+    Only this machine can open the page; with --host other machines can open it with a token.
     """
     from arctrue.page.server import serve as serve_page
     from arctrue.page.settings import MEGABYTE, PageSettings

@@ -88,8 +88,8 @@ class LoadedCoefficients(Device, Movable[Path]):
         LoadRefusedError
             If the device refuses the coefficients.
         ConsoleError
-            If no daemon runs, the daemon is read-only, or no turn decides about the coefficients in
-            time.
+            If no daemon runs, the daemon is read-only, or turns do not test the coefficients within
+            JUDGED_S seconds.
         ValueError, OSError
             If the file cannot be read or needs a part that the device does not have.
         """

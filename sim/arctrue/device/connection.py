@@ -31,7 +31,7 @@ class DaemonTransport:
 
     @property
     def unread(self) -> bytes:
-        """Return the received bytes after the last complete line."""
+        """Return the received bytes that were not read yet."""
         return self._begun
 
     def write(self, data: bytes, /) -> int | None:
@@ -91,7 +91,8 @@ class Watch:
         return None
 
     def turn(self, seconds: float) -> TelemetryLine | None:
-        """Return the next line of telemetry; None if none arrives within ``seconds``."""
+        """Return the next line of telemetry; None if none arrives within ``seconds``. Raises
+        ConsoleError."""
         end = time.monotonic() + seconds
         while (left := end - time.monotonic()) > 0:
             event = self.event(left)
@@ -117,14 +118,16 @@ def ask(
 
 
 def daemon_of(port: str) -> Announcement | None:
-    """Return the daemon that owns ``port``, or the daemon at HOST:PORT; None if none is found."""
+    """Return the running daemon that owns ``port``, or the daemon at HOST:PORT as ``daemon_at``
+    does; None if there is none."""
     return announced(port) or daemon_at(port)
 
 
 def daemon_at(address: str) -> Announcement | None:
     """Return the daemon at HOST:PORT on any machine; None if ``address`` has another form.
 
-    The token of a daemon on another machine is read from the environment.
+    The token of a daemon on another machine is read from the environment; the function does not
+    check whether this daemon runs.
     """
     host, colon, number = address.rpartition(":")
     if not colon or not host or "/" in address or not number.isdigit():

@@ -106,7 +106,8 @@ class Console:
         )
 
     def turn(self, seconds: float) -> TelemetryLine | None:
-        """Return the next line of telemetry; None if none arrives within ``seconds``."""
+        """Return the next line of telemetry; None if none arrives within ``seconds``. Raises
+        ConsoleError."""
         end = time.monotonic() + seconds
         while not self._turns and time.monotonic() < end:
             self._line()
@@ -115,7 +116,8 @@ class Console:
     def dump(self, seconds: float) -> MeasurementSet:
         """Return a capture of the next turn; request damaged rows again.
 
-        Raises ConsoleError if rows remain missing, or if the samples have no times.
+        Raises ConsoleError if no turn arrives, if rows remain missing, or if the samples have no
+        times.
         """
         for _ in range(ATTEMPTS):
             self.command("dump")

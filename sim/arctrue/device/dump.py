@@ -95,7 +95,7 @@ class DumpHead:
 
 
 def read_head(line: str) -> DumpHead | None:
-    """Return the head line of a dump; None if a character of the line was changed."""
+    """Return the head line of a dump; None for any other line, or if a character was changed."""
     found = _HEAD.fullmatch(line)
     if found is None:
         return None

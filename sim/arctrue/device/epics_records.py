@@ -16,8 +16,8 @@ NO_ALARM, MINOR, MAJOR, INVALID = 0, 1, 2, 3
 STATE, COMM = 7, 9
 """EPICS alarm states: STATE for the state of the device, COMM for no communication."""
 ZERO = "Zero"
-"""Name of the PV with the angle at the index, which is added to the angles of edges; a motor record
-may write it after its homing."""
+"""Name of the PV with the angle at the index, which is added to the angles of events; a motor
+record may write it after its homing."""
 CAPTURE = "Capture"
 _TIME_OF_VALUE = -2
 """Value of the field TSE of an EPICS record: the program supplies the time together with the
@@ -26,7 +26,7 @@ value."""
 
 @dataclass(frozen=True, slots=True)
 class NumberRecord:
-    """A number of the telemetry that becomes an EPICS analogue input."""
+    """A number of the telemetry or of an event ``probe`` that becomes an EPICS record."""
 
     name: str
     field: str
@@ -194,8 +194,8 @@ class Records:
         self._turn.set(int(fields["turn"]) % 2**31, **at)
 
     def edge(self, event: dict[str, Any], recorded_s: float) -> None:
-        """Set the PVs to the table's position at an edge of probe_in, with the time of
-        recording."""
+        """Set the PVs to the table's position at an edge of probe_in or a pulse of compare_out,
+        with the time of recording."""
         self._edge = (event, recorded_s)
         self._edges.append(event)
         self._show_edge()
@@ -236,8 +236,8 @@ class Records:
         self._capture_fault.set("", timestamp=time.time())
 
     def connected(self, is_connected: bool, recorded_s: float) -> None:
-        """Set Connected to whether the device can be reached; without a connection every value is
-        INVALID.
+        """Set Connected to whether the device can be reached; without a connection every value of
+        the device is INVALID.
 
         After a reconnection the latest turn is set again, with its own time, before Connected is
         set: a client that waits for Connected then finds no value that is still INVALID.

@@ -29,8 +29,8 @@ _INTERNET = (socket.AF_INET, socket.AF_INET6)
 
 
 def bind_to(interface: str) -> None:
-    """Set the environment variables that bind every socket of EPICS to one interface; call this
-    before softioc starts."""
+    """Set the environment variables that tell EPICS to use one interface only; call this before
+    softioc starts. PVXS ignores them for one socket, see :func:`confine_to_loopback`."""
     for name in ("EPICS_CAS_INTF_ADDR_LIST", "EPICS_PVAS_INTF_ADDR_LIST"):
         os.environ[name] = interface
     for name in ("EPICS_CAS_BEACON_ADDR_LIST", "EPICS_PVAS_BEACON_ADDR_LIST"):
@@ -47,7 +47,7 @@ def confine_to_loopback() -> None:
     """Bind each UDP socket of this program to the loopback interface (Linux only).
 
     PVXS listens for searches at port 5076 of all interfaces, whatever the values of its variables.
-    On other systems the sockets stay as they are. Raises OSError if the system refuses it.
+    On other systems the sockets stay as they are. Raises OSError if the system refuses to bind one.
     """
     if not sys.platform.startswith("linux"):
         return
@@ -146,15 +146,15 @@ def _capture(find: Callable[[], Announcement | None], report: Callable[[str], No
 
 
 async def _in_thread(work: Callable[[], str]) -> str:
-    """Await ``work`` in a thread that does not keep the program alive. Raises the exceptions of
-    ``work``."""
+    """Await ``work`` in a thread that does not keep the program alive. Raises what ``work``
+    raises."""
     loop = asyncio.get_running_loop()
     ended: asyncio.Future[str] = loop.create_future()
 
     def run() -> None:
         try:
             found = work()
-        except ConsoleError as error:
+        except Exception as error:
             loop.call_soon_threadsafe(ended.set_exception, error)
         else:
             loop.call_soon_threadsafe(ended.set_result, found)
@@ -166,8 +166,8 @@ async def _in_thread(work: Callable[[], str]) -> str:
 def _use_access_file(file: Path) -> None:
     """Make EPICS read the file of access security, as asSetFilename in the EPICS shell does.
 
-    Raises RuntimeError if EPICS does not accept it, because every client could write to the PVs
-    otherwise.
+    Raises RuntimeError if EPICS does not accept the file, because every client could then write to
+    the PVs.
     """
     from epicscorelibs import path
 

@@ -74,7 +74,8 @@ def lines_of(data: bytes, address: int, first: int = 0, last: int | None = None)
     """Yield the console lines that write ``data[first:last]``; the byte ``data[0]`` has the address
     ``address``.
 
-    A line ends at the end of a page; a line whose bytes all equal erased flash is omitted.
+    A line has at most 24 bytes of data and ends at the end of a page; a line whose bytes all equal
+    erased flash is omitted.
     """
     step = LINE_WORDS * WORD_BYTES
     end = len(data) if last is None else min(last, len(data))

@@ -36,11 +36,11 @@ def read_heads(
     seconds: float,
     tell: Callable[[float], None] = lambda turns: None,
 ) -> HeadsReadings:
-    """Read the heads until one of them has moved by 2.1 turns, at least 24 times and for at most
-    ``seconds``.
+    """Read the heads until one of them has moved by 2.1 turns and 24 readings were made, or until
+    ``seconds`` have passed.
 
     ``tell`` is called with the number of turns so far. Raises ConsoleError if the device does not
-    know the command.
+    know the command or its answer has another form.
     """
     positions, angles, indexed = [], [], []
     end = time.monotonic() + seconds

@@ -62,7 +62,7 @@ def is_telemetry(text: str) -> bool:
 
 
 def telemetry_of(text: str) -> TelemetryLine | None:
-    """Return the telemetry of a line; None for a line that was damaged in transmission."""
+    """Return the telemetry of a line; None for a line that is no telemetry or was damaged."""
     try:
         fields = json.loads(text, parse_constant=_refuse)
         typed(fields, _TelemetryFields)
@@ -90,8 +90,8 @@ class LineAssembler:
         self._begun, self._dropping = b"", False
 
     def add(self, data: bytes) -> list[str]:
-        """Return the lines that ``data`` completes, without their line ends; bytes above 127 become
-        �."""
+        """Return the lines that ``data`` completes, without line ends and blanks around the text;
+        bytes above 127 become �."""
         *ended, rest = (self._begun + data).split(b"\n")
         complete = []
         for line in ended:

@@ -40,7 +40,7 @@ the set."""
 TABLE_WINDOWS = 4
 """Number of starts of windows that a frame contains, unused windows included."""
 ATTEMPTS = 3
-"""Number of attempts to send the whole set if a line is damaged in transmission."""
+"""Number of attempts to send the whole set if a line is damaged or an answer is missing."""
 _FIRST_WORD_OF_PROCESSOR = MODULATORS.index("word_a")
 _SPOILED = ("wrong_crc", "wrong_frame", "not_whole")
 """Reasons for a refusal that are faults of the transmission, not of the set."""
@@ -63,7 +63,8 @@ def _frame(name: str, values: Sequence[int]) -> str:
 def _mean_of(coefficients: Coefficients) -> MeanSet | None:
     """Return the definition of the heads' mean in the file, or None.
 
-    Raises ValueError for an extension for which the device has no command.
+    Raises ValueError if a lane whose order is not an integer follows a condition, because the
+    device has no command for such a lane.
     """
     extension = coefficients.extension
     if extension is None:
@@ -283,8 +284,8 @@ class SentSet:
 
 
 def _takes_sets(console: Console, frames: Sequence[str]) -> bool:
-    """Test whether the device accepts the file's first set for a missing head; older firmware
-    refuses this frame."""
+    """Send the first frame of the file's sets for a missing head, and tell whether the device
+    accepts such sets; a gateware without FAILOVER and older firmware refuse this frame."""
     first = next(frame for frame in frames if frame.startswith("load without "))
     try:
         console.command(first)
@@ -408,7 +409,7 @@ def wait_until_judged(console: Console, sent: SentSet, seconds: float) -> tuple[
     tested.
 
     Raises LoadRefusedError if a turn contradicts the set, or if the device has another set at the
-    end; ConsoleError if no turn decides.
+    end; ConsoleError if no turn tests the set within ``seconds``.
     """
     end = time.monotonic() + seconds
     status = _Status.read(console)

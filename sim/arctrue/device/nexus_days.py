@@ -69,8 +69,8 @@ def recorded_days(record: Path) -> dict[date, int]:
 def write_missing_days(record: Path, folder: Path) -> list[Path]:
     """Write the file of each day whose file lacks turns of the record; return the written files.
 
-    A file keeps turns that the record lacks: turns that retention has deleted, and turns of another
-    record. Raises sqlite3.Error, OSError, MissingExtraError.
+    A file keeps turns that the record lacks: turns that the recorder has deleted because of the
+    record's limits, and turns of another record. Raises sqlite3.Error, OSError, MissingExtraError.
     """
     identity = record_identity(record)
     written = []
@@ -219,7 +219,8 @@ def _events_of_file(file: Any) -> list[tuple[str, str, str]]:
 
 
 def _copy(source: Any, entry: Any, rows: Any) -> None:
-    """Append the turns of an earlier file; a column that this file lacks gets no values."""
+    """Append the turns of an earlier file; a column that this file lacks gets NaN, or 0 if it has
+    no floating-point numbers."""
     turns, table = source["turns"], source["orders"]
     for name, column in entry["turns"].items():
         if name in turns:

@@ -41,7 +41,8 @@ class Transport(Protocol):
 
 
 class SerialTransport:
-    """A serial port that no other program can open while it is open here."""
+    """A serial port that no other program, except the administrator's, can open while it is open
+    here."""
 
     def __init__(self, port: str, timeout_s: float, baud: int = BAUD) -> None:
         """Open ``port``, a device or a URL of pyserial.

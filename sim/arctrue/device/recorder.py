@@ -118,7 +118,7 @@ class Recorder:
         if self._one("SELECT count(*) FROM identity") == 0:
             self._connection.execute("INSERT INTO identity VALUES (?)", (uuid.uuid4().hex,))
         self.deletable: int | None = None
-        """Largest id that retention may delete; None: no limit."""
+        """Largest id of a turn that may be deleted because of the limits; None: any turn."""
         self._add_what_older_files_lack()
         self._last_id = self._one("SELECT coalesce(max(id), 0) FROM turn")
         self._since_retention = 0
@@ -179,8 +179,8 @@ class Recorder:
             )
 
     def apply_retention(self) -> None:
-        """Delete the oldest turns until both limits are satisfied, but no turn above
-        ``deletable``."""
+        """Delete the oldest turns until both limits are satisfied, but no turn above ``deletable``
+        and never the latest turn."""
         if self._retention.days is not None:
             before = _utc(self._clock() - self._retention.days * _DAY_S)
             while self._delete_oldest("AND recorded < ?", before):

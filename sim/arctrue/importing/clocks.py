@@ -39,7 +39,8 @@ class ClockOffset:
     ``u_s``: standard uncertainty, from the scatter of the offsets of parts of the log.
     ``drift_ppm``, ``u_drift_ppm``: rate of the encoder's clock divided by the rate of the
     reference's clock, minus 1, in 10⁻⁶, and its standard uncertainty. ``left_s``: largest
-    difference between ``offset_s`` and the offset of a part of the log.
+    difference between ``offset_s`` and the offset of a part of the log. All values except
+    ``offset_s`` are NaN if fewer than three parts determine an offset.
     """
 
     offset_s: float

@@ -160,7 +160,8 @@ def _has_parts_of_sixty(values: NDArray[Any]) -> bool:
 
 
 def _surely_degrees(values: NDArray[Any]) -> bool:
-    """Tell whether a sexagesimal column is in degrees: ° or d in the first row, or a size ≥ 24."""
+    """Tell whether a sexagesimal column is in degrees: ° or d in the first row, or a value of 24 or
+    more, or of −24 or less."""
     if any(sign in values[0] for sign in OF_DEGREES):
         return True
     return any(abs(sexagesimal(text) or 0.0) >= UNITS["angle"]["hours"] for text in values)
@@ -323,7 +324,7 @@ def numbers(recording: FileContent, source: Source) -> NDArray[np.int64] | NDArr
                 "expected a finite number, found inf", int(infinite[0]), source.column
             )
         return values.astype(np.float64)
-    # Angles and times may be sexagesimal: 12:34:56.7.
+    # A column in degrees or hours may be sexagesimal: 12:34:56.7.
     sixty = source.unit in ("deg", "hours")
     found = np.empty(values.size)
     for row, text in enumerate(values.tolist()):

@@ -31,8 +31,8 @@ means a wrong unit."""
 
 
 def signed_error(rows: FileRows, sign: str, choices: Choices) -> Float:
-    """Return the file's error column in turns (n,) as reading minus true angle. Raises
-    AmbiguousError if the sign is not stated."""
+    """Return the file's error column in turns (n,) as reading minus true angle; ask the user for
+    the sign if ``sign`` is empty. Raises AmbiguousError if nobody answers."""
     if not sign:
         sign = choices.ask(
             Ambiguous(
@@ -104,8 +104,9 @@ def one_zero(
     user wants it. All files get the same shift: a difference between files, such as the reversal
     error between an upward and a downward run, is an error of the table.
 
-    Raises AmbiguousError if the zeros differ and the user stated neither ``shift`` nor ``keep``,
-    and ValueError if the zeros of the files differ too much for one shift.
+    If the zeros differ and ``zero`` is neither ``shift`` nor ``keep``, the user is asked. Raises
+    AmbiguousError if nobody answers, and ValueError if the zeros of the files differ too much for
+    one shift.
     """
     means = {number: item.mean for number, item in compared.items() if item.mean is not None}
     if not means:
@@ -156,7 +157,7 @@ def one_zero(
 
 def _way(rows: FileRows, reading: Float, target: Float) -> int:
     """Return +1 if reading and reference move in the same direction, −1 if they move in opposite
-    directions."""
+    directions. Raises ValueError if one of them stands still or they move by different amounts."""
     _refuse_standstill(rows, reading, target)
     step = _within_half(np.diff(target))
     read = _within_half(np.diff(reading))

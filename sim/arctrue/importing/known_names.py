@@ -62,4 +62,4 @@ UNLOCKS: Mapping[str, str] = {
     "head3": "orders that two heads hardly show, and a mean without the motion of the axis",
     "head4": "the motion of the axis and the error of the disc separately, and a head that fails",
 }
-"""Effects, by quantity, that can be tested only if the set has this quantity."""
+"""Tests and results, by quantity, that are possible only if the set has this quantity."""

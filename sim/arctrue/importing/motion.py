@@ -47,7 +47,7 @@ def without_jumps(angle_turns: Float) -> tuple[Float, int]:
 
 
 def passes(angle_turns: Float) -> list[Pass]:
-    """Divide all rows into passes; return [] without motion or with under 4 rows per pass.
+    """Divide all rows into passes; return [] without motion or with a mean under 4 rows per pass.
 
     A pass ends where the angle turns back by more than 1 % of the whole range or more than one
     degree, whichever is less. The row at the turning point belongs to the pass before it; if the

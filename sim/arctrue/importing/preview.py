@@ -18,9 +18,10 @@ class Preview:
 
     title: str
     header: tuple[str, ...]
-    """Number and name of each column; empty if the file was not divided into columns."""
+    """Number and name of each shown column; empty if the file was not divided into columns."""
     rows: tuple[tuple[str, ...], ...]
-    """Texts of each row, one per column; without columns one text, the whole line."""
+    """Texts of each row, one per shown column; without columns one text, the beginning of the
+    line."""
 
     def lines(self) -> list[str]:
         """Return the preview as text for a terminal: the title, and the rows in aligned columns."""
@@ -52,7 +53,7 @@ def preview_of(recording: FileContent) -> Preview:
 
 def preview_of_file(path: Path) -> Preview | None:
     """Return the preview of a text file that no reader could read yet; None for a file that is no
-    text."""
+    text or cannot be opened."""
     try:
         with path.open("rb") as file:
             head = file.read(_HEAD_BYTES)

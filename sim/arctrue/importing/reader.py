@@ -87,7 +87,7 @@ class Reader(Protocol):
         Raises
         ------
         MeasurementError
-            If the file is damaged; the error names row and column.
+            If the file is damaged; the error names row and column if they are known.
         AmbiguousError
             If a question is open.
         OSError
@@ -108,7 +108,7 @@ def readers() -> Mapping[str, Reader]:
     Raises
     ------
     ValueError
-        If a plug-in cannot be loaded.
+        If a plug-in cannot be loaded or lacks a function, or if no reader is installed.
     """
     found: dict[str, Reader] = {}
     for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
@@ -141,7 +141,8 @@ def read_recording(path: Path, name: str, settings: ReadSettings, choices: Choic
     path : Path
         The file.
     name : str
-        Name of the reader; "" selects the reader that recognises the file, or else the text reader.
+        Name of the reader; "" selects the reader that recognises the file (the user is asked if
+        several do), or else the text reader.
     settings : ReadSettings
         Statements of the user about the file.
     choices : Choices
@@ -159,7 +160,7 @@ def read_recording(path: Path, name: str, settings: ReadSettings, choices: Choic
     AmbiguousError
         If a question is open.
     ValueError
-        If no reader has that name.
+        If no reader has that name, or a plug-in cannot be used.
     """
     recording = _unpacked_or_read(path, name, settings, choices)
     if settings.period_s is None or "time" in recording.known:

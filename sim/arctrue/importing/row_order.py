@@ -14,7 +14,7 @@ Float = NDArray[np.float64]
 ORDERS = ("sort", "runs")
 ANEW_SHARE = 0.05
 """The pieces between steps back in time count as runs if their first times differ by at most this
-share of the whole time span."""
+share of the whole time span, and if they have LEAST_ROWS_A_RUN rows or more on average."""
 LEAST_ROWS_A_RUN = 8
 SHORTER = 0.75
 """Largest ratio of the travel after sorting to the travel before sorting for which the rows are
@@ -25,9 +25,9 @@ def in_order(rows: FileRows, said: str, choices: Choices) -> FileRows:
     """Return the rows unchanged, or sorted by time within each run of the file.
 
     ``said`` is the user's statement: ``sort``, ``runs`` (each step back begins a run), or "".
-    Without a statement, the rows remain unchanged if all pieces between steps back begin near the
-    same time; they are sorted if sorting makes the travel of the table much shorter; otherwise the
-    user is asked. Raises AmbiguousError.
+    Without a statement, the rows remain unchanged if the pieces between steps back are long and all
+    begin near the same time; they are sorted if sorting makes the travel of the table much shorter;
+    otherwise the user is asked. Raises AmbiguousError if nobody answers.
     """
     time_s = rows.time_s
     if time_s is None or time_s.size < 2:

@@ -31,8 +31,8 @@ else:
 
 Columns = dict[str, NDArray[np.int64] | NDArray[np.float64]]
 BytesRead = Callable[[Path, int, int], None]
-"""Function that is called after every block with the file, the bytes read and the file's size in
-bytes."""
+"""Function that is called for every block that pyarrow reads, with the file, the bytes read and the
+file's size in bytes."""
 
 BLOCK_BYTES = 8 << 20
 LINES_TOGETHER = 1 << 16
@@ -42,9 +42,9 @@ _WHOLE = re.compile(r"-?[0-9]+\Z")
 _FLOAT = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\Z")
 _INT64 = range(-(2**63), 2**63)
 MISSPELT_RATIO = 0.75
-"""Share of matching letters above which a column counts as misspelt. A condition may have any name,
-so the limit is stricter than for a key: temprature_c (0.96) and time (0.8) count as misspelt column
-names; duration_s (0.63) is a condition."""
+"""Similarity (difflib) to the name of a known column from which on a name counts as misspelt. A
+condition may have any name, so the limit is stricter than for a key: temprature_c (0.96) and time
+(0.8) count as misspelt; duration_s (0.63) is a condition."""
 LARGEST_NUMBER = 1e12
 """Largest accepted absolute value, in seconds, degrees, arcseconds or °C; a larger value means a
 damaged field."""
@@ -124,11 +124,11 @@ class CsvFile:
         ]
 
     def blocks(self) -> Iterator[Columns]:
-        """Yield blocks of rows with whole numbers as int64 and all other numbers as float64.
+        """Yield blocks of rows: columns of whole numbers as int64, all other columns as float64.
 
         Raises MeasurementError with the row and column of the first field that is missing, not a
-        number, or not finite. A last line that lacks both fields and a line end is left out, with a
-        warning.
+        number, not finite, or larger than LARGEST_NUMBER. A last line that lacks both fields and a
+        line end is left out, with a warning.
         """
         cut = self._cut_last_line()
         if not installed("pyarrow"):

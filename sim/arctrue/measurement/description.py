@@ -66,7 +66,7 @@ Schema = Annotated[Literal[1], Meta(description="1, the schema that this program
 
 
 class Keys(Struct, frozen=True):
-    """All keys of the file; keys that other programs wrote are kept."""
+    """All keys that this program knows; ``Description.other`` holds the unknown keys."""
 
     schema: Schema
     title: str = ""

@@ -114,7 +114,7 @@ class Table:
     ``head_separation_deg``."""
 
     def __post_init__(self) -> None:
-        """Set ``head_separation_deg`` to the second place.
+        """Set ``head_separation_deg`` to the second entry of ``head_places_deg``, if this is given.
 
         Raises ValueError if the places do not begin at 0, if two places coincide, or if another
         separation is stated.

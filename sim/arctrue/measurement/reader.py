@@ -54,7 +54,8 @@ def read_measurement_set(
     reference : bool, optional
         False leaves ``reference.csv`` unread.
     progress : callable, optional
-        Function that is called with file, bytes read and size in bytes after every block.
+        Function that is called with file, bytes read and size in bytes for every block that
+        pyarrow reads.
 
     Returns
     -------
@@ -123,9 +124,10 @@ def open_capture(folder: Path | str) -> Iterator[Iterator[Columns]]:
 
 
 def data_file(description: Description, section: str) -> Path | None:
-    """Return the file of the section "capture" or "reference"; None without section and file.
+    """Return the file of the section "capture" or "reference"; None if the description has no such
+    section and the file of the default name does not exist.
 
-    Raises MeasurementError if the description names something that is no file.
+    Raises MeasurementError if the description has the section, but its file does not exist.
     """
     keys: Channel | None = getattr(description.keys, section)
     name = None if keys is None else keys.file
@@ -221,10 +223,10 @@ def _places_of(heads: int) -> str:
 def count_on_past_the_turn(
     table: Table, path: Path, columns: dict[str, Any], warnings: list[str]
 ) -> None:
-    """Continue the counts of heads that restart at each turn, and move them to the turn of head 1.
+    """Make counts that restart at each turn continuous; then shift each head to head 1's turn.
 
-    The function changes the ``columns`` of a capture; ``path``, their file, is named in
-    ``warnings``.
+    If no count restarts, nothing is changed. The function changes the ``columns`` of a capture;
+    ``path``, their file, is named in ``warnings``.
     """
     counts_per_rev, places_deg = table.counts_per_rev, table.places_deg
     assert counts_per_rev is not None

@@ -42,7 +42,8 @@ _REFERENCE_ORDER = (
 )
 ROWS_TOGETHER = 1 << 14
 SMALLEST_PLAIN, LARGEST_PLAIN = 1e-6, 1e10
-"""Range of numbers that are written without an exponent; all other numbers have one."""
+"""Range of absolute values that are written without an exponent, as is 0; all other numbers have an
+exponent."""
 _DECIMALS = {"time_s": 6, "target_deg": 9, "error_arcsec": 6, "temperature_c": 3, "u_arcsec": 6}
 
 

@@ -1,4 +1,4 @@
-"""Tests of ``arctrue calibrate`` from the command line: printed figures, files and exit codes."""
+"""Tests ``arctrue calibrate`` from the command line: printed figures, files and exit codes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tests of ``arctrue commission`` against the firmware's console, with exchanged and reversed
+"""Tests ``arctrue commission`` against the firmware's console, with exchanged and reversed
 heads."""
 
 from __future__ import annotations

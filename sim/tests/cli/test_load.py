@@ -1,4 +1,4 @@
-"""Tests of ``arctrue load`` against the firmware's own console at the other end of a
+"""Tests ``arctrue load`` against the firmware's own console at the other end of a
 pseudo-terminal."""
 
 from __future__ import annotations

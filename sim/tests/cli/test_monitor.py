@@ -1,4 +1,4 @@
-"""Tests of ``arctrue monitor`` and ``arctrue capture`` against the firmware's console at a
+"""Tests ``arctrue monitor`` and ``arctrue capture`` against the firmware's console at a
 pseudo-terminal."""
 
 from __future__ import annotations
@@ -224,8 +224,8 @@ def test_a_further_capture_is_what_was_asked_for_or_refused(device: Device, tmp_
 def test_silence_is_followed_by_no_further_capture(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """With ``--sets --every 2``, three turns have captures before turns 1 and 3 only, although no
-    turn comes for a while before each."""
+    """With ``--sets --every 2``, the monitor captures a set before turns 1 and 3 of three turns,
+    and makes no further capture while it waits for a late turn."""
     module = importlib.import_module("arctrue.cli.monitor")
     turns = iter([None, 1, None, 2, None, 3])
     captures: list[str] = []

@@ -1,4 +1,4 @@
-"""Tests of ``arctrue probe`` against the firmware's console, with a model of the probe's
+"""Tests ``arctrue probe`` against the firmware's console, with a model of the probe's
 registers."""
 
 from __future__ import annotations

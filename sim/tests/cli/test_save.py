@@ -1,4 +1,4 @@
-"""Tests of ``arctrue save`` against the firmware's own console at the other end of a
+"""Tests ``arctrue save`` against the firmware's own console at the other end of a
 pseudo-terminal."""
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Tests of the ophyd-async device and its plan with PVAccess, the daemon and the firmware's
+"""Tests the ophyd-async device and its plan with PVAccess, the daemon and the firmware's
 console."""
 
 from __future__ import annotations
@@ -72,8 +72,8 @@ def table_of(port: str) -> CorrectedTable:
 def test_a_plan_calibrates_loads_and_verifies(
     ports: None, engine: RunEngine, device: Device, tmp_path: Path
 ) -> None:
-    """The plan writes a file that agrees with the disc's equation within 0.1″, which is more than
-    its noise and quantisation."""
+    """The plan writes a file that agrees with the disc's equation within 0.1″; noise and
+    quantisation change the coefficients by less than this."""
     documents: list[tuple[str, dict[str, Any]]] = []
     left: list[float] = []
     file = tmp_path / "coefficients.toml"

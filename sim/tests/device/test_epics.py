@@ -1,4 +1,4 @@
-"""Tests of a device's PVs with caproto, an independent implementation of Channel Access in
+"""Tests a device's PVs with caproto, an independent implementation of Channel Access in
 Python."""
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
-"""Tests the check of a further measurement: it is the requested one, or the difference is
-stated."""
+"""Tests the check whether a further measurement is the requested one; the check states every
+difference."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tests of the reader and the writer of measurement sets: contents, refusals and messages."""
+"""Tests the reader and the writer of measurement sets: contents, refusals and messages."""
 
 from __future__ import annotations
 

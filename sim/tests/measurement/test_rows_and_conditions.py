@@ -1,4 +1,4 @@
-"""Tests of further columns (uncertainty, mask, conditions) and of mask.csv."""
+"""Tests the optional columns of a set (uncertainty, mask, conditions) and mask.csv."""
 
 from __future__ import annotations
 

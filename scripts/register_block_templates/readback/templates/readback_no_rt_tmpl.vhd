@@ -1,6 +1,6 @@
--- Template that replaces the generator's own template for reads (see scripts/register_block.py). A read returns the OR
--- of all words, of which all but the selected word are 0. Two registers hold this result: one collects the words with
--- even numbers, the other the words with odd numbers.
+-- Template that replaces the generator's own template for reads (see scripts/register_block.py). A read replaces every
+-- word except the selected word by 0 and returns the OR of all words. Two registers hold this result: one register the
+-- OR of the words with even numbers, the other register the OR of the words with odd numbers.
 readback: block
     type words_t is array (natural range <>) of std_logic_vector({{cpuif.data_width-1}} downto 0);
     signal halves : words_t(0 to 1);

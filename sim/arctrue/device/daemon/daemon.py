@@ -1,4 +1,5 @@
-"""Runs the daemon: its serial link, record, captures and server share one event loop."""
+"""Runs the daemon: its serial link, record and server share one event loop; threads make the
+captures and the daily files."""
 
 from __future__ import annotations
 
@@ -33,8 +34,8 @@ from arctrue.device.recorder import RecordedTurn, Recorder, last_turn, read_turn
 from arctrue.measurement import MeasurementError
 
 SILENCE_S = 30.0
-"""Time in seconds without a line after which the daemon switches telemetry on again, because a
-board that was switched off may have started with telemetry off."""
+"""Time in seconds without a byte from the device after which the daemon switches telemetry on
+again, because a board that was switched off may have started with telemetry off."""
 RETRY_RECORD_S = 5.0
 """Time in seconds between two attempts to open the record after a failure."""
 _CAPTURE_ERRORS = (ConsoleError, OSError, MeasurementError, ValueError)
@@ -44,7 +45,7 @@ class Daemon:
     """The daemon of one device. ``report`` receives a sentence for the log at each event."""
 
     def __init__(self, settings: DaemonSettings, report: Callable[[str], None]) -> None:
-        """Open the record. Raises OSError or sqlite3.Error."""
+        """Make the folder of the captures and open the record. Raises OSError or sqlite3.Error."""
         self._settings, self._report = settings, report
         self.state = DaemonState(settings.port)
         self._lines = LineAssembler()
@@ -159,7 +160,7 @@ class Daemon:
         return identifier
 
     def _opened_record(self) -> Recorder:
-        """Open the record; retention deletes no turn that the daily files do not contain yet."""
+        """Open the record; a turn that no daily file contains yet is not deleted as too old."""
         recorder = Recorder(self._settings.record, self._settings.retention)
         recorder.deletable = self._in_files
         return recorder
@@ -280,8 +281,8 @@ class Daemon:
             self._start(self._capture("alarm"))
 
     async def _capture(self, why: str) -> dict[str, Any]:
-        """Capture a turn as soon as the console is free; return the answer, whose key ``capture``
-        is the folder of the set."""
+        """Capture a turn as soon as the console is free; return the answer, which has the folder of
+        the set under ``capture``, or the reason for a failure under ``error``."""
         settings = self._settings
         assert self._self is not None
         async with self._capturing:

@@ -17,7 +17,7 @@ class ProbeWatch:
     answer to ``found``.
 
     The requests read the queue of events, or the latch of the probe if the device has no queue.
-    Events that an operator reads from the queue are found, too, in the answer to the operator.
+    ``line`` also passes on the events that an operator reads from the queue.
     """
 
     def __init__(

@@ -1,5 +1,5 @@
-"""Connects the serial port to the event loop: opens it exclusively and opens it again after it
-vanished."""
+"""Connects the serial port to the event loop: opens the port exclusively, and opens it again after
+the port vanished."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from arctrue.device.port import ConsoleError, SerialTransport
 
 FIRST_WAIT_S, LONGEST_WAIT_S = 0.5, 10.0
 """Shortest and longest wait in seconds between attempts to open the port again; each wait is twice
-the previous one."""
+the previous one, up to the longest."""
 MOST_UNSENT_BYTES = 65_536
 _BLOCK = 65_536
 
@@ -64,7 +64,7 @@ class SerialLink:
 
     def write(self, data: bytes) -> None:
         """Send the data as soon as the port accepts it; while no port is open, the data is
-        discarded."""
+        discarded. If too many bytes wait to be sent, the port counts as lost."""
         if self._transport is None:
             return
         waiting = bool(self._unsent)
@@ -111,7 +111,7 @@ class SerialLink:
         self._changed(False, f"{self._port}: lost: {why}")
 
     def close(self) -> None:
-        """Close the port; it is not opened again."""
+        """Close the port; ``keep_open`` opens only a lost port again, not a closed one."""
         if self._transport is None:
             return
         loop = asyncio.get_running_loop()

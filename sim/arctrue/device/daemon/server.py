@@ -239,7 +239,7 @@ class Server:
             self.console_free.notify_all()
 
     async def close(self) -> None:
-        """Close all connections."""
+        """Stop listening, and close the connections of the watchers and the operator."""
         if self._server is not None:
             self._server.close()
         for client in [*self._watchers, *filter(None, [self._operator])]:

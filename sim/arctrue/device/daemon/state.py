@@ -27,9 +27,9 @@ class DaemonState:
     """Folder of the latest capture since the daemon's start."""
     failed_captures: int = 0
     probe_edges: int = 0
-    """Number of edges at probe_in whose positions are recorded."""
+    """Number of events (edges at probe_in, pulses of compare_out) that the daemon has received."""
     probe_missed: int = 0
-    """Number of edges at probe_in that were missed, so that their positions are unknown."""
+    """Number of these events that were missed, so that their positions are unknown."""
     watchers: int = 0
     console_in_use: bool = False
     alarms: list[str] = field(default_factory=list)

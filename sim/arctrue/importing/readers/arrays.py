@@ -1,4 +1,4 @@
-"""Makes columns from arrays in memory; the readers of NumPy, Parquet and HDF5 files use it."""
+"""Makes columns from arrays in memory, for the readers of NumPy, Parquet, HDF5 and MAT files."""
 
 from __future__ import annotations
 
@@ -16,8 +16,9 @@ from arctrue.measurement import MeasurementError
 def recording_of(path: Path, format_name: str, arrays: Mapping[str, NDArray[Any]]) -> FileContent:
     """Return equally long columns; a matrix becomes numbered columns (``name.1``).
 
-    Single numbers are ignored. Raises MeasurementError if no rows remain, and for arrays of unequal
-    length or of more than two dimensions, and for integers that need more than 64 bits.
+    A structured array gives one column per field. Single numbers are ignored. Raises
+    MeasurementError if no rows remain, and for arrays of unequal length or of more than two
+    dimensions, and for integers of 2⁶³ or more.
     """
     columns: dict[str, NDArray[Any]] = {}
     for name, array in arrays.items():

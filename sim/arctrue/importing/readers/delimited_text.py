@@ -46,8 +46,8 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     repeated headers are left out, with a note. A column with a field that is no number becomes a
     text column.
 
-    Raises MeasurementError, which names the row of a wrong line, and AmbiguousError if two
-    interpretations are possible.
+    The user is asked if two interpretations are possible. Raises MeasurementError, which names the
+    row of a wrong line, and AmbiguousError if nobody answers.
     """
     encoding = encoding_of(path)
     source = TextLines(path, encoding)

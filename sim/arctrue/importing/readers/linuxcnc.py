@@ -29,8 +29,8 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     samples since the first row.
 
     A file with an overrun and without sample numbers is refused, because the number of lost samples
-    is unknown. Raises MeasurementError, which names the row of a wrong line, and AmbiguousError if
-    the period is not stated.
+    is unknown. The user is asked for a period that is not stated. Raises MeasurementError, which
+    names the row of a wrong line, and AmbiguousError if nobody answers.
     """
     rows: list[list[float]] = []
     places: list[int] = []
