@@ -6,8 +6,8 @@
 
 #define WORD_BYTES 4U
 #define PAGE_BYTES (FLASH_PAGE_WORDS * WORD_BYTES)
-/* Offset of the part of the boot ROM's header that its checksum covers. This part begins with the width detection word;
-   the checksum follows it (UG585, chapter 6). */
+/* Offset, in the header of a boot image, of the part that the header's checksum covers. This part begins with the width
+   detection word; the checksum follows it (UG585, chapter 6). */
 #define HEADER_CHECKED 0x20U
 #define HEADER_WIDTH_DETECTION 0xAA995566U
 #define HEADER_SIGNATURE 0x584C4E58U

@@ -44,7 +44,7 @@ bool kept_sets_add(struct kept_sets *kept, uint32_t head, const struct coefficie
 }
 
 static struct lane kept_sets_lane(const uint32_t *words) {
-    /* The shift to the left and back extends the sign of 24 bits. */
+    /* The shift to the left and the division extend the sign of the 24-bit word. */
     int32_t amplitude = (int32_t)(words[1] << LANES_AT) / (1 << LANES_AT);
     return (struct lane){.phase_offset = words[0] & WORD_24,
                          .amplitude = amplitude,

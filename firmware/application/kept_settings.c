@@ -27,7 +27,7 @@ static bool kept_settings_is_whole(const struct settings_copy *copy) {
            parameters_are_valid(&settings->parameters);
 }
 
-/* Returns the later whole copy, or NULL if neither is whole. */
+/* Returns the valid copy that was written last, or NULL if neither copy is valid. */
 static const struct settings_copy *kept_settings_later(const struct kept_settings *kept) {
     const struct settings_copy *first = &kept->copy[0];
     const struct settings_copy *second = &kept->copy[1];

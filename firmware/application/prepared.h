@@ -10,9 +10,10 @@
 
 #include "state.h"
 
-/* These functions receive the frames of a set for a missing head, as load_without() and its companions do, and write
-   accepted words to the gateware at once. The first frame switches off the failover to the former sets. A core without
-   failover refuses these frames; the other frames of the received set are still accepted. */
+/* These functions receive the frames of a set for a missing head, as load_without() and its companions do. They write
+   the words of an accepted lane to the gateware at once, and the words of the mean when the set is complete. The first
+   frame switches off the failover to the former sets. If the core has no failover, these functions refuse the frames;
+   the other frames of the received set are still accepted. */
 enum load_answer application_load_without(struct application *application, uint32_t head,
                                           uint32_t lanes, const struct mean_set *mean,
                                           uint32_t crc);
@@ -21,15 +22,15 @@ enum load_answer application_load_without_head(struct application *application, 
 enum load_answer application_load_without_lane(struct application *application, uint32_t number,
                                                const struct lane *lane, uint32_t crc);
 
-/* Assigns the received sets, if there are any, to the mean that is now loaded. */
+/* Notes that the received sets, if there are any, belong to the mean that has just been loaded. */
 void prepared_take_over(struct application *application);
 /* Notes the heads for whose absence the gateware now holds a set, and the check sum of the words of these sets. */
 void prepared_hold(struct application *application, uint32_t sets);
 /* Reads the sets of the mean from the gateware into `kept`; `kept` stays empty if the gateware's words differ from the
    written words. */
 void prepared_keep(const struct application *application, struct kept_sets *kept);
-/* Writes the saved sets into the register windows of the prepared sets; the failover must be off. Sets that this core
-   cannot hold are left out. */
+/* Switches the failover off, then writes the saved sets into the register windows of the prepared sets. Sets that this
+   core cannot hold are left out. */
 void prepared_restore(struct application *application);
 /* Returns the heads for whose absence the saved record has a set that this core can hold, one bit per head. */
 uint32_t prepared_saved(const struct application *application);

@@ -27,9 +27,9 @@ uint32_t application_release_present(const struct application *application) {
     return there ? core_status(&application->core).release_present : 0U;
 }
 
-/* Evaluates the index error before the flags of the heads are cleared, because the clearing deletes its flag. (A turn
-   would evaluate and clear the flags, but a table that its drive has stopped completes no turn.) The captured turns and
-   the turn in progress are dropped, because they may contain the fault that set the flag. */
+/* Evaluates the index error before the flags of the heads are cleared, because clearing them deletes the flag of the
+   index error. (A turn would evaluate and clear the flags, but a table that its drive has stopped completes no turn.)
+   The captured turns and the turn in progress are dropped, because they may contain the fault that set the flag. */
 static void release_look_before_clearing(struct application *application, uint32_t faults) {
     if (!state_works(application) || (faults & HEAD_FAULTS) == 0) {
         return;

@@ -50,8 +50,8 @@ const struct coefficients *state_active(const struct application *application) {
 }
 
 /* Tells whether the correction is on. Without a bypass it is on with coefficients that this program wrote, or with
-   coefficients from before a fault. The banks may hold other coefficients, because their words survive a reset of the
-   core. */
+   coefficients from before a fault. The words in the banks do not show this: they survive a reset of the core and may
+   belong to other coefficients. */
 bool application_corrects(const struct application *application) {
     return (application->has_active || application->inherited) && !application->bypassed;
 }

@@ -29,7 +29,7 @@ bool watchdog_has_reset(void) {
     return has;
 }
 
-/* Compares the counter of the watchdog, which shows how long ago it was fed, with the limit. */
+/* Tells whether the watchdog was last fed more than WATCHDOG_HANG_S seconds ago. */
 bool watchdog_is_overdue(void) {
     uint32_t spent = CLOCKS_TIMER_HZ * WATCHDOG_S - register_read(WATCHDOG_COUNTER);
     return spent > CLOCKS_TIMER_HZ * WATCHDOG_HANG_S;

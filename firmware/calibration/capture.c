@@ -258,8 +258,8 @@ enum refusal capture_verify_further(const struct capture *capture, const struct 
     return NOT_REFUSED;
 }
 
-/* Sums the differences of the heads as integers: the counts of two heads differ by less than two turns within a turn,
-   so an integer holds the sum. */
+/* Sums the changes of the difference of two heads as integers. Each change is less than two turns, so 64 bits hold the
+   sum. */
 bool capture_places(const struct capture *capture, uint32_t samples, double place[HEADS_MOST]) {
     int64_t turn = capture->counts_per_rev;
     ASSERT(samples > 0 && turn > 0 && capture->heads <= HEADS_MOST);

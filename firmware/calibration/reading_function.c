@@ -9,8 +9,8 @@
 
 /* Number of readings per turn: more than 16 per wave of the highest order. */
 enum { READINGS = 1024, ITERATIONS_MOST = 20 };
-/* Step below which the iteration ends: each step is the step before times the slope of the error, 1e-3 at 200 arcsec,
-   so the remaining error is below 1e-11. */
+/* Step below which the iteration ends. Each step is the step before times the slope of the error (1e-3 at 200 arcsec),
+   so the remaining error of the iteration is below 1e-11 arcsec. */
 #define UNCHANGED_ARCSEC 1e-8
 
 struct error_function {

@@ -42,7 +42,8 @@ static enum verdict judge(const struct harmonic *harmonic, double factor, double
     return significant ? VERDICT_APPLIED : VERDICT_NOT_SIGNIFICANT;
 }
 
-/* Returns the number of wanted orders with a larger amplitude, or with the same amplitude and a lower order. */
+/* Counts the orders that qualify for a lane and have a larger amplitude than this order, or the same amplitude and a
+   lower number. */
 static uint32_t larger_orders(const struct estimate *estimate, const enum verdict *verdicts,
                               uint32_t place) {
     double own = harmonic_amplitude(&estimate->harmonic[place]);

@@ -12,7 +12,8 @@ const char dump_use[] =
 
 /* Number of rows that one step prints; the other work of the firmware runs between two steps. */
 enum { ROWS_A_STEP = 8 };
-/* Largest number of characters of a row: five digits and a CRC, and a number of 64 bits for each head. */
+/* Largest numbers of characters in a row: of the row number, the CRC and all separators together, and of the counts of
+   one head (64 bits with sign). */
 enum { ROW_CHARACTERS_MOST = 24, HEAD_CHARACTERS_MOST = 20 };
 #define NO_TEMPERATURE 0x80000000U
 

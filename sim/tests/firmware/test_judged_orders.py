@@ -2,8 +2,8 @@
 turn.
 
 A turn has 2^20 counts; the disc has orders 1, 2 and 5 of 200, 50 and 10 counts. The test is
-independent of the C code: the readings come from geometry (``synthetic.Disc``), the residual from
-the bank of the core.
+independent of the C code: the readings come from geometry (``synthetic.Disc``), the remaining error
+is computed from the coefficients in the core's active bank.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ SIZES = {1: 200.0, 2: 50.0, 5: 10.0}
 PHASES = {1: 0.4, 2: 1.2, 5: 2.9}
 NOISE_ARCSEC = 0.1
 QUIET_RMS_ARCSEC = 0.5
-"""Largest RMS of a good correction. The readings are rounded to whole counts, 0.36″ per head, which
-the gains of 32 orders magnify."""
+"""Largest RMS of a good correction. Rounding to whole counts gives each head an error of 0.36″ RMS;
+the calculation of 32 orders from the difference of the heads magnifies it."""
 
 
 def disc(**counts: float) -> Disc:
@@ -181,7 +181,8 @@ def test_a_saved_set_whose_order_5_has_reversed_is_not_confirmed(loaded: bool) -
     assert board.status("saved") == ["not_confirmed"]
     assert telemetry["alarms"] == ["not_confirmed"]
     assert left_rms_arcsec(board.firmware, now) < QUIET_RMS_ARCSEC
-    # After a power cycle the first turn confirms the record, as at the beginning of this test.
+    # After a power cycle, a turn of the disc as it was when the record was saved confirms the
+    # record.
     board.power_on()
     assert board.firmware.turn(turn(10))["result"] == "applied"
     assert board.status("saved") == ["confirmed"]
@@ -250,7 +251,7 @@ def test_a_forced_order_is_saved_and_comes_back() -> None:
 
 def subdivided(seed: int, amplitudes: tuple[complex, complex], order: int) -> NDArray[np.int64]:
     """Return a turn in which each head has a different error Re(a e^{jmR}) of a high order, in
-    counts."""
+    counts (a: amplitude of the head, m: ``order``, R: reading)."""
     counts = turn(seed)
     for head, amplitude in enumerate(amplitudes):
         phase = np.exp(1j * order * counts[head] * (2.0 * np.pi / COUNTS))

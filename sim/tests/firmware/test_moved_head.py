@@ -40,8 +40,8 @@ def found_in_c(change_arcsec: Any) -> tuple[int, float]:
 
 @pytest.mark.parametrize("seed", range(40))
 def test_c_and_numpy_agree(seed: int) -> None:
-    """The C code and numpy find the same explanation of a change; some changes have one
-    explanation, some several, and some none."""
+    """The C code and numpy find the same explanation of a change of the offsets; some changes have
+    one explanation, some several, and some none."""
     random = np.random.default_rng(seed)
     axis = random.normal(0.0, 10.0) + 1j * random.normal(0.0, 10.0)
     change = random.normal(0.0, 100.0) + (axis * SIGHTS).imag

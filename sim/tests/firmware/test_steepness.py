@@ -36,8 +36,8 @@ def following(
     range_c: tuple[float, float] = (NAN, NAN),
     amplitude: float = 21.0,
 ) -> Coefficients:
-    """Return a file with order 40 and these thermal slopes; |dε/dR| = 0.005 at 20 °C with 21
-    counts."""
+    """Return coefficients with order 40 and these thermal slopes. With 21 counts the slope |dε/dR|
+    of the correction ε over the reading R is 0.005 at 20 °C."""
     cold = Coefficients.from_harmonics([ORDER], [amplitude], [0.0], COUNTS, 32)
     thermal = ThermalLanes.from_slopes({ORDER: np.array(slope_counts)}, COLD_C, 0.0, range_c)
     return dataclasses.replace(cold, thermal=thermal)
