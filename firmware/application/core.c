@@ -29,8 +29,8 @@ enum { MEAN_WEIGHTS = 4, MEAN_CHOICE = 8, MEAN_WORDS = 9, USED_SHIFT = 4 };
 /* Divisor of the turn that gives the margin of an armed compare: the table may move by 1/1024 turn between the reading
    of its position and the write that depends on this position. */
 enum { COMPARE_MARGIN = 1024 };
-/* Number of register reads that last longer than a re-arm: a re-arm takes 128 clocks of the fabric, a read at least one
-   clock. */
+/* Number of register reads that last at least as long as a re-arm: a re-arm takes 128 clocks of the fabric, a read at
+   least one clock. */
 enum { REARM_READS = 128 };
 /* Bits of the flags of a head; these names serve all heads, while the generated mask names differ from head to head. */
 enum { INDEX_SEEN = 1, INDEX_ERROR = 2 };

@@ -518,8 +518,8 @@ enum load_answer load_head(struct load *load, uint32_t number, int32_t weight, u
     return LOAD_TAKEN;
 }
 
-/* Tells whether all lanes and heads of the prepared set that is being received have arrived. A prepared set applies if
-   one head is left out. */
+/* Tells whether all lanes and heads of the prepared set that is being received have arrived, or no such set is being
+   received. A prepared set applies if one head is left out. */
 static bool load_without_is_whole(const struct load *load) {
     const struct load_without *set = &load->without;
     return set->head == 0 || (set->whole >> (set->head - 1) & 1U) != 0;

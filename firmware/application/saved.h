@@ -12,7 +12,7 @@
      then the number of parameters, and for each: check sum of its name, value as a double in two
      words, the lower first
      then counts_per_rev, the number of lanes, and for each: order, phase offset, amplitude, owner
-     (0 the calibration, 1 loaded, 2 loaded and not judged)
+     (0 the calibration, 1 loaded, 2 loaded and not yet compared with a turn)
      then, with switch 16: the number of words of the sets for a missing head, and these; kept_sets.h
      then, with switch 8: the number of lanes that follow a condition, width, dead zone and nominal speed, and
      for each: modulator, order, phase offset, amplitude; followed.h
@@ -20,9 +20,9 @@
      amplitude, source of the phase, side, probe phase; real_lanes.h
      then, with switch 32: choice and four starts of the local table, and the CRC of its points, which stand in the
      same sector; save.h
-     then the number of loaded lanes that follow the temperature, T0 and the time constant in
-     thousandths, and for each: order, cosine, sine, and both of the square; thermal.h
-     then, if it is not the preset one, the range of temperature in thousandths
+     then the number of loaded lanes that follow the temperature, T0 in 0.001 degC, the time constant in ms, and for
+     each: order, cosine and sine of c1, cosine and sine of c2; thermal.h
+     then, if such lanes exist and their range of temperature is not the preset one: its limits in 0.001 degC
      then, if the loaded lanes correct a mean: heads, carrier, used heads, offset, delays, four weights and
      four offsets; mean_set.h
      last  CRC-32 of all words before */
@@ -75,7 +75,7 @@ struct saved {
 
 enum saved_answer {
     SAVED_READ,
-    /* The sector was never written. */
+    /* The first word is erased, so the sector holds no record. */
     SAVED_EMPTY,
     /* The record was not written to its end, or has changed since. */
     SAVED_DAMAGED,
@@ -93,10 +93,11 @@ uint32_t saved_write(const struct saved *saved, uint32_t sequence, uint32_t *wor
 
 /* Reads a record from `words`, of which SAVED_WORDS_MOST exist. `sequence` is set if the check sum is right. A
    parameter that the record does not have gets its preset; a parameter that this firmware does not know is ignored.
-   `saved` changes even if the record is refused. */
+   `saved` may change even if the record is refused. */
 enum saved_answer saved_read(const uint32_t *words, struct saved *saved, uint32_t *sequence);
 
-/* Returns the number of used lanes of both owners, of lanes that follow a condition, and of lanes of real orders. */
+/* Returns the number of used lanes of both owners (calibration and operator), of lanes that follow a condition, and of
+   lanes of real orders. */
 uint32_t saved_lanes(const struct saved *saved);
 
 #endif

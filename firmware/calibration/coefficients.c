@@ -27,7 +27,7 @@ uint64_t coefficients_phase_step(uint32_t order, uint32_t counts_per_rev) {
     }
     uint64_t part = order % counts_per_rev;
     uint64_t step = 0;
-    /* Divides in two steps of 24 bits, so that the remainder stays below counts_per_rev. */
+    /* Divides in two steps of 24 bits, so that each dividend fits into 64 bits. */
     for (unsigned half = 0; half < 2; half++) {
         part <<= ARCTRUE_PHASE_STEP_WIDTH / 2;
         step = step << (ARCTRUE_PHASE_STEP_WIDTH / 2) | part / counts_per_rev;

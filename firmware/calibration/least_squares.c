@@ -49,7 +49,8 @@ static void choose_orders(struct fit *fit) {
     double raw_rad = 2.0 * PI * (double)sum / fit->turn->samples / fit->turn->counts_per_rev;
     layout->number = 0;
     for (uint32_t order = 1; order <= fit->orders; order++) {
-        /* An order that one of the two separations hides would make the matrix singular. */
+        /* An order that the nominal separation or the mean difference of the readings hides would make the matrix
+           singular. */
         if (isfinite(noise_gain(order, fit->nominal_arcsec / ARCSEC_PER_RAD)) &&
             isfinite(noise_gain(order, raw_rad))) {
             layout->order[layout->number++] = order;

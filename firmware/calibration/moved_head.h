@@ -16,7 +16,7 @@ struct moved_head {
 
 /* Finds the moved head. `geometry` comes from a turn of four heads; `offset_rad` holds the earlier offsets of their
    readings. A head counts as moved if its motion and a motion of the axis below 5 um explain the changes of all
-   offsets, and the motion of no other head explains them. */
+   offsets, and neither the axis alone nor the motion of another head explains them. */
 struct moved_head moved_head_find(const struct heads_geometry *geometry,
                                   const double offset_rad[HEADS_MOST]);
 

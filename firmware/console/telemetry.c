@@ -188,7 +188,8 @@ static void loaded_part(const struct text_sink *sink, const struct application *
     text_word(sink, "]");
 }
 
-/* Prints for each lane: order, modulator, measurement of the turn, its standard uncertainty, loaded value. */
+/* Prints for each lane that follows a condition: order, modulator, measurement of the turn, its standard uncertainty,
+   loaded value. */
 static void followed_part(const struct text_sink *sink, const struct turn_report *report) {
     ASSERT(report->followed_lanes <= FOLLOWED_LANES_MAX);
     if (report->followed_lanes == 0) {

@@ -157,7 +157,7 @@ static void program(const struct fabric *fabric, bool high) {
     write_at(fabric, DEVC_CTRL, control);
 }
 
-/* Checks the CRC of the whole bitstream, and disconnects the fabric only if it is right. */
+/* Adds the next part of the bitstream to the CRC. After the last part, disconnects the fabric if the CRC is right. */
 static void check(struct fabric *fabric) {
     uint32_t end = fabric->place + left(fabric, CHECK_BYTES);
     for (; fabric->place < end; fabric->place += WORD_BYTES) {

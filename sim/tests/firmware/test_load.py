@@ -45,7 +45,7 @@ def turn(seed: int = 1, noise: float = 0.1, disc: Disc = DISC) -> Any:
 
 
 def file_of(lanes: dict[int, tuple[float, float]], counts_per_rev: int = COUNTS) -> Coefficients:
-    """Return a bank from {order: (amplitude ″, phase rad)}."""
+    """Return coefficients from {order: (amplitude ″, phase rad)}."""
     amplitudes = np.array([a for a, _ in lanes.values()]) * counts_per_rev / 1_296_000
     return Coefficients.from_harmonics(
         list(lanes), amplitudes, [p for _, p in lanes.values()], counts_per_rev, 32

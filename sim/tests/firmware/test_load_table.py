@@ -33,7 +33,7 @@ READINGS = np.arange(0, COUNTS, COUNTS // 65_536 - 1)
 
 
 def bump(theta: Float) -> Float:
-    """Return the height of the scratch's error in arcseconds."""
+    """Return the error that the scratch adds at the angle ``theta``, in arcseconds."""
     away = np.angle(np.exp(1j * (theta - PLACE_RAD)))
     return np.asarray(HEIGHT_ARCSEC * np.exp(-0.5 * (away / SIGMA_RAD) ** 2))
 
@@ -50,8 +50,8 @@ SCRATCHED = Scratched(DISC.orders)
 
 
 def table_file(size: float = 1.0, shift_counts: int = 0) -> Coefficients:
-    """Return a file with only a local table: ``size`` times the scratch, shifted by this number of
-    counts."""
+    """Return coefficients with only a local table: ``size`` times the scratch, shifted by this
+    number of counts."""
     width = COUNTS >> WIDTH_EXPONENT
     start = int(PLACE_RAD / (2.0 * np.pi) * COUNTS) - width // 2
     theta = (start + np.arange(POINTS) * width / POINTS) * (2.0 * np.pi / COUNTS)

@@ -36,7 +36,7 @@ def warm(celsius: float) -> Disc:
 
 
 def following(time_constant_s: float = 0.0) -> Coefficients:
-    """Return a file with order 1 at 20 °C and the change of order 1 per kelvin."""
+    """Return coefficients with order 1 at 20 °C and the change of order 1 per kelvin."""
     cold = file_of({1: (150.0, 0.4)})
     per_k = RATE_ARCSEC / ARCSEC_PER_COUNT
     slope = np.array([per_k * math.cos(RATE_RAD), -per_k * math.sin(RATE_RAD), 0.0, 0.0])
@@ -342,8 +342,9 @@ def test_the_lag_is_taken_off() -> None:
         found.append(table.celsius)
     behind = course.at(times) - np.array(found)
     assert (course.at(times) - shown)[-1] == pytest.approx(lag_s * rate, rel=0.02)
-    # Three equal poles leave (1 + x + x²/2)·e⁻ˣ of the start of the slope, with x = t·16/τ; after x
-    # = 10 this is below 0.003. Half a step of the readings, times the gains, adds about 0.05 K.
+    # Three equal poles leave (1 + x + x²/2)·e⁻ˣ of the error at the start of the slope, with x =
+    # t·16/τ; after x = 10 this is below 0.003. Half a step of the readings, times the gains, adds
+    # about 0.05 K.
     late = behind[times > 37.5]
     assert abs(late.mean()) < 0.003
     assert late.std() < 0.02
