@@ -14,7 +14,7 @@
 #include "separation.h"
 #include "units.h"
 
-/* Number of noisy turns in a row after which the firmware takes their noise as the usual noise. */
+/* Number of noisy turns in a row after which the firmware takes the noise of the last one as the usual noise. */
 enum { NOISY_TURNS_MOST = 5 };
 /* Weight of one turn in the running mean of the noise. */
 #define NOISE_SHARE 0.2
@@ -143,8 +143,9 @@ static bool calibrate_has_dropped(const struct coefficients *active,
 /* Multiple of the variance of a component above which the square of a change counts as real and not as noise. */
 #define CHANGED 18.0
 
-/* Returns the largest change of an order since the previous turn. The calibration measures the change of its own
-   orders; the thermal model gives the change of the orders that follow the temperature. */
+/* Returns the larger of two estimates of the error's change since earlier turns. The first is the largest difference
+   between a measured order of the calibration and its active lane. The second is the change that the thermal model
+   gives, since the previous turn, for the loaded orders that follow the temperature. */
 static double calibrate_change_arcsec(const struct application *application) {
     const struct estimate *estimate = &application->measured;
     const struct coefficients *active = calibrate_active_of_head1(application);

@@ -164,7 +164,7 @@ static bool judge_other_condition(const struct judge *judge, struct load *load, 
 }
 
 /* Judges the lanes that follow a condition. A turn confirms an order together with the lanes that follow this turn's
-   condition; a lane is known once two turns with different modulators have confirmed it. */
+   condition; a lane is accepted once two turns with different modulators have confirmed it. */
 static enum load_answer judge_followed(const struct judge *judge, struct load *load,
                                        const struct coefficients *active,
                                        const struct coefficients *candidate) {

@@ -77,8 +77,9 @@ static double table_temperature_decay(double times) {
 
 /* The thermometer lags as T_s' = (T - T_s) / tau. An observer of T_s, T - T_s and the slope of T, with three equal
    poles q, has no lasting error while T changes at a constant rate. Over dt, with a = exp(-dt / tau): T_s goes to T_s +
-   (1 - a) (T - T_s) + (dt - tau (1 - a)) T', T - T_s to a (T - T_s) + tau (1 - a) T'. The gains K give z I - (I - K H)
-   F the determinant (z - q)^3; they follow from this equation at z = 0, 1 and a. */
+   (1 - a) (T - T_s) + (dt - tau (1 - a)) T', T - T_s to a (T - T_s) + tau (1 - a) T'. With F, the matrix of this step,
+   and H, which selects T_s, the gains K give z I - (I - K H) F the determinant (z - q)^3; they follow from this
+   equation at z = 0, 1 and a. */
 static void table_temperature_observe(struct table_temperature *table, double celsius,
                                       double passed) {
     double tau = table->time_constant_s;
@@ -96,8 +97,8 @@ static void table_temperature_observe(struct table_temperature *table, double ce
     table->slope += slope_gain * off;
 }
 
-/* Sets the observer's lag. If no lag is given, the observer runs with a short lag, so that it corrects a lag as soon as
-   the operator states a lag. */
+/* Sets the observer's lag to that of the thermometer, at least LEAST_FILTER_S. So the observer also runs without a
+   stated lag, and can correct a lag as soon as a loaded set states one. */
 static void table_temperature_use_lag(struct table_temperature *table, double time_constant_s) {
     double tau = fmax(time_constant_s, LEAST_FILTER_S);
     table->behind_k *= tau / table->time_constant_s;

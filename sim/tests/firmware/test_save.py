@@ -98,7 +98,7 @@ class Board:
 
 @pytest.fixture
 def working() -> Board:
-    """Return a calibrated board with a loaded subdivision error."""
+    """Return a calibrated board with a loaded correction of the subdivision error."""
     board = Board()
     board.firmware.send("set orders 8")
     board.work(range(1, 5))
