@@ -16,7 +16,7 @@
 
 #include "flash_access.h"
 
-/* Number of words that one command writes. */
+/* Largest number of words that one command writes. */
 enum { IMAGE_WORDS_MOST = 6 };
 /* Largest number of bytes per CRC command: their CRC takes 50 ms. */
 #define IMAGE_CHECKED_MOST 0x10000U

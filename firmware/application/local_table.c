@@ -144,7 +144,7 @@ double local_table_evidence(const struct application *application, const struct 
             reading.difference * arcsec - estimate->measured_separation_rad * ARCSEC_PER_RAD;
         left -= local_table_fitted(estimate, reading.angle2 * rad) -
                 local_table_fitted(estimate, reading.angle1 * rad);
-        /* Log odds: (left^2 - (left - table)^2)/(2 variance) */
+        /* Log odds that the table is part of the remaining difference: (left^2 - (left - table)^2)/(2 variance) */
         evidence += table * (left - 0.5 * table) / variance;
     }
     return evidence;

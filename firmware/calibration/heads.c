@@ -10,8 +10,8 @@
 
 #define WEIGHT_ONE ((double)(1 << ARCTRUE_COSINE_FRACTION))
 #define WEIGHT_LIMIT (1 << (ARCTRUE_COSINE_WIDTH - 1))
-/* Least length of the parity vector; a shorter one shows that the four heads stand at only two places. The elements of
-   the vector are the areas of the four triangles of three heads. */
+/* Least length of the parity vector before it is scaled to length 1; a shorter one shows that the four heads stand at
+   only two places. The elements of this vector are twice the areas of the four triangles of three heads. */
 #define LEAST_PARITY 1e-6
 /* Noise gain above which an order counts as one that the heads do not show. */
 #define UNSEEN_GAIN 1e3
@@ -30,8 +30,8 @@ static double triangle(struct vector a, struct vector b, struct vector c) {
     return ab.re * ac.im - ac.re * ab.im;
 }
 
-/* Computes the vector that is orthogonal to ones and to both components of the sight: each element is the area of the
-   triangle of the other three heads. */
+/* Computes the vector of length 1 that is orthogonal to ones and to both components of the sight: each element is
+   proportional to the area of the triangle of the other three heads. */
 static bool parity_of(const struct heads_geometry *geometry, double parity[HEADS_MOST]) {
     struct vector sight[HEADS_MOST];
     double square = 0.0;

@@ -21,7 +21,7 @@ enum { I2C_BYTES_MOST = 16 };
 void i2c_prepare(const struct register_access *access, uint32_t bus_hz);
 
 /* Writes to, or reads from, a device with a 7-bit address. Returns false if no device answers, or if the bus is stuck
-   and was freed as far as possible. It takes 5.2 ms at most. */
+   and was freed as far as possible. A call takes 5.2 ms at most. */
 bool i2c_write(const struct register_access *access, uint32_t device, const uint8_t *bytes,
                uint32_t number);
 bool i2c_read(const struct register_access *access, uint32_t device, uint8_t *bytes,

@@ -34,7 +34,7 @@
 #define SLCR_I2C_RST_0 0x1U
 #define SLCR_FPGA_RST_CTRL 0xF8000240U
 /* Bit 0 belongs to processor 0. If it is 0, a reset by the watchdog of processor 0 resets the whole system, like the
-   pin PS_SRST_B, which clears the fabric. If it is 1, it resets only this processor. */
+   pin PS_SRST_B, which clears the fabric. If it is 1, such a reset affects only this processor. */
 #define SLCR_RS_AWDT_CTRL 0xF800024CU
 #define SLCR_RS_AWDT_PROCESSOR0 0x1U
 /* Register of the configuration port: place where the boot ROM found its image, in units of 32 KB (UG585, chapter
