@@ -184,7 +184,8 @@ bool core_set_up(const struct core_access *core, const struct core_setup *setup)
    and does not change the control register. Returns false and sets nothing if the core has another number of counts per
    turn. */
 bool core_resume(const struct core_access *core, const struct core_setup *setup);
-/* Sets widths of the pulses and edges of the pulse inputs; takes effect at once. */
+/* Sets the widths of the pulses, the edges and the filter of the pulse inputs, and the kinds of recorded events. They
+   take effect at once. */
 void core_set_pins(const struct core_access *core, const struct core_setup *setup);
 struct core_probe core_probe(const struct core_access *core);
 bool core_has_events(const struct core_access *core);

@@ -9,7 +9,7 @@
 
 /* Computes the loaded lanes for the table's temperature and makes them active by a swap, if this changes the correction
    by more than the parameter temperature_step_counts. Also makes a lane of a real order active whose phase has become
-   known. It runs between two turns; a turn that is ready is processed first. */
+   known or has changed. It runs between two turns; a turn that is ready is processed first. */
 void follow_between_turns(struct application *application);
 
 /* Reads the table's thermometer, and removes its lag with the time constant of the thermal model in use. */

@@ -23,7 +23,7 @@ struct judge {
     const struct estimate *estimate;
     struct further_workspace *workspace;
     double gain_limit;
-    /* Largest change of any order of the table's error since the previous turn, arcsec. */
+    /* Estimated change of the table's error since earlier turns, arcsec; a change within this turn may be as large. */
     double change_arcsec;
 };
 

@@ -37,8 +37,8 @@ struct kept_settings {
     struct settings_copy copy[2];
 };
 
-/* Reads the later of the whole copies whose values the console would accept. If there is no such copy, it returns false
-   and leaves `settings` unchanged. */
+/* Reads the later of the copies that are complete and whose values the console would accept. If there is no such copy,
+   it returns false and leaves `settings` unchanged. */
 bool kept_settings_read(const struct kept_settings *kept, struct settings *settings);
 
 /* Writes the settings over the earlier copy, so that a fault during the write leaves the later copy whole. */

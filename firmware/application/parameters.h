@@ -74,7 +74,7 @@ struct parameters {
     double alarm_separation_arcsec;
     double alarm_temperature_c;
     /* A new bank is written if the temperature, or a newly found phase of a lane of a real order, changes the
-       correction by more than this. */
+       correction by more than this number of counts. */
     double temperature_step_counts;
     /* Largest change of the table's temperature from one reading to the next, and longest time without a change. */
     double temperature_jump_k;

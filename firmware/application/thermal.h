@@ -26,10 +26,10 @@ struct thermal_lane {
 struct thermal {
     struct thermal_lane lane[THERMAL_LANES_MAX];
     uint32_t lanes;
-    /* T0, and the time constant of the thermometer's first-order lag; in thousandths. */
+    /* T0 in 0.001 degC, and the time constant of the thermometer's first-order lag in ms. */
     int32_t reference_mc;
     uint32_t time_constant_ms;
-    /* Range of temperature, in thousandths; outside the range the lanes keep the values that they have at its ends. */
+    /* Range of temperature, in 0.001 degC; outside the range the lanes keep the values that they have at its ends. */
     int32_t least_mc;
     int32_t most_mc;
 };
@@ -40,7 +40,7 @@ struct thermal_extent {
     double largest_counts;
 };
 
-/* Tells whether the range lies within -273.15 to 1000 degrees, T0 within the range, and the time constant is at most an
+/* Tells whether the range lies within -273.15 to 1000 degC, T0 within the range, and the time constant is at most an
    hour. */
 bool thermal_is_valid(const struct thermal *thermal);
 

@@ -19,7 +19,7 @@ void die_temperature_prepare(const struct register_access *access);
 bool die_temperature_read(const struct register_access *access, double *celsius);
 
 /* Converts the converter's status register; the upper 12 of its 16 bits are the code. UG480: T = code 503.975 K / 4096
-   - 273.15. Returns false below -55 or above 150 degrees, because a data line that is stuck gives the lowest or the
+   - 273.15. Returns false below -55 or above 150 degC, because a data line that is stuck gives the lowest or the
    highest code. */
 bool die_temperature_of(uint32_t status, double *celsius);
 
