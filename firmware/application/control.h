@@ -8,10 +8,11 @@
 
 #include "state.h"
 
-/* Switches correction, output and capture as the operator has ordered. */
+/* Switches the output on, the correction on or off as application_corrects() states, and the capture to the mode that
+   application_capture() states. */
 void control_write(const struct application *application);
 
-/* Releases a bank that is ready, because a capture from before a re-arm cannot be used. */
+/* Releases a bank that is ready, because a capture from before a re-arm or before a move of a zero cannot be used. */
 void control_give_back_bank(const struct application *application);
 
 /* Stops the capture and restarts it. Call it if the zero or the sample steps changed during the capture of a turn,

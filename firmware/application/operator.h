@@ -18,8 +18,8 @@ void application_freeze(struct application *application, bool frozen);
 void application_bypass(struct application *application, bool bypassed);
 void application_telemetry(struct application *application, bool on);
 
-/* Copies the next turn for the console. If the capture takes samples at equal angles, it restarts and takes them at
-   equal intervals of time, so that the time of each sample in the copy is known. */
+/* Requests a copy of the next turn for the console. If the capture takes samples at equal angles, it restarts and takes
+   them at equal intervals of time, so that the time of each sample in the copy is known. */
 void application_want_dump(struct application *application);
 
 /* Ends the reception of a set after its last frame; returns the answer of load_end(). */

@@ -19,7 +19,7 @@ struct parameters {
     double method;
     double orders;
     double gain_limit;
-    /* Factor by which one turn reduces the weight of the turns before it. */
+    /* Factor by which one turn multiplies the weight of the turns before it. */
     double keep;
     double noise_limit;
     double counts_per_rev;

@@ -34,7 +34,7 @@ void prepared_keep(const struct application *application, struct kept_sets *kept
 void prepared_restore(struct application *application);
 /* Returns the heads for whose absence the saved record has a set that this core can hold, one bit per head. */
 uint32_t prepared_saved(const struct application *application);
-/* Notes that no prepared set belongs to the active coefficients. */
+/* Notes that no prepared set belongs to the active coefficients, and switches the failover off. */
 void prepared_forget(struct application *application);
 /* Switches the failover on if the gateware still holds the sets of the active mean and `failover_causes` is not 0,
    otherwise off. If the words of the sets differ from the written words, it forgets the sets and raises an alarm. Does

@@ -7,7 +7,8 @@
 
 #include "state.h"
 
-/* Begins to write parameters, switches and coefficients into the flash; returns the answer of save_begin(). */
+/* Begins to write parameters, switches and coefficients into the flash; returns SAVE_DONE if the writing has begun,
+   otherwise the reason why it has not. */
 enum save_answer application_save(struct application *application);
 
 /* Reads the latest record at a start. Its coefficients wait for a turn that confirms them. */

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
 /* ASSERT(condition) checks a condition that must hold for any input. On the chip, a condition that fails is handled
-   like any other fault: the fault handler writes the record and a line on the console, and restarts. On a host it ends
-   the process. */
+   like any other fault: the fault handler stores a record of the fault, prints a line on the console, and restarts the
+   firmware. On a host it ends the process. */
 
 #ifndef ARCTRUE_ASSERTION_H
 #define ARCTRUE_ASSERTION_H

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Averages estimates over turns: each turn is weighted by its inverse variance, and earlier turns lose weight by a
-   forgetting factor per turn. */
+/* Averages estimates over turns: each turn is weighted by its inverse variance, and each turn multiplies the weight of
+   the earlier turns by a forgetting factor. */
 
 #ifndef ARCTRUE_AVERAGE_H
 #define ARCTRUE_AVERAGE_H
@@ -26,7 +26,7 @@ struct average {
 
 void average_clear(struct average *average);
 
-/* Adds a turn. `keep`: factor, 0 to 1, by which this turn reduces the weight of the earlier turns. */
+/* Adds a turn. `keep`: factor, 0 to 1, by which this turn multiplies the weight of the earlier turns. */
 void average_add(struct average *average, const struct estimate *turn, double keep);
 
 /* Replaces the turn's own values and covariances by the values and covariances of the average. */

@@ -27,7 +27,7 @@ bool cholesky_factor(double *packed, uint32_t size) {
             own[column] = (own[column] - product(own, other, column)) / other[column];
         }
         double pivot = own[row] - product(own, own, row);
-        /* This also refuses an element that is not a number. */
+        /* The negated comparison also refuses an element that is not a number. */
         if (!(pivot > LEAST_PIVOT * own[row])) {
             return false;
         }

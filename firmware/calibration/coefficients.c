@@ -47,7 +47,7 @@ static enum refusal quantise_lane(const struct harmonic *harmonic, uint32_t orde
                                   uint32_t counts_per_rev, struct lane *lane) {
     double counts = harmonic_amplitude(harmonic) / (ARCSEC_PER_TURN / counts_per_rev);
     double amplitude = rint(counts * AMPLITUDE_STEPS);
-    /* This also refuses a value that is not a number. */
+    /* The negated comparison also refuses a value that is not a number. */
     if (!(amplitude <= AMPLITUDE_WORD_MAX)) {
         return REFUSED_AMPLITUDE;
     }

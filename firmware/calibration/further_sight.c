@@ -8,10 +8,10 @@
 #include "transfer_function.h"
 #include "units.h"
 
-/* Least 1 - |D|^2 (D: see further_orders.h) with which the sums separate the errors of the two heads; u then grows by a
-   factor of at most 1.4. */
+/* Least 1 - |D|^2 (D: see further_orders.h) with which the sums separate the errors of the two heads; the standard
+   uncertainty then grows by a factor of at most 1.4. */
 #define SEPARATED 0.5
-/* Limit of |<e^{j2mR}>|, above which cosine and sine are no longer nearly orthogonal. */
+/* Limit of |<e^{j2mR}>|, above which cosine and sine of order m are no longer nearly orthogonal. */
 #define NOT_ORTHOGONAL 0.3
 
 double further_orders_shift_rad(const struct estimate *estimate) {

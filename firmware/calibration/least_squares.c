@@ -11,7 +11,8 @@
 #include "transfer_function.h"
 #include "units.h"
 
-/* The rounds end when a further move of head 2 would change the error by less than this. */
+/* Each round fits the orders and moves head 2. The rounds end when a further move would change the error by less than
+   this. */
 #define CONVERGED_ARCSEC 1e-4
 /* Limit of the passes over the turn in all rounds together: one to build the matrix of each round, and one per
    refinement. A usual fit takes 3 to 6. A pass over 12,000 samples with 40 orders takes 23 million instructions

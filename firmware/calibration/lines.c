@@ -12,7 +12,7 @@ uint32_t lines_wanted(uint32_t orders, uint32_t samples) {
     return wanted < most ? wanted : most;
 }
 
-/* Samples k and K - k have the same cosines and opposite sines. */
+/* Adds samples k and K - k together, because they have the same cosines and opposite sines. */
 static void add_pair(struct lines *lines, struct vector step, double sum, double difference) {
     struct vector power = step;
     for (uint32_t place = 0; place < lines->number; place++) {

@@ -25,7 +25,8 @@ void lines_transform(struct lines *lines, uint32_t number, const struct unit_cir
                      line_sample *sample, const void *context, uint32_t samples,
                      double *sum_of_squares);
 
-/* Returns the number of lines that can be separated, at most the orders to fit plus the lines for the noise. */
+/* Returns the number of lines that `samples` samples can separate, at most the orders to fit plus the lines for the
+   noise. */
 uint32_t lines_wanted(uint32_t orders, uint32_t samples);
 
 /* Returns the mean power |X|^2/K of the lines next to the fitted orders, NOISE_LINES of them if there are so many.

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
 /* Computes e^{jx} of an angle in turns, within 2e-16, from a table of 64 directions and a short series. Every sample
-   needs it twice, and the library's sine and cosine take five times as long. */
+   needs two such values, and the library's sine and cosine take five times as long. */
 
 #ifndef ARCTRUE_UNIT_CIRCLE_H
 #define ARCTRUE_UNIT_CIRCLE_H

@@ -70,7 +70,7 @@ void text_fixed(const struct text_sink *sink, double value, unsigned decimals) {
     for (unsigned place = 0; place < decimals; place++) {
         scale *= 10;
     }
-    /* This also covers a value that is not a number. */
+    /* The negated comparison is also true for a value that is not a number. */
     if (!(fabs(value) < FIXED_MOST)) {
         text_word(sink, "null");
         return;

@@ -36,8 +36,8 @@ static uint32_t word_of(const uint8_t bytes[2]) {
 static enum thermometer_kind kind_of(const struct thermometer *thermometer) {
     static const uint8_t settings[2] = {ADT7420_CONFIGURATION, ADT7420_SIXTEEN_BITS};
     uint8_t bytes[2];
-    /* A TMP117 has no register ADT7420_ID and would answer there with another register's bytes or none, so it is
-       tested first. */
+    /* A TMP117 has no register ADT7420_ID and would answer there with another register's bytes or none, so the TMP117
+       is tested first. */
     if (read_register(thermometer, TMP117_ID, bytes, 2) &&
         (word_of(bytes) & TMP117_ID_MASK) == TMP117_ID_VALUE) {
         return THERMOMETER_TMP117;
