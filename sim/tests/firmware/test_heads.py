@@ -414,8 +414,9 @@ def coefficients_of(c: InC, mean: Any, heads: int, lanes: int = 32) -> Coefficie
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 4, 5])
 def test_goal_at_the_papers_conditions(seed: int) -> None:
-    """On another turn, after a calibration on one turn of 12,000 samples with 0.2″, the mean is
-    within the goal: its means over half a degree stay within ± 0.07″ and have 0.022″ RMS or less.
+    """On another turn, after a calibration on one turn of 12,000 samples with 0.2″ of noise, the
+    mean is within the goal: its means over half a degree stay within ± 0.07″ and have 0.022″ RMS or
+    less.
 
     The test uses the words that the firmware would write and the gateware's mean, bit for bit. Each
     half degree has 83 independent readings, as on the instrument, whose noise is correlated over a

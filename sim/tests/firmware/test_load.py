@@ -73,8 +73,8 @@ def send(running: Firmware, frames: list[str]) -> list[str]:
 
 
 def load(running: Firmware, coefficients: Coefficients) -> str:
-    """Send a bank, check that all frames except the last are accepted, and return the answer to the
-    last one."""
+    """Send coefficients, check that all frames except the last are accepted, and return the answer
+    to the last one."""
     *before, last = send(running, load_frames(coefficients))
     assert set(before) == {"ok"}
     return last
@@ -255,7 +255,8 @@ def test_a_set_that_is_not_whole(running: Firmware) -> None:
 @given(st.data())
 @settings(max_examples=150, deadline=None)
 def test_a_changed_character_is_noticed(data: Any) -> None:
-    """The firmware never accepts another set if any single character of a frame changes."""
+    """If any single character of a frame changes, the firmware accepts no set that differs from the
+    sent one."""
     made = Firmware(ModelCore())
     made.library.application_start(made.application)
     frames = load_frames(file_of({1: (150.0, 0.4), HIGH: (0.5, 1.0)}))

@@ -31,7 +31,7 @@ CONDITIONS = Conditions(16 * 700, 4, 45.0)
 def with_direction(
     plain: dict[int, tuple[float, float]], conditions: Conditions = CONDITIONS
 ) -> Coefficients:
-    """Return the orders of ``plain``; the last lane has order 0 × direction."""
+    """Return coefficients with the orders of ``plain``; the last lane has order 0 × direction."""
     bank = file_of(plain)
     last = Coefficients.from_harmonics([0], [HALF_REVERSAL_COUNTS], [np.pi], COUNTS, 1)
     amplitudes, offsets = bank.amplitudes.copy(), bank.phase_offsets.copy()
@@ -137,11 +137,11 @@ def loose_turn(seed: int, direction: int) -> Any:
 
 
 def loose_file(loose: tuple[float, float] = LOOSE[1]) -> Coefficients:
-    """Return a file with the disc's own order 1 in a plain lane, and order 1 × direction in the
-    last lane.
+    """Return coefficients with the disc's own order 1 in a plain lane, and order 1 × direction in
+    the last lane.
 
-    The file states the orders as functions of the reading instead of the angle. This is right to
-    0.1″, because 150″ turn the phase of order 1 by 0.04°.
+    The coefficients treat the orders of the angle as orders of the reading. This is right to 0.1″,
+    because 150″ turn the phase of order 1 by 0.04°.
     """
     bank = file_of({1: DISC.orders[1]})
     size, phase = loose

@@ -25,7 +25,8 @@ REAL_ORDERS = 1 << 6
 
 
 def with_real_orders(plain: dict[int, tuple[float, float]]) -> Coefficients:
-    """Return the orders of ``plain``; the last two lanes have the orders of a belt and a gear."""
+    """Return coefficients with the orders of ``plain``; the last two lanes have the orders of a
+    belt and a gear."""
     bank = file_of(plain)
     lines = Coefficients.from_harmonics([0, 0], [30.0, 12.0], [0.7, -2.0], COUNTS, 2)
     amplitudes, offsets = bank.amplitudes.copy(), bank.phase_offsets.copy()

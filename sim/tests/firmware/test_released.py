@@ -31,7 +31,7 @@ def releases(running: Firmware, name: str) -> None:
 
 @pytest.mark.parametrize("name", FAULTS)
 def test_one_command_brings_the_drivers_back(running: Firmware, name: str) -> None:
-    """The command clear_output drives the lines again. It does not end the faults
+    """The command clear_output enables the line drivers again. It does not end the faults
     correction_limited and processor_silent: they end by themselves, and until then the command is
     refused."""
     assert "released none\r\n" in running.send("status")

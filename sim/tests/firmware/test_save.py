@@ -46,7 +46,8 @@ from arctrue.gateware.register_access import coefficient_words
 REGION = range(0xF0_0000, 0x100_0000)
 """Region of the records, one record per sector: 4 sectors of 256 KB or 16 of 64 KB."""
 STEPS_MOST = 1_000
-"""Largest number of steps of 10 ms. An erase takes 0.5 s; the firmware gives it up after 8 s."""
+"""Largest number of steps of 10 ms. An erase takes 0.5 s; the firmware gives up an erase after 8
+s."""
 
 
 class Board:
@@ -182,8 +183,9 @@ def test_a_core_without_modulators_does_not_take_the_saved_lanes() -> None:
 
 
 def test_without_the_record_one_turn_does_not_correct_what_was_loaded(working: Board) -> None:
-    """After a power cycle without a record, one turn does not correct the loaded subdivision error;
-    this test is the opposite of test_power_off_and_on_needs_one_turn_and_no_word."""
+    """After a power cycle without a record, one turn does not correct the subdivision error, which
+    only the loaded coefficients corrected; this test is the opposite of
+    test_power_off_and_on_needs_one_turn_and_no_word."""
     working.power_on()
     working.firmware.turn(turn(seed=9))
     assert left(working.firmware) > 0.4
@@ -566,8 +568,8 @@ def flash_of(first: bytes, second: bytes) -> Memory:
 
 
 def test_power_lost_at_any_byte_of_the_write(working: Board) -> None:
-    """The firmware finds a complete record after a loss of power, while record 3 replaces record 1:
-    the sector is erased in part or in full, or written up to any byte."""
+    """The firmware finds a complete record if power is lost at any moment while record 3 replaces
+    record 1: the sector is erased in part or in full, or written up to any byte."""
     first, second = records(working)
     working.order("save")
     third = record_of(working.chip, places_of(working.chip)[2])
@@ -675,8 +677,8 @@ def test_a_parameter_that_the_record_does_not_have_is_preset() -> None:
 
 
 def test_lanes_of_real_orders_outlive_the_power_and_have_no_phase() -> None:
-    """Orders and amplitudes of real-order lanes return with the first turn; the lanes stay off
-    until the operator gives a phase.
+    """Orders and amplitudes of lanes of real orders (orders that are not integers) return with the
+    first turn; the lanes stay off until the operator gives a phase.
 
     A phase refers to the core's count of turns, which starts at 0 after power-on.
     """

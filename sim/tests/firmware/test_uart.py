@@ -205,9 +205,9 @@ def test_the_rate_and_the_paths(uart: Uart) -> None:
 
 @pytest.mark.parametrize("baud", [9600, 57_600, 115_200, 230_400, 921_600, 2_000_000, 3_000_000])
 def test_another_rate_of_the_build(tmp_path: Path, baud: int) -> None:
-    """The divisors for each rate of the build are right except for their rounding. At 3 Mbaud a bit
-    has 33⅓ clocks, which rounding changes by 1.01 %; sender and receiver together may deviate by
-    5 %."""
+    """The divisors give each rate that the build offers within 1.02 %, because they are rounded. At
+    3 Mbaud a bit has 33⅓ clocks, which rounding changes by 1.01 %; sender and receiver together may
+    deviate by 5 %."""
     uart = Uart(compiled_for(tmp_path, f"-DBOARD_BAUD={baud}U"))
     uart.set_up()
     divisor, samples = uart.words["UART_BAUDGEN"], uart.words["UART_BAUDDIV"] + 1
@@ -284,8 +284,9 @@ def stall_us(uart: Uart, say: Callable[[], None]) -> float:
 
 
 def test_a_line_of_telemetry_holds_nothing_up(uart: Uart) -> None:
-    """A line of telemetry does not delay the program with the output ring; without the ring it
-    delays the program by the time of all characters that the FIFO cannot hold."""
+    """With the output ring, a line of telemetry delays the program only by the register accesses
+    that fill the FIFO. Without the ring, the line delays the program by the time of all characters
+    that the FIFO cannot hold."""
     text = bytes(32 + place % 90 for place in range(LINE))
     waited = stall_us(uart, lambda: uart.say(text))
     assert waited == pytest.approx((LINE - FIFO) * CHARACTER_US, rel=0.02)
