@@ -37,7 +37,8 @@ enum loaded_state {
     LOADED_AT_WORK,
     /* No turn has judged the loaded set again yet. */
     LOADED_PENDING,
-    /* The loaded set belongs to another table, or a turn contradicts it; it is kept until the next start. */
+    /* The loaded set belongs to another table, or a turn contradicts the set. The firmware keeps the set until the next
+       start. */
     LOADED_REJECTED,
 };
 
@@ -55,7 +56,7 @@ enum load_answer {
     LOAD_TOO_STEEP,
     LOAD_WORSE,
     LOAD_NOT_READ_BACK,
-    /* Turns of two heads cannot show one of the set's orders; `load force` accepts it. */
+    /* Turns of two heads cannot show one of the set's orders; `load force` makes the firmware accept such an order. */
     LOAD_UNSEEN,
     /* A lane follows a condition, and the gateware is built without MODULATORS. */
     LOAD_NO_MODULATORS,

@@ -21,8 +21,7 @@ enum load_answer application_load_table(struct application *application,
 enum load_answer application_load_points(struct application *application, uint32_t number,
                                          const int32_t points[LOAD_POINTS], uint32_t crc) {
     if (application->save != NULL && application->save->state != SAVE_IDLE) {
-        /* The record that is being written takes its points from the idle bank, so new points must not overwrite
-           them. */
+        /* The record that is being written takes its points from the idle bank; new points must not overwrite these. */
         return LOAD_WRONG_FRAME;
     }
     enum load_answer answer = load_points(&application->load, number, points, crc);

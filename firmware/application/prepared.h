@@ -37,8 +37,8 @@ uint32_t prepared_saved(const struct application *application);
 /* Notes that no prepared set belongs to the active coefficients, and switches the failover off. */
 void prepared_forget(struct application *application);
 /* Switches the failover on if the gateware still holds the sets of the active mean and `failover_causes` is not 0,
-   otherwise off. If the words of the sets differ from the written words, it forgets the sets and raises an alarm. Does
-   nothing if there are no sets. */
+   otherwise off. If the words of the sets differ from the written words, the function forgets the sets and raises an
+   alarm. Does nothing if there are no sets. */
 void prepared_arm(struct application *application);
 /* Raises an alarm if the gateware has left out a head since the previous call. */
 void prepared_watch(struct application *application);

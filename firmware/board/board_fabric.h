@@ -11,8 +11,8 @@
 /* Returns access to the processor's own registers. */
 const struct register_access *board_registers(void);
 
-/* Loads the fabric if it is not configured and the flash contains a bitstream. It always ends within seconds, and
-   feeds the watchdog meanwhile. */
+/* Loads the fabric if it is not configured and the flash contains a bitstream. The function always ends within seconds,
+   and feeds the watchdog meanwhile. */
 enum fabric_state board_fabric_start(void);
 
 /* Returns the present state of the fabric's configuration. */

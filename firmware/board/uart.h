@@ -11,8 +11,9 @@
 #include <stdint.h>
 
 /* The ring holds the characters that 115,200 baud transmit in 0.35 s. A calibration may take longer, but a sender that
-   waits for the answer to each line never fills the ring. Characters for which it has no room are lost; a 0 marks the
-   place where characters were lost. No line of text contains a 0, so a damaged line is never taken for another line. */
+   waits for the answer to each line never fills the ring. Characters for which the ring has no room are lost; a 0 marks
+   the place where characters were lost. No line of text contains a 0, so a damaged line is never taken for another
+   line. */
 enum { UART_RING = 4096, UART_LOST = 0 };
 
 struct uart {

@@ -3,8 +3,8 @@
 /* Restarts a firmware that hangs, in one of two ways. If the main program has not fed the processor's watchdog for
    WATCHDOG_HANG_S, the interrupt handler of the global timer records the instruction at which the program hangs and
    restarts the firmware. If the processor takes no interrupts either, the watchdog resets the processor WATCHDOG_S
-   after the last feeding. It resets nothing else: the fabric, its clock and its reset are not affected, and the memory
-   is kept. */
+   after the last feeding. The watchdog resets nothing else: the fabric, its clock and its reset are not affected, and
+   the memory is kept. */
 
 #ifndef ARCTRUE_WATCHDOG_H
 #define ARCTRUE_WATCHDOG_H

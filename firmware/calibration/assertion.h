@@ -2,12 +2,13 @@
 
 /* ASSERT(condition) checks a condition that must hold for any input. On the chip, a condition that fails is handled
    like any other fault: the fault handler stores a record of the fault, prints a line on the console, and restarts the
-   firmware. On a host it ends the process. */
+   firmware. On a host a condition that fails ends the process. */
 
 #ifndef ARCTRUE_ASSERTION_H
 #define ARCTRUE_ASSERTION_H
 
-/* Permanently undefined instruction in Thumb (Armv7-A, UDF); the fault handler recognises an assertion by it. */
+/* Permanently undefined instruction in Thumb (Armv7-A, UDF); the fault handler recognises a failed assertion by this
+   instruction. */
 #define ASSERTION_OPERAND 0xA5
 #define ASSERTION_INSTRUCTION (0xDE00U | ASSERTION_OPERAND)
 

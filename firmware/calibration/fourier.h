@@ -3,7 +3,7 @@
 /* Implements the Fourier method of the paper, equations (1) to (7).
 
    The method assumes equal steps of the true angle between samples. Sampling at equal times at an uneven speed violates
-   this; least_squares.h does not need it. */
+   this assumption; the method of least_squares.h does not need it. */
 
 #ifndef ARCTRUE_FOURIER_H
 #define ARCTRUE_FOURIER_H

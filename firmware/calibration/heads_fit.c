@@ -18,7 +18,8 @@ enum { PASSES_MOST = 32 };
 /* Least number of samples per order in the normal matrix, which uses every k-th sample: 32 per wave of the highest sum
    of two orders. */
 enum { MATRIX_SAMPLES_AN_ORDER = 64 };
-/* Share of the largest value: the passes end when a step is below it. */
+/* Share of the largest value. The passes end when a step, or ten times the step that is expected next, is below this
+   share. */
 #define REFINED_SHARE 1e-11
 /* Least variance of a reading, arcsec^2, so that readings without noise cause no division by zero. */
 #define LEAST_VARIANCE 1e-6

@@ -20,7 +20,8 @@
    the firmware as hung. */
 enum { PASSES_MOST = 64 };
 #define WORK_MOST (14U * 12000U * 40U)
-/* Share of the largest value: the refinements end when a step is below it. */
+/* Share of the largest value. The refinements end when a step, or ten times the step that is expected next, is below
+   this share. */
 #define REFINED_SHARE 1e-11
 
 /* Values that the passes over the turn need in addition to the workspace. */

@@ -29,8 +29,8 @@ void lines_transform(struct lines *lines, uint32_t number, const struct unit_cir
    noise. */
 uint32_t lines_wanted(uint32_t orders, uint32_t samples);
 
-/* Returns the mean power |X|^2/K of the lines next to the fitted orders, NOISE_LINES of them if there are so many.
-   Lines of fitted orders are left out because they do not show the noise. Returns 0 if there are no such lines. */
+/* Returns the mean power |X|^2/K of the lowest lines that belong to no fitted order, at most NOISE_LINES lines. Lines
+   of fitted orders do not show the noise. Returns 0 if every line belongs to a fitted order. */
 double lines_noise_power(const struct lines *lines, const struct estimate *estimate,
                          uint32_t samples);
 
