@@ -33,8 +33,7 @@ enum image_answer {
     IMAGE_DONE,
     IMAGE_NO_FLASH,
     IMAGE_UNDER_WAY,
-    /* The range lies outside the area for images, crosses a page, is empty or too long, or is not a multiple of a word.
-       */
+    /* The range lies outside the area for images, crosses a page, is empty or too long, or is no multiple of a word. */
     IMAGE_PLACE,
     /* The golden image has a valid header, which is written last, so it is never overwritten. */
     IMAGE_GOLDEN_STAYS,

@@ -12,7 +12,7 @@
      then the number of parameters, and for each: check sum of its name, value as a double in two
      words, the lower first
      then counts_per_rev, the number of lanes, and for each: order, phase offset, amplitude, owner
-     (0 the calibration, 1 loaded, 2 loaded and not yet compared with a turn)
+     (0 the calibration, 1 loaded, 2 loaded, but confirmed by no turn)
      then, with switch 16: the number of words of the sets for a missing head, and these; kept_sets.h
      then, with switch 8: the number of lanes that follow a condition, width, dead zone and nominal speed, and
      for each: modulator, order, phase offset, amplitude; followed.h
