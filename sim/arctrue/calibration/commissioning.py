@@ -22,8 +22,9 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 COUNTED_WRONG = 0.01
-"""Largest share of a turn by which a head's travel may differ from that of head 1; eccentricity
-changes it by less than 10⁻³."""
+"""Largest share of the largest travel of all heads by which a head's travel may fall short;
+eccentricity changes it by less than 10⁻³.
+"""
 PLACE_TOLERANCE_DEG = 1.0
 """Largest distance from a planned place at which a head counts as the planned head, degrees. The
 device accepts 0.25°.

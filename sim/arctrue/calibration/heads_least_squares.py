@@ -42,7 +42,9 @@ U_RADIUS_DEFAULT = 0.1 / float(np.sqrt(3.0)) / 53.975
 paper's disc, 53.975 mm."""
 LOW_MOTION_ORDERS = tuple(range(1, 9))
 LOW_ORDERS = 24
-"""Largest order of disc and axis in the first fit, where motion is unknown at every order."""
+"""Largest order of the disc in the first fit, if motion is unknown at every order; this fit
+contains motion of the axis at LOW_MOTION_ORDERS only.
+"""
 SEARCH_SAMPLES = 36_000
 """Largest number of samples used until places and weights have settled; in longer captures every
 k-th sample is used."""

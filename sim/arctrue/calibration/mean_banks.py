@@ -100,7 +100,7 @@ def mean_lanes(
     sizes = np.abs(lines[: most + 1])
     sizes[0] = 0.0
     largest = np.sort(np.argsort(-sizes, kind="stable")[:lanes])
-    # An amplitude below the last bit of the format corrects nothing.
+    # An order whose amplitude is 0 or at most ``least_arcsec`` gets no lane.
     kept = largest[sizes[largest] > max(least_arcsec, 0.0)]
     return Coefficients.from_harmonics(
         kept,

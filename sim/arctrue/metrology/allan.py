@@ -18,7 +18,7 @@ def overlapping_allan_deviation(
     """Compute the overlapping Allan deviation, σ²(m) = ½⟨(ȳ_{k+m} − ȳ_k)²⟩, where ȳ is a mean of m
     readings.
 
-    ``values`` (n,): readings at even steps, NaN for a missing one; a pair of means with a missing
+    ``values`` (n,): evenly spaced readings, NaN for a missing one; a pair of means with a missing
     reading is left out. ``averaged`` (k,): numbers m of readings in a mean.
 
     Returns the deviation (k,) in the unit of the values, NaN if no pair is complete, and the number

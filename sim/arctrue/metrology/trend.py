@@ -17,7 +17,7 @@ turns for ``keep`` 0.8)."""
 BLOCKS = 8
 """Number of means through which a line is fitted."""
 FALSE_ALARMS = 1e-3
-"""Probability that one test reports a trend of any order if there is only noise."""
+"""Largest probability that one test reports a trend of any order if there is only noise."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,7 +25,9 @@ class Commands:
         return shlex.join(["arctrue", *words])
 
     def of_step(self, action: str, effect: str, opened: Opened) -> str:
-        """Return the command line that made a step by opening, adding, dropping or loading."""
+        """Return the command line of a step: ``add`` or ``drop``, otherwise ``compare`` with its
+        model.
+        """
         if action in ("add", "drop"):
             return self.change(action, effect, opened)
         return self.on_model("compare", opened)
@@ -35,7 +37,7 @@ class Commands:
         return self._line(action, effect, opened.named, "--model", MODEL, *self._folders)
 
     def on_model(self, command: str, opened: Opened) -> str:
-        """Return the command line of compare, diagnose, export or report for a set and a model."""
+        """Return the line of a command that needs only a set and a model, for example compare."""
         return self._line(command, opened.named, "--model", MODEL, *self._folders)
 
     def export(self, opened: Opened, temperature_c: float | None) -> str:

@@ -20,7 +20,8 @@ def load_into_device(port: str, device: Mapping[str, Any], *, force: bool) -> st
     """Send the coefficients, wait for the turn that checks them, and return a sentence about the
     result.
 
-    Raises ValueError without a device, without coefficients, or if the device refuses them.
+    Raises ValueError without a device, without coefficients, if there are objections and ``force``
+    is false, or if the device refuses the coefficients.
     """
     if not port:
         raise ValueError("no device: start the page with --port PORT")

@@ -154,7 +154,7 @@ class Sessions:
     """Manages all sessions of a state folder."""
 
     def __init__(self, folder: Path) -> None:
-        """Make the state folder, readable only by its owner. Raises OSError."""
+        """Make the state folder if it is missing, readable only by its owner. Raises OSError."""
         self.folder = folder
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
 
@@ -207,7 +207,6 @@ def now() -> str:
 
 
 def _make_writable(function: Any, path: str, _: Any) -> None:
-    """Make a file writable and delete it again; the first deletion failed because truth files are
-    read-only."""
+    """Make a file writable and repeat its deletion, which failed because the file is read-only."""
     Path(path).chmod(0o600)
     function(path)

@@ -16,7 +16,9 @@ from arctrue.report.svg import AFTER, INK, LIMIT, house_style
 
 PICTURE = "benchmark.svg"
 CLASSES_LAST = ("one of them", "adequate", "cannot_tell", "unknown", "bad_data", "error")
-"""Last columns of the matrix, which follow the classes of several names: answers without a name."""
+"""Last columns of the matrix, after the columns of ambiguous answers: a right name of one of
+several causes, then the answers without a name.
+"""
 
 
 def plot_benchmark(found: Mapping[str, Any], folder: Path) -> Path:

@@ -69,7 +69,7 @@ def calibration_sentence(history: LifeHistory) -> str:
 
 
 def life_sentences(history: LifeHistory) -> list[str]:
-    """Return all findings as sentences, the most urgent first."""
+    """Return all findings as sentences: first the forecasts, those with the earliest day first."""
     forecasts = sorted(history.forecasts, key=lambda one: one.earliest_day)
     return [
         *(forecast_sentence(one, history.horizon_days) for one in forecasts),

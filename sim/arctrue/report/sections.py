@@ -31,7 +31,9 @@ CARDS, LEAST_CARDS = 6, 2
 """Largest and smallest number of candidates that are shown as cards; a table lists the other
 candidates."""
 LEAST_SHARE = 0.005
-"""Smallest probability of a candidate that is shown as a card."""
+"""Smallest probability at which a candidate outside the class is shown as a card; at least
+LEAST_CARDS candidates are shown.
+"""
 _SHOWN_SHARE = 0.005
 """Smallest share that is printed next to the name of a condition; a share of 0.005 is printed as 1
 %."""

@@ -17,8 +17,9 @@ MICROMETRE_M = 1e-6
 STROKE_DEG = 1.0
 """Default travel after a reversal within which the friction of a bearing changes its sign."""
 TURNS, NYQUIST_HZ, ROWS = 12, 125.0, 24_000
-"""Turns, half the row rate, and rows of the full experiment; causes compute from them how many
-places a search tries."""
+"""Turns, half the row rate (mean over the runs, Hz), and rows of the full experiment with the
+benchmark's 6,000 samples per run; causes compute from them how many places a search tries.
+"""
 
 Random = np.random.Generator
 Order = Annotated[int, Meta(ge=1)]
@@ -77,7 +78,9 @@ class Recipe:
     size."""
 
     name: str
-    """Name under which the catalogue lists the effect."""
+    """Name of the cause in commands and answers; for the kind ``catalogue``, the name of the
+    workbench's effect.
+    """
     unit: str
     """Unit of the size."""
     low: float

@@ -64,8 +64,8 @@ def count_edges(
     Raises
     ------
     UnhonouredCauseError
-        If a cause acts on a quantity other than the lines of the disc and their signals, because
-        edges cannot show it. For example, a counter that loses counts leaves the edges unchanged.
+        If a cause acts on a quantity that the edges do not show, for example on the counter (lost
+        counts) or on the reference instrument.
     """
 
     refuse_unhonoured(table.causes, SIGNALS, "a head's edges")

@@ -1,5 +1,4 @@
-"""Simulates the table: an axis, a disc on it, two to four heads that read the disc, and causes of
-errors."""
+"""Simulates the table: an axis, a disc on it, heads that read the disc, and causes of errors."""
 
 from __future__ import annotations
 
@@ -111,7 +110,7 @@ class RotaryTable:
     """
 
     heads: tuple[Head, ...]
-    """The heads, two to four."""
+    """The heads, one or more; the gateware supports two to four."""
     causes: tuple[Cause, ...] = ()
     """Causes of errors, in the order in which they are applied."""
     counts_per_rev: int = 1 << 24

@@ -47,7 +47,8 @@ def _travel(
     """Return the travel in both directions until each station, and the travel since the latest
     change of direction."""
     steps = np.abs(np.diff(target_rad, prepend=target_rad[:1]))
-    # The last station of a pass and the first station of the next pass are one step apart.
+    # Between two passes the target angle may jump by almost a turn, although the table moves only
+    # one step.
     turns = np.minimum(steps, np.abs(2 * np.pi - steps))
     changed = np.diff(direction, prepend=0.0) != 0
     travel = np.cumsum(np.where(changed, 0.0, turns))

@@ -1,5 +1,6 @@
-"""Draws the orbit of the axis that the heads measured: the samples (of many, only every second,
-third, …), and the mean over the turns."""
+"""Draws the orbit of the axis that the heads measured: the samples (if there are many, only every
+second, third, …), and the mean over the turns.
+"""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ def _band(curve: TurnScore, colour: str, name: str) -> Band:
 
 
 def signal_period(result: HiddenResult) -> Chart:
-    """Draw the mean error over one period of the signal, with the slow errors removed."""
+    """Draw the mean error over a period of the signal, without the errors of low orders."""
     curves = []
     for curve, colour, name in (
         (result.raw_period, BEFORE, _NAMES[0]),

@@ -1,5 +1,6 @@
-"""Draws the correction that the lanes make: the amplitude of each order, and the error before and
-after."""
+"""Draws the correction by the gateware's lanes (one lane per order): the amplitude of each lane,
+and the error before and after the correction.
+"""
 
 from __future__ import annotations
 

@@ -39,7 +39,9 @@ class _Answer(Struct, rename={"effects": "class"}):
     further: list[str] | None = None
     probability: dict[str, NotNegative] | None = None
     parameters: dict[str, float] | None = None
-    """Parameters of the named effect; for a line its ``order`` (per turn) or ``frequency`` (Hz)."""
+    """Parameters of the named effect; for a sine in angle or time, ``order`` (per turn) or
+    ``frequency`` (Hz).
+    """
     oscillation_hz: float | None = None
     """Frequency, in Hz, of a damped oscillation that noise drives; None if the answer states no
     oscillation."""
@@ -53,7 +55,8 @@ class AnswersError(ValueError):
 def write_sets(
     plan: TierPlan, out: Path, first: int | None, report_step: ReportStep
 ) -> dict[str, str]:
-    """Write each set of a plan into a folder with the set's name; return the sets' digests by name.
+    """Write the first ``first`` sets of a plan (None: all), each into a folder; return digests by
+    name.
 
     Two machines compute equal digests if their sines and cosines agree to the last bit. A
     difference of one count in one row changes a digest; do not compare the answers of two machines

@@ -10,8 +10,9 @@ from arctrue.base.units import arcsec_per_count
 from arctrue.studies.benchmark.oracle import Sight, visible
 
 NEAR_LINE = 1.5
-"""Largest permitted distance of a named line from the true order or frequency, in units of the
-resolution."""
+"""Largest permitted distance of the order or frequency that the answer states from the true one, in
+units of the resolution.
+"""
 OSCILLATION = "oscillation"
 """Kind of a hidden damped oscillation that noise drives; no name of the catalogue is a right answer
 for it."""
@@ -186,8 +187,9 @@ class Judged:
         return UNKNOWN if right or (allowed and self.hidden) else FALSE_UNKNOWN
 
     def _named(self, named: str | None) -> str:
-        """Score a name; a line's name is right only if its order or frequency agrees with a hidden
-        line."""
+        """Score a named effect; the order or frequency of a sine must agree with that of a hidden
+        sine.
+        """
         elsewhere = self.lines_named() == []
         if named in self.right_names:
             return FALSE_NAME if elsewhere else RIGHT

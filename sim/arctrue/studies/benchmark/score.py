@@ -94,8 +94,9 @@ def _nothing(item: Judged) -> bool:
 
 
 def _of_several_lines(item: Judged) -> bool:
-    """Tell whether the answer names a line correctly in a set with two or more lines that the
-    oracle detects."""
+    """Tell whether the answer correctly names a line (a sine in angle or time) in a set with two or
+    more lines that the oracle detects.
+    """
     lines = [effect for effect in item.seen() if effect.get("values")]
     return item.outcome == RIGHT and len(lines) > 1 and bool(item.lines_named())
 

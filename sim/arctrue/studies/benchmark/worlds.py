@@ -41,7 +41,9 @@ class Surroundings:
     understated: float = 1.0
     """Factor by which the stated uncertainty of the reference is too small."""
     adverse_conditions: list[str] = field(default_factory=list)
-    """Names of the wrong statements or of the bad data in this set."""
+    """Names of the properties that make this set difficult: wrong statements, coloured noise, few
+    or bad data.
+    """
 
     def thin(self, samples: int) -> None:
         """Limit the number of samples in a run."""

@@ -57,7 +57,7 @@ def telemetry_turns(console: Iterable[ConsoleLine]) -> list[ReportedTurn]:
 
 
 def console_faults(console: Iterable[ConsoleLine]) -> list[str]:
-    """List faults that the firmware reported: refusals, alarms, counters that are not 0."""
+    """List faults in the console's lines: refusals, alarms, counters that are not reported as 0."""
     found = []
     counted: dict[str, str] = {}
     for line in console:

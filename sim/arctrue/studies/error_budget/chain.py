@@ -97,8 +97,9 @@ class Left:
     angle_rad: Float
     error_arcsec: Float
     offset_arcsec: float
-    """Angle that the table travels during the latency: a constant; setting the table's zero at rest
-    does not remove it."""
+    """Constant part of the error from the latency: minus the angle that the table travels during
+    the latency. Setting the table's zero at rest does not remove this part.
+    """
     estimate: Estimate
 
     @property

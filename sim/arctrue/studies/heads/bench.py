@@ -47,8 +47,9 @@ U_MOUNTING_ARCSEC = MOUNTING_ARCSEC / float(np.sqrt(3.0))
 
 @dataclass(frozen=True)
 class Bench:
-    """Simulated table with several heads; ``seed`` determines the heads' places and index marks,
-    within ± 50″ of nominal."""
+    """Simulated table with several heads; ``seed`` determines the places and index marks of all
+    heads except head 1, within ± 50″ of nominal.
+    """
 
     places_deg: tuple[float, ...] = PLACES_DEG
     noise_arcsec: float = 0.1

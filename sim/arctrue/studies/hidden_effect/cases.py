@@ -29,8 +29,9 @@ STROKE_RAD = math.radians(1.0)
 """Travel after a reversal over which the friction changes sign; far shorter than the distance
 between two stations."""
 FRESH_C = USUAL_TEMPERATURE_C + 2.5
-"""Temperature of the judged turns, in which the corrected output is compared with the true angle;
-no measured run has this temperature."""
+"""Temperature of the judged turns, in which the corrected output is compared with the true angle,
+in the cases with a thermal effect; no measured run of these cases has this temperature.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,8 +53,9 @@ class RunPlan:
 
 @dataclass(frozen=True, slots=True)
 class DriveIndex:
-    """Index of the drive: ``per_turn`` pulses come per turn of the table, the first at the angle
-    ``first_turns`` (turns)."""
+    """Index of the drive: ``per_turn`` pulses come per turn of the table, one of them at the angle
+    ``first_turns`` (turns).
+    """
 
     per_turn: float
     first_turns: float = 0.3
@@ -88,7 +90,7 @@ class Case:
     modulators: bool = False
     """Whether the gateware has lanes that follow direction and speed."""
     local_table: bool = False
-    """Whether the gateware has a table over the turn."""
+    """Whether the gateware has the local table, whose points over the turn are interpolated."""
     real_orders: bool = False
     """Whether the gateware has lanes of real orders, which need not be integers."""
     drive_gear_teeth: float | None = None
@@ -205,8 +207,9 @@ def _at_once(settings: HiddenSettings) -> list[Cause]:
 SLOW = 0.5
 """Second measured speed, in units of the usual speed."""
 BETWEEN = 0.7
-"""Speed of the judged turns, in units of the usual speed; no run of the measurement set has this
-speed."""
+"""Third speed, in units of the usual speed: ``centrifugal_lobes`` is judged at this speed, which
+none of its runs has; ``latency`` has a run at this speed.
+"""
 
 _WARMING = (
     RunPlan(start_s=900.0, temperature_c=(COLD_C + 1.5, COLD_C + 2.0)),

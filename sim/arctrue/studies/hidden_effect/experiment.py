@@ -93,7 +93,8 @@ class HiddenResult:
     firmware_orders: int
     reversal_arcsec: dict[str, float] | None
     """Mean error upwards minus mean error downwards of the output, with the paper's model and with
-    the export."""
+    the export; None if the case has no polygon.
+    """
     lines_counts: dict[str, list[float]]
     """Amplitudes, in counts, of the case's lines in the output: ``without`` lanes of real orders,
     and ``forwards`` and ``backwards`` with these lanes; empty if the case judges no lines."""

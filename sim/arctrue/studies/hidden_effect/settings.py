@@ -12,7 +12,9 @@ from arctrue.table.cause import Cause
 from arctrue.table.instruments.polygon import FACES
 
 KEPT_A_SIGNAL_PERIOD = 64
-"""Smallest permitted number of kept edges in each period of the grating."""
+"""Intended number of kept edges in each period of the grating; because the step between kept edges
+is odd, the number can be a little smaller (1024 edges with step 17: 60).
+"""
 
 
 @dataclass(frozen=True, slots=True)

@@ -62,8 +62,9 @@ def loosening_bracket(days: Float, begin: float, random: Random) -> Course:
 
 
 def creeping_clamp(days: Float, begin: float, random: Random) -> Course:
-    """Simulate creep of a bolted joint, which grows with the logarithm of time and by the size of
-    the limit in 200 to 400 days."""
+    """Simulate creep of a bolted joint, which grows with the logarithm of time; after 200 to 400
+    days it equals the limit.
+    """
     constant = random.uniform(30.0, 120.0)
     whole = random.uniform(200.0, 400.0)
     elapsed = np.maximum(days - begin, 0.0)

@@ -49,8 +49,9 @@ class Truth:
         return self._turn(number)[1]
 
     def left_arcsec(self, turn: ScenarioTurn) -> float:
-        """Return the RMS of a turn's error minus the correction by the coefficients at the turn's
-        end."""
+        """Return the RMS of the error that remains in a turn with the coefficients of the turn's
+        end.
+        """
         reading, error = self._turn(turn.number)
         if turn.bank is not None:
             bank = turn.bank

@@ -60,7 +60,9 @@ are within ± 50″."""
 
 LARGEST_RAMP_ARCSEC_S = 1e9
 LARGEST_RAMP_ARCSEC_S2 = 1e12
-"""Largest value that the firmware's parameter accepts, see firmware/application/parameters.c."""
+"""Largest rate and largest acceleration of the ramp that the firmware accepts, see
+firmware/application/parameters.c.
+"""
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from arctrue.table.registry import RECIPES
 def hidden_effect(seed: int, experiment: Experiment) -> str:
     """Draw one cause of the catalogue that acts on a channel of the experiment.
 
-    The draw has its own random stream, so that the table's seed does not reveal it.
+    The draw uses its own random stream, not the stream that draws the properties of the table.
     """
     names = sorted(
         recipe.name

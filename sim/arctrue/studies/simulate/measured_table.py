@@ -250,7 +250,8 @@ class MeasuredTable:
         turned_faces = np.repeat([item.turned_faces for item in plans], sizes)
         wanted_rad = np.deg2rad(target_deg)
         conditions = stations(time_s, wanted_rad, direction, speed)
-        # The head reads the scale at its present place; a latency delays the readings of all heads.
+        # The angle of each row is computed for a table that stands still, so that a latency of the
+        # heads does not change it.
         for _ in range(SERVO_ROUNDS):
             standing = replace(conditions, speed_rad_s=np.zeros_like(speed))
             # The servo brings the reading of head 1, not the table, to the target.

@@ -82,9 +82,9 @@ def simulate_set(
     ``noise`` are noise causes of the registry in addition to the white noise of both heads and the
     reference; they draw from their own streams, so that everything else stays identical.
 
-    A latency needs a reference that is read while the table moves; such a reference is added to the
-    experiment. Raises ValueError for a name that no recipe has, and for a size that is not positive
-    or too large for the simulation.
+    A latency needs a reference that is read while the table moves; it is added to the experiment if
+    the experiment has a reference run. Raises ValueError for a name that no recipe has, and for a
+    size that is not positive or too large for the simulation.
     """
     effects = {name: item for name, item in REGISTRY.items() if name not in NOISES}
     for item, known in [(x, effects) for x in wanted] + [(x, NOISES) for x in noise]:

@@ -43,7 +43,7 @@ def fingerprint(folder: Path) -> dict[str, str]:
 def refuse_recorded(folder: Path) -> None:
     """Raise ValueError if ``folder`` holds a set without a truth file.
 
-    Such a set was recorded on a device; a simulated set in its place would destroy it.
+    Such a set was not simulated, but recorded or imported; a simulated set would overwrite it.
     """
     if (folder / FILE_NAME).exists() and not truth_path(folder).exists():
         raise ValueError(f"{folder}: holds a measurement set already; name a new folder")

@@ -16,8 +16,9 @@ from arctrue.table.state import TableState
 class DiscEccentricity(Cause):
     """The disc centre lies ``offset_m`` off the axis and turns with the table.
 
-    At table angle 0 it lies in the direction ``direction_rad``. For a small offset the error of the
-    reading is (offset / head radius)·sin(θ + direction − β); the table computes the exact ray.
+    At table angle 0 it lies in the direction ``direction_rad``. For a small offset, the reading of
+    a head at the stator angle β has the error (offset / head radius)·sin(θ + direction − β); the
+    table computes the exact ray.
     """
 
     offset_m: float

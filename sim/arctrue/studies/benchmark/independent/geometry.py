@@ -57,8 +57,9 @@ class Disc:
 
 
 def any_disc(random: Random, counts_per_rev: int = 1 << 24) -> Disc:
-    """Draw an eccentricity of 5 to 40 µm, and graduation orders 2 to 12 whose amplitudes fall as
-    1/n² from a random value between 3 and 20″."""
+    """Draw an eccentricity of 5 to 40 µm, and graduation orders n = 2 to 12 with
+    Rayleigh-distributed amplitudes of scale a/n², where a is a random value between 3 and 20″.
+    """
     off = np.exp(random.uniform(np.log(5e-6), np.log(40e-6)))
     number = np.arange(1, 13)
     sizes = np.radians(random.uniform(3, 20) / 3600) / number**2 * random.rayleigh(1.0, 12)

@@ -71,7 +71,9 @@ class Scene:
     """Share of the rows that are missing; they are chosen at random."""
     accepted: Accepted = Accepted()
     adverse_conditions: tuple[str, ...] = ()
-    """Names of the kinds of bad data in this set."""
+    """Names of the properties that make this set difficult, for example a display with a coarse
+    step.
+    """
 
     def channels(self, causes: Sequence[Cause]) -> dict[str, Float]:
         """Return the signal of each channel without noise and rounding, arcseconds."""
@@ -102,7 +104,9 @@ class Scene:
         return found
 
     def reference_at(self) -> Conditions:
-        """Return the conditions of the reference rows; at a station the servo holds the reading."""
+        """Return the conditions of the reference rows; at a station ``turned_rad`` is head 1's
+        reading.
+        """
         return self.stations.at if self.stations is not None else _joined(self.passes)
 
 

@@ -15,8 +15,9 @@ HIGHEST_ORDER = 400
 
 
 def periodogram_rule(folder: Path) -> dict[str, Any]:
-    """Name a line in angle or in time at a false-alarm probability of 1 %, else answer
-    ``adequate``; without a capture, answer ``cannot_tell``."""
+    """Name the effect of the strongest line (a sine in angle or time) if its false-alarm
+    probability is at most 1 %, else answer ``adequate``; without a capture, answer ``cannot_tell``.
+    """
     fit = Fit(problem(folder))
     given, left = fit.given, fit.left()[fit.part(0)]
     if not left.size:

@@ -1,5 +1,6 @@
 """Adds in each step of a stepwise regression the effect that lowers the BIC most, until no effect
-lowers it."""
+lowers it, but at most three effects.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +31,7 @@ def stepwise_bic(folder: Path) -> dict[str, Any]:
 
     This rival states neither a class nor an unknown cause, and it assumes white noise. The BIC of
     an effect with a search includes 2·ln(number of places) in addition to the cost of its
-    coefficients; a place is one order or frequency of the search.
+    coefficients; a place is one order, frequency, angle or instant of the search.
     """
     given = problem(folder)
     fit = Fit(given)

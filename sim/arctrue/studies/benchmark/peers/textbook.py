@@ -49,7 +49,9 @@ class Problem:
     target: Float
     reference_s: Float
     reference_speed: Float
-    """Mean speed of the pass; 0 if the table stands still."""
+    """Speed from this station to the next one (in the last row of a pass: from the previous one); 0
+    if the table stands still.
+    """
     direction: Float
     face: Whole
     faces: int
@@ -361,8 +363,9 @@ def _ends(values: Float) -> tuple[float, float]:
 
 
 def _stator(given: Problem, orders: Places) -> tuple[Float, Float]:
-    """Return the columns of axis motion in both directions; the columns of the capture differ from
-    the columns of the reference."""
+    """Return cosine and sine columns of axis motion at each order; capture and reference have
+    separate coefficients.
+    """
     seen, read = waves(given.theta, orders), waves(given.target, orders)
     return (
         np.concatenate([seen, np.zeros_like(seen)], axis=2),

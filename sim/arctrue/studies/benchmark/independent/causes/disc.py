@@ -123,7 +123,8 @@ class BallPass(Cause):
     def drawn(cls, random: Random) -> BallPass:
         """Draw the number n of balls and the ratio q = d/D·cos β, with the ball's diameter d, the
         pitch diameter D and the contact angle β. The order is n/2·(1 − q), of the outer race, or
-        the order of the cage."""
+        ½·(1 − q), of the cage; an order within 0.1 of a multiple of ½ is raised by 0.13.
+        """
         share = random.uniform(0.06, 0.25)
         cage = 0.5 * (1 - share)
         order = cage * int(random.integers(8, 22)) if random.random() < 0.6 else cage

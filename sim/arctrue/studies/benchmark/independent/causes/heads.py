@@ -58,8 +58,9 @@ class SubdivisionError(Cause):
 
     @classmethod
     def drawn(cls, random: Random, uneven: float = 0.0) -> SubdivisionError:
-        """Draw an offset that causes 0.06 to 2.4″; gain and phase errors are drawn so that each has
-        about the same effect."""
+        """Draw an offset that causes 0.06 to 2.4″, and gain and phase errors of either sign, each
+        of which causes at most half of this error.
+        """
         size = log_uniform(random, 0.06, 2.4)
         share = size * ARCSEC * 16_384
         return cls(

@@ -162,15 +162,17 @@ class WobblingRoller(Stranger):
     columns, places = 4, 400
 
     def __init__(self, size: float, order: float, swell_s: float) -> None:
-        """Set the amplitude ``size`` in µm, the order per turn, and ``swell_s``, the period in
-        which the amplitude rises and falls."""
+        """Set the amplitude ``size`` of x and of y in µm, the order per turn, and ``swell_s``, the
+        period in which both amplitudes rise and fall.
+        """
         super().__init__(size)
         self.order, self.swell_s = order, swell_s
 
     @classmethod
     def drawn(cls, random: Random, length_s: float) -> WobblingRoller:
-        """Draw an amplitude of 0.1 to 1 µm, an order of 2.3 to 8.7, and 1.3 to 2.7 periods
-        ``swell_s`` per session."""
+        """Draw an amplitude of 0.1 to 1 µm, an order with the whole part 2 to 8 and the fraction
+        0.3 to 0.45, and 1.3 to 2.7 periods ``swell_s`` per session.
+        """
         order = float(random.integers(2, 9)) + random.uniform(0.3, 0.45)
         return cls(log_uniform(random, 0.1, 1.0), order, length_s / random.uniform(1.3, 2.7))
 
@@ -191,7 +193,7 @@ class BentScale(Stranger):
 
     @classmethod
     def drawn(cls, random: Random) -> BentScale:
-        """Draw a size of 0.5 to 3″, which is the cubic part at the largest error."""
+        """Draw a size of 0.5 to 3″ with either sign; it is the cubic part at the largest error."""
         return cls(log_uniform(random, 0.5, 3.0) * float(random.choice([-1, 1])))
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:

@@ -1,6 +1,7 @@
-"""A reference log or stations in which something jumps once, by 3 to 30 times the noise.
+"""A reference log or stations in which the reading of head 1 or the reference jumps once.
 
-Either the counter of head 1 slips by whole counts, or the stand of the reference was knocked.
+Either the counter of head 1 slips by one to three counts, or the stand of the reference is knocked,
+by 3 to 30 times the noise.
 """
 
 from __future__ import annotations

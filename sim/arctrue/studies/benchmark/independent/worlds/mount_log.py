@@ -1,7 +1,9 @@
-"""An hour's log of a driven axis at 1 to 100 Hz: one to five lines, slow noise of any kind.
+"""A log of a driven axis, up to an hour long, at up to 100 Hz: one to five lines, noise of any
+kind.
 
-The axis turns evenly; the log states its distance from the target. The slowest line is the worm,
-whose number of teeth the description may state; the other lines are faster, at any ratio.
+The axis turns evenly; the log states its distance from the target. In half of the sets the
+description states the number of teeth of the worm wheel, and one of the lines is the worm's; every
+other line has a random period from 8 rows to a fifth of the log.
 """
 
 from __future__ import annotations

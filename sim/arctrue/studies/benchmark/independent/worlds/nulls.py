@@ -1,4 +1,6 @@
-"""Sets with noise only: heavy tails, 1/f, relaxations, random walks, in every design."""
+"""Sets with noise only (heavy tails, 1/f, relaxations, random walks): a log, stations, one or four
+runs.
+"""
 
 from __future__ import annotations
 

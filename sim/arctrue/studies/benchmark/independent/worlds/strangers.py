@@ -1,4 +1,6 @@
-"""Causes that the catalogue does not have, in four runs, with a polygon, or in a log."""
+"""Causes that the catalogue does not have, in a log or in four runs (one of the causes with a
+polygon).
+"""
 
 from __future__ import annotations
 

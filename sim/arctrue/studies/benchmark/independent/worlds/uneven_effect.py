@@ -1,4 +1,4 @@
-"""One cause of the catalogue whose size differs by ± 20 % from place to place."""
+"""One cause of the catalogue whose size varies by ± 20 % over the turn."""
 
 from __future__ import annotations
 
