@@ -328,7 +328,7 @@ begin
     -- Position of an index that is detected in this clock: the position after the step if counting up, before the step
     -- if counting down
     variable zero_now        : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
-    -- Stage 3: an index was latched before; the index that was latched last has one before it
+    -- Stage 3. index_before: an index has been latched. repeats: the latest index has a previous one.
     variable index_before    : std_ulogic                              := '0';
     variable repeats         : std_ulogic                              := '0';
     -- Stage 4: a turn, the interval, the interval minus a turn, and the interval plus a turn

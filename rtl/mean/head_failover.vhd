@@ -13,8 +13,8 @@
 -- so that its next index defines its zero again.
 --
 -- **Return.** A head that is left out comes back after its next index, either on request (`heads_command.come_back`) or
--- after the time `failover.return_after`; the set of all heads is then loaded. A dead head gives no index, so it
--- remains left out.
+-- after the time `failover.return_after` unless this is 0; the set of all heads is then loaded. A dead head gives no
+-- index, so it remains left out.
 --
 -- **Processor.** `heads_command.take_set` loads a set. A swap to words that the processor has written sets
 -- `heads_status.set` to 7. Such a swap does not bring a left-out head back. Words that use this head are refused, and
