@@ -84,7 +84,7 @@ entity index_zero is
     counts_per_rev    : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts, 4 to 2**24
     index_tolerance   : in    u_unsigned(15 downto 0);                       -- counts
     rearm             : in    std_ulogic;                                    -- level: forgets the index
-    zero_again        : in    std_ulogic;                                    -- level: a mark that proves the zero wrong moves it
+    zero_again        : in    std_ulogic;                                    -- level: the zero moves if a mark proves it wrong
     heal              : in    std_ulogic;                                    -- level: lost counts are added to put_back
     other_head_agrees : in    std_ulogic;                                    -- the other head confirms the mark, see zero_witness
     angle             : out   u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev

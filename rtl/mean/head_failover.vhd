@@ -4,7 +4,7 @@
 --
 -- Leaves a failed head out of the mean, and includes it again later. The unit head_watch finds the failed head,
 -- prepared_sets activates the set of words without this head, and parity_sum monitors the parity of the heads. The
--- entity contains head_watch and parity_sum, and the registers of all three units.
+-- entity contains head_watch and parity_sum, and the registers for both and for itself.
 --
 -- **Failure.** A set contains prepared words of the lanes and of the mean (prepared_sets). When a head fails, the set
 -- without this head is loaded, provided that `failover.enable` is set, the active words use all heads and no head is

@@ -47,9 +47,9 @@ entity mean_words is
     read_data         : out   std_ulogic_vector(31 downto 0); -- the idle word
     swap_comes        : in    std_ulogic;                     -- the idle words are active from the next clock on
     is_written        : out   std_ulogic;                     -- pulse: an idle word changes in the next clock
-    active_words      : out   std_ulogic_vector(HEADS * (HEAD_OFFSET_WIDTH + HEAD_WEIGHT_WIDTH + 1) + 1 downto 0); -- see above
-    idle_words        : out   std_ulogic_vector(HEADS * (HEAD_OFFSET_WIDTH + HEAD_WEIGHT_WIDTH + 1) + 1 downto 0); -- see above
-    next_words        : out   std_ulogic_vector(HEADS * (HEAD_OFFSET_WIDTH + HEAD_WEIGHT_WIDTH + 1) + 1 downto 0)  -- see above
+    active_words      : out   std_ulogic_vector(HEADS * (HEAD_OFFSET_WIDTH + HEAD_WEIGHT_WIDTH + 1) + 1 downto 0); -- see Number formats
+    idle_words        : out   std_ulogic_vector(HEADS * (HEAD_OFFSET_WIDTH + HEAD_WEIGHT_WIDTH + 1) + 1 downto 0); -- see Number formats
+    next_words        : out   std_ulogic_vector(HEADS * (HEAD_OFFSET_WIDTH + HEAD_WEIGHT_WIDTH + 1) + 1 downto 0)  -- see Number formats
   );
 end entity mean_words;
 

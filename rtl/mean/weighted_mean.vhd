@@ -40,7 +40,7 @@ entity weighted_mean is
   );
   port (
     clock            : in    std_ulogic;
-    readings         : in    std_ulogic_vector(HEADS * ANGLE_WIDTH - 1 downto 0);          -- counts, each R minus the whole counts of its offset o
+    readings         : in    std_ulogic_vector(HEADS * ANGLE_WIDTH - 1 downto 0);          -- counts, each R minus the whole counts of o
     carrier_reading  : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);                         -- counts, the carrier's element of `readings`
     fractions        : in    std_ulogic_vector(HEADS * HEAD_OFFSET_FRACTION - 1 downto 0); -- counts, u0.4, fraction of each offset o
     carrier_fraction : in    u_unsigned(HEAD_OFFSET_FRACTION - 1 downto 0);                -- counts, u0.4, of the carrier's offset o

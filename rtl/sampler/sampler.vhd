@@ -104,8 +104,8 @@ entity sampler is
     header_start_time   : out   u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);            -- clocks
     header_sequence     : out   u_unsigned(31 downto 0);                             -- banks handed over before this one
     header_sample_count : out   u_unsigned(15 downto 0);                             -- sample pairs
-    header_flags        : out   std_ulogic_vector(9 downto 0);                       -- see above
-    header_further_flags : out   std_ulogic_vector(7 downto 0);                      -- see above
+    header_flags        : out   std_ulogic_vector(9 downto 0);                       -- see Header
+    header_further_flags : out   std_ulogic_vector(7 downto 0);                      -- see More heads
     overrun_count       : out   u_unsigned(15 downto 0);                             -- dropped turns, wraps
     fill_count          : out   u_unsigned(15 downto 0);                             -- sample pairs in the bank being filled
     trigger             : out   std_ulogic;                                          -- one clock after each sample's clock
