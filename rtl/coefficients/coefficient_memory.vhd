@@ -65,8 +65,8 @@ entity coefficient_memory is
     PHASE_OFFSET_DELAY : positive range 1 to 63        := PHASE_OFFSET_CLOCK;
     AMPLITUDE_DELAY    : positive range 1 to 63        := PHASE_LATENCY + AMPLITUDE_CLOCK;
     OFFSET_DELAY       : positive range 1 to 63        := DELAY_LINE_LATENCY;
-    MODULATORS         : boolean                       := false; -- amplitudes can follow conditions
-    REAL_ORDERS        : boolean                       := false  -- phases can continue from turn to turn
+    MODULATORS         : boolean                       := false; -- amplitudes can follow motion or a processor word
+    REAL_ORDERS        : boolean                       := false  -- the order of a lane need not be an integer
   );
   port (
     clock             : in    std_ulogic;
@@ -172,7 +172,8 @@ architecture rtl of coefficient_memory is
   signal fill_stored    : word         := (others => '0');
   signal fill_word      : word         := (others => '0');
 
-  -- High if no swap is taking effect and the idle bank is filled, except for a word that is written in this clock.
+  -- High if no swap is taking effect and the idle bank is filled. (In the first such clock the last write of the fill
+  -- may still take place.)
   signal is_quiet : std_ulogic := '1';
 
   -- The word that is written into the idle bank; `selected` has one bit for each kind of word of each lane of a block
@@ -183,14 +184,15 @@ architecture rtl of coefficient_memory is
   signal answers       : std_ulogic                            := '0';
   signal idle_bank     : std_ulogic;
 
-  -- Writes of the amplitudes: by the processor directly, or with MODULATORS by the sweep
+  -- Writes of the amplitudes: the word that enters the idle bank or, with MODULATORS, the product from amplitude_sweep
   signal swept            : std_ulogic;
   signal amplitude_enters : std_ulogic_vector(0 to BUILT - 1);
   signal amplitude_target : std_ulogic;
   signal amplitude_place  : slot_number;
   signal amplitude_word   : std_ulogic_vector(AMPLITUDE_WIDTH - 1 downto 0);
 
-  -- Writes of the phase offsets: by the processor directly, or with REAL_ORDERS by the sweep for every turn
+  -- Writes of the phase offsets: the word that enters the idle bank or, with REAL_ORDERS, the offset of a turn from
+  -- turn_offset_sweep
   signal turns_swept      : std_ulogic;
   signal turns_copied     : std_ulogic;
   signal offset_enters    : std_ulogic_vector(0 to BUILT - 1);
@@ -199,7 +201,7 @@ architecture rtl of coefficient_memory is
   signal offset_turn      : u_unsigned(1 downto 0);
   signal offset_word      : std_ulogic_vector(PHASE_WIDTH - 1 downto 0);
 
-  -- Place and kind of the word that is written in this clock
+  -- Address and kind of the word that is written in this clock
   signal written_place : word_address := (others => '0');
   signal is_written    : std_ulogic   := '0';
   signal is_turn_step  : std_ulogic   := '0';

@@ -16,8 +16,8 @@
 -- of motion to one side, plus the dead zone.
 --
 -- **Motion** is the sum of the counted edges: `position` without `put_back`. A step of more than MOST_STEP counts in a
--- clock comes from a change of the carrier (the head whose position this is) or from a reset of the decoder; it is
--- ignored. Counts that this head lost are missing in the sum, even if they are put back.
+-- clock comes from a change of the head that gives `position` (the carrier of the mean), or from a reset of the
+-- decoder; it is ignored. Counts that this head lost are missing in the sum, even if they are put back.
 --
 -- **Latency.** 7 clocks from `position` to `place` and `known`.
 --

@@ -34,7 +34,7 @@
 -- **Number formats.** position s31.0 counts; correction s19.11 counts; nominal u0.32 counts per clock; travel u20.11
 -- counts; nominal_travel u24.32 counts.
 --
--- **Reset** ends the window; no speed is reported until the next window ends.
+-- **Reset** ends the window; until the next window ends, the entity reports only bounds (0 at a standstill).
 
 library ieee;
   use ieee.std_logic_1164.all;

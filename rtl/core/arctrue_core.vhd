@@ -27,8 +27,8 @@
 -- the processor (table_conditions); the latency does not change. The register `capability` shows whether the core has
 -- modulators.
 --
--- **Failover.** With FAILOVER and three or four heads, the core leaves a failed head out of the mean by activating a
--- prepared set of words (head_failover).
+-- **Failover.** With FAILOVER and three or four heads, the core leaves a failed head out of the mean: it activates
+-- coefficients and weights that the processor has prepared for the loss of this head (head_failover).
 --
 -- **Local table.** With LOCAL_TABLE a table over the turn, or over windows of the turn, corrects errors that a sum of
 -- orders cannot represent (local_table_banks).
@@ -72,11 +72,11 @@ entity arctrue_core is
     HEADS         : positive range 2 to HEADS_MAX := 2;
     MEAN          : boolean                       := false;                 -- build the mean also for two heads
     ROTATION      : string                        := "cordic";              -- or "table": method of computing the cosine
-    MODULATORS    : boolean                       := false;                 -- amplitudes of lanes can follow conditions
+    MODULATORS    : boolean                       := false;                 -- amplitudes can follow motion or a processor word
     FAILOVER      : boolean                       := false;                 -- a failed head of three or four can be left out of the mean
     LOCAL_TABLE   : boolean                       := false;                 -- a table corrects errors that a sum of orders cannot represent
-    REAL_ORDERS   : boolean                       := false;                 -- phases of lanes can continue from turn to turn
-    EVENTS        : boolean                       := false                  -- events of probe and compare wait in a queue
+    REAL_ORDERS   : boolean                       := false;                 -- the order of a lane need not be an integer
+    EVENTS        : boolean                       := false                  -- edges of the probe and compare pulses are queued
   );
   port (
     clock           : in    std_ulogic;
@@ -149,7 +149,7 @@ architecture rtl of arctrue_core is
   constant TURN_STEPS_BIT  : positive := 10;
   constant TURN_NUMBER_BIT : positive := 9;
 
-  -- Address bit that distinguishes the local table's points from the place of its windows.
+  -- Address bit that distinguishes the local table's points from the words that define its windows.
   constant LOCAL_POINTS_BIT : positive := 16;
 
   constant IS_TABLE : boolean := ROTATION = "table";
@@ -338,7 +338,7 @@ begin
       refused        => hwif_in.status.counts_per_rev_refused.next_q
     );
 
-  -- The filter lengths are selected one clock before the filters compare with them.
+  -- The filter lengths are selected one clock before the filters use them.
   choose_filters : process (clock) is
   begin
 
@@ -410,8 +410,8 @@ begin
         decoded              => decoded(number)
       );
 
-    -- With two heads and no mean, the zero of head 2 does not move: the processor derives the separation of the heads
-    -- from it.
+    -- With two heads and no mean, head 2 keeps its zero after lost counts, because the processor derives the separation
+    -- of the heads from this zero.
     counts_again : if number = 1 or HAS_MEAN generate
 
       zero_again(number) <= hwif_out.lost_counts.zero_again.value;

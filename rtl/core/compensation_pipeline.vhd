@@ -41,7 +41,8 @@
 -- MEAN_LATENCY clocks after the reading to which they belong, as head_mean does. `swap_comes` is high in the clock
 -- before the first angle of a new bank.
 --
--- **Modulators.** With MODULATORS the amplitude of a lane follows direction, speed or a word (coefficient_memory).
+-- **Modulators.** With MODULATORS the amplitude of a lane can follow the direction, the speed or a word of the
+-- processor (coefficient_memory).
 --
 -- **Local table.** With LOCAL_TABLE the value of a table over the turn, or over windows of the turn, is added to ε
 -- (local_table_banks); a swap changes this table only if its word `choice` was written before.
@@ -76,9 +77,9 @@ entity compensation_pipeline is
     FOLD         : positive range 1 to 8         := 1;       -- number of lanes that share a pipeline: 1, 2, 4 or 8
     MEAN         : boolean                       := false;   -- the mean of the heads is corrected
     ROTATION     : string                        := "cordic"; -- or "table": method of computing the cosine
-    MODULATORS   : boolean                       := false;   -- amplitudes of lanes can follow conditions
+    MODULATORS   : boolean                       := false;   -- amplitudes can follow motion or a processor word
     LOCAL_TABLE  : boolean                       := false;   -- a table corrects errors that a sum of orders cannot represent
-    REAL_ORDERS  : boolean                       := false    -- phases of lanes can continue from turn to turn
+    REAL_ORDERS  : boolean                       := false    -- the order of a lane need not be an integer
   );
   port (
     clock              : in    std_ulogic;

@@ -13,8 +13,8 @@
 -- **Run time.** `filter_length` may change in any clock; the filter compares it with the samples counted so
 -- far. A new length therefore also applies to a level that is already being counted.
 --
--- **Reset** loads the outputs from the inputs and clears the sample counters, so that the levels present
--- during reset cause no edge afterwards.
+-- **Reset** loads the outputs from the inputs and restarts the sample counters, so that the levels present during reset
+-- cause no edge afterwards.
 
 library ieee;
   use ieee.std_logic_1164.all;

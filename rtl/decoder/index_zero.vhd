@@ -84,7 +84,7 @@ entity index_zero is
     counts_per_rev    : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts, 4 to 2**24
     index_tolerance   : in    u_unsigned(15 downto 0);                       -- counts
     rearm             : in    std_ulogic;                                    -- level: forgets the index
-    zero_again        : in    std_ulogic;                                    -- level: a mark that proves the zero wrong moves it
+    zero_again        : in    std_ulogic;                                    -- level: the zero moves if a mark proves it wrong
     heal              : in    std_ulogic;                                    -- level: lost counts are added to put_back
     other_head_agrees : in    std_ulogic;                                    -- the other head confirms the mark, see zero_witness
     angle             : out   u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
@@ -328,7 +328,7 @@ begin
     -- Position of an index that is detected in this clock: the position after the step if counting up, before the step
     -- if counting down
     variable zero_now        : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
-    -- Stage 3: an index was latched before; the index that was latched last has one before it
+    -- Stage 3. index_before: an index has been latched. repeats: the latest index has a previous one.
     variable index_before    : std_ulogic                              := '0';
     variable repeats         : std_ulogic                              := '0';
     -- Stage 4: a turn, the interval, the interval minus a turn, and the interval plus a turn

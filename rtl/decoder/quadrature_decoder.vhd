@@ -60,7 +60,7 @@ entity quadrature_decoder is
     timestamp            : in    u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);      -- clocks
     clear                : in    std_ulogic;                                    -- pulse: clears the faults
     rearm                : in    std_ulogic;                                    -- level: forgets the index
-    zero_again           : in    std_ulogic := '0';                             -- level: a mark that proves the zero wrong moves it
+    zero_again           : in    std_ulogic := '0';                             -- level: the zero moves if a mark proves it wrong
     heal                 : in    std_ulogic := '0';                             -- level: lost counts are added to put_back
     other_head_agrees    : in    std_ulogic := '0';                             -- the other head confirms the mark, see zero_witness
     -- Position, index, faults

@@ -6,7 +6,7 @@
 -- a second board with this entity replaces the encoder. All heads read the same disc; the angles of heads 2 to 4 are
 -- HEAD_SEPARATION, HEAD3_AHEAD and HEAD4_AHEAD counts ahead of head 1 (docs/architecture.md, "Head geometry"). A
 -- calibration therefore finds the error ε of equation (2), whose orders 1 and 2 the generics define. The simulated axis
--- of the table does not move. The outputs of heads whose number is above HEADS stay low.
+-- has no error motion. The outputs of heads whose number is above HEADS stay low.
 --
 -- **Latency.** 35 clocks from the true angle to the edge: compensation_pipeline 29, quadrature_output 6.
 --

@@ -7,7 +7,7 @@
 -- order 2. The entity computes R with compensation_pipeline, which subtracts the correction that its coefficients
 -- describe; so the coefficients here describe -ε.
 --
--- **Latency.** 35 clocks from the true angle to the edge.
+-- **Latency.** 35 clocks from the true angle to the edge of `a` or `b`.
 --
 -- **Number formats.** True angle u24.24 counts, START at the beginning; position s31.0 counts, wraps.
 --

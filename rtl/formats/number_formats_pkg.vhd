@@ -16,7 +16,7 @@
 --   amplitude         s13.11  counts, 2 * A_n of equation (9); its 25 bits fit the A port of the DSP48E1
 --   pair sum          s15.27  counts, sum of amplitude * cosine of two lanes, with every bit of the products
 --   correction        s19.11  counts, the sum of up to 64 lanes
---   head offset       u24.4   counts, reading of a head at the place where the mean is 0
+--   head offset       u24.4   counts, reading of a head at the angle of the table where the mean is 0
 --   head weight       s1.16   share of a head in the mean; the sum over the heads is 1, as an integer 2**16
 --   head difference   s16.4   counts, reading of a head minus reading of the carrier, limited
 --   mean term         s19.20  counts, the term that the mean adds to the correction

@@ -4,7 +4,7 @@
 --
 -- Leaves a failed head out of the mean, and includes it again later. The unit head_watch finds the failed head,
 -- prepared_sets activates the set of words without this head, and parity_sum monitors the parity of the heads. The
--- entity contains head_watch and parity_sum, and the registers of all three units.
+-- entity contains head_watch and parity_sum, and the registers for both and for itself.
 --
 -- **Failure.** A set contains prepared words of the lanes and of the mean (prepared_sets). When a head fails, the set
 -- without this head is loaded, provided that `failover.enable` is set, the active words use all heads and no head is
@@ -13,8 +13,8 @@
 -- so that its next index defines its zero again.
 --
 -- **Return.** A head that is left out comes back after its next index, either on request (`heads_command.come_back`) or
--- after the time `failover.return_after`; the set of all heads is then loaded. A dead head gives no index, so it
--- remains left out.
+-- after the time `failover.return_after` unless this is 0; the set of all heads is then loaded. A dead head gives no
+-- index, so it remains left out.
 --
 -- **Processor.** `heads_command.take_set` loads a set. A swap to words that the processor has written sets
 -- `heads_status.set` to 7. Such a swap does not bring a left-out head back. Words that use this head are refused, and

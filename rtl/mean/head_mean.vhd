@@ -13,8 +13,8 @@
 -- from then on differs from the angle by the remainder, until the next reset.
 --
 -- **Zero.** `zero_moved` toggles when the zero of a head moves, because each head's zero moves the mean; the ramp
--- absorbs this change. It does not toggle if the zeros of two heads move in the same clock. `put_back` is the value of
--- the carrier, because `position` continues the carrier's count.
+-- absorbs this change. If the zeros of several heads move in the same clock, it toggles once. `put_back` is the value
+-- of the carrier, because `position` continues the carrier's count.
 --
 -- **Apply.** `apply` is high while the processor requests the correction and the carrier and every used head have seen
 -- their index. `referenced` is high while the carrier has seen its index.

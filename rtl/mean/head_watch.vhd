@@ -31,9 +31,9 @@
 -- clocks, and a step of a reading by at most 20 clocks.
 --
 -- **Number formats.** differences s16.0 counts, head 1 in the low bits; missing_counts u8.0 counts; step_limit u16.0
--- counts. `failed` has one bit per head; `causes` has the bits of the register `failover`: illegal, overspeed,
--- swallowed, missing_edges, step, index, from bit 0 on. Both are high for one clock; for missing edges they stay high
--- until the head gives an edge or `watching` falls.
+-- counts. `failed` has one bit per head; `causes` and `causes_wanted` have one bit per cause, from bit 0 on in the
+-- order of the register `failover`: illegal, overspeed, swallowed, missing_edges, step, index. `failed` and `causes`
+-- are high for one clock; for missing edges they stay high until the head gives an edge or `watching` falls.
 --
 -- **Reset** clears the readings and the counts.
 

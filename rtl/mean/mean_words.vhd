@@ -2,10 +2,10 @@
 --
 -- # mean_words
 --
--- Stores two sets of words of the weighted mean: offsets, weights, and the choice of the carrier and of the used heads.
--- The active words apply to the angles; the processor writes the idle words. `swap_comes` copies the idle words to the
--- active words, at the same angle at which the lanes' coefficients change. Only the weight of an unused head is not
--- copied: its active weight is 0.
+-- Stores two sets of the words of the weighted mean: offsets, weights, and the choice of the carrier and of the used
+-- heads. The active words apply to the angles; the processor writes the idle words. `swap_comes` copies the idle words
+-- to the active words, at the same angle at which the lanes' coefficients change. Only the weight of an unused head is
+-- not copied: its active weight is 0.
 --
 -- **Words.** Words 0 to 3 are the offsets of heads 1 to 4, words 4 to 7 their weights. Word 8 is the choice: the
 -- carrier (head number - 1) in bits 1 to 0 and one bit per used head from bit 4 on. Only the bits of the formats are
@@ -47,9 +47,9 @@ entity mean_words is
     read_data         : out   std_ulogic_vector(31 downto 0); -- the idle word
     swap_comes        : in    std_ulogic;                     -- the idle words are active from the next clock on
     is_written        : out   std_ulogic;                     -- pulse: an idle word changes in the next clock
-    active_words      : out   std_ulogic_vector(HEADS * (HEAD_OFFSET_WIDTH + HEAD_WEIGHT_WIDTH + 1) + 1 downto 0); -- see above
-    idle_words        : out   std_ulogic_vector(HEADS * (HEAD_OFFSET_WIDTH + HEAD_WEIGHT_WIDTH + 1) + 1 downto 0); -- see above
-    next_words        : out   std_ulogic_vector(HEADS * (HEAD_OFFSET_WIDTH + HEAD_WEIGHT_WIDTH + 1) + 1 downto 0)  -- see above
+    active_words      : out   std_ulogic_vector(HEADS * (HEAD_OFFSET_WIDTH + HEAD_WEIGHT_WIDTH + 1) + 1 downto 0); -- see Number formats
+    idle_words        : out   std_ulogic_vector(HEADS * (HEAD_OFFSET_WIDTH + HEAD_WEIGHT_WIDTH + 1) + 1 downto 0); -- see Number formats
+    next_words        : out   std_ulogic_vector(HEADS * (HEAD_OFFSET_WIDTH + HEAD_WEIGHT_WIDTH + 1) + 1 downto 0)  -- see Number formats
   );
 end entity mean_words;
 

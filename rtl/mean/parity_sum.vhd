@@ -5,8 +5,8 @@
 -- Computes the parity of the heads' readings, Σ cᵢ·rᵢ with Σ cᵢ = 0 and Σ cᵢ·e^{jβᵢ} = 0, where βᵢ are the angles of
 -- the heads around the axis. The parity depends neither on the angle of the table nor on a translation of the axis, but
 -- shows every error of a single head. Because Σ cᵢ = 0, the readings may be replaced by their differences from the
--- reading of the carrier (the head that enters the pipeline), which weighted_mean computes anyway. One multiplier
--- computes the products of the heads one after the other.
+-- reading of the carrier (the head whose reading enters the pipeline), which weighted_mean computes anyway. One
+-- multiplier computes the products of the heads one after the other.
 --
 -- **Latency.** `parity` is renewed every 8 clocks. It comes HEADS + 3 clocks after its `differences`, which all belong
 -- to one clock; `beyond` follows `parity` by 1 clock.

@@ -2,11 +2,11 @@
 --
 -- # prepared_sets
 --
--- Stores complete sets of words, one for all heads and one for each missing head. A set consists of the words of the
--- lanes, the words of the mean, and the coefficient offset; it has no turn steps and no local table. On request the
--- entity writes one set into the idle bank, word by word, and then swaps the banks: all words become active in the same
--- clock, and the ramp absorbs the change of the output. All sets of four heads and 32 lanes fit into one block RAM of
--- 36 Kbit.
+-- Stores prepared sets of coefficients and weights: one for all heads, and one for the loss of each head. A set
+-- consists of the words of the lanes, the words of the mean, and the coefficient offset; it has no turn steps and no
+-- local table. On request the entity writes one set into the idle bank, word by word, and then swaps the banks: all
+-- words become active in the same clock, and the ramp absorbs the change of the output. All sets of four heads and 32
+-- lanes fit into one block RAM of 36 Kbit.
 --
 -- **Words.** `access_word` is the number of a word in a set, with words of 4 bytes in the order of the register map:
 -- lane * 4 + word for a lane, 512 + place for a word of `mean`, where place 15 is the coefficient offset. Access one

@@ -4,11 +4,11 @@
 --
 -- Computes the term by which the weighted mean of the heads differs from the reading of the carrier s (the head whose
 -- reading enters the pipeline). The output of the core is θ = r_s + Σ wᵢ·(rᵢ − r_s) − E(r_s) with rᵢ = Rᵢ − oᵢ: Rᵢ is
--- the reading of head i, oᵢ its offset, wᵢ its weight. The correction E and the term are added and then subtracted from
--- the reading of head_mean, which lacks only the fraction f_s of o_s; so the term is f_s − Σ wᵢ·(rᵢ − r_s). If Σ
--- wᵢ·e^{jβᵢ} = 0, where βᵢ are the angles of the heads around the axis, a translation of the axis does not change the
--- mean. The carrier's weight has no effect, because the carrier's difference is 0: the mean is formed as if this weight
--- made the sum of all weights 1.
+-- the reading of head i, oᵢ its offset, wᵢ its weight. The core subtracts the sum of the correction E and the term from
+-- the carrier's reading that head_mean outputs. From this reading head_mean has subtracted the whole counts of o_s, but
+-- not the fraction f_s; so the term is f_s − Σ wᵢ·(rᵢ − r_s). If Σ wᵢ·e^{jβᵢ} = 0, where βᵢ are the angles of the heads
+-- around the axis, a translation of the axis does not change the mean. The carrier's weight has no effect, because the
+-- carrier's difference is 0: the mean is formed as if this weight made the sum of all weights 1.
 --
 -- **Turn.** Differences are taken the shorter way round (turn_difference); the fractions of the offsets are applied
 -- after that.
@@ -40,8 +40,8 @@ entity weighted_mean is
   );
   port (
     clock            : in    std_ulogic;
-    readings         : in    std_ulogic_vector(HEADS * ANGLE_WIDTH - 1 downto 0);          -- counts, whole part of each reading r
-    carrier_reading  : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);                         -- counts, reading of the carrier
+    readings         : in    std_ulogic_vector(HEADS * ANGLE_WIDTH - 1 downto 0);          -- counts, each R minus the whole counts of o
+    carrier_reading  : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);                         -- counts, the carrier's element of `readings`
     fractions        : in    std_ulogic_vector(HEADS * HEAD_OFFSET_FRACTION - 1 downto 0); -- counts, u0.4, fraction of each offset o
     carrier_fraction : in    u_unsigned(HEAD_OFFSET_FRACTION - 1 downto 0);                -- counts, u0.4, of the carrier's offset o
     weights          : in    std_ulogic_vector(HEADS * HEAD_WEIGHT_WIDTH - 1 downto 0);    -- s1.16
@@ -141,7 +141,7 @@ begin
         fine_4 := shift_left(resize(difference, FINE_WIDTH), HEAD_OFFSET_FRACTION)
                   + resize(fraction_1_to_3(3), FINE_WIDTH);
 
-        -- First clock: the fraction of r minus the fraction of the carrier's r.
+        -- First clock: the fraction of the carrier's offset minus the fraction of the head's own offset.
         own_fraction    := u_unsigned(fractions((head + 1) * HEAD_OFFSET_FRACTION - 1 downto head * HEAD_OFFSET_FRACTION));
         fraction_1_to_3 := (u_signed('0' & carrier_fraction) - u_signed('0' & own_fraction)) & fraction_1_to_3(1 to 2);
         own_weight      := u_signed(weights((head + 1) * HEAD_WEIGHT_WIDTH - 1 downto head * HEAD_WEIGHT_WIDTH));

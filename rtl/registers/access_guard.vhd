@@ -5,13 +5,14 @@
 -- Decides which unit serves an access to the register map. This is the generated register block, the capture, or one of
 -- the units with the other words: coefficients of the lanes, coefficient offset, mean, heads 3 and 4, prepared sets,
 -- conditions, local table, turn steps and turn number. It refuses an access if no unit serves the address, if the
--- address belongs to a lane, a head, a prepared set, conditions, a local table or turn steps that the core does not
--- contain, or if the register map does not allow a read or a write of the register. It also refuses a write that does
--- not carry all four bytes, except to the register block. It refuses every write to the capture, every read of the
+-- address belongs to a lane, a head, a mean, a prepared set, conditions, a local table or turn steps that the core does
+-- not contain, or if the register map does not allow a read or a write of the register. It also refuses a write that
+-- does not carry all four bytes, except to the register block. It refuses every write to the capture, every read of the
 -- capture while no bank is ready, and every read beyond CAPTURE_DEPTH samples.
 --
--- **Latency.** 1 clock from `judge` to the verdict. Exactly one bit of the verdict is high, until the next verdict. In
--- the first clock of the verdict the unit gets a pulse that requests the read or the write.
+-- **Latency.** 1 clock from `judge` to the verdict, that is the outputs from `to_registers` to `refused`. Exactly one
+-- of them is high, until the next verdict. In the first clock of the verdict the unit gets a pulse that requests the
+-- read or the write.
 --
 -- **Number formats.** Addresses are in bytes.
 --
@@ -94,8 +95,9 @@ architecture rtl of access_guard is
   constant POINTS_FIRST       : byte_address := to_unsigned(LOCAL_POINTS_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
   constant FURTHER_FIRST      : byte_address := to_unsigned(FURTHER_CAPTURE_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
 
-  -- Returns the bit `place` of a table. Each digit of `place` selects one half of the remaining bits. (Tools would
-  -- build a memory from an index, and a proof by induction does not know the contents of a memory.)
+  -- Returns bit number `place` of a table. Each bit of `place`, from the highest on, selects one half of the remaining
+  -- bits of the table. (If the code indexed the table, tools would build a memory, and a proof by induction does not
+  -- know the contents of a memory.)
   function bit_of (
     table : std_ulogic_vector;
     place : u_unsigned

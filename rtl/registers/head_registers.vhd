@@ -9,8 +9,8 @@
 --
 -- **Latency.** 1 clock from `read_enable` or `write_enable` to `done`; `read_data` is valid with `done`.
 --
--- **Number formats.** The register map states them. `pins` and `clear_heads` carry head 3 in the low bits, `delays` and
--- `indices_seen` head 1.
+-- **Number formats.** The register map states them. `pins` and `clear_heads` carry head 3 in the low bits; `delays` and
+-- `indices_seen` carry head 1 there.
 --
 -- **Wide values.** A read of the position of a head's last index (word 4 of the head) latches the interval to the index
 -- before it (word 5). `take_snapshot` latches the positions, the angle and the time of the last edge of each head, in

@@ -33,10 +33,10 @@ entity register_access is
     CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- number of samples in a capture bank
     HEADS         : positive range 2 to HEADS_MAX := 2;
     MEAN          : boolean                       := false; -- the mean of the heads is built
-    MODULATORS    : boolean                       := false; -- amplitudes of lanes can follow conditions
+    MODULATORS    : boolean                       := false; -- amplitudes can follow motion or a processor word
     FAILOVER      : boolean                       := false; -- a failed head can be left out of the mean
     LOCAL_TABLE   : boolean                       := false; -- a local table is built
-    REAL_ORDERS   : boolean                       := false  -- phases of lanes can continue from turn to turn
+    REAL_ORDERS   : boolean                       := false  -- the order of a lane need not be an integer
   );
   port (
     clock             : in    std_ulogic;

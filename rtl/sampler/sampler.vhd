@@ -80,7 +80,7 @@ entity sampler is
     timestamp           : in    u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);            -- clocks
     turn_position1      : in    u_signed(POSITION_WIDTH - 1 downto 0);               -- counts from the zero, head 1
     turn_position2      : in    u_signed(POSITION_WIDTH - 1 downto 0);               -- counts from the zero, head 2
-    zero_moved1         : in    std_ulogic := '0';                                   -- toggles with turn_position1 from another zero
+    zero_moved1         : in    std_ulogic := '0';                                   -- toggles with the first position from another zero
     index_seen1         : in    std_ulogic;                                          -- level
     index_seen2         : in    std_ulogic;                                          -- level
     index_error1        : in    std_ulogic;                                          -- level, sticky in the decoder
@@ -104,8 +104,8 @@ entity sampler is
     header_start_time   : out   u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);            -- clocks
     header_sequence     : out   u_unsigned(31 downto 0);                             -- banks handed over before this one
     header_sample_count : out   u_unsigned(15 downto 0);                             -- sample pairs
-    header_flags        : out   std_ulogic_vector(9 downto 0);                       -- see above
-    header_further_flags : out   std_ulogic_vector(7 downto 0);                      -- see above
+    header_flags        : out   std_ulogic_vector(9 downto 0);                       -- see Header
+    header_further_flags : out   std_ulogic_vector(7 downto 0);                      -- see More heads
     overrun_count       : out   u_unsigned(15 downto 0);                             -- dropped turns, wraps
     fill_count          : out   u_unsigned(15 downto 0);                             -- sample pairs in the bank being filled
     trigger             : out   std_ulogic;                                          -- one clock after each sample's clock
@@ -205,8 +205,8 @@ begin
     variable filling_bank  : std_ulogic := '0';
     variable samples       : u_unsigned(14 downto 0) := (others => '0');
     variable first_before  : std_ulogic := '1';                                      -- `first`, one clock ago
-    -- Values for the next clock: high if turn_above and turn_below have belonged to this turn for a clock; high if the
-    -- next sample fills the bank
+    -- Values for the next clock. was_judged: turn_above and turn_below have belonged to this turn for a clock. is_last:
+    -- the next sample fills the bank.
     variable was_judged    : std_ulogic := '0';
     variable is_last       : std_ulogic := '0';
     variable is_before     : std_ulogic; -- high if the sample after the next fills the bank

@@ -36,11 +36,11 @@ entity arctrue_device is
     HEADS         : positive range 2 to HEADS_MAX := 2;
     MEAN          : boolean                       := false;                 -- true: correct the mean of two heads (more heads: always)
     ROTATION      : string                        := "cordic";              -- or "table": method of computing the cosine
-    MODULATORS    : boolean                       := false;                 -- amplitudes of lanes can follow conditions
+    MODULATORS    : boolean                       := false;                 -- amplitudes can follow motion or a processor word
     FAILOVER      : boolean                       := false;                 -- true: a failed head of three or four is left out of the mean
     LOCAL_TABLE   : boolean                       := false;                 -- a table corrects errors that a sum of orders cannot represent
-    REAL_ORDERS   : boolean                       := false;                 -- phases of lanes can continue from turn to turn
-    EVENTS        : boolean                       := false;                 -- events of probe and compare wait in a queue
+    REAL_ORDERS   : boolean                       := false;                 -- the order of a lane need not be an integer
+    EVENTS        : boolean                       := false;                 -- edges of the probe and compare pulses are queued
     LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the shortest time for which an LED is lit, in clocks
     DNA_PORTS     : natural range 0 to 1          := 1                      -- 0: for tools without the primitive DNA_PORT
   );

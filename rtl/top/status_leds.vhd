@@ -5,8 +5,8 @@
 -- Drives four LEDs: alive, capture, fault, compensation. It lights an LED long enough for a person to see a state that
 -- lasts only one clock.
 --
--- **Latency.** Time is divided into windows of 2**HOLD_LOG2 clocks. An LED is lit for a whole window if its state was
--- high in any clock of the previous window.
+-- **Latency.** Time is divided into windows of 2**HOLD_LOG2 clocks. Each of the LEDs capture, fault and compensation is
+-- lit for a whole window if its state was high in any clock of the previous window.
 --
 -- **Number formats.** All ports are single bits; an LED is lit while its output is high.
 --
