@@ -67,8 +67,8 @@ def test_noise_is_that_of_drawn_differences() -> None:
 
 
 def test_mounting_is_that_of_a_transfer_function_at_another_alpha() -> None:
-    """The effect of mounting equals the finite difference between the transfer functions at two
-    values of α."""
+    """The stated error by a wrong mounting equals the finite difference between the transfer
+    functions at two values of α."""
     alpha, off = math.radians(33.0), 1e-6
     change = transfer_function(DISC.orders, alpha + off) / transfer_function(DISC.orders, alpha)
     left = np.abs(change - 1.0) * DISC.amplitude_arcsec
