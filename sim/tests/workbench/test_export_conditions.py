@@ -1,5 +1,5 @@
 """Tests that the export writes a reversal error, a latency, and products with direction or speed to
-lanes of the gateware whose amplitudes follow these conditions."""
+lanes of the gateware. A lane corrects one order; its amplitude follows one of these conditions."""
 
 from __future__ import annotations
 

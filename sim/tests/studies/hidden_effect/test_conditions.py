@@ -1,5 +1,6 @@
-"""Tests that the workbench finds effects in proportion to a condition and exports them to lanes of
-the gateware that follow the condition, and that the lanes remove them from the output.
+"""Tests that the workbench finds effects in proportion to a condition and exports them to lanes
+(corrections of one order) whose amplitude follows the condition, and that the lanes remove them
+from the output.
 
 The turns that are simulated afterwards have another direction, speed or temperature than the
 measured set; no coefficient is fitted to these turns.

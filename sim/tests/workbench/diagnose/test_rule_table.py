@@ -1,5 +1,5 @@
-"""Tests of single rules on constructed surveys, and of the evidence for a family of
-coefficients."""
+"""Tests of single rules on constructed surveys (the tests of all effects on one set), and of the
+evidence for a family of coefficients."""
 
 from __future__ import annotations
 

@@ -160,8 +160,9 @@ def test_an_answer_that_is_allowed_is_no_miss_of_a_name() -> None:
         for effect in (line(0.1, 2.0), stranger)
         for verdict in ("ambiguous", "unknown", "cannot_tell")
     ]
-    # For the line, "cannot tell" counts as a miss, and the other two answers do not count. For the
-    # cause outside the catalogue, "unknown" counts as right and "cannot tell" as a miss.
+    # For the periodic error, "cannot tell" counts as a miss, and the other two answers do not
+    # count. For the cause outside the catalogue, "unknown" counts as right and "cannot tell" as a
+    # miss.
     assert first.of(sets) == Rate(0, 1)
     assert unknown.of(sets) == Rate(1, 2)
 
