@@ -20,7 +20,7 @@ from arctrue.metrology.iso230 import Contributions, of_reference, positioning
 
 # A test of a linear axis by the Paul Scherrer Institute, in nm: github.com/paulscherrerinstitute/
 # ecmccfg, examples/test/fat_sat/report.md at 072a917e, section "ISO230-2 calculations". The test
-# does not use its R and E over the axis: the report takes the larger of R↑ and R↓ and the smaller
+# does not use the report's R and E over the axis: they are the larger of R↑ and R↓ and the smaller
 # of E↑ and E↓, while the standard (3.17, 3.20) takes the largest Rᵢ and the range over both
 # directions.
 PUBLISHED_UP = (

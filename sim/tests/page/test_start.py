@@ -1,4 +1,4 @@
-"""Tests that the first page opens files, and that its message says why it refuses a file."""
+"""Tests that the first page opens files, and that a message states why it refuses a file."""
 
 from __future__ import annotations
 

@@ -98,8 +98,8 @@ def test_a_score_with_columns_that_moved_with_the_model_is_that_of_a_fit() -> No
 
 @pytest.mark.parametrize("away", [-0.7, 0.0, 0.4, 2.6])
 def test_a_line_is_found_between_and_beyond_the_points_of_a_grid(away: float) -> None:
-    """The search finds a line between and beyond the points of its grid to 0.001 of the record's
-    resolution; the grid has steps of a quarter of the resolution."""
+    """The search finds a sine between and beyond the points of its grid; the grid has steps of a
+    quarter of the record's resolution, and the tolerance is a twentieth of a step."""
     rows = OBSERVATIONS.capture
     assert rows is not None
     step = 0.25 / OBSERVATIONS.longest_run_s

@@ -1,5 +1,5 @@
-"""Tests of the long run: its page against its data, its thermal model on a known table, and a small
-run."""
+"""Tests of the study of a long run: the page against its data, the thermal model of a known table,
+and a small run."""
 
 from __future__ import annotations
 

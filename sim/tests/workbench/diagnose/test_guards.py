@@ -217,8 +217,8 @@ def test_means_of_groups_are_judged_by_the_scatter_within_them() -> None:
 
 
 def test_a_line_pays_for_all_frequencies() -> None:
-    """The probability of a line is corrected for all frequencies: in white noise, a line with p
-    below 5 % occurs in about 5 % of the sets. Fewer than 16 of 120 sets may have such a line, which
+    """The probability of a sine is corrected for all frequencies: in white noise, a sine with p
+    below 5 % occurs in about 5 % of the sets. Fewer than 16 of 120 sets may have such a sine, which
     allows four standard deviations."""
     random = np.random.default_rng(9)
     assert sum(fisher_p(random.normal(size=256)) < 0.05 for _ in range(120)) < 16
