@@ -22,8 +22,8 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Disc:
-    """A disc with the error ε(θ) = Σ amplitude·cos(nθ + phase); ``orders`` holds {n: (amplitude ″,
-    phase rad)}."""
+    """A disc with the error ε(θ) = Σ amplitude·cos(nθ + phase); ``orders`` maps each order n to its
+    amplitude in ″ and its phase in rad."""
 
     orders: Mapping[int, tuple[float, float]] = field(default_factory=lambda: {1: (150.0, 0.4)})
     alpha_deg: float = ALPHA_DEG
@@ -67,8 +67,8 @@ def turn_angles(
     ripple_rad: float = 0.0,
     ripple_order: int = 7,
 ) -> Float:
-    """Return true angles at equal steps of time, ``samples`` per turn; the position has a
-    ripple."""
+    """Return true angles at equal steps of time, ``samples`` per turn. A sine of ``ripple_rad`` and
+    ``ripple_order`` is added to the even motion."""
     even = 2.0 * np.pi * np.arange(samples * turns) / samples
     return start + direction * (even + ripple_rad * np.sin(ripple_order * even))
 
@@ -93,8 +93,8 @@ def capture_of(
 
 
 def polygon_of(disc: Disc, noise_arcsec: float, random: np.random.Generator) -> Reference:
-    """Return a run of 24 faces, forward and backward, in 5 cycles; the drive moves head 1 to each
-    target reading."""
+    """Return a reference run over a polygon's 24 faces, forward and backward, in 5 cycles; the
+    drive turns the table until head 1 shows the target angle."""
     up = np.arange(24) * 15.0
     target = np.tile(np.concatenate((up, up[::-1])), 5)
     counts = np.rint(target / 360.0 * disc.counts_per_rev).astype(np.int64)

@@ -17,8 +17,8 @@ TRIALS = 500
 
 
 def scatter(method, noise_of, thetas, trials: int = TRIALS):
-    """Return the observed and the predicted standard deviation of each order, over both
-    components."""
+    """Return the observed and the predicted standard deviation of each order's coefficient, each as
+    the RMS of the cosine and the sine component."""
     random = np.random.default_rng(11)
     values, variances = [], []
     clean = [DISC.heads(theta) for theta in thetas]
@@ -42,8 +42,8 @@ def white(random, shape):
 
 @pytest.mark.parametrize("method", [fourier, least_squares])
 def test_white_noise_within_ten_percent(method) -> None:
-    """The predicted uncertainties are right to 10 %: 500 captures determine the standard deviation
-    of two components to 2.2 %, and 10 % is 4.5 times as large."""
+    """The predicted uncertainties are right to 10 %. 500 captures determine the standard deviation
+    of two components to 2.2 %; the tolerance is 4.5 times as large."""
     thetas = [turn_angles(600, 2), turn_angles(500, 1, direction=-1)]
     observed, predicted = scatter(method, white, thetas)
     assert predicted / observed == pytest.approx(1.0, abs=0.10)
@@ -66,7 +66,8 @@ def test_noise_that_is_not_white() -> None:
 
     thetas = [turn_angles(600, 6)]
     observed, predicted = scatter(least_squares, red, thetas, 150)
-    # The prediction averages the spectrum over 19 orders, over which the power falls to a fifth.
+    # The prediction averages the noise spectrum over 19 orders; over these orders the noise power
+    # falls to a fifth.
     assert predicted / observed == pytest.approx(1.0, abs=0.25)
     # White noise of the same variance, 0.15²/(1 − 0.9²) per head, would give a much smaller
     # uncertainty at order 1.

@@ -66,8 +66,8 @@ def test_any_number_of_samples_turns_and_uneven_steps(samples: int) -> None:
 
 
 def test_fourier_equals_the_formula_of_the_paper() -> None:
-    """The estimator equals equations (4)–(7), which the test evaluates as a plain sum over the
-    samples, for one turn from θ = 0."""
+    """For one turn from θ = 0, ``fourier`` gives the result of equations (4)–(7), which the test
+    evaluates as a plain sum over the samples."""
     turns = turns_of(DISC, turn_angles(start=0.0))
     found, _ = fourier(turns, COUNTS, ALPHA, ORDERS, "nominal")
     delta = (turns[0].head2_counts - turns[0].head1_counts) * (1_296_000 / COUNTS) - 33 * 3600.0
@@ -103,11 +103,11 @@ def test_error_taken_at_the_reading_leaves_second_order() -> None:
 
 
 def test_speed_ripple_spoils_the_transform_and_not_the_fit() -> None:
-    """The speed ripple spoils the Fourier transform and not the fit; see docs/errata.md, "a DFT
-    needs equal steps of angle". The speed has a ripple ρ = 0.002 rad at order 7, and the readings
-    have 0.1″ of noise. To first order the ripple moves half of ρ·D₁, with the amplitude D₁ of order
-    1, into orders 6 and 8 of δ₂₁, that is 0.043″ and 0.057″ of ε. A start angle from a single
-    sample, which is not used here, would add 0.1″."""
+    """A ripple of the speed causes errors in the Fourier transform, but not in the fit; see
+    docs/errata.md, "a DFT needs equal steps of angle". The angle has a ripple ρ = 0.002 rad of
+    order 7, and the readings have 0.1″ of noise. To first order the ripple moves half of ρ·D₁,
+    with the amplitude D₁ of order 1, into orders 6 and 8 of δ₂₁, that is 0.043″ and 0.057″ of ε. A
+    start angle from a single sample, which is not used here, would add 0.1″."""
     disc = Disc({1: (150.0, 0.4), 2: (0.9, 2.0), 5: (0.5, -1.0)})
     orders = np.arange(1, 9)
     turns = turns_of(disc, turn_angles(ripple_rad=0.002), noise=0.1, seed=3)

@@ -95,7 +95,8 @@ def test_the_harmonics_determine_alpha_where_they_are_strong() -> None:
     by_index = calibrate(shifted, CalibrationSettings(separation="measured"))
     assert by_index.estimate.separation_choice == "measured"
     assert by_index.comparison is not None
-    # An index shifted by 38″ changes order 11 by 210·38″, which is 3.9 % of 12″.
+    # The index is shifted by 38″ = 1.85·10⁻⁴ rad, which changes order 11 by the share 210·1.85·10⁻⁴
+    # = 3.9 % of its 12″.
     rms = [np.sqrt(np.mean(c.comparison.after_arcsec**2)) for c in (found, by_index)]
     assert rms[0] < 0.07
     assert rms[1] == pytest.approx(np.hypot(0.039 * 12.0 / np.sqrt(2.0), 0.055), rel=0.1)
@@ -110,8 +111,8 @@ def test_the_index_is_used_where_the_harmonics_tell_less() -> None:
 
 
 def test_a_first_order_of_the_reference_alone_does_not_pass_for_alpha() -> None:
-    """The uncertainty of α covers an error of 0.3″ of order 1 that only the reference has, and that
-    would shift α by 370″."""
+    """If only the reference has an error of 0.3″ of order 1, the harmonics would give an α that is
+    wrong by 370″; the calibration therefore takes α from the index."""
     made = measured(DISC)
     assert made.reference is not None
     only = 0.3 * np.cos(np.radians(made.reference.target_deg) + 1.0)

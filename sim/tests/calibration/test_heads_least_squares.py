@@ -212,8 +212,8 @@ def test_uncertainties_are_those_of_repeats() -> None:
     stated = np.array([np.diag(one.covariance)[columns] for one in draws]).mean(axis=0)
     share = found.var(axis=0, ddof=1) / stated
     # A variance from 60 draws has the relative scatter √(2/59) = 0.18. All 22 columns must lie
-    # within four times this, and their mean within 4·0.18/√22 plus 0.1, because 96 lines determine
-    # the noise near each order only to 5 %.
+    # within four times this, and their mean within 4·0.18/√22 plus 0.1, because 96 lines of the
+    # spectrum determine the noise near each order only to 5 %.
     assert np.all((share > 1.0 - 4 * 0.18) & (share < 1.0 + 4 * 0.18))
     assert share.mean() == pytest.approx(1.0, abs=4 * 0.18 / np.sqrt(columns.size) + 0.1)
 
@@ -226,7 +226,8 @@ def test_the_gain_of_an_order_is_its_uncertainty_over_that_of_a_line(motion: Mot
     line = found.noise_arcsec * np.sqrt(2.0 / 6000)
     gain = order_gain(np.radians(PLACES_DEG), found.orders, motion)
     seen = np.isfinite(gain)
-    # 96 lines determine the noise: u is known to 5 %, and the bound is four times this.
+    # 96 lines of the spectrum determine the noise: u is known to 5 %, and the bound is four times
+    # this.
     np.testing.assert_allclose((u / line)[seen], gain[seen], rtol=0.2)
 
 
@@ -282,8 +283,8 @@ def test_a_search_in_a_part_of_the_samples_changes_nothing(
     monkeypatch.setattr(module, "SEARCH_SAMPLES", 1500)
     searched = fit(part, 4, motion)
     u = np.sqrt(np.diag(whole.disc_covariance))
-    # A quarter of the samples determines the weights and order 1, so the test does not compare
-    # order 1.
+    # In the search, only a quarter of the samples determines the weights and order 1; therefore the
+    # test does not compare order 1.
     away = np.abs(searched.values - whole.values) / u
     assert np.max(np.delete(away, [0, ORDERS.size])) < 0.5
     assert np.max(np.abs(disc_pulls(searched)).reshape(2, -1)[:, 1:]) < PULL

@@ -225,8 +225,8 @@ def test_banks_share_one_zero() -> None:
         moved(mean_angle_counts(bank, counts) - angle / table.count_rad).mean()
         for bank in sets_of(disc)
     ]
-    # Two offsets are compared; each is rounded to 1/32 count and multiplied by a weight of at most
-    # 0.6.
+    # Two means are compared; in each, the rounding of four offsets to 1/32 count may move the zero
+    # by up to 4/32 count.
     assert np.ptp(shown) < 2.0 * 4.0 / 32.0
 
 
@@ -256,8 +256,8 @@ def test_a_moved_carrier_shows_only_through_the_slope_of_the_lanes(shift: Cause)
         counts = np.rint(exact).astype(np.int64)
         shown.append(mean_angle_counts(bank, counts) - weights_of(bank) @ (counts - exact))
     change = moved(shown[1] - shown[0]) * 0.0772
-    # The bound is the motion, 7.6″ = 3.7e-5 rad, times Σ n·E_n over the lanes of the mean (15″).
-    # The second-order effect of the changed eccentricity adds 150″·7.6″.
+    # The bound is the motion, 7.6″ = 3.7e-5 rad, times Σ n·E_n over the corrected orders of the
+    # mean (15″). The second-order effect of the changed eccentricity adds 150″·7.6″.
     slope = 3.7e-5 * sum(
         n * a * 0.0772 for n, a in zip(bank.orders, bank.amplitudes_counts, strict=True)
     )

@@ -88,8 +88,8 @@ def test_two_tables_that_three_heads_cannot_tell_apart() -> None:
 
 @pytest.mark.parametrize(("order", "share"), [(2, 0.02), (3, 10.4), (5, 0.05), (6, 5.2)])
 def test_what_three_heads_take_for_the_disc_stays_in_their_mean(order: int, share: float) -> None:
-    """An axis that moves by 0.2″ along x looks like an error of the disc, so that the lanes add a
-    share of the motion to the mean.
+    """An axis that moves by 0.2″ along x looks like an error of the disc, so that the correction
+    adds a share of the motion to the mean of the heads.
 
     The share follows from the two contrasts and the weights of the mean alone; the device's
     calibration in numpy makes this error too. Heads about 120° apart hardly observe the orders 3,
@@ -102,7 +102,8 @@ def test_what_three_heads_take_for_the_disc_stays_in_their_mean(order: int, shar
     left = abs(order_factor(mean_weights(places), places, [order])[0] * taken)
     assert left == pytest.approx(share, rel=0.2)
 
-    # Motion along x changes the reading by −sin(p)·…; in World a circle c adds Im(c·e^{jp}).
+    # In World a circle c adds Im(c·e^{jp}) to the reading of the head at p. These two circles
+    # together add size·cos(order·θ)·cos p, which is a motion along x.
     size = 0.2
     straight = ((order, 0.5j * size, 0.5j * size),)
     still = World(heads=3, off_arcsec=(0.0,) * 4, late_arcsec=(0.0,) * 4)

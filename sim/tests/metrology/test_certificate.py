@@ -194,8 +194,8 @@ def test_the_file_has_what_was_found_and_stated(place: Path) -> None:
     expanded = np.array([float(x) for x in text(".//si:valueExpandedMUXMLList").split()])
     assert expanded.shape == values[1].shape == (24,)
     off = np.abs(values[1] - true_error(np.radians(values[0])))
-    # The set states no constant error of the reference; the remaining error of the fit is much
-    # smaller than U.
+    # The constant error of the reference is not in these values, because the fit separates it from
+    # the orders; the error of the fit is much smaller than U.
     assert (off <= expanded).all()
     assert text(".//si:coverageFactorXMLList") == "2"
     assert text(".//si:coverageProbabilityXMLList") == "0.9545"

@@ -315,8 +315,8 @@ WORM = {180: (8.6, 0.7), 360: (1.9, -1.1)}
 
 
 def _onstep_steps(text: str, turns: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the motor steps that Pec::poll of OnStepX makes, and the times of these steps, at each
-    tenth of a sidereal second."""
+    """Return the motor position in steps that Pec::poll of OnStepX causes, and the time in sidereal
+    seconds, at each tenth of a sidereal second."""
     buffer = [0] * WORM_S
     *writes, keep = text.split()
     assert keep == ":$QZ!#", "the table is written to the controller's memory"
@@ -340,8 +340,8 @@ def _worm_correction() -> Correction:
 
 
 def test_onstep_plays_the_worm_s_error_back() -> None:
-    """OnStep plays the worm's error back: the mount points at the motor position minus ε(motor
-    position), and the sky turns 15″ per second."""
+    """OnStep corrects the worm's error ε: the mount points at the motor position minus ε(motor
+    position), and the sky turns by 15″ per second."""
     form = FORMATS["onstep"].for_axis(TEETH, STEPS_PER_SECOND)
     text = form.text(_worm_correction(), form.points, "my mount")
     steps, seconds = _onstep_steps(text, turns=3)

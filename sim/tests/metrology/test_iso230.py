@@ -1,5 +1,5 @@
 """Tests of the figures of ISO 230-2 against published figures and against a computation in this
-module."""
+module, and of the command ``arctrue iso230``."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from arctrue.metrology.iso230 import Contributions, of_reference, positioning
 
 # A test of a linear axis by the Paul Scherrer Institute, in nm: github.com/paulscherrerinstitute/
 # ecmccfg, examples/test/fat_sat/report.md at 072a917e, section "ISO230-2 calculations". The test
-# does not use its R and E over the axis: the report takes the larger of R↑ and R↓ and the smaller
+# does not use the report's R and E over the axis: they are the larger of R↑ and R↓ and the smaller
 # of E↑ and E↓, while the standard (3.17, 3.20) takes the largest Rᵢ and the range over both
 # directions.
 PUBLISHED_UP = (
@@ -61,8 +61,8 @@ def test_the_published_example_is_found_again() -> None:
 
 
 def _direct(made: MeasurementSet) -> dict[str, float]:
-    """Return the figures, computed row by row by the definitions of clause 3 with the standard
-    library."""
+    """Return the figures, computed from the rows with Python's standard library by the definitions
+    in clause 3 of ISO 230-2."""
     run = made.reference
     assert run is not None
     assert run.direction is not None
@@ -97,8 +97,8 @@ def test_a_run_of_the_table_against_the_definitions() -> None:
     figures = found.figures()
     for name, value in _direct(made).items():
         assert figures[name] == pytest.approx(value, abs=1e-9), name
-    # Only the disc has an error, and a deviation has the opposite sign: where the reading is too
-    # large, the table has turned too little.
+    # A deviation has the opposite sign of the reading's error: where the reading is too large, the
+    # table has turned too little.
     assert figures["B̄"] == pytest.approx(-2.0, abs=4 * 0.15 / np.sqrt(12 * 24))
     truth = paper_error(np.radians(found.target_deg), np.full(24, 20.0), 0.0)
     assert np.abs(found.mean_arcsec + truth).max() < 5 * 0.15 / np.sqrt(12)
@@ -130,8 +130,8 @@ def test_what_the_run_lacks_is_said_and_the_rest_is_given() -> None:
 
 
 def test_uncertainties_by_random_numbers() -> None:
-    """The figures of simulated runs with the stated errors scatter by the uncertainties that the
-    formulas give for the ranges.
+    """The figures M, E↑ and B of simulated runs scatter by the uncertainties that the formulas
+    give.
 
     The two extremes are far apart, so that the same targets always determine the range. The
     tolerance of 5 % is three standard errors of a standard deviation from 2000 draws.

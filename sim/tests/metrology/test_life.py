@@ -64,8 +64,8 @@ def test_the_scatter_between_sets_solves_its_equation() -> None:
 
 
 def test_false_findings_are_as_frequent_as_stated() -> None:
-    """A machine without a change rarely gets a finding. It has several parameters, and they scatter
-    more than the stated u."""
+    """Machines without a change get a false finding as often as stated. Each machine has several
+    parameters, which scatter more than their stated uncertainty u."""
     random, number, rate = np.random.default_rng(3), 400, 2.0
     false = 0
     for _ in range(number):

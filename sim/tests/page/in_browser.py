@@ -10,8 +10,8 @@ from sim.tests.page.browser import INSTALL, chromium
 
 PICTURES = Path(__file__).resolve().parents[3] / "build" / "page"
 PATIENCE_MS = 240_000
-"""Longest wait in milliseconds, longer than any step on a busy machine; no test measures a duration
-with it."""
+"""Longest time in milliseconds for which a test waits for the page. It is longer than any step
+takes on a busy machine, because no test judges the page's speed."""
 expect.set_options(timeout=PATIENCE_MS)
 PROGRAM = chromium()
 needs_browser = pytest.mark.skipif(

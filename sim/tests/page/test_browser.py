@@ -23,8 +23,8 @@ from tests.workbench.small_sets import measurement_set, paper_error
 HIDDEN = "high_order_graduation"
 """Name of the hidden effect, which is large enough to be named from one run of 18,000 samples."""
 SEED = next(seed for seed in range(1000) if hidden_effect(seed, EXPERIMENTS["lean"]()) == HIDDEN)
-"""First seed that hides HIDDEN. The module searches for the seed, because a longer catalogue draws
-other effects."""
+"""First seed that hides HIDDEN. The module searches for this seed, because the effect that a seed
+draws may change when the catalogue grows."""
 
 HEADER_PX = 56
 """Largest height of the header in pixels. The phone's screen has 844 pixels; a fixed header must

@@ -50,7 +50,7 @@ def taken(client: FlaskClient, step: str, places: str = "") -> str:
 def test_exchanged_cables_are_named_and_stop_the_walk(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """The page names the exchanged cables 3 and 4, and stops."""
+    """The page names the exchanged cables 3 and 4, and refuses the next step."""
     with connected(monkeypatch, cables=(0, 1, 3, 2)) as device:
         settings = PageSettings(tmp_path, tmp_path / "state", device=device.port)
         with make_page(settings).app.test_client() as client:

@@ -63,8 +63,8 @@ def ended(client: FlaskClient) -> None:
 def test_a_second_click_waits_for_the_same_capture(
     client: FlaskClient, next_turn: NextTurn, tmp_path: Path
 ) -> None:
-    """The page answers a click at once; it opens the capture as a session after the table's
-    turn."""
+    """The page answers each click at once, and a second click starts no second capture. When the
+    table has turned, the page opens the capture as a session."""
     write_measurement_set(tmp_path / "capture", measurement_set(runs=1, cycles=1, turns=1))
     next_turn.result = tmp_path / "capture"
     address = client.post("/device/capture").location

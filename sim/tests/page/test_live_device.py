@@ -119,8 +119,8 @@ def test_drift_heat_and_a_fault_are_shown(replay: Replay, page: Page, tmp_path: 
 
 @pytest.mark.large
 def test_the_heads_of_a_mean_are_shown(replay: Replay, page: Page, tmp_path: Path) -> None:
-    """The page shows the heads of a mean; the keys are those of the compiled firmware's telemetry
-    when it calibrates four heads."""
+    """The page shows the figures of each head whose reading enters the mean of four heads. The keys
+    of the replayed telemetry are those of the compiled firmware."""
     with (
         daemon(replay.port, tmp_path / "store", "--no-alarm-capture"),
         page_server(tmp_path, tmp_path / "state", "--device", replay.port) as address,

@@ -1,4 +1,4 @@
-"""Tests that the first page opens files, and that its message says why it refuses a file."""
+"""Tests that the first page opens files, and that a message states why it refuses a file."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ MOST_BYTES = 1_000_000
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """Write two sets, of which one is broken, and a third set outside the folder."""
+    """Write two sets, of which one is broken, into the returned folder, and a third set outside
+    it."""
     write_measurement_set(tmp_path / "sets" / "good", measurement_set(runs=1, cycles=1, turns=1))
     broken = tmp_path / "sets" / "broken"
     broken.mkdir()

@@ -17,7 +17,7 @@ from arctrue.report.display import FIGURES
 from tests.workbench.small_sets import measurement_set, paper_error
 
 MOST_BYTES = 5_000_000
-"""Largest size of a file that is sent by mail."""
+"""Largest permitted size of the page in bytes, so that it can be sent by e-mail."""
 
 
 @pytest.fixture(scope="module")

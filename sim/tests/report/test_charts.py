@@ -38,7 +38,7 @@ WITHOUT_UNIT = {"run", "cycle", "step", "order, cycles a turn"}
 
 @pytest.fixture(scope="module")
 def warming() -> Analysis:
-    """Analyse a table whose order 1 grows with the temperature, with the model of the paper."""
+    """Analyse, with the paper's model, a table whose order 1 grows with the temperature."""
 
     def error(disc: np.ndarray, warm: np.ndarray, speed: float) -> np.ndarray:
         return paper_error(disc, warm, speed) + HEAT_ARCSEC_A_KELVIN * (warm - 20.0) * np.cos(disc)
@@ -98,7 +98,7 @@ def test_a_high_order_is_drawn_over_its_own_phase() -> None:
     found = effect_amplitude(seen, seen.solution)
     (shown,) = [item for item in found.over(found.best) if item.channel == "capture"]
     assert shown.name == f"phase of order {RULED_ORDER}"
-    # The expected size is the share of the order in the difference of two heads 33° apart.
+    # The expected size is the amplitude of the order in the difference of two heads 33° apart.
     size = RULED_ARCSEC * 2.0 * abs(np.sin(np.radians(RULED_ORDER * 33.0 / 2.0)))
     assert np.ptp(shown.effect) / 2.0 == pytest.approx(size, rel=0.05)
     assert shown.share == pytest.approx(1.0, abs=0.01)
@@ -166,7 +166,7 @@ def test_the_spectrum_in_time_marks_a_vibration(along: Along) -> None:
     panel = spectrum(seen.residuals, along).panels[0]
     (marks,) = [item for item in panel.layers if isinstance(item, Curve) and item.labels]
     place = float(marks.x[0])
-    # With a single run of 36 s the lines of the spectrum are 1/72 Hz apart.
+    # The single run lasts 36 s, and the spectrum's frequencies are 1/72 Hz apart.
     assert (place if along == "hz" else 1.0 / place) == pytest.approx(SHAKING_HZ, abs=1.0 / 72.0)
     assert marks.y[0] == pytest.approx(0.5, rel=0.1)
 

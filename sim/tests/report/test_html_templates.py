@@ -1,5 +1,5 @@
-"""Tests that every page escapes its texts, and that only report/html_templates.py makes HTML from
-templates."""
+"""Tests that every page escapes the texts that it inserts into HTML, and that only
+report/html_templates.py makes HTML from templates."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Tests of the sentences in the sections of the page."""
+"""Tests of the sentences about evidence, of angles in the reader's unit, and of the display
+settings in the page's address."""
 
 from __future__ import annotations
 

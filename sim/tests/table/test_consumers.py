@@ -50,7 +50,7 @@ def virtual_instrument(*effects: Cause) -> None:
 
 
 def hidden_effect(*effects: Cause) -> None:
-    # The instrument's table turns in front of the heads of the compiled gateware.
+    # ``arctrue hidden`` connects its simulated table to the compiled gateware by TableCurves.
     settings = HiddenSettings.of_lines(64, 4, 400)
     TableCurves(settings.table(effects), MOTION, 1e6)
 
@@ -128,7 +128,8 @@ def test_every_cause_acts_on_something_and_is_in_the_registry() -> None:
     "name", ["hysteresis", "settling_bracket", "sticking_bracket", "wearing_track", "vibration"]
 )
 def test_conditions_of_a_motion_and_of_stations_reach_the_cause(name: str) -> None:
-    # A cause may need more than the angle: direction, time since the start, time and travel.
+    # A cause may depend on more than the angle: on the direction, the time since the start of the
+    # run, the absolute time, or the travel.
     recipe = REGISTRY[name]
     effects = recipe.draw(recipe.high, np.random.default_rng(3), full().occasion)
     fine = [

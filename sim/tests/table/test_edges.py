@@ -124,8 +124,8 @@ def test_played_pins_decode_to_the_counts_of_both_heads() -> None:
             np.searchsorted(events.clock, clock, side="right")
         ]
         expected = table.counts(number, REVERSING.state(clock / clock_hz))
-        # If an edge coincides with a clock, the tolerance of the solver decides on which side it
-        # falls.
+        # If an edge coincides with a clock, the tolerance of the solver decides on which side of
+        # the clock the edge falls.
         assert np.count_nonzero(shown != expected) <= 1
 
 

@@ -34,8 +34,8 @@ The fit of the noise stops when a round gains less than 0.01 of log likelihood; 
 summation may therefore change the fourth digit of a result.
 """
 LEAST = 1e-6
-"""Absolute difference, in arcseconds or in the unit of a parameter, below which two numbers are
-equal."""
+"""Absolute difference, in arcseconds or in the unit of a parameter, below which two numbers count
+as equal."""
 SMALLEST_P = 1e-300
 EVIDENCE = 0.02
 """Largest difference of two values of ΔBIC that count as equal: twice the tolerance of the log
@@ -53,7 +53,7 @@ LACKING = {"cannot_be_tested", "look_alikes"}
 
 
 def tasks() -> list[Task]:
-    """Return the first sets of the tier ``quick``, at least four of each world."""
+    """Return the tasks of the first sets of the tier ``quick``, at least four of each world."""
     tier = TIERS["quick"]
     assert tier.seed is not None
     return set_tasks(tier.sets, tier.samples, tier.seed, "")[:SETS]

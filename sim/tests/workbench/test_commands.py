@@ -40,15 +40,16 @@ def _json(path: Path) -> Any:
 
 
 def test_the_loop_by_hand(warm_set: Path, same_table_again: Path, tmp_path: Path) -> None:
-    """Run compare, diagnose, add, compare (also with another set of the same table), export."""
+    """Run compare, diagnose, add, compare with another set of the same table, history, export and
+    drop."""
     model = tmp_path / "model.toml"
     pictures = tmp_path / "pictures"
 
     compared = _run("compare", warm_set, "--out", pictures, "--json", tmp_path / "c.json")
     assert compared.exit_code == 0, compared.output
     assert "temperature × order 1" in compared.output
-    # The residual of the capture contains a missing effect: it is correlated and fails the test of
-    # whiteness. The residual of the reference is white noise and passes.
+    # The residual of the capture contains an effect that the model lacks; the residual is therefore
+    # correlated and fails the test of whiteness. The residual of the reference is white noise.
     assert "residual of the capture fails a test: an effect is" in compared.output
     assert _json(tmp_path / "c.json")["noise"]["reference"]["tests"]["normality_p"] > 0.001
     assert {path.name for path in pictures.iterdir()} == {

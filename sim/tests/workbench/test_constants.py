@@ -22,7 +22,7 @@ MODULES = sorted(file for name in PACKAGES for file in (ROOT / name).rglob("*.py
 
 
 def _is_number(node: ast.expr) -> bool:
-    """Tell whether an expression is a number, a sequence of numbers, or a sum of numbers."""
+    """Tell whether an expression is a number, a sequence of numbers, or arithmetic with numbers."""
     if isinstance(node, ast.Constant):
         return isinstance(node.value, (int, float)) and not isinstance(node.value, bool)
     if isinstance(node, ast.UnaryOp):
@@ -35,7 +35,7 @@ def _is_number(node: ast.expr) -> bool:
 
 
 def unstated(source: str) -> list[str]:
-    """Return the names of a module's numeric constants that have no docstring."""
+    """Return the names of a module's numeric constants that have no docstring of LEAST_WORDS."""
     body = ast.parse(source).body
     found = []
     for statement, after in zip(body, [*body[1:], None], strict=True):

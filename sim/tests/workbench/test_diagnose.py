@@ -86,8 +86,8 @@ def test_a_jump_of_both_heads_is_bad_data() -> None:
 
 
 def test_one_run_at_one_speed_does_not_choose_between_time_and_angle() -> None:
-    # The line has 39.75 periods per turn of 12 s. Three turns distinguish orders that differ by
-    # 1/6, so that the line is not taken for a half-integer order.
+    # The oscillation has 39.75 periods per turn of 12 s. Three turns distinguish orders that differ
+    # by 1/6, so that the oscillation is not taken for a half-integer order.
     frequency = 39.75 / 12.0
     result = diagnosis_of(
         measurement_set(

@@ -1,5 +1,5 @@
-"""Tests of the lines of a gear on the faces of a polygon; the expected orders are counted by
-hand."""
+"""Tests of the sine errors (lines) of a gear, which a polygon measures only at its faces; the
+expected orders are counted by hand."""
 
 from __future__ import annotations
 

@@ -22,8 +22,8 @@ WORM_S = 86_164.1 / TEETH
 
 
 def _log(folder: Path, lines: list[tuple[float, float]], seed: int) -> float:
-    """Write the log of a guide star over half an hour; return the RMS of its noise in
-    arcseconds."""
+    """Write the log of a guide star over half an hour; return the RMS of its noise in arcseconds.
+    ``lines`` gives the amplitude in arcseconds and the period in seconds of each sine."""
     random = np.random.default_rng(seed)
     time_s = clock(random, 1600, 1.2, "jitter")
     noise = 0.8 * ornstein_uhlenbeck(random, time_s, 20.0) + 0.4 * random.normal(size=time_s.size)
@@ -94,8 +94,8 @@ def test_a_table_that_warms_is_explained_and_what_is_left_is_adequate(tmp_path: 
 
 
 def test_what_cannot_be_separated_is_said_with_the_measurement_that_would(tmp_path: Path) -> None:
-    """The explanation names the measurement that separates two causes: at one speed a line of 3.3
-    Hz may be a line in time or in angle."""
+    """The explanation names the measurement that separates two causes: at one speed, an oscillation
+    of 3.3 Hz may depend on the time or on the angle."""
     folder, model = tmp_path / "line", tmp_path / "model.toml"
     made = measurement_set(
         runs=1,

@@ -44,8 +44,8 @@ def _without_table(model: Path, place: Path) -> Path:
 
 
 def test_only_significant_orders_have_a_lane(folder: Path, model: Path, tmp_path: Path) -> None:
-    """Only significant orders have a lane: the set has only the orders of ``paper_error``, while
-    the model has twenty orders."""
+    """The file has a lane (the correction of one order) only for each significant order: the set
+    has the orders of ``paper_error``, while the model has twenty orders."""
     answer = _run("export", folder, "--model", model, "--out", tmp_path)
     assert answer.exit_code == 0, answer.output
     held = read_coefficient_file(tmp_path / "coefficients.toml")
@@ -59,8 +59,8 @@ def test_only_significant_orders_have_a_lane(folder: Path, model: Path, tmp_path
 def test_lanes_that_double_the_error_are_refused(
     made: MeasurementSet, folder: Path, model: Path, tmp_path: Path
 ) -> None:
-    """The export refuses lanes that increase the error: the test reverses the sign of the reference
-    errors, as if they came from another disc."""
+    """The export refuses coefficients that increase the error: the test reverses the sign of the
+    reference errors, as if they came from another disc."""
     assert made.reference is not None
     assert made.capture is not None
     other = tmp_path / "other"
@@ -76,8 +76,8 @@ def test_lanes_that_double_the_error_are_refused(
     assert forced.exit_code == 0, forced.output
     assert (out / "coefficients.toml").exists()
 
-    # Without a reference the export checks the lanes against the capture, as the firmware does: it
-    # refuses a capture with exchanged heads.
+    # Without a reference the export checks the coefficients against the capture, as the firmware
+    # does: it refuses a capture with exchanged heads.
     swapped = replace(
         made.capture,
         head1_counts=made.capture.head2_counts,

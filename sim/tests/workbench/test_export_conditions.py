@@ -1,5 +1,5 @@
 """Tests that the export writes a reversal error, a latency, and products with direction or speed to
-lanes of the gateware whose amplitudes follow these conditions."""
+lanes of the gateware. A lane corrects one order; its amplitude follows one of these conditions."""
 
 from __future__ import annotations
 
@@ -144,9 +144,9 @@ def exported(made: MeasurementSet, order: int, lanes: int) -> Coefficients:
 def test_the_plain_lane_of_a_modulated_order_is_always_in_the_file(
     made: MeasurementSet, order: int
 ) -> None:
-    """The file always has the plain lane of an order with a modulator. Otherwise the calibration
-    would fit this order itself, and its result would be right only for the direction of the fitted
-    turn."""
+    """If an order has a modulated lane, the file also has a lane of this order without a modulator.
+    Otherwise the calibration would fit this order itself, and its result would be right only for
+    the direction of the fitted turn."""
     held = exported(made, order, 4)
     assert held.extension is not None
     ((modulated, name),) = held.extension.modulators
@@ -159,8 +159,8 @@ def test_the_plain_lane_of_a_modulated_order_is_always_in_the_file(
 
 
 def test_a_plain_lane_of_0_takes_no_room_from_what_is_there(made: MeasurementSet) -> None:
-    """The file has no plain lane with amplitude 0, because order 3 × direction and order 1 use both
-    lanes."""
+    """The file has no lane with amplitude 0 and without a modulator, because order 3 × direction
+    and order 1 use both lanes."""
     held = exported(made, 3, 2)
     assert held.orders.tolist() == [1, 3]
     assert (held.amplitudes != 0).all()

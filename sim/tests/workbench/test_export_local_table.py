@@ -53,17 +53,17 @@ def bell(place_deg: float, width_deg: float, height_arcsec: float) -> LocalError
 def test_a_table_takes_bells_off(
     places_deg: list[float], widths_deg: list[float], windows: int, exponent: int
 ) -> None:
-    """The table removes the bells: at readings 997 counts apart over the whole turn, the difference
-    between table and bells stays within the bound of interpolation and rounding."""
+    """The table removes bell-shaped errors: at readings 997 counts apart over the whole turn, the
+    difference between table and errors stays within the bound of interpolation and rounding."""
     errors = [bell(p, w, 12.0) for p, w in zip(places_deg, widths_deg, strict=True)]
     table = table_of(errors, TURN)
     assert (len(table.starts_counts), table.width_exponent) == (windows, exponent)
     reading = np.arange(0, TURN, 997) * 2.0 * np.pi / TURN
     total = np.sum([one.error_arcsec(reading) for one in errors], axis=0)
     left = np.abs(total - taken_off_arcsec(table, TURN, reading)).max()
-    # Straight lines err by step²/8 times the largest curvature, h/w² for each bell; bells may
-    # overlap. In addition, points and readings are rounded, and at the end of its window a bell
-    # still has e^-12.5 of its height.
+    # The straight lines between the table's points err by step²/8 times the largest curvature; it
+    # is h/w² for a bell of height h and width w, and bells may overlap. In addition, points and
+    # readings are rounded, and at the end of its window a bell still has e^-12.5 of its height.
     step_deg = 360.0 / 2**exponent / (4096 / windows)
     lines = step_deg**2 / 8.0 * sum(12.0 / width**2 for width in widths_deg)
     steepest = 12.0 * 0.607 / (min(widths_deg) * 3600.0)
@@ -127,8 +127,8 @@ def model(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_scratch_is_written_and_read_back(folder: Path, model: Path, tmp_path: Path) -> None:
-    """The file with a scratch needs LOCAL_TABLE, and the table in it removes the scratch; the
-    frames of the load contain all points of the table."""
+    """A file with a local table is read only for a core with LOCAL_TABLE. Its table removes the
+    scratch, and the frames that load the file contain all points of the table."""
     words = ("export", folder, "--model", model, "--out", tmp_path, "--local-table")
     answer = _run(*words, "--json", tmp_path / "e.json")
     assert answer.exit_code == 0, answer.output
@@ -152,8 +152,8 @@ def test_a_scratch_is_written_and_read_back(folder: Path, model: Path, tmp_path:
     reading = np.radians(np.linspace(PLACE_DEG - 3.0, PLACE_DEG + 3.0, 2001))
     taken = taken_off_arcsec(held.extension.local_table, TURN, reading)
     true = scratched(reading, reading, 0.0) - paper_error(reading, reading, 0.0)
-    # The fit has 16 samples of 0.1″ across the scratch, and the reading differs from the angle by
-    # 0.025°.
+    # The fit has about 16 samples with 0.1″ of noise across the scratch, and the reading differs
+    # from the angle by 0.025°.
     assert np.abs(taken - true).max() < 0.1 * abs(HEIGHT_ARCSEC)
     frames = [frame.split() for frame in load_frames(held) if frame.startswith("load points ")]
     points = [int(word) for frame in frames for word in frame[3:-1]]

@@ -1,5 +1,5 @@
-"""Tests that a reader of a damaged file returns a set or a model, or one sentence that names the
-fault."""
+"""Tests that the readers of damaged files return a set or a model, or raise an error with one
+sentence that names the fault."""
 
 from __future__ import annotations
 
@@ -56,8 +56,8 @@ NASTY = (
 
 
 def _damaged(text: bytes, chance: random.Random) -> bytes:
-    """Return the text with one to three changes: bytes changed, cut or doubled; fields or lines
-    changed or cut."""
+    """Return the text with one to three changes: bytes are changed, cut, doubled or inserted, a
+    field is replaced, or two lines are exchanged."""
     data = bytearray(text)
     for _ in range(chance.randint(1, 3)):
         kind = chance.randrange(7)
@@ -88,8 +88,8 @@ def _damaged(text: bytes, chance: random.Random) -> bytes:
 
 
 def _check_set(folder: Path, damaged: str) -> None:
-    """Assert that a set has only finite rows, or that the reader's error names the file and, for a
-    wrong value, the column and the row."""
+    """Assert that a set has only finite rows, or that the reader's error names the folder of the
+    set and, for a wrong value in a table, the column and the row."""
     found, fault = None, None
     try:
         found = read_measurement_set(folder)

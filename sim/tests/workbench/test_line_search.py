@@ -23,9 +23,9 @@ HOUR_S = 3600.0
 SAME_AMPLITUDE = 0.25
 """Relative tolerance of an amplitude.
 
-For lines of 2.5″ or more, the tolerance is about three standard uncertainties of √(2·2τσ²/T) =
-0.21″, in Ornstein–Uhlenbeck noise of 0.9″ and 25 s over half an hour. The small line has a bound of
-its own.
+The standard uncertainty of an amplitude is √(2·2τσ²/T) = 0.21″, in Ornstein–Uhlenbeck noise of 0.9″
+and 25 s over half an hour. The tolerance of the line of 1.8″ is 0.45″; the line of 0.8″ is not
+compared.
 """
 
 
@@ -67,8 +67,8 @@ def test_a_rate_is_known_to_its_own_uncertainty(size_arcsec: float) -> None:
 
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.large)])
 def test_the_largest_line_of_a_mount_is_first(seed: int) -> None:
-    """The search finds the largest of four lines first; all are far above the scatter of
-    neighbouring rows, and the log has four periods of the worm."""
+    """The search finds the three largest of the mount's four lines in the order of their size; the
+    log has four periods of the worm."""
     time_s, error = _mount(seed)
     found = search_lines(_record(time_s, error, declared_s=WORM_S))
     periods = _periods(found)
@@ -253,7 +253,7 @@ def test_what_the_orders_of_an_arc_leave_is_no_larger_than_it_is() -> None:
     found = search_lines(replace(record, residual_arcsec=record.residual_arcsec + seen))
     # The RMS is 6/√400 = 0.3″; the bound is twice the amplitude of a steady wave with this RMS.
     assert all(one.amplitude_arcsec < 2.0 * np.sqrt(2.0) * 6.0 / 20.0 for one in found.lines)
-    # A line with the same gain is found if the model does not describe it.
+    # A line of order 90, which the model does not describe, is found.
     far = record.columns(np.array([90.0]))[:, 0]
     seen = far * 8.0 / np.linalg.norm(far)
     shown = replace(record, residual_arcsec=record.residual_arcsec + seen)

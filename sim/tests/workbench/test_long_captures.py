@@ -35,8 +35,8 @@ EFFECTS = built_in()
 TURNS = 12
 ROWS = len(RUNS) * TURNS * SAMPLES_A_TURN
 LIMIT = 20_000
-"""Largest number of rows, of 57,600, that the diagnosis searches: two pairs of turns from each
-run."""
+"""Largest number of the 57,600 rows that the diagnosis searches; it permits two pairs of turns of
+each run."""
 
 
 def _warm_error(disc, temperature, speed):  # type: ignore[no-untyped-def]
@@ -83,10 +83,10 @@ def test_the_part_is_whole_turns_of_every_run(warm: MeasurementSet, in_part: Non
 
 @pytest.mark.parametrize("block_rows", [BLOCK_ROWS, 10**6])
 def test_every_row_gives_the_fit_of_the_whole(warm: MeasurementSet, block_rows: int) -> None:
-    """The fit in blocks equals one fit of all rows, with the noise of the part.
+    """The fit in blocks of rows equals one fit of all rows; both use the noise of the part.
 
-    In one block, both compute the same sum. With two blocks the correlation is cut once in 57,600
-    rows. This may lose one time constant (at most 108 s) of 576 s of slow noise, here 0.4 % of a σ.
+    With one block, both compute the same sum. With several blocks, the fit ignores the correlation
+    of the noise between two blocks, which changes a coefficient by less than 5 % of its σ.
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(part, "MOST_ROWS", LIMIT)

@@ -40,7 +40,7 @@ def _line(angle: Float) -> Float:
 
 
 def _observations(limit: int, *, with_time: bool = True) -> Observations:
-    """Return two runs of five turns, with a line between two integer orders."""
+    """Return two runs of five turns, with a sine whose order lies between two integers."""
     random = np.random.default_rng(8)
     way = np.arange(ROWS // 2) * (5.0 * 360.0 / (ROWS // 2))
     target = np.concatenate([way, way[::-1]])
@@ -113,8 +113,8 @@ def test_every_row_gives_the_fit_of_the_whole(block_rows: int) -> None:
 
     The cut changes the weights of the rows: it changes the coefficients by D·rows, where D is the
     difference of both estimators. White noise of ``NOISE_ARCSEC`` gives this change the standard
-    uncertainty NOISE_ARCSEC·|D|, which for order 1 is 0.043 of the coefficient's own. The line in
-    the rows adds D·line.
+    uncertainty NOISE_ARCSEC·|D|, which for order 1 is 0.043 of the coefficient's own uncertainty.
+    The sine of order 37.3 in the rows adds D times this sine.
     """
     searched = fit([_base()], _observations(LIMIT))
     whole = _all_at_once(searched)

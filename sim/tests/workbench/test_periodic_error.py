@@ -32,8 +32,8 @@ def _reference(
     teeth: float | None = None,
     step_deg: float = 1.0,
 ) -> Observations:
-    """Return a set of one head against a moving reference; the error has orders with amplitudes,
-    and one line in time."""
+    """Return a set of one head against a moving reference. ``lines`` gives order and amplitude of
+    each sine in the angle; ``in_time`` gives frequency and amplitude of a sine in time."""
     random = np.random.default_rng(11)
     targets, times, runs = [], [], []
     start = 0.0
@@ -144,6 +144,7 @@ def test_a_line_in_the_capture_goes_through_periods_within_a_run() -> None:
     longest_s = max(float(np.ptp(rows.time_s[rows.run == run])) for run in range(rows.runs))
     found = line_spectrum(residuals, capture=True, in_time=True)
     assert found is not None
-    # The search begins at four periods, rounded up by at most one step of the rates.
+    # The search begins at four periods in the longest run, rounded up by at most one step of the
+    # rates.
     assert 4.0 <= found.rates[0] * longest_s < 4.0 + longest_s * (found.rates[1] - found.rates[0])
     assert float(np.ptp(rows.time_s)) > 20.0 * longest_s

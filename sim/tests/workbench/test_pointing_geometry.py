@@ -89,8 +89,8 @@ def test_a_mount_that_leans_is_named(axis: int, column: str) -> None:
 
 
 def test_the_columns_take_the_rotations_away() -> None:
-    """The columns remove the rotations: the residual of 80 stars with 0.5″ of noise is a χ² with 75
-    degrees of freedom, and the bound is the 99.9 % point of χ²."""
+    """The columns of the effect explain the rotations: the squared residual of 80 stars with 0.5″
+    of noise is a χ² with 75 degrees of freedom, and the bound is the 99.9 % point of χ²."""
     effect = EFFECTS["pointing_geometry"]()
     observations = observations_of(_set(0, ("elevation_deg",)))
     solution = fit([Term(effect, {})], observations)
@@ -115,7 +115,7 @@ def test_a_table_without_such_a_column_is_not_asked_about_it() -> None:
 
 
 def test_one_elevation_cannot_tell() -> None:
-    """The diagnosis cannot tell at a single elevation, where a lean looks like order 1 of the
-    azimuth."""
+    """The effect cannot be tested with stars at a single elevation, because a lean then looks like
+    order 1 of the azimuth."""
     found = _diagnosed(_set(0, ("elevation_deg",), level=True))
     assert "over 20° of the mount's other axis" in found.untestable["pointing_geometry"][0]

@@ -72,13 +72,13 @@ def test_score_is_the_fall_of_generalised_least_squares() -> None:
 
 
 def test_a_score_with_columns_that_moved_with_the_model_is_that_of_a_fit() -> None:
-    """The score equals the gain of a fit, also if columns have changed with the model. A gain of 1
-    % changes ε and therefore the column of the gain, so that the residual is not that of a
-    least-squares fit.
+    """The score equals the fall of χ² in a fit, also if columns have changed with the model. A
+    scale error of 1 % changes ε and therefore the column of the scale error, so that the residual
+    is not that of a least-squares fit.
 
-    The gain's column contains order 1 and leaves only 1 % of one direction of order 1; in this
-    direction a small residual would look like a large wave. The score and the fit are compared with
-    the same noise and the same ε.
+    The column of the scale error contains order 1 and leaves only 1 % of one direction of order 1;
+    in this direction a small residual would look like a large wave. The score and the fit are
+    compared with the same noise and the same ε.
     """
     measurement = measurement_set(turns=1, runs=1)
     assert measurement.reference is not None
@@ -98,8 +98,8 @@ def test_a_score_with_columns_that_moved_with_the_model_is_that_of_a_fit() -> No
 
 @pytest.mark.parametrize("away", [-0.7, 0.0, 0.4, 2.6])
 def test_a_line_is_found_between_and_beyond_the_points_of_a_grid(away: float) -> None:
-    """The search finds a line between and beyond the points of its grid to 0.001 of the record's
-    resolution; the grid has steps of a quarter of the resolution."""
+    """The search finds a sine between and beyond the points of its grid; the grid has steps of a
+    quarter of the record's resolution, and the tolerance is a twentieth of a step."""
     rows = OBSERVATIONS.capture
     assert rows is not None
     step = 0.25 / OBSERVATIONS.longest_run_s
@@ -186,8 +186,8 @@ def test_noise_of_the_angles_explains_no_noise_of_the_rows(order: float) -> None
 
 
 def test_a_score_with_coefficients_away_from_the_maximum_is_that_of_the_fit() -> None:
-    """The score equals the gain of a fit, also in the dropped directions of a block: two of its
-    four columns belong to the faces.
+    """The score equals the fall of χ² in a fit, also if it drops directions of the effect that the
+    model explains: the face errors explain two of the effect's four columns.
 
     Without a column that depends on the model, the score test is quadratic, so that the values of
     the model's coefficients have no influence.

@@ -28,7 +28,7 @@ class _Bell(Effect):
 
 
 class _Likelihood:
-    """A likelihood without data, whose gain is highest at one place."""
+    """A stand-in for the residuals; the gain is highest where the effect's place equals ``top``."""
 
     def __init__(self, top: float) -> None:
         self.top = top
@@ -61,8 +61,8 @@ def test_places_outside_the_range_are_not_scored() -> None:
 
 
 def test_a_refinement_ends_where_the_settings_end_the_range() -> None:
-    """The refinement ends where the setting ends the range: the setting narrows the declared range
-    of ball passes from order 60 to order 10."""
+    """The refinement ends at the limit that a setting gives: the setting lowers the largest order
+    of a ball pass from 60 to 10."""
     term = Term(BearingBallPass(highest_order=10), {"order": 9.9})
     assert _moved(term, np.array([0.05])).nonlinear["order"] == pytest.approx(9.95)
     assert _moved(term, np.array([0.5])).nonlinear["order"] == 10.0

@@ -10,7 +10,8 @@ from arctrue.workbench.effects.scalar_effect import ScalarEffect
 
 
 def test_effects_with_lanes_by_condition_name_the_bitstream() -> None:
-    """Effects whose lanes follow a condition state that they need a bitstream with MODULATORS."""
+    """Effects whose correction follows a condition state that they need a bitstream with
+    MODULATORS."""
     followed = {
         name
         for name, kind in built_in().items()

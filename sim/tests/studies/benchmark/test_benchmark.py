@@ -637,7 +637,8 @@ def test_answers_of_a_known_seed_may_be_scored_anew_but_not_made_by_another_gene
     replace(plan, scoring="0").check()
     with pytest.raises(PlanError, match="the generator has changed"):
         replace(plan, generator="0").check()
-    # Digests identify frozen sets, see test_peers.
+    # The public sets may be made by another generator, because their digests are checked; see
+    # test_peers.
     replace(make_plan("public", tmp_path / "public"), generator="0").check()
 
 

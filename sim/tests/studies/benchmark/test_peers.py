@@ -77,7 +77,7 @@ def test_a_lean_set_is_answered_too(tmp_path: Path, subject: str) -> None:
 
 def test_an_index_that_does_not_repeat_is_no_effect(tmp_path: Path) -> None:
     # The model of the rival methods has an offset for each run; the stated repeatability of the
-    # index, one count, limits its size.
+    # index, one count, limits the size of this offset.
     folder = tmp_path / "set"
     made = simulate_set([], full().smaller(1500, 5), 4, index_scatter_counts=1)
     write_measurement_set(folder, made.measurement)

@@ -1,4 +1,5 @@
-"""Defines tasks for tests in a module that a worker can import."""
+"""Defines the functions that the workers of a test's campaign run; a worker can import this
+module."""
 
 from __future__ import annotations
 

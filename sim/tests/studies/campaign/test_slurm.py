@@ -1,5 +1,5 @@
-"""Tests that every job of the Slurm array runs its own shard, and that together the jobs run all
-tasks."""
+"""Tests that each job of a Slurm array runs the shard (part of the tasks) with the job's number,
+and that the script refuses to run outside of an array."""
 
 from __future__ import annotations
 

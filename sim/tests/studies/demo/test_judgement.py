@@ -29,8 +29,8 @@ def scene() -> Scene:
 
 
 def follow(scene: Scene, position: NDArray[np.int64], latency: int = LATENCY) -> PinEvents:
-    """Return the pins of an output that follows ``position``, one value per edge of head 1, in
-    single steps of one clock each."""
+    """Return the pin events of an output that moves to ``position``, which has one value per edge
+    of head 1. The output moves by one count per clock, ``latency`` clocks after the edge."""
     clocks = np.ceil(scene.heads[0].time_s * SETTINGS.clock_hz).astype(np.int64) + latency
     shown = scene.heads[0].first_count
     free = 0
@@ -47,8 +47,8 @@ def follow(scene: Scene, position: NDArray[np.int64], latency: int = LATENCY) ->
 
 
 def corrected(scene: Scene, share: float = 1.0) -> NDArray[np.int64]:
-    """Return the count of head 1 after a correction from the index on. The correction subtracts
-    ``share`` times the true error of head 1, without the error's mean."""
+    """Return the corrected counts of head 1. After the index, the correction subtracts ``share``
+    times the true error of head 1, without the error's mean."""
     count = scene.heads[0].count
     scale = SETTINGS.counts_per_rev / (2 * np.pi)
     error = count - scene.heads[0].true_angle_rad * scale

@@ -1,5 +1,5 @@
-"""Tests that lines of the console give the figures of a turn, and that a message names each fault
-in these lines."""
+"""Tests that the demo reads the figures of a turn from the console's lines, and that a message
+names each fault in these lines."""
 
 import json
 

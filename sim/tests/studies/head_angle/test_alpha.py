@@ -67,8 +67,8 @@ def test_noise_is_that_of_drawn_differences() -> None:
 
 
 def test_mounting_is_that_of_a_transfer_function_at_another_alpha() -> None:
-    """The effect of mounting equals the finite difference between the transfer functions at two
-    values of α."""
+    """The stated error by a wrong mounting equals the finite difference between the transfer
+    functions at two values of α."""
     alpha, off = math.radians(33.0), 1e-6
     change = transfer_function(DISC.orders, alpha + off) / transfer_function(DISC.orders, alpha)
     left = np.abs(change - 1.0) * DISC.amplitude_arcsec
@@ -109,8 +109,8 @@ def test_lanes_go_to_the_largest_orders() -> None:
 
 
 def test_bits_are_what_the_bit_true_lanes_leave() -> None:
-    """The stated rounding equals that of bit-true lanes, whose phases are drawn at random; the
-    tolerance is 4 % of the RMS of 20,000 draws."""
+    """The stated rounding error equals that of the bit-true model of the gateware's harmonics at
+    random phases; the tolerance is 4 % of the RMS of 20,000 draws."""
     random = np.random.default_rng(9)
     amplitude = np.round(DISC.amplitude_arcsec / 0.07724762 * 2048.0)
     phase = random.integers(0, 1 << 24, (20_000, amplitude.size), dtype=np.int32)

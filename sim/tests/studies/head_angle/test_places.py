@@ -1,5 +1,5 @@
-"""Tests of the places of three and four heads, against stated figures and against another
-search."""
+"""Tests of the angles at which three and four heads are placed, against stated figures and against
+random places."""
 
 from __future__ import annotations
 

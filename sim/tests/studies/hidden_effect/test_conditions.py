@@ -1,5 +1,6 @@
-"""Tests that the workbench finds effects in proportion to a condition and exports them to lanes of
-the gateware that follow the condition, and that the lanes remove them from the output.
+"""Tests that the workbench finds effects in proportion to a condition and exports them to lanes
+(corrections of one order) whose amplitude follows the condition, and that the lanes remove them
+from the output.
 
 The turns that are simulated afterwards have another direction, speed or temperature than the
 measured set; no coefficient is fitted to these turns.
@@ -19,7 +20,7 @@ from arctrue.studies.hidden_effect.experiment import HiddenResult
 from arctrue.table import DISC_RADIUS_M
 
 COARSER = 64
-"""Factor by which the hidden effect is enlarged: 2²⁴ counts over 2¹⁸ counts."""
+"""Factor by which the hidden effect is enlarged: 2²⁴ counts per turn divided by 2¹⁸."""
 COUNT_ARCSEC = 1_296_000 / (1 << 18)
 SPEED_RAD_S = np.radians(30.0)
 LATENCY_ARCSEC = 28.0 * COUNT_ARCSEC
@@ -78,8 +79,8 @@ def test_latency_while_the_speed_changes_by_a_half(tmp_path: Path) -> None:
 def test_a_wave_in_proportion_to_a_condition(
     name: str, modulator: str, size_arcsec: float, tmp_path: Path
 ) -> None:
-    """The lanes leave at most one count of the effect; without these lanes the error has the size
-    that the geometry gives."""
+    """The correction leaves at most one count of the effect; without it the error has the size that
+    the geometry gives."""
     result = run_small(name, tmp_path)
     assert modulators(result) == [modulator]
     left = result.judged_arcsec()
@@ -89,8 +90,8 @@ def test_a_wave_in_proportion_to_a_condition(
 
 @pytest.mark.large
 def test_three_of_them_and_heat_at_once(tmp_path: Path) -> None:
-    """Each of the three effects leaves as much error as it does alone, in a turn that is backward
-    and warm and has a changing speed.
+    """In a warm backward turn with a changing speed, the error of the corrected output is at most
+    the sum of the bounds of the single effects.
 
     The lobes follow the speed squared with the same lag as the latency; their error is a sixth of
     the latency's error and changes twice as fast with the speed.

@@ -1,5 +1,5 @@
-"""Tests of the drive: the places where the table stands, the direction of approach, and the
-temperature."""
+"""Tests of the drive: the angles where the table stands, the direction of approach, the
+temperature, and the wind-up of the shaft after a reversal."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ def test_the_wind_up_goes_over_within_its_stroke_at_a_reversal() -> None:
     # The slope of Dahl's model is at most 2/stroke, and the speed is 0.5 rad/s.
     most = 2.0 / STROKE_RAD * 0.5 * (seconds[1] - seconds[0])
     assert np.max(np.abs(np.diff(turn))) < 1.001 * most
-    # The last reversal is 60 degrees before the station, where the wind-up has reached its end
-    # within 2·exp(-60).
+    # The table turns at least 60 strokes after a reversal before it reaches a station; there the
+    # wind-up differs from its final value by at most 2·exp(-60).
     at = plan.drive.state(plan.station_s)
     stood = ShaftWindUp(1.0, STROKE_RAD).disc_turn_rad(at)
     np.testing.assert_allclose(stood, plan.direction, atol=1e-12)

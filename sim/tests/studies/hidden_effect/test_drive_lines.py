@@ -1,5 +1,5 @@
-"""Tests of lines from a drive in front of the table, whose phase the firmware gets from an index at
-probe_in."""
+"""Tests of sine errors that a drive in front of the table causes; the firmware gets their phase
+from the drive's index at the pin probe_in."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from .small import INTERPOLATION, LINES, run_small
 
 COUNTS = LINES * INTERPOLATION
 SIZE_COUNTS = (1 << 24) / COUNTS * COUNTS / 1_296_000
-"""Amplitude of a line in counts: 1″ with 2²⁴ counts per turn. The case enlarges the line with the
-size of a count, so that it is 12.9 counts at every scale."""
+"""Amplitude of the sine error in counts: 1″ with 2²⁴ counts per turn. The amplitude in arcseconds
+grows in proportion to the size of a count, so that it is 12.9 counts at every scale."""
 MOST_LEFT_COUNTS = 1.0
 """Largest amplitude that may remain, in counts."""
 
@@ -38,8 +38,8 @@ def test_lines_of_the_drive_are_taken_away_forwards_and_backwards(
 ) -> None:
     result = run_small(name, tmp_path)
     left = {key: np.array(counts) for key, counts in result.lines_counts.items()}
-    # Without their lanes all lines are in the output. A fit over two turns separates the lines with
-    # an error of at most a twentieth.
+    # Without their correction all sines are in the output. A fit over two turns separates the sines
+    # with an error of at most a twentieth.
     assert left["without"] == pytest.approx(SIZE_COUNTS * np.array(shares), rel=0.05)
     for way in ("forwards", "backwards"):
         assert left[way].max() <= MOST_LEFT_COUNTS, (way, left[way])

@@ -1,5 +1,5 @@
-"""Tests that the diagnosis names hysteresis, that the export gives it a lane of the gateware that
-follows the direction, and that this lane removes it from the output."""
+"""Tests that the diagnosis names hysteresis, that the export writes it to a lane (the correction of
+one order) whose amplitude follows the direction, and that this lane removes it from the output."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Test of a hidden gear with 71.4 teeth per turn of the table; the table drives a gateware with
-REAL_ORDERS."""
+"""Test of a hidden error with 71.4 periods per turn of the table, as a gear causes it. The gateware
+is built with REAL_ORDERS, so that it can correct orders that are not integers."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from .small import INTERPOLATION, LINES, run_small
 COUNTS = LINES * INTERPOLATION
 COUNT_ARCSEC = 1_296_000 / COUNTS
 SIZE_ARCSEC = (1 << 24) / COUNTS
-"""Amplitude of the line in arcseconds: 1″ with 2²⁴ counts per turn; the case enlarges the line with
-the size of a count."""
+"""Amplitude of the hidden sine in arcseconds. It is 1″ with 2²⁴ counts per turn, and grows in
+proportion to the angle of a count."""
 
 
 def test_a_line_of_no_whole_order_is_taken_away(tmp_path: Path) -> None:
-    """The lane removes the line of non-integer order, which the diagnosis finds in one turn of the
-    reference. Some turns later the output no longer contains the line."""
+    """The diagnosis finds the sine of non-integer order in one turn of the reference. The core then
+    corrects this sine, so that some turns later the output no longer contains it."""
     result = run_small("periodic_error", tmp_path)
     assert result.diagnosed.effect == "periodic_error"
     found = result.diagnosed.model.effects[-1].parameters

@@ -1,4 +1,4 @@
-"""Test of a hidden scratch on the disc; the table drives a gateware with LOCAL_TABLE."""
+"""Test of a hidden scratch on the disc, which a gateware with LOCAL_TABLE corrects."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from .small import INTERPOLATION, LINES, run_small
 
 COUNTS = LINES * INTERPOLATION
 HEIGHT_ARCSEC = 20.0 * math.sqrt((1 << 24) / COUNTS)
-"""Height of the scratch: 20″ at the paper's scale. The case keeps the slope, so that the height
-grows with the square root of the scale."""
+"""Height of the scratch: 20″ with the paper's 2²⁴ counts per turn. The hidden scratch has the same
+slope at every scale, so that its height grows with the square root of the size of a count."""
 
 
 def test_a_scratch_is_taken_away_to_a_tenth(tmp_path: Path) -> None:

@@ -1,4 +1,6 @@
-"""Tests that ``arctrue hidden`` refuses impossible sizes and states which ones are possible."""
+"""Tests that ``arctrue hidden`` refuses tables with too few lines and states the smallest possible
+number, and refuses --follow for an effect that does not change order 1 with the temperature.
+"""
 
 from __future__ import annotations
 

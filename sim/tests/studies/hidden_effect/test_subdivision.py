@@ -93,7 +93,8 @@ def test_capture_and_reference_are_those_of_the_gateware(result: HiddenResult) -
     apart = np.interp((capture.head1_counts + 0.5) * count_rad, head1, head2 - head1)
     seen = (capture.head2_counts - capture.head1_counts) * count_rad
     assert np.std(seen - apart) * ARCSEC_A_RADIAN < 1.15 * COUNT_ARCSEC / np.sqrt(6)
-    # Both readings show the same phase of the grating, because they count from the same index.
+    # The readings of the reference run have the phase of the grating, because they are counted from
+    # the index of head 1.
     assert reference.head1_counts is not None
     stands = np.interp(stations, turn, head1) / count_rad
     turns = np.round((reference.head1_counts - stands) / table.counts_per_rev)
@@ -121,8 +122,8 @@ def test_the_output_of_the_gateware_gets_better(result: HiddenResult) -> None:
     assert paper_signal == pytest.approx(raw_signal, rel=0.05)
     assert corrected_signal < 0.1 * paper_signal
     assert corrected.edges_rms_arcsec < 0.5 * paper.edges_rms_arcsec
-    # Two parts remain in the output: the whole counts of input and output, 1.4″ each, and the
-    # orders without a lane, about 1.1″.
+    # Two parts remain in the output: the rounding of input and output to whole counts, 1.4″ RMS
+    # each, and the orders that are not corrected, about 1.1″ RMS.
     whole = COUNT_ARCSEC / np.sqrt(12)
     assert corrected.edges_rms_arcsec == pytest.approx(np.hypot(whole * np.sqrt(2), 1.1), rel=0.25)
 

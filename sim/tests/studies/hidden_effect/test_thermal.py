@@ -1,4 +1,4 @@
-"""Tests of two thermal effects: one is in the catalogue, the other is in no catalogue."""
+"""Tests of two thermal effects: one is in the workbench's catalogue, the other is not."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from arctrue.studies.hidden_effect.follow import follow_warming
 from arctrue.table import DISC_RADIUS_M
 
 COARSER = 64
-"""Factor by which the hidden effect is enlarged: 2²⁴ counts over 2¹⁸ counts."""
+"""Factor by which the hidden effect is enlarged: 2²⁴ counts per turn divided by 2¹⁸."""
 HEATED_K = FRESH_C - 20.0
 COUNT_ARCSEC = 1_296_000 / (1 << 18)
 FOLLOWED_ARCSEC = 6.0
-"""Largest order 1 of the corrected output while the table warms; a count is 4.9″."""
+"""Largest permitted amplitude of order 1 in the output while the table warms; a count is 4.9″."""
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +35,7 @@ def lobes(tmp_path_factory: pytest.TempPathFactory) -> HiddenResult:
 def test_thermal_eccentricity_is_named_with_its_rate(centre: HiddenResult) -> None:
     assert centre.diagnosed.effect == "thermal_eccentricity"
     rate = centre.diagnosed.model.effects[-1].parameters["amplitude"]
-    # The centre's shift over the radius is the amplitude of the error.
+    # The amplitude of the error is the centre's shift divided by the disc's radius.
     geometry = np.rad2deg(COARSER * 0.4e-6 / DISC_RADIUS_M) * 3600
     assert rate.value == pytest.approx(geometry, abs=4 * rate.sigma + 0.005 * geometry)
 
@@ -88,7 +88,7 @@ def test_thermal_eccentricity_is_followed_while_the_table_warms(centre: HiddenRe
     # With coefficients for the present temperature, only the change within a turn remains, and this
     # change does not grow.
     assert np.all(by_host < 0.15 * turn_arcsec + COUNT_ARCSEC)
-    # If the firmware itself follows its thermometer, the lanes also correct the change within a
+    # If the firmware itself follows its thermometer, the core also corrects the change within a
     # turn.
     assert held.max() > 100.0
     assert np.all(alone < FOLLOWED_ARCSEC)
@@ -98,8 +98,8 @@ def test_thermal_eccentricity_is_followed_while_the_table_warms(centre: HiddenRe
 def test_a_thermometer_that_lags_is_followed_if_its_lag_is_stated(
     centre: HiddenResult,
 ) -> None:
-    """The lanes follow a thermometer that lags by 60 s, which is five turns, if the file states the
-    lag. If the file does not state the lag, the captured turn contradicts the model."""
+    """The thermometer lags by 60 s, which is five turns. The correction follows the temperature if
+    the file states this lag; if it does not, the captured turn contradicts the thermal model."""
     ways = ["by the firmware"]
     with pytest.raises(InstrumentError, match="worse_prediction"):
         follow_warming(centre, 3, ways=ways, sensor_lag_s=60.0, stated_lag_s=0.0)

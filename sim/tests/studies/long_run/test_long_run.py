@@ -1,5 +1,5 @@
-"""Tests of the long run: its page against its data, its thermal model on a known table, and a small
-run."""
+"""Tests of the study of a long run: the page against its data, the thermal model of a known table,
+and a small run."""
 
 from __future__ import annotations
 
@@ -49,9 +49,9 @@ def expected_single_arcsec(found: dict[str, Any], scenario: Scenario, per_k: flo
     """Return the expected RMS error of a turn that is corrected with the coefficients of the
     preceding turn.
 
-    The sum has three independent parts: the change of order 1 from turn to turn with the
-    temperature; the stated u of both components of the orders 1 to 3 that a turn applies; and the
-    orders from 3 on, which a turn may leave out because they are below its noise.
+    The error has three independent parts: the change of order 1 from turn to turn with the
+    temperature; the stated uncertainties of the corrected orders; and the orders from 3 on, which
+    may remain uncorrected because they are below the noise of a turn.
     """
     change_k = np.diff(found["temperature_c"])[1:]
     behind = per_k**2 * np.mean(change_k**2) / 2.0
@@ -66,8 +66,8 @@ def expected_single_arcsec(found: dict[str, Any], scenario: Scenario, per_k: flo
 def test_recalibration_and_model_follow_what_held_coefficients_do_not(
     found: dict[str, Any], scenario: Scenario
 ) -> None:
-    """Recalibration and the thermal model follow the disc's centre, which moves by 2 µm/K; plane
-    geometry converts this to an angle at the radius of the lines."""
+    """Recalibration and the thermal model correct the error of a disc whose centre moves by 2 µm/K;
+    constant coefficients do not. The motion and the radius of the lines give the expected slope."""
     per_k = np.degrees(2e-6 / DISC_RADIUS_M) * 3600
     order, *_ = found["model"]["orders"]
     assert order["order"] == 1
@@ -77,8 +77,9 @@ def test_recalibration_and_model_follow_what_held_coefficients_do_not(
     # RMS at the end.
     last = per_k * (25.4 - found["temperature_c"][0]) / np.sqrt(2)
     assert held["left_arcsec"][-1] == pytest.approx(last, rel=0.15)
-    # The test compares medians: heat that is 33 times as fast may by chance let a turn apply the
-    # weak order 11 (docs/long-run.md: in 4 of 1,000 turns), which leaves 24″ in that turn.
+    # The test compares medians: the temperature changes 33 times as fast as in the long run, so
+    # that a turn may by chance correct the weak order 11 and then leaves 24″. In docs/long-run.md
+    # this happens in 4 of 1,000 turns.
     typical = {name: np.median(found["strategies"][name]["left_arcsec"][2:]) for name in STRATEGIES}
     # The median of a sum of squares is smaller than the mean of this sum.
     expected = expected_single_arcsec(found, scenario, per_k)
@@ -93,8 +94,9 @@ def test_the_page_of_a_run_is_that_of_its_json(found: dict[str, Any]) -> None:
 
 
 def test_a_short_run_claims_nothing_of_noise_and_trends(found: dict[str, Any]) -> None:
-    """The report of a short run claims nothing about noise and trends: the course has only 30
-    turns, and heat is 33 times as fast, so that every difference of two turns contains heat."""
+    """The report of a short run claims nothing about noise and trends: the run has only 30 turns,
+    and the temperature changes so fast that every difference of two turns contains its
+    influence."""
     for deviation in found["allan"]["deviation_arcsec"].values():
         deviation[-1] = None
     page = long_run_page(found)

@@ -131,8 +131,8 @@ def test_the_spin_obeys_its_equation_of_motion() -> None:
 
 
 def test_means_keep_what_the_heads_see_alike_of_the_disc() -> None:
-    """The mean of heads at 180° keeps the even orders, and the mean of heads at 120° keeps the
-    multiples of three: W(n) is 1 for these orders and 0 for all others."""
+    """The mean of heads at 180° keeps the even orders of the disc, and the mean of heads at 120°
+    keeps the multiples of three. These orders keep their amplitude; all others disappear."""
     world = World(dataclasses.replace(SHORT, radial_motion_m=0.0))
     disc = world.score(None).amplitude_arcsec
     for heads in (2, 3):
@@ -152,7 +152,7 @@ def test_a_calibrated_mean_stays_where_the_axis_moves_otherwise() -> None:
     # Orders 47 and 77 of the disc are not fitted; in five turns the noise has gains of up to 2.7.
     assert score.edges_rms_arcsec < 0.05
     # The shift of the disc by 2 µm and the motion of the balls change the reading of a head by
-    # 8.6″. The mean changes only by the slope of its lanes and of the disc's error.
+    # 8.6″. The mean changes only by the slope of its correction and of the disc's error.
     assert abs(later.edges_rms_arcsec - score.edges_rms_arcsec) < 0.005
     alone = TWO_HEADS_LEAST_SQUARES.run(world)
     assert world.score(alone, later=True).edges_rms_arcsec > 0.5

@@ -35,8 +35,8 @@ def test_the_page_says_what_the_figures_say() -> None:
     assert third["worst_gain_to_128"] is not None
     assert round(listed["worst_gain_to_128"], 1) == 1.2
     assert round(every["worst_gain_to_128"], 1) == 11.2
-    # The method leaves 3 to 4″ if the axis is at rest, and more if the axis has unknown motion of
-    # an order.
+    # If the heads determine their own places, the uncertainty of a place is 3 to 4″ with the axis
+    # at rest, and larger if the axis has unknown motions.
     least = [min(one["u_arcsec"]) for one in FOUND["own_places"]]
     assert least == sorted(least)
     assert 2.0 < least[0] < 5.0

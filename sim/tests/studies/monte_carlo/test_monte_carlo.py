@@ -113,8 +113,9 @@ def test_stated_separation_is_that_of_its_distribution() -> None:
     ("hits", "verdict"), [(950, ""), (940, ""), (900, "too small"), (995, "too large")]
 )
 def test_coverage_is_judged_by_its_chance(hits: int, verdict: str) -> None:
-    # The number of hits in 1000 trials at 95 % has a standard deviation of 6.9. If all 35 figures
-    # together may fail with 1 %, each may deviate by 3.6 standard deviations.
+    # The number of hits in 1000 trials at 95 % has a standard deviation of 6.9. If any of 35
+    # figures may fail by chance with a probability of 1 %, each may deviate by 3.6 standard
+    # deviations.
     assert Covered(hits, 1000, 35).verdict == verdict
 
 

@@ -1,5 +1,5 @@
 """Tests that the page of the paper's experiment, its JSON and the equations agree, and that the
-drawings are made."""
+committed drawings equal those that the program draws."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ def test_page_and_json_agree() -> None:
 
 @pytest.mark.parametrize("make", EQUATIONS, ids=lambda make: make.__name__)
 def test_equations_give_what_the_json_has(make) -> None:  # type: ignore[no-untyped-def]
-    """The equations give the printed figures of the JSON, although rounding errors differ from
-    machine to machine."""
+    """The equations give the figures of the JSON to a millionth; smaller differences come from
+    rounding errors, which differ from machine to machine."""
     item = make()
     stored = {one["label"]: one for one in FOUND["items"]}[item.label]
     for name, value in item.values.items():
@@ -50,8 +50,8 @@ def test_every_equation_and_table_of_the_paper_is_there() -> None:
 
 
 def test_figures_of_the_experiment_come_from_its_stations() -> None:
-    """The figures of the experiment follow from its stations: the test computes the span, the
-    largest σ, u₃ and U again from the 24 stored faces."""
+    """The test computes the span, the mean σ (the repeatability) and U again, from the stored
+    values of the faces and the stored budget."""
     for one in FOUND["experiments"]:
         mean = np.array(one["after"]["mean_arcsec"])
         deviation = np.array(one["after"]["deviation_arcsec"])
@@ -63,8 +63,8 @@ def test_figures_of_the_experiment_come_from_its_stations() -> None:
 
 
 def test_the_first_run_has_the_paper_s_size() -> None:
-    """The first run has 2²⁴ counts per turn and ten cycles; its residual is within the paper's
-    range."""
+    """The first run has 2²⁴ counts per turn and ten cycles; its remaining error lies between −1.3″
+    and 1.6″."""
     first = FOUND["experiments"][0]
     given = first["settings"]["revolution"]
     assert given["lines"] * given["interpolation"] == 1 << 24
@@ -74,14 +74,15 @@ def test_the_first_run_has_the_paper_s_size() -> None:
 
 
 def test_the_broken_line_of_fig_11_b_is_that_of_independent_faces() -> None:
-    """The broken line of Fig. 11 b equals that of simulated independent errors of 24 faces; the
-    test leaves out order 12, which has only one component."""
+    """The broken line of Fig. 11 b is the RMS amplitude of the orders of independent errors at 24
+    faces, which the test simulates without order 12, because this order has only one component."""
     budget = PUBLISHED.budget
     face = np.hypot(budget.polygon_arcsec, budget.autocollimator_arcsec)
     drawn = np.random.default_rng(1).normal(0.0, face, (4000, PUBLISHED.faces))
     orders = np.array([residual_orders(row)[:11] for row in drawn])
     expected = expected_order_arcsec(dataclasses.asdict(PUBLISHED))
-    # The squares of 44,000 amplitudes are exponentially distributed: their RMS is known to 0.24 %.
+    # The squares of the 44,000 amplitudes are exponentially distributed, so that the RMS of the
+    # amplitudes is known to 0.24 %.
     assert np.sqrt(np.mean(orders**2)) == pytest.approx(expected, rel=0.01)
 
 

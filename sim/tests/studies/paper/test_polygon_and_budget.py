@@ -95,8 +95,8 @@ def test_drawn_instruments_keep_to_table_3() -> None:
 
 
 def test_station_errors_have_the_sign_of_the_table() -> None:
-    """The error of a face is minus the autocollimator's reading there, minus the mean of the
-    cycle."""
+    """The error of a face is the negative reading of the autocollimator at this face, minus the
+    mean of these values over the cycle."""
     readings = np.zeros((2, 24))
     readings[:, 5] = -24.0 / ARCSEC_PER_RAD
     errors = station_errors(readings)

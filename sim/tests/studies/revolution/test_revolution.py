@@ -58,8 +58,8 @@ def test_the_corrected_turn(result: RevolutionResult) -> None:
     assert abs(measured - 50.0) < 5 * result.telemetry["u_separation_arcsec"]
     assert result.after.error_arcsec.shape == (BINS,)
     assert result.applied_orders == LANES
-    # The lanes remove the four largest orders of the table to a tenth of a count. The other orders
-    # have no lane and are unchanged.
+    # The core corrects the four largest orders of the table to a tenth of a count. The other orders
+    # are not corrected and therefore unchanged.
     before, after = (turn.amplitude_arcsec for turn in (result.before, result.after))
     held, left = GRADUATION_ORDERS[: LANES - 1], GRADUATION_ORDERS[LANES - 1 :]
     tenth = result.settings.arcsec_per_count / 10
@@ -80,9 +80,9 @@ def test_command(tmp_path: Path) -> None:
             *("--json", str(written), "--picture", str(picture)),
         ],
     )
-    # Half a count of 9.9″ and the orders without a lane stay within the limit. (With 64 lines the
-    # firmware may leave out order 4: its 0.7″ is only 3.9 times the u that the rounding to counts
-    # causes.)
+    # Half a count of 9.9″ and the orders that are not corrected stay within the limit. (With 64
+    # lines the firmware may leave out order 4: its 0.7″ is only 3.9 times the standard uncertainty
+    # that the rounding to counts causes.)
     assert done.exit_code == 0, done.output
     written_result = json.loads(written.read_text(encoding="utf-8"))
     assert written_result["counts_per_rev"] == 128 * 1024
@@ -96,7 +96,7 @@ def test_command(tmp_path: Path) -> None:
 def test_four_heads(tmp_path: Path) -> None:
     """The firmware calibrates the mean from the first turn with ``arctrue revolution --heads 4``.
 
-    With counts of 4.94″ a line of the mean has an uncertainty of 0.13″
+    With counts of 4.94″ an order of the mean has an uncertainty of 0.13″
     (sim/tests/instrument/test_four_heads.py); the bound is twice this. Those tests use the same
     compiled instrument.
     """

@@ -1,5 +1,5 @@
-"""Tests of the table's course against its legs, whose travel, angle and time the tests compute by
-other means."""
+"""Tests of the table's course, which is its motion over several legs, against travel, angle and
+time that the tests compute by other means."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ def test_travel_and_angle() -> None:
     time_s = np.linspace(0.0, course.duration_s, 20_001)
     state = course.state(time_s)
     travel = course.travel_turns(time_s)
-    # Compare with the trapezoidal integral of |speed|, which is exact except in steps that contain
-    # a bend.
+    # Compare with the trapezoidal integral of |speed|, which is exact except in time steps in which
+    # the slope of the speed changes.
     steps = np.abs(state.speed_rad_s)
     integral = np.concatenate([[0.0], np.cumsum(np.diff(time_s) * (steps[1:] + steps[:-1]) / 2)])
     assert np.abs(travel - travel[0] - integral / (2 * np.pi)).max() < 1e-5
@@ -53,8 +53,8 @@ def test_a_pause_is_short_for_the_motion_and_long_for_the_heat() -> None:
     course = scenario.course()
     begin = course.time_at_turn(1.5)
     state = course.state(begin + np.array([-1.0, 0.0, 0.1, 0.41, 1.0]))
-    # The executed part of the pause, 0.4 s, has whole sample periods; it may differ by half a
-    # period of 10 ms.
+    # The executed part of the pause, 0.4 s, is rounded to whole sample periods of 10 ms, so that it
+    # may differ by half a period.
     half_a_period = 0.005 / 0.4
     assert state.temperature_c == pytest.approx([20.0, 20.0, 21.5, 26.0, 26.0], rel=half_a_period)
     assert np.diff(state.since_run_start_s) == pytest.approx(
@@ -76,7 +76,8 @@ def test_the_side_of_approach() -> None:
 def test_the_turn_of_a_pause_is_its_beginning(turns: float) -> None:
     leg = Leg(turns=turns, speed_rad_s=SPEED_RAD_S)
     course = Course.over((leg, LEGS[1], leg))
-    # The knots are start, speed reached, end of speed, standstill, and end of the pause.
+    # The course's knots are: start, end of the run-up, start of the braking, standstill (number 3,
+    # the beginning of the pause), and end of the pause.
     assert course.time_at_turn(turns) == pytest.approx(course.knot_times_s[3], abs=1e-6)
 
 

@@ -1,4 +1,5 @@
-"""Test that omitted idle clocks change no turn except the one that contains the pause."""
+"""Test that clocks of a pause that the simulation omits change no turn, except the turn with the
+pause and the last turn, which the test does not compare."""
 
 from __future__ import annotations
 
@@ -13,8 +14,8 @@ PAUSED_TURN, TURNS = 3, 6
 SHORT_S, LONG_S = 0.5, 5.0
 
 SAME_RAD = 1e-9
-"""Largest rounding error in rad of the angle in float64, for an instant twelve seconds later at
-half a radian a second."""
+"""Largest permitted difference in rad between the results of both runs. It covers the rounding
+errors of float64, because the longer run reaches the same angle some seconds later."""
 
 SCENARIO = f"""
 format = 1

@@ -1,4 +1,5 @@
-"""Tests which scenario files are refused, and with which messages."""
+"""Tests what the reader takes from scenario files, which files it refuses, and with which
+messages."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ def _log(error_arcsec: np.ndarray, time_s: np.ndarray) -> MeasurementSet:
 
 @pytest.mark.parametrize("period_s", [9.0, 40.0])
 def test_in_a_log(period_s: float) -> None:
-    """The diagnosis describes an oscillation of the size of the white noise; the log of an hour
+    """The diagnosis describes an oscillation of 0.5″ RMS in 0.4″ of white noise; the log of an hour
     contains at least 90 periods."""
     random = np.random.default_rng(3)
     time_s = clock(random, 1500, 2.4, "even")

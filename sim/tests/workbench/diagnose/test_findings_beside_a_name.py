@@ -2,8 +2,8 @@
 model.
 
 The set is computed from the geometry: a rotary reference at 360 stations shows an error with the
-signal period (16,384 lines). At these stations k · 16,384 periods per turn look like order |k ·
-16,384 − 360 m|: 176 for k = 1.
+signal period (16,384 lines). At these stations, k · 16,384 periods per turn look like the smallest
+order |k · 16,384 − 360 m| with an integer m: 176 for k = 1.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ def _found(belt_arcsec: float = 0.0) -> Diagnosis:
 
 
 def _set(belt_arcsec: float) -> MeasurementSet:
-    """Return a set with one run of two turns; ``belt_arcsec`` is the size of a line of order 61.3
-    in the reference."""
+    """Return a set with one run of two turns; ``belt_arcsec`` is the amplitude of a sine of order
+    61.3 in the reference."""
     random = np.random.default_rng(1)
 
     def reading(disc: np.ndarray, phase: float) -> np.ndarray:
@@ -100,8 +100,8 @@ def test_the_alias_is_stated_to_be_the_named_effect() -> None:
 
 
 def test_a_line_that_the_named_effect_does_not_make_stays_a_finding() -> None:
-    """The line of 0.5″ stays a finding: 0.5″ are five standard uncertainties of each of 360 rows,
-    far above every limit."""
+    """A sine of 0.5″ that the named effect does not explain stays a finding: 0.5″ are five standard
+    uncertainties of one row, and 360 rows show the sine."""
     found = _found(belt_arcsec=0.5)
     assert [found.verdict, *found.effect_class] == ["named", "subdivision_error"]
     orders = [line.rate for cause in found.findings.causes for line in cause.lines]

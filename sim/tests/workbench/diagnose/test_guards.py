@@ -217,8 +217,8 @@ def test_means_of_groups_are_judged_by_the_scatter_within_them() -> None:
 
 
 def test_a_line_pays_for_all_frequencies() -> None:
-    """The probability of a line is corrected for all frequencies: in white noise, a line with p
-    below 5 % occurs in about 5 % of the sets. Fewer than 16 of 120 sets may have such a line, which
+    """The probability of a sine is corrected for all frequencies: in white noise, a sine with p
+    below 5 % occurs in about 5 % of the sets. Fewer than 16 of 120 sets may have such a sine, which
     allows four standard deviations."""
     random = np.random.default_rng(9)
     assert sum(fisher_p(random.normal(size=256)) < 0.05 for _ in range(120)) < 16
@@ -340,8 +340,8 @@ def test_a_slow_effect_far_above_the_scatter_is_no_slow_noise(
 ) -> None:
     """A slow effect far above the scatter is not taken for slow noise: a delay of 40 ms on a ramp
     to 40°/s and back causes an error of up to 5,760″, which rises and falls once in a minute."""
-    # With 20 orders in the model, and noise estimated without the effect, the p of the effect is
-    # 0.31, which is far from a name.
+    # With NEAR_P = 0, the noise is not estimated again for an effect because of its small p, but
+    # only because the effect removes most of a channel's residual variance.
     monkeypatch.setattr(weighing, "NEAR_P", 0.0)
     time = np.arange(0.0, 60.0, 0.1)
     speed = np.where(time < 30.0, time, 60.0 - time) * 40.0 / 30.0

@@ -73,8 +73,8 @@ def test_a_knock_of_the_stand_with_a_capture(size_arcsec: float) -> None:
 
 @pytest.mark.parametrize(("stations", "two_ways"), [(36, False), (36, True), (12, False)])
 def test_a_knock_in_stations_alone(stations: int, two_ways: bool) -> None:
-    """The diagnosis finds a jump of 4″ in noise of 0.4″ without a capture, although 17 of 18
-    effects cannot be tested."""
+    """The diagnosis finds a jump of 4″ in noise of 0.4″ without a capture, although most effects
+    cannot be tested then."""
     random = np.random.default_rng((6, stations))
     count = 4 * stations
     at = int(0.4 * count) + 1
@@ -140,7 +140,7 @@ def test_a_reversal_error_of_one_reversal_is_no_jump() -> None:
 def test_an_excursion_of_slow_noise_is_no_jump() -> None:
     """In 30 logs with Ornstein-Uhlenbeck noise and white noise, a jump is found at most once.
 
-    At the level of 1 % a set, two or more have a probability of 4 %.
+    Each log may show a false jump with a probability of 1 %; two or more then have one of 4 %.
     """
     rows, found = 400, 0
     time_s = 0.5 * np.arange(rows)

@@ -14,7 +14,7 @@ SEED = 11
 
 
 def _warming_run() -> MeasurementSet:
-    """Make one run of three turns, in which order 2 grows by 1.7″ for each of 4 K.
+    """Make one run of three turns, in which order 2 grows by 1.7″/K while the table warms by 4 K.
 
     The noise of head 2, 0.43″, is correlated over 12 rows.
     """
@@ -47,10 +47,10 @@ def _warming_run() -> MeasurementSet:
 
 
 def test_an_order_that_grows_with_warmth_is_no_line_next_to_the_order() -> None:
-    """A line 0.05 orders from order 2 fits three turns nearly as well, with one parameter more.
+    """A sine 0.05 orders from order 2 fits three turns nearly as well, with one parameter more.
 
-    With the noise estimated with the line in the model, warmth times order 2 explains at least as
-    much as the line.
+    If the noise is estimated with this sine in the model, temperature times order 2 explains at
+    least as much as the sine.
     """
     found = diagnosis_of(_warming_run())
     assert found.verdict == "unknown"

@@ -20,8 +20,8 @@ from tests.workbench.small_sets import measurement_set, paper_error
 
 @pytest.mark.parametrize("pairs", [6, pytest.param(7, marks=pytest.mark.large)])
 def test_a_disc_written_in_sectors_is_no_single_order(pairs: int) -> None:
-    """The diagnosis names no single order for a disc written in sectors: every second sector has an
-    error of 0.8″, a square wave, which contains 3, 5 and 7 times its order."""
+    """The diagnosis names no single order for a disc written in sectors, whose error alternates
+    between +0.4″ and −0.4″. This square wave also contains 3, 5 and 7 times its order."""
 
     def error(disc: np.ndarray, temperature: np.ndarray, speed: float) -> np.ndarray:
         return paper_error(disc, temperature, speed) + 0.4 * np.sign(np.sin(pairs * disc + 0.3))
@@ -126,8 +126,8 @@ UP_AND_DOWN = np.concatenate([np.arange(1800), np.arange(1799, -1, -1)]) / 900.0
 
 
 def test_a_log_that_divides_the_turn_is_searched_for_lines() -> None:
-    """The diagnosis searches a log for lines although its samples fall on the same angles in each
-    turn, as those of stations do."""
+    """The diagnosis searches a log for periodic errors although its samples fall on the same angles
+    in each turn, as the readings of stations do."""
     line = 3.0 * np.cos(31.4 * 2.0 * np.pi * UP_AND_DOWN)
     _, found = diagnosed(_log_that_divides_the_turn(line, UP_AND_DOWN, 1.0))
     assert [round(cause.lines[0].rate, 1) for cause in found.findings.causes] == [31.4]
@@ -136,8 +136,8 @@ def test_a_log_that_divides_the_turn_is_searched_for_lines() -> None:
 
 
 def test_a_square_wave_over_the_turn_is_no_line() -> None:
-    """The diagnosis names no line for a square wave that jumps at six places of the turn. The model
-    contains its orders 3, 9 and 15; the orders 21, 27, … remain."""
+    """The diagnosis names no periodic error for a square wave that jumps at six angles of the turn.
+    The model contains its orders 3, 9 and 15; the orders 21, 27, … remain."""
     wave = 12.0 * np.sign(np.sin(3.0 * 2.0 * np.pi * UP_AND_DOWN + 0.5))
     _, found = diagnosed(_log_that_divides_the_turn(wave, UP_AND_DOWN, 1.0))
     assert found.verdict == "unknown"
@@ -185,9 +185,10 @@ def test_lines_of_one_shape(lines: dict[float, float], is_one: bool) -> None:
 def test_runs_that_differ_little_leave_a_constant_its_name(
     by_direction_arcsec: float, is_named: bool
 ) -> None:
-    """Head 2 is displaced by 20″, ±0.5″ with the direction, as if the index repeated badly.
+    """If the displacement of head 2 is 20″ ± 0.5″, depending on the direction, it counts as
+    constant.
 
-    With ±15″ the error is no constant: the dependence on the direction may belong to its shape.
+    With 20″ ± 15″ it has no name, because the effect itself may depend on the direction.
     """
     made = measurement_set(
         head2_only=lambda time, speed: np.full(

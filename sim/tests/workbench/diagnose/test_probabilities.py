@@ -325,8 +325,8 @@ def test_no_verdict_contradicts_its_probabilities() -> None:
 
 
 def test_a_class_of_one_effect_with_one_percent_is_no_class() -> None:
-    """A line with one percent of the probability forms no class: at a single speed, a half-integer
-    order is a hundred times as likely as the line."""
+    """A vibration with one percent of the probability forms no class: at a single speed, a
+    half-integer order, which is unknown to the catalogue, is a hundred times as likely."""
     said = {"vibration": 0.0063, "unknown": 0.9937, "none": 0.0}
     assert _verdict("ambiguous", ["vibration"], said) == "unknown"
     # The more probable of the two becomes the answer; several similar effects share their

@@ -55,8 +55,8 @@ def test_the_reversal_is_measured_with_a_jump(seed: int) -> None:
 
 
 def test_noise_alone_has_no_reversal() -> None:
-    """Noise alone has no reversal: with a false-alarm probability of 0.1 % per set, three or more
-    findings in 100 sets have a probability of 0.02 %."""
+    """Noise alone gives a reversal in fewer than 3 of 100 sets: with a false-alarm probability of
+    0.1 % per set, three or more have a probability of 0.02 %."""
     assert sum(_found(seed, 0.0, 3.0) is not None for seed in range(100)) < 3
 
 

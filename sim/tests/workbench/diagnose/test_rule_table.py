@@ -1,5 +1,5 @@
-"""Tests of single rules on constructed surveys, and of the evidence for a family of
-coefficients."""
+"""Tests of single rules on constructed surveys (the tests of all effects on one set), and of the
+evidence for a family of coefficients."""
 
 from __future__ import annotations
 
@@ -190,8 +190,8 @@ def test_an_event_that_comes_again_and_again_is_no_accident() -> None:
     assert AGAIN == 3
     assert _again(*slips(100.0, 80.0, 60.0))
     assert not _again(*slips(100.0, 80.0))
-    # Two small events after a large one do not count as a repetition. Lines of a periodic error are
-    # no events: as many of them as above do not count as a repetition.
+    # Two small events after a large one do not count as a repetition. Periodic errors are no
+    # events: three of them do not count as a repetition.
     assert not _again(*slips(100.0, 5.0, 5.0))
     assert not _again(*(_item("periodic_error", gain) for gain in (100.0, 80.0, 60.0)))
     # Left-out rows may fail to confirm an event if slow noise predicts them from their neighbours.

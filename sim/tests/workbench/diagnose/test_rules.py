@@ -153,8 +153,8 @@ def test_the_time_constant_of_a_settling_is_between_the_grid_points(seed: int) -
 
 
 def test_a_line_at_one_speed_only_may_be_an_alias() -> None:
-    """The diagnosis states that a line at one speed may be an alias: a line of 101.5 Hz, sampled at
-    167 Hz in the slow runs, appears at 65.2 Hz; the fast run, at 500 Hz, shows a difference."""
+    """The diagnosis states that a vibration at one speed may be an alias: a vibration of 101.5 Hz,
+    sampled at 167 Hz in the slow runs, appears at 65.2 Hz, but not in the fast run at 500 Hz."""
     made = simulate_set([Wanted("vibration", 0.02)], full().smaller(6000, 10), 40_005)
     _, found = diagnosed(made.measurement, 0.0)
     assert found.verdict == "ambiguous"

@@ -50,7 +50,7 @@ def test_white_noise_has_none(rows: int) -> None:
 
 def test_a_chirp_is_not_silent() -> None:
     """The diagnosis reports a chirp of 1″, from 12 to 36 periods per hour in 0.3″ of noise, as
-    unknown; the chirp is neither a line nor noise of a known kind."""
+    unknown; the chirp is neither a steady sine nor noise of a known kind."""
     random = np.random.default_rng(5)
     time_s = np.arange(1500) * 2.4
     share = time_s / 3600.0

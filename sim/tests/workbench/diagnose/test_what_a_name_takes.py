@@ -140,8 +140,8 @@ def test_blocks_do_not_judge_what_happens_once_or_is_weak() -> None:
 
 
 def test_a_line_that_loses_its_phase_is_not_predicted_by_other_blocks() -> None:
-    """The other blocks do not predict a resonance driven by noise, which keeps its phase for a few
-    periods only; they do predict a steady line of the same frequency."""
+    """The other blocks of rows do not predict a resonance driven by noise, which keeps its phase
+    for a few periods only; they do predict a steady sine of the same frequency."""
     frequency, size = 1.3, 0.6
 
     def line(time, speed):  # type: ignore[no-untyped-def]
@@ -252,12 +252,13 @@ def test_a_name_that_takes_a_tenth_of_the_excess_or_less_is_what_it_resembles() 
         assert (found is not None) is refused
         # If slow noise can explain the residual, a small effect keeps its name.
         assert takes_little(_case(before, after, 2.0 * LACK_OF_FIT)) is None
-        # One of many lines removes only a small part of the whole error, but the other blocks
-        # predict this line.
+        # One of many sines removes only a small part of the whole error, but the other blocks
+        # predict this sine.
         confirmed = _case(before, after)
         confirmed.best.share = SimpleNamespace(share=0.9)  # type: ignore[union-attr]
         assert takes_little(confirmed) is None
-        # A line from a forward search has no share; other blocks must have predicted it to be kept.
+        # A sine from the forward search has no share; the search keeps a sine only if the other
+        # blocks predict it.
         line = _case(before, after)
         line.best.regular = SimpleNamespace()  # type: ignore[union-attr, assignment]
         assert takes_little(line) is None

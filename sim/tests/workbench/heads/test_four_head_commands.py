@@ -1,4 +1,4 @@
-"""Tests that every command that reads a capture accepts a capture of four heads."""
+"""Tests that the workbench's commands and its page accept a capture of four heads."""
 
 from __future__ import annotations
 

@@ -43,8 +43,7 @@ def test_nothing_is_adequate() -> None:
 
 
 def test_a_ball_pass_is_named_with_what_head_1_sees() -> None:
-    """The diagnosis names a ball-pass motion of 0.25 µm at the disc's radius without a
-    reference."""
+    """The diagnosis names a ball-pass motion of the axis by 0.25 µm without a reference."""
     _, values = _named(FourHeads(motion=ball_pass(0.25e-6, 4.37)), "bearing_ball_pass")
     _close(values["head1_amplitude"], 0.25e-6 * ARCSEC_A_METRE)
     assert abs(values["order"].value - 4.37) < 1e-3
@@ -134,8 +133,8 @@ def test_an_order_of_an_eccentric_disc_is_an_order_of_the_disc(
     """The diagnosis names an order of an eccentric disc: the 80″ of order 1 shift the phase of
     order 200 by 0.08 rad, differently at each head.
 
-    A line with an amplitude and a phase for each head also describes this, and therefore has a
-    larger gain.
+    A periodic error with its own amplitude and phase at each head also describes these differences,
+    and therefore has a larger gain.
     """
     found, values = _named(
         FourHeads(disc=(*DISC, (order, size_arcsec, 0.5)), samples=1200), "high_order_graduation"
@@ -148,16 +147,16 @@ def test_an_order_of_an_eccentric_disc_is_an_order_of_the_disc(
 
 @pytest.mark.parametrize("order", [97.0, pytest.param(97.02, marks=pytest.mark.large)])
 def test_a_line_of_the_axis_is_no_order_of_the_disc(order: float) -> None:
-    """The diagnosis names no order of the disc for an axis that moves by 0.2 µm along x: each head
-    sees its own share, and the disc does not have this order."""
+    """The diagnosis names no order of the disc for an axis that oscillates by 0.2 µm along x: each
+    head shows a different share of this motion, and the disc does not have this order."""
     world = FourHeads(motion=lambda angle: 0.2e-6 * np.cos(order * angle) + 0j)
     _, values = _named(world, "periodic_error")
     assert values["order"].value == pytest.approx(order, abs=SIGMAS * values["order"].sigma)
 
 
 def test_a_line_with_a_whole_order_is_not_the_whole_order() -> None:
-    """The diagnosis does not name an integer order for a line that differs by 0.02 from it: over
-    the two turns of each run, the phase of the line advances by 14°."""
+    """The diagnosis names no integer order for a sine whose order differs by 0.02 from an integer:
+    over the two turns of each run, the phase of the sine advances by 14°."""
     _, values = _named(FourHeads(disc=(*DISC, (97.02, 0.6, 0.5))), "periodic_error")
     assert values["order"].value == pytest.approx(97.02, abs=SIGMAS * values["order"].sigma)
 

@@ -10,7 +10,7 @@ from arctrue.workbench.noise.spectrum import Spectrum, time_constants
 
 SPECTRUM = Spectrum(0.5, np.array([0.1, 2.0]), np.array([0.7, 0.3]))
 BREAK = 120
-"""Row at which a new stretch begins."""
+"""Row at which a new stretch begins; the noise of different stretches is independent."""
 
 
 @pytest.fixture

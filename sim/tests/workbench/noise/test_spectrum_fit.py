@@ -17,8 +17,8 @@ TRUE = Spectrum(0.01, np.array([2.0]), np.array([0.01]))
 
 
 def _stretches(columns: int, seed: int = 1) -> tuple[list[Stretch], FixedTerms]:
-    """Return three runs of noise: Ornstein–Uhlenbeck noise of 0.1″ with a time constant of 2 s,
-    plus 0.1″ of white noise."""
+    """Return three runs of noise, minus a fit of ``columns`` waves. The noise is Ornstein–Uhlenbeck
+    noise of 0.1″ with a time constant of 2 s, plus 0.1″ of white noise."""
     random = np.random.default_rng(seed)
     clock = np.arange(ROWS) * STEP
     noise = RowNoise(clock, np.array([0]), (TRUE,), np.ones(ROWS))

@@ -74,8 +74,8 @@ def test_a_reversal_stands_out_of_a_wandering_reference() -> None:
 
 
 def test_a_slip_is_not_taken_for_slow_noise() -> None:
-    """The diagnosis names a slip if half of a run lies 12 counts higher, although slow noise that
-    is estimated without the slip would explain the rows."""
+    """The diagnosis names a slip if half of a run lies 12 counts higher. Slow noise that is
+    estimated without the slip would also explain these rows."""
     made = _with_slow_capture(measurement_set(), 5)
     assert made.capture is not None
     run = made.capture.run
@@ -86,8 +86,9 @@ def test_a_slip_is_not_taken_for_slow_noise() -> None:
 
 
 def test_one_polygon_cycle_alone_cannot_tell() -> None:
-    """One polygon cycle alone cannot tell: 24 rows with 41 coefficients have no residual. In an
-    earlier version, the diagnosis estimated a noise of 0 and therefore named a bearing motion."""
+    """The diagnosis cannot decide from 24 rows of a polygon alone: 41 coefficients leave no
+    residual. In an earlier version it estimated a noise of 0 and therefore named a bearing
+    motion."""
     made = measurement_set(cycles=1)
     assert made.reference is not None
     first = {

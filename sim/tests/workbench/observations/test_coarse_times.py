@@ -1,4 +1,4 @@
-"""Tests of a log whose clock shows whole seconds only."""
+"""Tests of logs whose clock has coarse steps."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ def test_spread_times_differ_from_the_true_ones_by_less_than_the_step_of_the_clo
         stamps = np.floor(true / step) * step
         found = spread(stamps)
         assert np.all(np.diff(found) > 0.0)
-        # A stamp is early by up to one step; the last row of a stamp, which is moved farthest, may
-        # be late by as much.
+        # A stamp is early by less than one step of the clock. The bound adds half a step, because
+        # the rows of one stamp get even times, although their true times are not even.
         assert np.abs(found - true).max() < 1.5 * step
 
 
@@ -27,7 +27,8 @@ def test_times_without_order_are_kept() -> None:
 
 
 def _log(*, whole_seconds: bool) -> MeasurementSet:
-    """Make a log of 0.7 turns, 10 rows per second: a line of order 60, 20″, in correlated noise."""
+    """Make a log of 0.7 turns with 10 rows per second. The error is a sine of order 1 (30″), a sine
+    of order 60 (20″), and correlated noise."""
     random = np.random.default_rng(5)
     rows = 1440
     target = np.linspace(20.0, 272.0, rows)
@@ -45,7 +46,7 @@ def _log(*, whole_seconds: bool) -> MeasurementSet:
 
 
 def test_a_log_in_whole_seconds_has_the_verdict_of_the_log_with_finer_times() -> None:
-    """The line is an order of the angle, which the clock does not change."""
+    """The coarse clock does not change the sine of order 60, which depends only on the angle."""
     finer, coarse = (diagnosis_of(_log(whole_seconds=item)) for item in (False, True))
     assert finer.named is not None
     assert coarse.named is not None

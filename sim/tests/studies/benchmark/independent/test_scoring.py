@@ -85,8 +85,8 @@ def test_a_line_is_right_by_the_accepted_names_where_a_line_is(
     answer: dict[str, Any], expected: str
 ) -> None:
     """An answer is right if it has an accepted name and, if it states a frequency, the frequency of
-    a line; the set has lines at 0.1 and 0.3 Hz. Two frequencies within 1.5 widths of resolution
-    count as the same line."""
+    a periodic error of the set: 0.1 or 0.3 Hz. Two frequencies count as equal if they differ by at
+    most 1.5 times the resolution, which is 0.001 Hz."""
     lines = (line(0.1, 2.0), line(0.3, 0.5))
     found = judged(answer, *lines, names=["vibration"], alike=["bearing_ball_pass"])
     assert found.outcome == expected
@@ -160,8 +160,9 @@ def test_an_answer_that_is_allowed_is_no_miss_of_a_name() -> None:
         for effect in (line(0.1, 2.0), stranger)
         for verdict in ("ambiguous", "unknown", "cannot_tell")
     ]
-    # For the line, "cannot tell" counts as a miss, and the other two answers do not count. For the
-    # cause outside the catalogue, "unknown" counts as right and "cannot tell" as a miss.
+    # For the periodic error, "cannot tell" counts as a miss, and the other two answers do not
+    # count. For the cause outside the catalogue, "unknown" counts as right and "cannot tell" as a
+    # miss.
     assert first.of(sets) == Rate(0, 1)
     assert unknown.of(sets) == Rate(1, 2)
 
@@ -194,8 +195,9 @@ def test_the_largest_line_is_to_be_named_first() -> None:
 
 
 def test_worlds_fail_by_the_lower_end_of_their_interval_and_generators_stand_apart() -> None:
-    """A world fails only by the lower end of its interval. By Clopper and Pearson, the interval of
-    2 false answers in 6 is 4.3 … 77.7 %, and that of 1 in 6 is 0.4 … 64.1 %."""
+    """A world fails only if the lower end of the interval of its false answers is above the goal.
+    By Clopper and Pearson, the interval of 2 false answers in 6 is 4.3 … 77.7 %, and that of 1 in
+    6 is 0.4 … 64.1 %."""
     right, false = judged(named("periodic_error"), line(0.1, 2.0)), judged(named("hysteresis"))
     sets = [right] * 4 + [false] * 2
     assert scored(sets)["failed_worlds"] == ["mount_log"]

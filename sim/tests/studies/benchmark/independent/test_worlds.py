@@ -104,8 +104,8 @@ def fitted(
         rows = np.column_stack([base, signal, reference.error_arcsec])
         blocks.append(noise.whiten(rows, reference.time_s))
     rows = np.vstack(blocks)
-    # The place of an index mark is uniform within ± index_counts, with the variance n(n + 1)/3 for
-    # each head.
+    # The place of an index mark is uniform over the counts from −n to n with n = index_counts; its
+    # variance is n(n + 1)/3 for each head.
     scatter = scene.disc.arcsec_per_count * np.sqrt(
         2 * scene.index_counts * (scene.index_counts + 1) / 3
     )
