@@ -714,7 +714,8 @@ class Instrument:
         Parameters
         ----------
         bins : int
-            Number of equal parts of a turn of true angle that count all edges; 0: none.
+            Number of equal parts (bins) of a turn of true angle, each with statistics of all its
+            edges; 0: no statistics.
         every : int
             Number N: every N-th edge is kept; 1: all edges, 0: none.
         most : int
