@@ -41,7 +41,7 @@ RESET_CLOCKS = 64  # minimum duration of the core's reset
 RESET_RELEASE_CLOCKS = RESET_CLOCKS + 4
 
 DNA = 0x1_23456789_ABCDEF  # identifier in the model dna_port.vhd
-DNA_CLOCKS = 118 * 8  # the latency of chip_dna, 116 * 8, and two bits of its clock
+DNA_CLOCKS = 118 * 8  # the latency of chip_dna, 116 * 8, and a margin of 2 * 8
 
 HEAD_PINS = ("head1_a", "head1_b", "head1_z", "head2_a", "head2_b", "head2_z")
 LEDS = ("led_alive", "led_capture", "led_fault", "led_compensation")
