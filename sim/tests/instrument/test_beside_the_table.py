@@ -48,8 +48,8 @@ SAMPLE_AFTER_EDGE = -1
 """Clocks from an edge of sync_in to the pins of head 1 that its sample contains: those one clock
 before the edge.
 
-The strobe comes 4 clocks after its pin, the turn position 5 clocks (headers of pulse_input and
-quadrature_decoder).
+The strobe comes 4 clocks after the edge of its pin, the turn position 5 clocks after the pins of
+the head (headers of pulse_input and quadrature_decoder).
 """
 NOTED = 1
 """Clocks by which a recording shows outputs early: it contains the inputs of a clock, but the
