@@ -340,7 +340,8 @@ def slip_then(instrument: Instrument, recording: Recording, slip: NDArray[np.flo
 
 @dataclass(frozen=True, slots=True)
 class Zeros:
-    """Mean errors of both tracks in a turn without a fault; positions count from power-on."""
+    """Mean error of the output and mean slip of head 1, in counts, in a turn without a fault. They
+    are not 0, because positions count from power-on."""
 
     corrected: float
     head1: float
