@@ -540,8 +540,8 @@ async def samples_at_equal_angles_lie_on_the_grid_of_a_zero_that_moved(dut):
 
 @cocotb.test()
 async def a_mark_out_of_its_place_moves_nothing(dut):
-    """If one mark comes 20 counts late and all later marks come in place, the core reports the late
-    mark and does not move the zero."""
+    """If one mark comes 20 counts late and all later marks come in place, the core reports two
+    index errors, for the late mark and for the next mark, and does not move the zero."""
     machine = await prepared(dut)
     names = machine.registers
     await names.update("control", compensate=1, output_enable=1)

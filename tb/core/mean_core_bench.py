@@ -62,8 +62,8 @@ def readings(angle: NDArray[np.float64]) -> NDArray[np.int64]:
 
 def mean_of(heads: tuple[int, ...], carrier: int) -> MeanSet:
     """Return the mean of ``heads`` (numbers from 1 on), in which a motion of the axis cancels if
-    there are at least three heads. The weight of the carrier absorbs the rounding of the
-    weights."""
+    there are two opposite heads or at least three heads. The weight of the carrier absorbs the
+    rounding of the weights."""
     places = turn_rad([PLACES[head - 1] for head in heads])
     rows = np.array([np.ones(len(heads)), np.cos(places), np.sin(places)])
     words = [0] * HEADS

@@ -31,8 +31,8 @@ from tb.core.compensation_pipeline_bench import (
 TURN = 1 << PHASE_STEP_WIDTH
 SWEEP_CLOCKS = 18 * LANES
 HALF_ORDERS = (0.5, 71.4, 3.0, 0.398, 70.4, 7.875, 12.5, 1.0)
-"""Orders of a belt, of a gear with a side harmonic, of a bearing's cage, and some integer
-orders."""
+"""Orders of a belt, of a gear with a side harmonic, of a bearing's cage, and four other orders, two
+of them integers."""
 
 
 def bank_of(
@@ -113,7 +113,7 @@ async def play(dut: Any, total: NDArray[np.int64]) -> NDArray[np.int64]:
 
 def motions(rng: np.random.Generator, size: int) -> NDArray[np.int64]:
     """Return positions: forwards over a wrap, vibration over the second wrap, and backwards over
-    three wraps."""
+    four wraps."""
     fastest = np.arange(0, int(1.95 * COUNTS_PER_REV), FOLD)
     to_wrap = np.arange(fastest[-1], 2 * COUNTS_PER_REV, max(1, FOLD // 2))
     tremble = 2 * COUNTS_PER_REV + rng.integers(-2, 3, size)

@@ -1,4 +1,4 @@
-"""Runs the bench of the whole core with a local table in GHDL.
+"""Runs in GHDL the bench of the whole core with a local table.
 
 ``sim/tests/studies/hidden_effect/test_scratch.py`` runs the netlist of a core that has a pipeline
 for each lane.

@@ -1,4 +1,4 @@
-"""Runs the bench of the whole core with the weighted mean of two to four heads in GHDL."""
+"""Runs in GHDL the bench of the whole core with the weighted mean of two to four heads."""
 
 from __future__ import annotations
 

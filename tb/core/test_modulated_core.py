@@ -1,4 +1,4 @@
-"""Runs the bench of the whole core with lanes that follow the motion in GHDL."""
+"""Runs in GHDL the bench of the whole core, whose lanes have amplitudes that follow the motion."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from tb.support.simulation import simulate
 
 @pytest.mark.parametrize("rotation", ["table", pytest.param("cordic", marks=pytest.mark.large)])
 def test_modulated_core(rotation: str) -> None:
-    """The core with MODULATORS equals the models; here its lanes use the table, in
-    ``tb/conditions`` they use the CORDIC."""
+    """The core with MODULATORS equals the models; its lanes compute the cosine by the table or, in
+    the large test, by the CORDIC."""
     simulate(
         "arctrue_core",
         "tb.core.modulated_core_bench",

@@ -1,4 +1,4 @@
-"""Runs the bench of the whole core with lanes whose orders are not integers (real orders) in GHDL.
+"""Runs in GHDL the bench of the whole core with lanes whose orders are not integers (real orders).
 
 ``test_compensation_pipeline.py`` compares the output of the pipeline, with a circuit for each lane,
 with the model in every clock.

@@ -15,7 +15,7 @@ entity latency_harness is
   port (
     clock           : in    std_ulogic;
     reset           : in    std_ulogic;
-    angle           : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);                 -- counts of 2**24
+    angle           : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);                 -- 2**24 counts per turn
     phases          : out   std_ulogic_vector(PHASE_WIDTH - 1 downto 0);
     pair_sums       : out   std_ulogic_vector(PAIR_WIDTH - 1 downto 0);
     delayed_angle   : out   std_ulogic_vector(ANGLE_WIDTH - 1 downto 0);

@@ -1,5 +1,5 @@
-"""Runs the bench of encoder_source, the design of the second board that replaces the encoder, in
-GHDL."""
+"""Runs in GHDL the bench of encoder_source, the design for a second board that takes the place of
+the encoder."""
 
 import pytest
 

@@ -103,8 +103,8 @@ async def cosines(dut: Any) -> None:
 
 @cocotb.test()
 async def latency(dut: Any) -> None:
-    """The product comes 19 clocks after its phase (20 with a partner); the lane reads the amplitude
-    16 clocks after the phase."""
+    """With 16 iterations, the product comes 19 clocks after its phase (20 with a partner), and the
+    lane reads the amplitude 16 clocks after the phase."""
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     dut.phase.value = 0
     dut.amplitude.value = 1000

@@ -64,8 +64,8 @@ async def pair_sums(dut: Any) -> None:
 
 @cocotb.test()
 async def latency(dut: Any) -> None:
-    """At the ports, pair sums come 20 clocks after their phases; amplitudes are read 16 clocks
-    after the phases."""
+    """At the ports, pair sums come CORDIC_ITERATIONS + 4 clocks (20 by default) after their phases;
+    amplitudes are read CORDIC_ITERATIONS clocks (16 by default) after the phases."""
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     unit = 1 << 11
     dut.phases.value = flat(np.zeros(LANES, dtype=np.int64), PHASE_WIDTH)

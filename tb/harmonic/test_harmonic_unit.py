@@ -1,5 +1,5 @@
-"""Tests that the sums of two lanes each in VHDL equal their model, also for odd numbers of
-lanes."""
+"""Tests that harmonic_unit in VHDL, which adds the terms of the lanes in pairs, equals its model,
+also for odd numbers of lanes."""
 
 import pytest
 

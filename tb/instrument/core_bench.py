@@ -34,7 +34,7 @@ SAID = ("awready", "wready", "arready", "bvalid", "rvalid")
 
 CONTROLS = (0b00111, 0b01111, 0b10111, 0b00110, 0b00101)
 """Control words: captures at equal times, at equal angles and on request, and two words that
-disable the capture or the correction."""
+disable the correction or the output."""
 ABSENT_HEADS = {f"head{head}_{pin}": 0 for head in range(HEADS + 1, HEADS_MAX + 1) for pin in "abz"}
 """Pins of the heads beyond HEADS, which stay low."""
 DNA = {"chip_dna": 0x0AB_CDEF_0123_4567, "chip_dna_known": 1}

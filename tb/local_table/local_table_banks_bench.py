@@ -75,7 +75,8 @@ class Unit:
             await self.clock()
 
     async def access(self, *, place: bool, address: int, word: int | None) -> tuple[int, int]:
-        """Write ``word``, or read if it is None; return the word read and the access' clocks."""
+        """Write ``word``, or read if it is None; return the word that was read, and the number of
+        clocks that the access waited."""
         dut = self.dut
         dut.of_place.value, dut.address.value = int(place), address
         dut.write_data.value = (word or 0) & 0xFFFF_FFFF

@@ -155,8 +155,8 @@ async def every_set_is_loaded_whole(dut: Any) -> None:
 
 @cocotb.test()
 async def writes_of_the_processor_wait_and_nothing_mixed_is_swapped(dut: Any) -> None:
-    """Each acknowledged write of the processor is stored, and each swapped set is whole, while
-    writes, swaps and loads are random.
+    """Each write of the processor gets the acknowledgement of its kind, and each swapped set is
+    whole, while writes, swaps and loads are random.
 
     The entity swaps no words while `may_activate` is low; `refused` pulses instead.
     """

@@ -44,7 +44,7 @@ async def follows_the_model(dut, name: str) -> None:
                 getattr(dut, key).value = column[clock] % 2**32
         await FallingEdge(dut.clock)
 
-    # The model gets the same number of reset clocks.
+    # Like the entity, the model starts with 8 clocks of reset.
     resets = 8
     inputs = {key: [column[0]] * resets + column for key, column in columns.items()}
     inputs["reset"][:resets] = [1] * resets

@@ -345,8 +345,8 @@ async def answers_after_their_clocks_in_turn(dut):
     kinds = "".join("w" * now["bvalid"] + "r" * now["rvalid"] for now in seen)
     assert kinds in ("wr" * words, "rw" * words), f"answers came as {kinds}"
     clocks = [n for n, now in enumerate(seen) if now["bvalid"] or now["rvalid"]]
-    # Reads and writes alternate: each answer comes one clock more after the previous answer than
-    # its access takes alone.
+    # Reads and writes alternate. The time from one answer to the next is one clock longer than the
+    # later access takes alone.
     assert {later - earlier for earlier, later in pairwise(clocks)} == {4, 5}
 
 

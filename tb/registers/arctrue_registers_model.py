@@ -1,4 +1,4 @@
-"""Models the register map for a processor, with tables written by hand from its description.
+"""Models the register map as a processor sees it, with tables written by hand from its description.
 
 No value comes from the SystemRDL source or from files generated from that source.
 """

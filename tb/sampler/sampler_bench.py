@@ -117,8 +117,8 @@ def drive_further_heads(dut, columns: dict[str, list[int]], clock: int) -> None:
 
 
 def further_heads(columns: dict[str, list[int]], clock: int) -> tuple[int, int]:
-    """Return the positions of heads 3 and 4 as one word, and their flags; both change in every
-    clock."""
+    """Return the positions of heads 3 and 4 as one word, and their flags. The positions change in
+    every clock; every 40 clocks another flag is inverted."""
     head3 = (5 * columns["turn_position1"][clock] + 11 * clock) % 2**32
     head4 = (columns["turn_position2"][clock] ^ 0x0F0F_3355) % 2**32
     return head3 | head4 << 32, columns["flags"][clock] ^ (1 << clock // 40 % 8)
@@ -133,7 +133,7 @@ def drive(dut, name: str, value: int) -> None:
 
 
 async def run(dut, scenario: Scenario, columns: dict[str, list[int]], seed: int) -> Seen:
-    """Play the scenario and compare the outputs in every clock."""
+    """Play the scenario, check the data of each read, and return the recorded outputs."""
     seen = Seen()
     processor = Processor(scenario, seed)
     shadow = SHADOW.setdefault(scenario.depth, [0] * (2 * scenario.depth))

@@ -1,4 +1,5 @@
-"""Tests that workers share a library of compiled VHDL that never contains a file's old version."""
+"""Tests that pytest workers share a library of compiled VHDL, which never contains a file's old
+version."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ RESET_CLOCKS = 64  # minimum duration of the core's reset
 RESET_RELEASE_CLOCKS = RESET_CLOCKS + 4
 
 DNA = 0x1_23456789_ABCDEF  # identifier in the model dna_port.vhd
-DNA_CLOCKS = 118 * 8  # the latency of chip_dna, 116 * 8, and two bits of its clock
+DNA_CLOCKS = 118 * 8  # the latency of chip_dna, 116 * 8, and a margin of 2 * 8
 
 HEAD_PINS = ("head1_a", "head1_b", "head1_z", "head2_a", "head2_b", "head2_z")
 LEDS = ("led_alive", "led_capture", "led_fault", "led_compensation")
@@ -148,7 +148,8 @@ async def registers_over_axi3(dut: Any) -> None:
     assert await axi.write_burst(BASE + registers.COEFFICIENTS_ADDRESS, words) == OKAY
     read = await axi.read_burst(BASE + registers.COEFFICIENTS_ADDRESS, 4 * LANES)
     assert [answer for _, answer in read] == [OKAY] * len(words)
-    # Words 1 and 3 of a lane have fewer than 32 bits, so only the other words are compared.
+    # The memory does not store all bits of each word, so only words 0 and 2 of a lane, whose
+    # written bits are all stored, are compared.
     assert [data for data, _ in read[0::4]] == words[0::4]
     assert [data for data, _ in read[2::4]] == words[2::4]
     # The bridge refuses an address outside its window.

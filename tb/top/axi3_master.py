@@ -15,7 +15,7 @@ LONGEST_WAIT = 4000  # clocks; a beat takes about 4, the core answers within 10
 
 
 class BusError(Exception):
-    """Raised if the answer to a beat is not OKAY."""
+    """Raised if the answer to a beat that is read, or to a burst that is written, is not OKAY."""
 
 
 def bursts(address: int, words: int) -> Iterator[tuple[int, int]]:

@@ -1,5 +1,5 @@
-"""Compares the generics of a bitstream, apart from the lanes, with the generics that a coefficient
-file requires."""
+"""Compares generics of a bitstream (heads and extensions, not the number of lanes) with those that
+a coefficient file requires."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ class Capability:
     failover: bool = False
 
     def lacking(self, needed: Capability) -> list[str]:
-        """Return the generics that ``needed`` requires and this bitstream lacks, as ``"HEADS =
-        4"``."""
+        """Return the generics that ``needed`` requires and this bitstream lacks, each as a text
+        such as ``"HEADS = 4"``."""
         found = []
         for field in fields(self):
             wanted, built = getattr(needed, field.name), getattr(self, field.name)

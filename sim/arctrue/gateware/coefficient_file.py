@@ -47,8 +47,8 @@ SCHEMA = 1
 THERMAL_SCHEMA = 2
 """Schema number of a file with lanes that follow the temperature and without an extension."""
 EXTENDED_SCHEMA = 3
-"""Schema number of a file with a part that needs a generic of the gateware; without such a part,
-the file has schema 1 or 2."""
+"""Schema number of a file with a part that needs another value of a generic than the default build
+of the gateware has; without such a part, the file has schema 1 or 2."""
 
 # Permitted difference between a value in arcseconds, degrees or counts and its word, in units of
 # the word: half a unit for the rounding of a typed value, and a small margin for the number of
@@ -347,10 +347,10 @@ def _without_lines(entry: Coefficients) -> list[str]:
 def read_coefficient_file(path: Path | str, bitstream: Capability | None = None) -> Coefficients:
     """Read a coefficient file and check it for ``bitstream``; None: the default build.
 
-    Raises CoefficientFileError for a missing file, wrong TOML, a key that is missing, unknown or of
-    the wrong type, a word outside its format, words that contradict their values in arcseconds or
-    degrees, or a part that the bitstream cannot hold (the message then names the generic that the
-    part needs).
+    Raises CoefficientFileError for a file that is missing or cannot be read, wrong TOML, a key that
+    is missing, unknown or of the wrong type, a word outside its format, words that contradict their
+    values in arcseconds, degrees or counts, or a part that the bitstream cannot hold (the message
+    then names the generic that the part needs).
     """
     path = Path(path)
     try:
@@ -572,7 +572,7 @@ def _check_words(place: str, lane: _Lane, counts_per_rev: int) -> None:
 def _check_real_order(place: str, lane: _ExtendedLane, counts_per_rev: int) -> None:
     """Raise ContentError if the phase step or the turn step contradicts the order.
 
-    A step may differ by the rounding of the order to 53 bits and by half a unit.
+    A step may differ by _AGREEMENT units and by the effect of rounding the order to 53 bits.
     """
     turn = 1 << PHASE_STEP_WIDTH
     order = Fraction(lane.order)
@@ -612,7 +612,8 @@ def _check_slope(place: str, lane: _ThermalLane, counts_per_rev: int) -> None:
 def _agree(
     place: str, value: float, word_key: str, word: int, unit: float, turn: float = math.inf
 ) -> None:
-    """Raise ContentError if ``value`` is not ``word`` · ``unit`` plus a multiple of ``turn``."""
+    """Raise ContentError if ``value`` differs from ``word`` · ``unit`` by more than _AGREEMENT ·
+    ``unit``, apart from a multiple of ``turn``."""
     difference = value - word * unit
     if math.isfinite(turn):
         difference = math.remainder(difference, turn)

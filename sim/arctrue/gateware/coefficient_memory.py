@@ -70,7 +70,8 @@ class CoefficientMemory:
             self._words[address] = _stored(address % WORDS_A_LANE, data)
 
     def write_offset(self, data: int) -> None:
-        """Write the offset of the idle bank; the memory stores s13.11 of the 32-bit word."""
+        """Write the offset of the idle bank; the memory stores the low bits of the 32-bit word, in
+        the format s13.11."""
         self._offset = _signed(data, AMPLITUDE_WIDTH)
 
     def read(self, address: int) -> int:

@@ -129,7 +129,7 @@ class Coefficients:
             )
 
     def _check_extension(self) -> None:
-        """Raise ValueError if the extension names a lane or a count that does not exist."""
+        """Raise ValueError if the extension does not fit the lanes and counts of this bank."""
         if self.extension is None:
             return
         named = {lane for lane, _ in (*self.extension.modulators, *self.extension.turn_steps)}
@@ -380,8 +380,8 @@ class Coefficients:
     def error_counts(self, angle_counts: ArrayLike) -> NDArray[np.float64]:
         """Compute ε in counts by equation (9) in double precision, from the quantised coefficients.
 
-        ``angle_counts`` are whole counts of any shape; for a lane with a real order they count over
-        all turns from turn 0 on. The result has the same shape.
+        ``angle_counts`` are whole counts of any shape; for a lane with a real order they are
+        counted over all turns, with 0 at the start of turn 0. The result has the same shape.
         """
         angle = np.asarray(angle_counts, dtype=np.int64)
         error = np.full(angle.shape, self.offset_counts)

@@ -15,8 +15,9 @@ from arctrue.generated.number_formats import CLOCK_HZ, PAIR_FRACTION
 RATE_MAX = 2**32 - 1
 ACCELERATION_MAX = 2**32 - 1
 TICK_BITS = 8
-"""Binary logarithm of the number of clocks between two changes of the velocity. The summed velocity
-has as many fraction bits; r changes by the whole part of the sum, in 2⁻ᶠ count."""
+"""Binary logarithm of the number of clocks between two changes of the velocity. The sum of the
+velocities of successive clocks has TICK_BITS fraction bits; r changes by the whole part of this
+sum, in 2⁻ᶠ count."""
 VELOCITY_FRACTION = 16
 MARGIN_BITS = 3
 LOOK, COMPARE, DECIDE = 240, 241, 255

@@ -13,8 +13,9 @@ Word = TypeVar("Word", bound=np.generic)
 
 
 def delay_line(undelayed: NDArray[Word], clocks: int = DELAY_LINE_LATENCY) -> NDArray[Word]:
-    """Return the words, (clocks of the run, …), delayed by ``clocks`` clocks; the first outputs are
-    0.
+    """Return the words delayed by ``clocks`` clocks; the first ``clocks`` outputs are 0.
+
+    The shape of input and output is (number of clocks in the run, …).
 
     Raises ValueError for a delay below one clock.
     """

@@ -20,7 +20,7 @@ class CountedEdges:
     step: Ints
     """1 for a step upwards, -1 for a step downwards, 0 for no step."""
     up: Bools
-    """Whether the latest step was upwards."""
+    """Whether the latest step was upwards; true if no step has come since the reset."""
     breaks_order: Bools
 
 

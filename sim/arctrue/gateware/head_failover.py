@@ -39,8 +39,9 @@ class HeadFailover:
     """Registers of the entity with ``failover.enable`` set; one call of ``clock`` is one clock.
 
     A head remains left out until a prepared set is loaded in which it is not the missing head.
-    While the coefficients that the processor wrote are active, the head returns when it has found
-    its index again and the processor requests its return or ``return_after`` intervals have passed.
+    While the coefficients that the processor wrote are active, the head returns when two conditions
+    are met: it has found its index again, and either the processor has requested its return or
+    ``return_after`` intervals have passed.
     """
 
     heads: int

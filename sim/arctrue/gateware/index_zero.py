@@ -23,8 +23,8 @@ JUDGED_AFTER = 3
 """Number of clocks from the detection of an index to its check."""
 
 HEALED_MOST = 2**14
-"""Limit of a slip that is healed, that is, whose counts are put back: from −2¹⁴ to 2¹⁴ − 1
-counts."""
+"""Limit of a slip (the distance of a new zero from the previous zero) that is healed, that is,
+whose counts are put back: from −2¹⁴ to 2¹⁴ − 1 counts."""
 
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
@@ -129,7 +129,7 @@ def _moved_zeros(verdicts: _Verdicts) -> tuple[Bools, Bools]:
 
 
 def _slips(zero: Ints, at: Ints, begins: Bools, turn: Ints) -> Ints:
-    """Return the slip of each mark that becomes the zero, from −½ to ½ turn, in counts, (at,)."""
+    """Return the slip of each mark that becomes the zero, in counts from −½ to below ½ turn."""
     slips = np.zeros(at.size, dtype=np.int64)
     last_begin = latest(begins)
     last_moved = -1
@@ -155,7 +155,8 @@ def index_zero(
     preload: Bools,
     reset: Bools,
 ) -> tuple[IndexZeroTrace, Bools]:
-    """Return the outputs, and the clocks with a misplaced mark, (clocks,).
+    """Return the outputs, and the clocks with an index error, that is, with a misplaced mark or a
+    zero that moved, (clocks,).
 
     ``position`` is the position of the entity edge_counter after each clock; edge_counter counts
     the edges ``edges``.
@@ -175,8 +176,8 @@ def index_zero(
     total = np.cumsum(moved)
     passed, passed_up, offset = _index(z, edges.step, preload | reset)
 
-    # The zero is the position at the last reset or rearm, or at the first index after the reset or
-    # rearm.
+    # The zero is the position at the last reset or rearm, or at the first index after it. A later
+    # mark can become the zero, too; this is computed further below.
     forgotten = reset | rearm
     index = was(passed) & ~forgotten
     index_up = was(passed_up)

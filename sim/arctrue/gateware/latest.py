@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 
 def latest(event: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Return for each clock the clock of the latest event, -1 before the first event; (clocks,)."""
+    """Return for each clock the clock of the latest event, or -1 if there was none; (clocks,)."""
     return np.maximum.accumulate(np.where(event, np.arange(event.size), -1))
 
 

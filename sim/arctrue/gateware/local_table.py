@@ -95,7 +95,8 @@ def line_bound(table: LocalTable) -> float:
 
 
 def local_table(angle: ArrayLike, table: LocalTable) -> NDArray[np.int64]:
-    """Return the correction in 2⁻²² count for ``angle``, counts below counts_per_rev; (angles,)."""
+    """Return the correction in 2⁻²² count for ``angle``, counts below counts_per_rev, (angles,); it
+    is 0 outside all windows."""
     angles = np.asarray(angle, dtype=np.int64)
     offsets = (angles[:, np.newaxis] - np.array(table.starts)) % table.counts_per_rev
     inside = offsets << table.width < table.counts_per_rev

@@ -38,7 +38,8 @@ class MeanSet:
     delays_clocks: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
-        """Raise ValueError for a word that does not fit its format."""
+        """Raise ValueError for a word that does not fit its format, or words that define no
+        mean."""
         if not self.delays_clocks:
             object.__setattr__(self, "delays_clocks", (0,) * self.heads)
         if not 2 <= self.heads <= HEADS_MOST:

@@ -43,7 +43,8 @@ def _edges_lost(
     edges: CountedEdges,
     settling: Bools,
 ) -> Bools:
-    """Return the clocks in which the filter is found to have suppressed a period of A and B.
+    """Return for each clock whether the check detects that the filter suppressed a whole period of
+    A and B.
 
     ``levels``: A and B before the filter; ``settling``: clocks in which they are ignored.
     """

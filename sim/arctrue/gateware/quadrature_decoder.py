@@ -79,8 +79,8 @@ def quadrature_decoder(
     column = {name: values.astype(np.int64) for name, values in columns.items()}
     clocks = np.arange(clear.size)
 
-    # Both signals stay high until the synchroniser outputs the levels of the last clock of the
-    # reset.
+    # filter_reset stays true until the synchroniser outputs the levels of the last clock of the
+    # reset; preload stays true one clock longer.
     since_reset = clocks - clock_before(latest(reset))
     preload = since_reset <= synchroniser_stages + 1
     filter_reset = since_reset <= synchroniser_stages

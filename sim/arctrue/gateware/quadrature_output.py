@@ -1,4 +1,5 @@
-"""Models ``rtl/quadrature_output/quadrature_output.vhd`` bit by bit, clock by clock."""
+"""Models ``rtl/quadrature_output/quadrature_output.vhd`` bit by bit, clock by clock, without the
+inversion and the exchange of its pins."""
 
 from __future__ import annotations
 
@@ -15,7 +16,8 @@ _A_OF_PHASE = (0, 1, 1, 0)
 _B_OF_PHASE = (0, 0, 1, 1)
 _TURNS = range(-2, 2)
 _Z_COUNTS = (1, 2, 4, 4)
-# The present lag was computed two clocks ago and therefore does not contain the steps since then.
+# near_lag does not contain the steps that were decided in the last three clocks: it is computed
+# from an output of two clocks ago, and a step changes the output one clock after its decision.
 _STEPS_UNDER_WAY = 3
 
 
@@ -55,7 +57,8 @@ class OutputInputs:
 class OutputTrace:
     """Every output in every clock, shape (clocks + 1,).
 
-    Element t is the output during clock t; the last element follows the last input.
+    Element t is the output during clock t, except that element 0 is always 0; the last element
+    follows the last input.
     """
 
     a: NDArray[np.int64]
@@ -175,7 +178,7 @@ class _Follower:
 
 
 def quadrature_output(inputs: OutputInputs, held_phase: int = 0) -> OutputTrace:
-    """Run the output over all clocks of ``inputs``, from a reset at the first position on.
+    """Run the output over all clocks of ``inputs``, starting from a reset at the first position.
 
     ``held_phase``: index of the levels (A, B) in 00, 10, 11, 01 before this reset, which keeps
     these levels; 0 at power-up. Raises ValueError if the shapes of the inputs do not fit.

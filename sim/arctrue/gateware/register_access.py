@@ -28,8 +28,8 @@ ReadWords = Callable[[int, int], Awaitable[Sequence[int]]]
 byte address on."""
 
 WriteWords = Callable[[int, Sequence[int]], Awaitable[None]]
-"""Type of ``await write_words(address, words)``. Both functions raise an exception if the bus
-responds with an error."""
+"""Type of ``await write_words(address, words)``. This function and ``read_words`` raise an
+exception if the bus responds with an error."""
 
 IDENTIFICATION: Final = 0x41524354
 
@@ -311,8 +311,8 @@ class RegisterMap:
 
 
 def coefficient_words(coefficients: CoefficientSet) -> list[int]:
-    """Return the words of the coefficient window, four per lane; the window's description defines
-    them."""
+    """Return the words of the coefficient window, four per lane, in the format that the register
+    map states."""
     words: list[int] = []
     lanes = zip(
         coefficients.phase_steps.tolist(),

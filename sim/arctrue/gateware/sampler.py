@@ -1,4 +1,5 @@
-"""Models ``rtl/sampler/sampler.vhd`` bit by bit; the entity captures both heads, turn by turn."""
+"""Models ``rtl/sampler/sampler.vhd`` with two heads bit by bit; the entity stores samples of the
+positions of the heads, turn by turn."""
 
 from __future__ import annotations
 
@@ -134,8 +135,8 @@ class _Filling:
                 wrapped(position1 + counts_per_rev),
                 wrapped(position1 - counts_per_rev),
             )
-        # Like the entity, the model checks for the end of the turn only from the second clock after
-        # the first sample on; no table moves by a turn in one clock.
+        # Like the entity, the model checks for the end of the turn only two clocks after the first
+        # sample or later; no table moves by a turn in one clock.
         closed = (
             bool(self.rows)
             and clock > self.rows[0][0] + 1

@@ -47,8 +47,11 @@ class TableSpeed:
         self._is_down = False
 
     def move(self, position: int, correction: int) -> Measured | None:
-        """Process ``position`` in counts, corrected by ``correction`` in 2⁻¹¹ count; return a
-        measurement at the end of a window, a bound while no window ends, otherwise None."""
+        """Process ``position`` in counts, corrected by ``correction`` in 2⁻¹¹ count.
+
+        Returns a measurement at the end of a window. If a window does not end, returns an upper
+        bound each time a further window's length has passed. Otherwise returns None.
+        """
         rounded = (correction + _ONE // 2) >> CORRECTION_FRACTION
         period = (position + rounded) // 4
         passes = self._period is not None and period != self._period

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 def turn_difference(
     minuend: ArrayLike, subtrahend: ArrayLike, counts_per_rev: int
 ) -> NDArray[np.int64]:
-    """Return (minuend − subtrahend) modulo the turn, in [−½, ½) turn, counts.
+    """Return minuend − subtrahend in counts, modulo one turn, within [−½, ½) of a turn.
 
     Both arguments are angles within a turn in whole counts; their shapes broadcast.
     """

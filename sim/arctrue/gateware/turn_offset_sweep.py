@@ -21,8 +21,8 @@ _CUT_OFF = PHASE_STEP_WIDTH - PHASE_WIDTH
 
 
 def ready_clocks(lanes: int) -> int:
-    """Return the number of clocks from a wrap (the start of a turn) until the offsets of the turn
-    after the next are ready."""
+    """Return the number of clocks from a wrap, at which a turn begins, until the offsets of the
+    following turn are ready."""
     return 36 * lanes + 12
 
 

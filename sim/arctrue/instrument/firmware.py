@@ -231,7 +231,7 @@ class Firmware:
         Raises
         ------
         InstrumentError
-            If the stimulus ends before ``until`` is true.
+            If ``clocks`` is None and the stimulus ends before ``until`` returns a true value.
         """
         instrument = self._instrument
         last = None if clocks is None else instrument.clock + clocks

@@ -395,7 +395,8 @@ class Instrument:
         motion : Motion
             Motion of the table; after its end the pins hold their levels.
         knot_clocks : int, optional
-            Clocks between two knots of the readings; None: some counts of travel.
+            Clocks between two knots of the readings; None: a power of two, up to 4096, in which the
+            table travels at most 16 counts.
         may_jump : bool
             Permit two counts of a head in one clock, which otherwise end the run with
             InstrumentError.
@@ -403,7 +404,8 @@ class Instrument:
         Raises
         ------
         UnhonouredCauseError
-            If a cause acts on a quantity other than the lines and their signals.
+            If a cause of the table's error acts on a quantity other than the lines and their
+            signals.
         InstrumentError
             If the motion is shorter than a clock.
         """
@@ -714,7 +716,8 @@ class Instrument:
         Parameters
         ----------
         bins : int
-            Number of equal parts of a turn of true angle that count all edges; 0: none.
+            Number of equal parts (bins) of a turn of true angle, each with statistics of all its
+            edges; 0: no statistics.
         every : int
             Number N: every N-th edge is kept; 1: all edges, 0: none.
         most : int

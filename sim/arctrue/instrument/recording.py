@@ -23,15 +23,16 @@ class EdgeTrack:
     position: NDArray[np.int64]
     """Level, in counts, that the reading passed at each kept edge."""
     true_angle_rad: NDArray[np.float64]
-    """True angle of the table in the middle of each kept edge's clock; not wrapped."""
+    """True angle of the table half a clock before each kept edge, for the output's edges also
+    earlier by the latency of the core; not wrapped."""
     bin_edges: NDArray[np.int64]
     """Number of edges in each bin, an equal part of the turn."""
     bin_mean_counts: NDArray[np.float64]
     """Mean of (position − true angle) in each bin, counts; NaN in an empty bin."""
     bin_lowest_counts: NDArray[np.float64]
-    """Smallest value of (position − true angle) in each bin, counts."""
+    """Smallest value of (position − true angle) in each bin, counts; ∞ in an empty bin."""
     bin_highest_counts: NDArray[np.float64]
-    """Largest value of (position − true angle) in each bin, counts."""
+    """Largest value of (position − true angle) in each bin, counts; −∞ in an empty bin."""
     edges: int
     """Number of all edges, whether kept or not."""
     dropped: int

@@ -11,8 +11,8 @@ from collections import deque
 from arctrue.instrument.firmware import Firmware
 
 MOST_BYTES = 1 << 20
-"""Largest number of characters that wait for a slow reader; later characters are lost, as on a
-serial line."""
+"""Largest number of bytes that wait for a slow reader; output that exceeds this number is lost, as
+on a serial line."""
 
 
 class SerialPort:

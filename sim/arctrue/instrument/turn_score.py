@@ -146,7 +146,8 @@ class TurnScore:
         return int(np.argmax(self.amplitude_arcsec)) + 1
 
     def as_json(self) -> dict[str, Any]:
-        """Return the score as JSON values; a missing value is null."""
+        """Return the score as JSON values; ``edges_rms_arcsec`` is null if no single edge was
+        kept."""
         single = self.edges_rms_arcsec
         return {
             "lowest_arcsec": self.lowest_arcsec,
@@ -185,7 +186,8 @@ def score_turn(track: EdgeTrack) -> TurnScore:
     """Return the score of a turn that was recorded in bins of half a degree or less; single edges
     may be kept as well.
 
-    Raises InstrumentError if a bin contains no edge.
+    Raises InstrumentError if a bin contains no edge, or if the number of bins is not a multiple of
+    720.
     """
     parts = track.bin_edges.size
     if not parts or parts % BINS or not track.bin_edges.all():

@@ -1,4 +1,5 @@
-"""Provides the fixtures that set up the scene of every fault test."""
+"""Provides the fixtures that set up the scene (instrument, table and firmware) of every fault
+test."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Defines a scene: a calibrated instrument, whose output is compared with the uncorrected
-reading."""
+"""Defines a scene: an instrument with a simulated table and the firmware, whose output and
+uncorrected reading are compared with the true angle."""
 
 from __future__ import annotations
 
@@ -79,12 +79,12 @@ class Comparison:
 
     @property
     def most_slip(self) -> float:
-        """Return the largest slip over all edges."""
+        """Return the largest absolute slip over all edges."""
         return float(np.abs(self.slip).max(initial=0.0))
 
     @property
     def last_slip(self) -> int:
-        """Return the slip at the last edge of the recording."""
+        """Return the slip at the end of the recording: the rounded mean of its last 20 edges."""
         return round(float(np.mean(self.slip[-20:])))
 
 
@@ -287,9 +287,9 @@ class Scene:
     def clean_bound(self) -> float:
         """Return the bound of a calibrated output without a fault.
 
-        The bound is the sum of half a count of rounding, the wait of an edge for the previous edge,
-        the rounding to whole clocks, and five standard uncertainties of each of the first LANES
-        orders of the first applied turn.
+        The bound is the sum of half a count of rounding, the wait of an edge for the spacing after
+        the previous edge, the rounding to whole clocks, and five standard uncertainties of each of
+        the first LANES orders of the first applied turn.
         """
         first = next(t for t in self.firmware.telemetry if t["result"] == "applied")
         estimate = 5 * sum(order[3] for order in first["harmonics"][:LANES]) / ARCSEC_A_COUNT
@@ -340,7 +340,8 @@ def slip_then(instrument: Instrument, recording: Recording, slip: NDArray[np.flo
 
 @dataclass(frozen=True, slots=True)
 class Zeros:
-    """Mean errors of both tracks in a turn without a fault; positions count from power-on."""
+    """Mean error of the output and mean slip of head 1, in counts, in a turn without a fault. They
+    are not 0, because positions count from power-on."""
 
     corrected: float
     head1: float

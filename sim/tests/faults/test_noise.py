@@ -55,7 +55,7 @@ def test_burst_on_head_2(scene: Scene) -> None:
 
 
 def spikes(scene: Scene) -> list[PinFault]:
-    """Return spikes of one clock each on random pins during half a turn, too far apart to affect
+    """Return spikes of one clock each on random pins during 0.4 of a turn, too far apart to affect
     each other."""
     random = np.random.default_rng(5)
     pins = (HEAD1_A, HEAD1_B, HEAD1_Z, HEAD2_A, HEAD2_B, HEAD2_Z)
@@ -65,8 +65,8 @@ def spikes(scene: Scene) -> list[PinFault]:
 
 @pytest.mark.parametrize("filter_length", [1, 3])
 def test_spikes_end_in_the_filter(make_scene: MakeScene, filter_length: int) -> None:
-    # The filter delays an edge next to a spike by up to three clocks, so that it comes four clocks
-    # before the next edge.
+    # The filter delays an edge next to a spike by up to three clocks, so that the next edge follows
+    # it sooner; therefore the smallest permitted spacing is reduced to 2 clocks.
     scene = make_scene(None, {"filter_length": filter_length, "minimum_edge_spacing": 2})
     scene.calibrate()
     scene.to_part(0.2)

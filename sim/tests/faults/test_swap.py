@@ -1,5 +1,5 @@
-"""Tests swaps of the banks at the worst moments: at the largest step, at the index, during a
-ramp."""
+"""Tests swaps of the banks at the worst moments: where the correction or its slope is largest, at
+the index, and during a ramp."""
 
 from __future__ import annotations
 
@@ -44,8 +44,9 @@ def swap(scene: Scene, bank: Coefficients) -> None:
 @pytest.mark.parametrize("slower", [1, 6])
 @pytest.mark.parametrize("place", PLACES)
 def test_swap_of_all_or_nothing(make_scene: MakeScene, place: str, slower: int) -> None:
-    """After a swap to a bank without lanes and back, the correction is right. One ramp is faster
-    than the change of the table's error, the other ramp is slower."""
+    """After a swap to a bank with zero amplitudes, and after the swap back, the correction is
+    right. The test runs with two ramp rates: one is faster than the change of the table's error,
+    the other is slower."""
     scene = make_scene(None, {"ramp_arcsec_s": ramp_arcsec_s(RAMP_RATE / slower, COUNTS)})
     scene.calibrate()
     assert (scene.ramp_lag > 0) == (slower > 1)
@@ -70,8 +71,8 @@ def test_swap_of_all_or_nothing(make_scene: MakeScene, place: str, slower: int) 
 
 
 def test_swaps_in_the_ramp(scene: Scene) -> None:
-    """The correction stays between zero and its full value during 150 swaps between all lanes and
-    no lane; no ramp reaches its end."""
+    """The correction stays between zero and its full value during 150 swaps between the right
+    amplitudes and zero amplitudes; each swap occurs before the ramp of the previous swap ends."""
     good = scene.coefficients
     instrument = scene.instrument
     for number in range(150):
@@ -89,8 +90,8 @@ def test_swaps_in_the_ramp(scene: Scene) -> None:
 
 
 def test_half_a_bank_does_nothing(scene: Scene) -> None:
-    """The words of a half-written bank take no effect, because the processor hangs before the
-    swap."""
+    """If the processor hangs after it has written half a bank, no swap follows, so the written
+    words take no effect."""
     good = scene.coefficients
     wrong = replace(good, amplitudes=-good.amplitudes)
     half = wrong.amplitudes.size // 2

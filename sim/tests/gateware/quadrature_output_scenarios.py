@@ -90,7 +90,8 @@ SCENARIOS: dict[str, Scenario] = {
     "too_fast_then_standing": Scenario(
         [
             Segment(600, 1, minimum_spacing=3, following_limit=50),
-            # The output still lags, so the fault occurs again after the clear.
+            # The clear ends the fault: the output continues from the present position, and the
+            # fault does not occur again while the table stands.
             Segment(100, minimum_spacing=3, following_limit=50, clear=True),
             Segment(1500, minimum_spacing=3, following_limit=50),
             Segment(200, minimum_spacing=3, following_limit=50, clear=True),

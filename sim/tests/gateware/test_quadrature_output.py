@@ -116,7 +116,8 @@ def test_z_is_high_exactly_at_the_zero_of_the_output_angle(name: str) -> None:
     scenario = SCENARIOS[name]
     columns, trace = played(scenario)
     gated, state, width = settings_of(name)
-    # Element t + 4 of the outputs, three clocks later, belongs to the angle of clock t.
+    # Element t + 1 of the outputs follows the inputs of clock t. Z follows the angle three clocks
+    # later, in element t + 4.
     shown = decoded(trace)[4:] + turned_from(columns, trace)
     turn = scenario.counts_per_rev
     zero = (turned(columns) - columns["corrected_angle"])[: len(shown)][:-1]

@@ -62,8 +62,8 @@ def walk(seed: int, clocks: int, start: int) -> np.ndarray:
 @pytest.mark.parametrize("seed", range(20))
 @pytest.mark.parametrize("step", [1, 2, 3, 7, 31])
 def test_equal_angle_is_the_next_multiple_in_either_direction(seed: int, step: int) -> None:
-    # The test finds the multiples with the modulo operation, while the model only adds and
-    # compares.
+    # The test applies the definition: a sample comes at each multiple of the step that is not the
+    # multiple reached before.
     start = int(np.random.default_rng(seed).integers(-(2**30), 2**30))
     position = walk(seed, 3000, start)
     clocks = sampled(sample_trigger(position, mode=1, angle_step=step))

@@ -1,7 +1,7 @@
 """Tests the inputs and outputs for other instruments: probe, sync input, trigger, position compare.
 
-The tests decode the pins of head 1 themselves and correct the counts by equation (9) in double
-precision. They access core and firmware only through pins and console lines.
+The tests decode the pins of the heads themselves and correct the counts by equation (9) in double
+precision. They control core and firmware only through pins and console lines.
 """
 
 from __future__ import annotations
@@ -45,11 +45,11 @@ The table moves by 2° to 3° while the firmware sets the core up, and then reac
 """
 
 SAMPLE_AFTER_EDGE = -1
-"""Clocks from an edge of sync_in to the pins of head 1 that its sample contains: those one clock
+"""Clocks from an edge of sync_in to the pins of the heads that its sample contains: those one clock
 before the edge.
 
-The strobe comes 4 clocks after its pin, the turn position 5 clocks (headers of pulse_input and
-quadrature_decoder).
+The strobe comes 4 clocks after the edge of its pin, the turn position 5 clocks after the pins of
+the head (headers of pulse_input and quadrature_decoder).
 """
 NOTED = 1
 """Clocks by which a recording shows outputs early: it contains the inputs of a clock, but the

@@ -268,7 +268,7 @@ def test_reversal_error_is_taken_away(modulated: Instrument) -> None:
 
     The bound is one count for roundings, plus the change of the reversal error during the delay of
     the correction. The slope of this error is HALF_REVERSAL / WIDTH. The delay in counts is the sum
-    of the dead zone (2), the step of the place (1), and the travel at 0.1 count per clock during
+    of the dead zone (2), a step of one count (1), and the travel at 0.1 count per clock during
     two sweeps and a division of 20 clocks.
     """
     slope = HALF_REVERSAL / WIDTH

@@ -57,5 +57,5 @@ class Turning(threading.Thread):
             if self.turns() < self.last:
                 self.firmware.run(self._poll_clocks, poll_clocks=self._poll_clocks)
             else:
-                # The table turns only during the bus clocks that each round of the main loop takes.
+                # Now the table turns only during the bus accesses of commands on the console.
                 time.sleep(0.005)

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
-// Defines the C functions that Python calls. A function that can fail returns a code;
-// instrument_message() then returns the text.
+// Defines the C functions that Python calls. A function that can fail returns a code, which is negative after a
+// failure; instrument_message() then returns the text. If the core answers an access to the bus with an error,
+// instrument_read() and instrument_write() return its response, which is positive.
 
 #include <cmath>
 #include <cstring>
@@ -221,7 +222,8 @@ static const volatile int32_t *read_bank(void *context, std::vector<int32_t> *ba
     return bank->data();
 }
 
-// Reads the capture bank word by word over the bus, then lets the time of the calculation pass.
+// Reads the capture bank word by word over the bus, then runs the core for the clocks that the processor needs for
+// the calculation.
 EXPORTED const volatile int32_t *firmware_bus_capture(void *context, uint32_t number) {
     static const uint32_t CAPTURE = CAPTURE_ADDRESS;
     auto *bus = static_cast<FirmwareBus *>(context);

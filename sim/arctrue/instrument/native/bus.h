@@ -20,7 +20,7 @@ class Bus {
     void stall(uint32_t most_clocks, uint64_t seed);
     void begin_read(uint32_t address);
     void begin_write(uint32_t address, uint32_t word);
-    // drive() sets the channels before the rising edge; see() reads the handshakes after the falling edge.
+    // Order in each clock: drive() sets the channels, the clock falls, see() reads the handshakes, the clock rises.
     void drive();
     void see();
     void silence();

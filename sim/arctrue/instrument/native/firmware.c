@@ -147,7 +147,7 @@ EXPORTED void firmware_delete(struct processor *processor) {
     free(processor);
 }
 
-/* Sets the thermometer; the first call connects it. */
+/* Sets the answer of the thermometer; the first call connects the thermometer to the firmware. */
 EXPORTED void firmware_thermometer(struct processor *processor, int answers, double celsius,
                                    double clock_hz) {
     processor->application.temperature_clock_hz = clock_hz;
@@ -193,7 +193,7 @@ EXPORTED uint32_t firmware_turns(const struct processor *processor) {
     return processor->application.turns;
 }
 
-/* Writes the active coefficients as they were written to the core; returns the number of lanes, 0 if there are none. */
+/* Copies the words of the active coefficients into the arrays; returns the number of lanes, 0 if there are none. */
 EXPORTED uint32_t firmware_coefficients(const struct processor *processor, uint64_t *steps,
                                         uint32_t *offsets, int32_t *amplitudes) {
     const struct application *application = &processor->application;

@@ -45,7 +45,7 @@ class Harness {
     Bus bus;
     Track output, head1;
     std::string message;
-    // Levels after each clock: pins of both heads (bits 0 to 5), of the output (6 to 8), trigger_out (9) and
+    // Levels after each clock: pins of heads 1 and 2 (bits 0 to 5), of the output (6 to 8), trigger_out (9) and
     // compare_out (10).
     std::vector<uint16_t> trace;
     size_t trace_most = 0;
