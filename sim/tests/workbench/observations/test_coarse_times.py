@@ -9,7 +9,7 @@ from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.observations.coarse_times import spread
 
 
-def test_spread_times_differ_from_the_true_ones_by_less_than_the_step_of_the_clock() -> None:
+def test_spread_times_differ_from_the_true_ones_by_at_most_a_step_and_a_half() -> None:
     random = np.random.default_rng(3)
     true = np.cumsum(random.uniform(0.2, 0.4, 500))
     for step in (0.01, 1.0, 2.5):
