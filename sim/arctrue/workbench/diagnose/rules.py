@@ -54,15 +54,16 @@ from arctrue.workbench.diagnose.survey import RUNS_ARE_THE_SAMPLE
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
 
 LEAST_EXCESS = 0.25
-"""A model with a sure lack of fit and an excess over the repeats larger than this share of their
-noise is not adequate, even if no effect describes the residuals."""
+"""Smallest excess of the residuals above the noise, as a share of the noise, with which a model is
+not adequate although no effect describes the residuals. The lack of fit must also be significant."""
 
 RISES = 1e-3
 """Smallest relative rise of the RMS that the printed figures show (three or four digits). The rise
 is averaged over the channels: a fall in one channel compensates for a rise in another channel,
 which a further cause may explain."""
 LINES = frozenset({"line", "frequency", "unwrapped_order"})
-"""Kinds of search that find a line; an oscillation may look like a line."""
+"""Kinds of search that find a line (a sine of one order or frequency); an oscillation that noise
+drives may look like a line."""
 LEAST_TAKEN = 0.1
 """Least share of the mean square above the noise that an effect must remove to explain it."""
 

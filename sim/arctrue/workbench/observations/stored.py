@@ -23,7 +23,7 @@ Small = NDArray[np.int32]
 
 @dataclass(frozen=True)
 class RunFacts:
-    """Values that are constant within a run, arrays of shape (runs,)."""
+    """Values that are constant within a run: arrays of shape (runs,)."""
 
     start_s: Float
     direction: Float
@@ -139,7 +139,7 @@ class StoredCapture:
         )
 
     def run_spans(self) -> list[tuple[int, int]]:
-        """Return first row and row after the last of each stretch of one run, in the order of the
+        """Return the first row and the row after the last row of each run, in the order of the
         file."""
         return run_spans(self.run)
 

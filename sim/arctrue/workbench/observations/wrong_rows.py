@@ -41,7 +41,8 @@ def without_wrong_rows(
         return None
     sample = observations.capture_sample
     if sample is not None:
-        # A sample is omitted with all its heads, and listed once.
+        # If one row of a sample is wrong, the rows of all its channels are omitted; the sample is
+        # listed once.
         _, first = np.unique(sample[wrong], return_index=True)
         listed = np.flatnonzero(wrong)[first]
         wrong = np.isin(sample, sample[wrong])
