@@ -55,7 +55,7 @@ from arctrue.workbench.inference.canonical_correlation import canonical_correlat
 
 LEAST_EXCESS = 0.25
 """Smallest excess of the residuals above the noise, as a share of the noise, with which a model is
-not adequate although no effect describes the residuals. The lack of fit must also be significant."""
+not adequate although no effect describes the residuals. The lack of fit must be significant too."""
 
 RISES = 1e-3
 """Smallest relative rise of the RMS that the printed figures show (three or four digits). The rise

@@ -50,8 +50,8 @@ DISC_BINS = 1 << 15
 """Number of bins in a turn. With eight bins per period, the highest order that is searched is
 4,096, a quarter of the lines of the paper's disc."""
 SEPARATING_GAIN = 30.0
-"""Gain by which an order must exceed the nearest whole or half order: p < 10⁻⁶ for one more
-parameter, with a gap at every half order."""
+"""Amount by which the gain of an order must exceed the gain of the nearest whole or half order. For
+one more parameter p is below 10⁻⁶, although there is a gap around every half order."""
 IN_A_GAP = np.array([-1.2, -0.9, -0.6, -0.3, 0.3, 0.6, 0.9, 1.2])
 """Offsets at which orders near a whole or half order are scored, in the gap around it and next to
 this gap, in units of the resolution 1/(2·turns). With T turns, neighbouring offsets differ by at
@@ -59,7 +59,7 @@ most 0.3/T, and the peak of a line in one run extends 0.5/T to either side, so t
 offsets cannot both miss it.
 """
 LINES = frozenset({"frequency", "line", "unwrapped_order"})
-"""Kinds of search for a wave of any rate."""
+"""Kinds of search for a wave of any order or frequency, not only of whole orders."""
 LEAST_OWN = 0.05
 """Smallest share of a line's weighted squares that the model of whole orders must leave. In one run
 of T turns this share is 1 − sinc²(δT), where δ is the distance from a whole order, so that a line
