@@ -1,5 +1,5 @@
 """Computes two figures of a model's residual on a set: *left* (RMS of the residual) and *held out*
-(RMS over rows, each predicted by a fit without it).
+(RMS of the errors with which each row is predicted by a fit without that row).
 
 The history of a model, diagnosis, comparison, page and report show these figures; no other module
 computes such figures.
