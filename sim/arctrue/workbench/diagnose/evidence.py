@@ -329,8 +329,8 @@ def _with_noise_of_another(
     candidates: int,
     report_step: ReportStep,
 ) -> Candidate:
-    """Return the candidate with the noise estimated with another effect, if its gain is much larger
-    then.
+    """Return the candidate with the noise estimated with another effect, if the candidate's gain is
+    much larger with that noise; otherwise return the candidate unchanged.
 
     The noise estimated with the candidate itself may still absorb the candidate as slow noise.
     """
