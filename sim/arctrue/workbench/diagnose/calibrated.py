@@ -38,9 +38,9 @@ DISTANCES = ("untested", "left", "not_white", "few_repeats")
 increase a stated probability."""
 FEATURES = ("constant", *KINDS, *RESTS_ON, "evidence", *DISTANCES)
 """Features of the logistic function, chosen by their scores on answers of ``stated.csv`` that were
-left out of the fit: the answers of one world, or of one generator, at a time. The scores of the
-chosen features are a little optimistic; only answers that were made after the choice measure the
-features without bias."""
+left out of the fit: at a time, the answers for one of the benchmark's kinds of data (``world``), or
+for one generator. The scores of the chosen features are a little optimistic; only answers that were
+made after the choice measure the features without bias."""
 SUREST_EVIDENCE = 1e-2
 """Smallest distance of the evidence, a probability, from 0 and from 1; likelihoods do not determine
 it more exactly."""

@@ -101,8 +101,8 @@ class Case:
 
     @cached_property
     def real(self) -> list[Candidate]:
-        """Candidates in ``at_every_speed``; an effect that only describes the observation, such as a
-        line, is omitted if a cause in ``seen`` explains the same error."""
+        """Candidates in ``at_every_speed``; an effect that only describes the observation, such as
+        a line, is omitted if a cause in ``seen`` explains the same error."""
         causes = {item.name for item in without_unspecific(self.seen)}
         return [item for item in self.at_every_speed if item.name in causes]
 

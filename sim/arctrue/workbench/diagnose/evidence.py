@@ -56,8 +56,8 @@ MOST_LEFT = 0.5
 estimated anew with this effect, even if its gain with the noise of the model is small."""
 OF_ITS_SIZE = 0.2
 """Largest p, in the first test, of an effect that slow noise may have absorbed. Noise that has
-absorbed an effect is about as large as the effect, so that the effect is at least as large as its
-standard uncertainty. Chance makes an effect as large with at most this probability."""
+absorbed an effect is about as large as the effect, so that the effect is not far below its standard
+uncertainty. An effect that does not exist passes this limit with at most this probability."""
 MOST_WEIGHED = 6
 """Largest number of candidates for which the noise is estimated anew."""
 FAR_BEHIND = 60.0

@@ -46,8 +46,8 @@ SEED = 20_120_215
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Error of every row, predicted by a fit without this row (held-out error), by channel,
-    arcseconds."""
+    """Error with which each row is predicted by a fit without this row (held-out error), by
+    channel, arcseconds."""
 
     capture_arcsec: Float | None
     reference_arcsec: Float | None

@@ -63,7 +63,7 @@ LINES = frozenset({"frequency", "line", "unwrapped_order"})
 LEAST_OWN = 0.05
 """Smallest share of a line's weighted squares that the model of whole orders must leave. In one run
 of T turns this share is 1 − sinc²(δT), where δ is the distance from a whole order, so that a line
-is searched for at distances from 1/(8T).
+is found only at a distance of 1/(8T) or more.
 """
 BLIND_FACTOR = 0.02
 """If |e^{jnα} − 1| is below this value, two heads cannot show order n."""

@@ -32,8 +32,9 @@ class RunFacts:
 
 @dataclass(frozen=True)
 class StoredCapture:
-    """Stores every row of a capture in 48 bytes. A row in :class:`CaptureRows` takes 112 bytes, but
-    exists only for a part of the capture at a time.
+    """Stores every row of a capture with two heads and a temperature in 48 bytes, without further
+    columns. A row in :class:`CaptureRows` takes 112 bytes, but exists only for a part of the
+    capture at a time.
 
     With three or four heads each sample has one row per channel, as :class:`CaptureRows` describes.
     The counts are stored once per sample: row k belongs to sample ``sample[k]``.
