@@ -100,7 +100,7 @@ def features(verdict: str, grounds: Grounds) -> Float:
 
 
 def confidence(verdict: str, grounds: Grounds) -> float | None:
-    """Return the probability that an answer with these grounds is right; None if not counted."""
+    """Return the probability that an answer with these grounds is right; None if not in KINDS."""
     if verdict not in KINDS:
         return None
     return calibration().confidence(verdict, features(verdict, grounds))

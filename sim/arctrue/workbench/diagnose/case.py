@@ -322,7 +322,8 @@ class Case:
 
     @cached_property
     def negligible(self) -> list[Candidate]:
-        """Effects that are significant and seen on every pass, but too small to matter."""
+        """Effects that are significant and that every pass shows, but that are too small to
+        matter."""
         survey = self.survey
         return without_unspecific(
             [
