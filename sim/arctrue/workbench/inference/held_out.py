@@ -137,9 +137,9 @@ def falls(before: HeldOut, after: HeldOut, noise: Noise) -> dict[str, Improvemen
 def folds_of(observations: Observations) -> Folds:
     """Assign the rows of each group of four consecutive rows to the four folds, in a random order.
 
-    Any wave that the rows can show has a half period longer than one row, so that the rows on both
-    sides of an omitted row show it. In a fixed order, the same stations of every cycle could be
-    left out together.
+    Half a period of any wave that the rows can show is longer than the distance of two rows, so the
+    rows on both sides of an omitted row show this wave too. In a fixed order, the same stations of
+    every cycle could be left out together.
     """
     found: list[Integer | None] = []
     for rows in (observations.capture, observations.reference):

@@ -207,7 +207,7 @@ def stations_a_turn(rows: ReferenceRows) -> float:
 
     The result is 0 if the stations do not cover the whole turn.
     """
-    # The gap from the last station to the first counts too: on an arc it is as long as many steps.
+    # The gap from the last station to the first counts too: on an arc this gap is many steps long.
     place = np.unique(np.round(np.mod(rows.target_rad, 2.0 * np.pi), STATION_DECIMALS))
     steps = np.abs(np.diff(rows.target_rad))[np.diff(rows.run) == 0]
     moved = steps[steps > 10.0**-STATION_DECIMALS]
@@ -555,7 +555,7 @@ def step_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     places.sort(key=lambda item: -item[0])
     best = [place for _, place in places[:BEST_PLACES]]
     if capture.channels > 1:
-        # A step of head 1 is in every channel of its run, and its run is numbered −1, −2, …
+        # A step of head 1 is in every channel of a run; its place states this run as −1, −2, …
         best += [{**place, "run": -(place["run"] // capture.channels) - 1.0} for place in best]
     found = scored(effect, residuals, best, 1.0)
     if not found:

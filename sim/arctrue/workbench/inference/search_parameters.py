@@ -90,7 +90,7 @@ def with_steps_on_every_row(solution: Solution) -> list[Term]:
         run_name, instant_name = term.effect.step_at
         run = round(term.nonlinear[run_name])
         if run < 0:
-            # A step of head 1 is in every channel of its run; the first channel has its full size.
+            # A step of head 1 is in every channel of its run; channel 0 shows the full step.
             run = (-run - 1) * part.channels
         kept = part.time_s[part.run == run]
         place = int(np.searchsorted(kept, term.nonlinear[instant_name]))
