@@ -1,4 +1,5 @@
-"""Finds single wrong rows in a model's residual; larger errors hide them in the measured values."""
+"""Finds single wrong rows in a model's residual; in the measured values themselves, the errors that
+the model contains would hide such rows."""
 
 from __future__ import annotations
 
