@@ -307,8 +307,8 @@ class _Subject:
         return _check("independence", faults, "of the model's columns and of each other")
 
     def look_alikes(self, others: Mapping[str, type[Effect]]) -> Check:
-        """Find known effects (without a search) whose columns on this set can replace this effect's
-        columns."""
+        """Find known effects (without search parameters) whose columns on this set can replace this
+        effect's columns."""
         _, left = self._own(others)
         own = _basis(left)
         model = self._model(others)

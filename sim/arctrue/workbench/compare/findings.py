@@ -232,8 +232,7 @@ def _finding(item: _Follower, share: float, beyond: float, shadow_of: str | None
 
 
 def _words(effect: ProductOfParts) -> str:
-    """Return condition and wave in words, without the frame (table, disc or reference) of the
-    wave."""
+    """Return condition and wave in words, without the frame to which the wave is fixed."""
     condition = effect.condition.part.replace("^2", "²")
     if effect.electrical_head is not None:
         waves = [f"electrical phase of head {effect.electrical_head}"]

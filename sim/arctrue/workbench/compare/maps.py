@@ -36,7 +36,7 @@ class ResidualMap:
     share: float
     """Share of the residual's variance that the means of the bins explain."""
     null_share: float
-    """Largest share that simulated noise, drawn from the fitted noise, reaches."""
+    """Largest share that the means of the bins explain in NULL_DRAWS draws of the fitted noise."""
     group: Integer = field(repr=False, compare=False)
     """Bin number of every row, shape (rows,)."""
     bins: int

@@ -20,7 +20,7 @@ UNEVEN = 1e-3
 difference changes the phase of the 360th order by 0.4° from one station to the next, so that orders
 and their aliases look equal."""
 HIGHEST_ORDER = DISC_BINS / 8.0
-"""Highest alias that is listed; aliases above it are not calculated."""
+"""Highest alias among the samples of a capture that is tested and listed."""
 
 
 def above_half_the_samples(item: Candidate, residuals: Residuals) -> bool:
@@ -52,8 +52,8 @@ def _of_samples(item: Candidate) -> list[float]:
     ν.
 
     Each order is scored on all rows. Runs that start at different angles or have different numbers
-    of samples per turn can exclude an alias; a reference can exclude it too. The list is empty for
-    an effect without evidence.
+    of samples per turn can exclude an alias; a reference can exclude it too. The list is empty if
+    ``item.evidence`` is None.
     """
     order = item.nonlinear.get("order", 0.0)
     if order <= 0.0 or item.evidence is None:
@@ -74,9 +74,9 @@ def _of_samples(item: Candidate) -> list[float]:
 
 
 def _of_stations(item: Candidate, observations: Observations) -> list[float]:
-    """Return the aliases k·N ± n of an order at N even stations.
+    """Return the lowest aliases k·N ± n of an order n at N even stations, at most four.
 
-    The list is empty for an order up to half the stations, and for uneven stations.
+    The list is empty if n is N/2 or less, and if the stations are uneven.
     """
     rows = observations.reference
     order = item.effect.declared_order(observations)

@@ -4,9 +4,9 @@ features.
 Each kind of answer (each verdict, and each ground of ``unknown``) has its own constant; the
 coefficient of a feature is the same for all kinds. The coefficients are uncertain, so that the
 value is uncertain for an answer whose features differ from those of the fitted answers. The stated
-probability is the mean over this uncertainty, which is nearer to one half (MacKay, Neural Comput. 4
-(1992) 720). The number of counted answers of a kind limits the stated probability of such an answer
-(rule of succession).
+probability is the mean over this uncertainty; the mean is nearer to one half than the value itself
+(MacKay, Neural Comput. 4 (1992) 720). The number of counted answers of a kind limits the stated
+probability of such an answer (rule of succession).
 
 ``python -m scripts.calibrate_probabilities`` fits the coefficients to ``stated.csv`` of the
 benchmark, whose sets come from two generators, and prints the score of one generator's coefficients
@@ -38,9 +38,9 @@ DISTANCES = ("untested", "left", "not_white", "few_repeats")
 increase a stated probability."""
 FEATURES = ("constant", *KINDS, *RESTS_ON, "evidence", *DISTANCES)
 """Features of the logistic function, chosen by their scores on answers of ``stated.csv`` that were
-left out of the fit: the answers of one world, or of one generator, at a time. The scores of the
-chosen features are a little optimistic; only answers that were made after the choice measure the
-features without bias."""
+left out of the fit: at a time, the answers for one of the benchmark's kinds of data (``world``), or
+for one generator. The scores of the chosen features are a little optimistic; only answers that were
+made after the choice measure the features without bias."""
 SUREST_EVIDENCE = 1e-2
 """Smallest distance of the evidence, a probability, from 0 and from 1; likelihoods do not determine
 it more exactly."""
@@ -100,7 +100,7 @@ def features(verdict: str, grounds: Grounds) -> Float:
 
 
 def confidence(verdict: str, grounds: Grounds) -> float | None:
-    """Return the probability that an answer with these grounds is right; None if not counted."""
+    """Return the probability that an answer with these grounds is right; None if not in KINDS."""
     if verdict not in KINDS:
         return None
     return calibration().confidence(verdict, features(verdict, grounds))

@@ -96,8 +96,9 @@ class Candidate:
         """Solution with refined search parameters, which may lie between the values that the search
         tried.
 
-        Later stages use it for a candidate that was judged; ``solution`` is not changed. If a line
-        were not exactly at its order or frequency, other effects would explain the remaining error.
+        Tests with this effect in the model use it in place of ``solution``, which is not changed.
+        If a line were not exactly at its order or frequency, other effects would explain the
+        remaining error.
         """
         return refined(self.solution)
 

@@ -2,8 +2,8 @@
 with the noise of this model.
 
 This is the first stage after the faults of the data: searches and score tests.
-:mod:`arctrue.workbench.diagnose.evidence` weighs each candidate that may be named, with the noise
-estimated for this candidate.
+:mod:`arctrue.workbench.diagnose.evidence` then estimates the noise anew for candidates that may be
+named.
 """
 
 from __future__ import annotations

@@ -101,7 +101,8 @@ class Case:
 
     @cached_property
     def real(self) -> list[Candidate]:
-        """Candidates in ``at_every_speed``, without lines whose cause is also a candidate."""
+        """Candidates in ``at_every_speed``; an effect that only describes the observation, such as
+        a line, is omitted if a cause in ``seen`` explains the same error."""
         causes = {item.name for item in without_unspecific(self.seen)}
         return [item for item in self.at_every_speed if item.name in causes]
 
@@ -321,7 +322,8 @@ class Case:
 
     @cached_property
     def negligible(self) -> list[Candidate]:
-        """Effects that are significant and seen on every pass, but too small to matter."""
+        """Effects that are significant and that every pass shows, but that are too small to
+        matter."""
         survey = self.survey
         return without_unspecific(
             [

@@ -18,8 +18,8 @@ LEAST_SHARE = 0.5
 """Least share of the best candidate's gain that another candidate needs to be in the class of the
 best candidate."""
 NOTHING_LEFT_P = 0.001
-"""The gain of an effect, added to a model with the other effect, counts as chance if its corrected
-p is at least this value."""
+"""The gain of an effect that is added to a model with another effect counts as chance if the
+corrected p of this gain is at least this value."""
 OF_THE_SAME_KIND = 0.1
 """Limit of an unknown remaining error, as a share of the first effect's gain and of its mean
 square. A larger error (more than a third of the effect's size) may show that the real effect has

@@ -25,7 +25,8 @@ Float = NDArray[np.float64]
 Boolean = NDArray[np.bool_]
 
 STEP_TOLERANCE = 0.1
-"""Largest relative deviation of a plausible step from the steps around it."""
+"""Largest relative deviation of a plausible step from the steps around it. A step is the change of
+the angle from one row to the next."""
 WHOLE_TURN_TOLERANCE = 0.02
 """A run counts as one that should have whole turns if its number of turns is nearer than this to a
 whole number."""

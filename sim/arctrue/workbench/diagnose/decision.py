@@ -30,7 +30,7 @@ class Decision:
     """True if ``described`` is the error of the first effect as a function of another condition,
     and the rows cannot distinguish the two conditions."""
     unconfirmed: str | None = None
-    """Reason why an effect that fits, and has no rival, is not named."""
+    """Reason, other than an effect in ``effect_class``, why an effect that fits is not named."""
     look_alikes: Mapping[str, list[str]] = field(default_factory=dict)
     resembles: Candidate | None = None
     """Effect of the catalogue that the unknown effect resembles."""

@@ -139,7 +139,8 @@ def diagnose(
     """Test every effect that ``terms`` lacks. Nothing is random, so equal inputs give equal
     results.
 
-    ``given``: the model fitted to the rows that a command uses, if ``observations`` has fewer rows.
+    ``given``: an Adding whose base is the model fitted to the rows that a command uses. It is given
+    if single wrong rows have been left out of ``observations``.
     """
     faults = data_faults(observations)
     if faults:

@@ -74,7 +74,7 @@ class Distance:
     runs: int
     """Number of runs of the capture; 0 without one."""
     visits: float
-    """Number of visits of the median station; 0 without a reference."""
+    """Median, over the stations, of the number of visits; 0 without a reference."""
     left: float
     """Largest ratio of the residual RMS to the noise of the repeats, over the channels."""
     not_white: float
@@ -105,7 +105,7 @@ def distance(
 
 
 def _visits(target_rad: np.ndarray) -> float:
-    """Return the number of visits of the median station."""
+    """Return the median, over the stations, of the number of visits."""
     station = np.round(np.mod(np.round(target_rad / (2.0 * np.pi), 9), 1.0), 6)
     _, counts = np.unique(station, return_counts=True)
     return float(np.median(counts))

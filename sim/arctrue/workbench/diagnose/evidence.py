@@ -56,8 +56,8 @@ MOST_LEFT = 0.5
 estimated anew with this effect, even if its gain with the noise of the model is small."""
 OF_ITS_SIZE = 0.2
 """Largest p, in the first test, of an effect that slow noise may have absorbed. Noise that has
-absorbed an effect is about as large as the effect, so that the effect is at least as large as its
-standard uncertainty. Chance makes an effect as large with at most this probability."""
+absorbed an effect is about as large as the effect, so that the effect is not far below its standard
+uncertainty. An effect that does not exist passes this limit with at most this probability."""
 MOST_WEIGHED = 6
 """Largest number of candidates for which the noise is estimated anew."""
 FAR_BEHIND = 60.0
@@ -120,9 +120,10 @@ def weighed(tried: Survey, report_step: ReportStep, *, negligible: bool) -> Surv
     """Return the survey with evidence, from newly estimated noise, for candidates that may be
     named.
 
-    The candidates of the catalogue are judged in the order of their ΔBIC, until no further
-    candidate can be ahead of the real effect, which is the best candidate that is significant and
-    confirmed. The first product of parts is added if it can be ahead of the real effect.
+    The real effect is the best candidate that is significant and confirmed. The noise is estimated
+    anew for one candidate of the catalogue after another, in the order of their ΔBIC, until no
+    further candidate can be ahead of the real effect, and for at most MOST_WEIGHED candidates. The
+    first product of parts gets evidence too if it can be ahead of the real effect.
     """
     null = Null(tried.residuals)
     waiting = _near_to_a_name(tried)
@@ -311,8 +312,8 @@ def _with_noise_of(items: Sequence[Candidate], real: Candidate) -> list[Candidat
 def _judged(
     item: Candidate, tried: Survey, null: Null, candidates: int, report_step: ReportStep
 ) -> Candidate:
-    """Return the candidate with its evidence, and with held-out rows if it is significant and
-    matters."""
+    """Return the candidate with its evidence, and with its errors on held-out rows if it is
+    significant and matters."""
     residuals = tried.residuals
     report_step(f"the noise with {item.name} in the model")
     found = evidence(null, item.effect, item.nonlinear)
@@ -329,8 +330,8 @@ def _with_noise_of_another(
     candidates: int,
     report_step: ReportStep,
 ) -> Candidate:
-    """Return the candidate with the noise estimated with another effect, if its gain is much larger
-    then.
+    """Return the candidate with the noise estimated with another effect, if the candidate's gain is
+    much larger with that noise; otherwise return the candidate unchanged.
 
     The noise estimated with the candidate itself may still absorb the candidate as slow noise.
     """
@@ -345,8 +346,8 @@ def _with_noise_of_another(
 def _tested(
     item: Candidate, found: Evidence, tried: Survey, candidates: int, report_step: ReportStep
 ) -> Candidate:
-    """Return the candidate with this evidence, and with held-out rows if it is significant and
-    matters."""
+    """Return the candidate with this evidence, and with its errors on held-out rows if it is
+    significant and matters."""
     item = _settled(item, found, tried, candidates)
     of_rows = found.index_share < RUNS_ARE_THE_SAMPLE
     if item.regular is not None:

@@ -24,11 +24,12 @@ def look_alikes(
     untestable: Mapping[str, list[str]],
     effects: Mapping[str, type[Effect]],
 ) -> dict[str, list[str]]:
-    """Return effects (without a search) that would look like ``best``, each with the data that the
-    set lacks to test it.
+    """Return effects (without search parameters) that would look like ``best``, each with the data
+    that the set lacks to test it.
 
-    On the rows of the set, with the model projected out, the columns of such an effect contain the
-    columns of ``best`` and give at least half of the gain of ``best``.
+    On the rows of the set, with the model projected out, the columns of such an effect reproduce
+    those of ``best`` (each canonical correlation is above LIKE), and the gain of such an effect is
+    at least LEAST_SHARE of the gain of ``best``.
     """
     found = {}
     for name, lacking in untestable.items():

@@ -65,7 +65,7 @@ def fisher_p(values: Float) -> float:
         return 1.0
     power = np.abs(np.fft.rfft(values - values.mean())[1:-1]) ** 2
     share = float(power.max() / max(power.sum(), 1e-300))
-    # This is the first term of Fisher's series, which is exact enough where it is small.
+    # This is the first term of Fisher's series for p; where p is small, the term is exact enough.
     log_p = np.log(power.size) + (power.size - 1) * np.log1p(-min(share, 1.0 - 1e-15))
     return float(np.exp(min(log_p, 0.0)))
 

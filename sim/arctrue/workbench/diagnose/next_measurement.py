@@ -189,8 +189,8 @@ def has_already(part: str, observations: Observations) -> bool:
 
 
 def measurement_for_parts(product: ProductOfParts, observations: Observations) -> NextMeasurement:
-    """Return the measurement that tests a description by parts: it changes a condition that is
-    constant in the set."""
+    """Return the measurement that tests a description by parts. If the product has a condition that
+    the set does not yet vary, the measurement changes this condition."""
     temperature_known = observations.has_temperature
     for part in product.parts:
         if part in OF_PARTS and not has_already(part, observations):

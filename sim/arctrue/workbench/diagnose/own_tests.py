@@ -98,8 +98,8 @@ OF_A_WHOLE_ORDER = 0.25
 """Largest distance of a line from an integer order, in units of 1/span."""
 STEEPEST, FLATTEST = -3.0, -0.25
 """Limits of the exponent of the power law that the amplitudes follow: −1 for a jump, −2 for a bend,
-with a margin for noise. Of the lines near its limit, the search finds only those that noise makes
-larger, so that the amplitudes seem to fall less."""
+with a margin for noise. The search finds lines near its limit only if noise makes them larger, so
+that the amplitudes seem to decrease less steeply with the order."""
 MOST_SCATTER = 0.35
 """Largest standard deviation of the logarithms of the amplitudes around this power law. A line at
 the limit of the search has a signal of five standard uncertainties, 0.2 in the logarithm."""

@@ -123,9 +123,10 @@ def posterior(
         unknown = min(unknown, first - 0.5 * near_tie if named else first + most)
         for name, value in weights.items():
             if name not in effect_class:
-                # An effect is outside the class if it adds nothing to a model with the first
-                # effect, or if the first effect adds something to a model with it. Its weight is
-                # then at most this share of the weight of the first.
+                # An effect outside the class gains less than half as much as the first effect, or
+                # the first effect still adds something to a model with this effect
+                # (:func:`classes.alike`). The weight of such an effect is at most the share
+                # NOTHING_LEFT_P of the weight of the first.
                 weights[name] = min(value, first + float(np.log(NOTHING_LEFT_P)))
             else:
                 weights[name] = min(value, first)

@@ -50,7 +50,8 @@ def candidate_data(item: Candidate, before: Left | None, after: Left | None) -> 
 
 
 def covers_data(covers: Coverage) -> dict[str, Any]:
-    """Return the coverage of the verdict as JSON."""
+    """Return as JSON which sizes of which effects the verdict excludes, and what it cannot
+    exclude."""
     return {
         "smallest": {
             name: {
@@ -246,8 +247,8 @@ def _smaller_part(result: Diagnosis) -> list[str]:
 
 
 def _explains_more(result: Diagnosis) -> str | None:
-    """Return the effect that would be named next. If there is none, return the largest regular
-    cause that remains with the named effect in the model."""
+    """Return the name of the effect that would be named next. If there is none, return the name of
+    the largest regular cause that remains with the named effect in the model."""
     if result.further:
         return result.further[0].name
     named = None if result.named is None else result.named.regular

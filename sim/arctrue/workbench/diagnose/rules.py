@@ -1,9 +1,9 @@
-"""Decides the verdict by one table of rules: the first rule that applies is the verdict.
+"""Decides the verdict by one table of rules: the first rule that applies gives the verdict.
 
-Rules of the set come first; they use the results of every stage, including the probabilities. Rules
-of the survey apply to every survey of a diagnosis, also to the survey with the first effect in the
-model. The first sentence of each rule is its line in docs/workbench.md, "How the verdict is
-reached".
+Rules of the set come first; they use the results of every stage, including the probabilities. A
+survey is the result of all tests with one model. Rules of the survey apply to every survey of a
+diagnosis, also to the survey with the first effect in the model. The first sentence of each rule is
+its line in docs/workbench.md, "How the verdict is reached".
 """
 
 from __future__ import annotations
@@ -54,17 +54,19 @@ from arctrue.workbench.diagnose.survey import RUNS_ARE_THE_SAMPLE
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
 
 LEAST_EXCESS = 0.25
-"""A model with a sure lack of fit and an excess over the repeats larger than this share of their
-noise is not adequate, even if no effect describes the residuals."""
+"""Smallest excess of the residuals above the noise, as a share of the noise, with which a model is
+not adequate although no effect describes the residuals. The lack of fit must be significant too."""
 
 RISES = 1e-3
 """Smallest relative rise of the RMS that the printed figures show (three or four digits). The rise
 is averaged over the channels: a fall in one channel compensates for a rise in another channel,
 which a further cause may explain."""
 LINES = frozenset({"line", "frequency", "unwrapped_order"})
-"""Kinds of search that find a line; an oscillation may look like a line."""
+"""Kinds of search that find a line (a sine of one order or frequency); an oscillation that noise
+drives may look like a line."""
 LEAST_TAKEN = 0.1
-"""Least share of the mean square above the noise that an effect must remove to explain it."""
+"""Smallest share of the error's mean square above the noise that an effect must remove; an effect
+that removes less does not explain this error."""
 
 
 # Rules of the set.
@@ -693,7 +695,7 @@ RULES = (
     Rule("ambiguous", grows_with_another),
     Rule("named", known_by_name),
 )
-"""The first rule that applies is the verdict; the last rule always applies."""
+"""The first rule that applies gives the verdict; the last rule always applies."""
 
 
 def decide(facts: Facts) -> Decision:

@@ -143,7 +143,7 @@ class Survey:
 
 
 def _holds_out(item: Candidate) -> bool:
-    """Tell whether the error on held-out rows falls by more than two standard errors.
+    """Tell whether held-out rows show the candidate (:func:`holds_out`), or need not show it.
 
     The free offset of each run absorbs an effect that only the differences between runs show, so
     that rows of the same run cannot show it. The runs are then the sample, and the scatter of the

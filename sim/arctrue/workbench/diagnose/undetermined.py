@@ -20,10 +20,11 @@ WHOLE_TURNS = "a reference over whole turns, or a model of fewer orders"
 
 
 def undetermined(solution: Solution) -> str | None:
-    """Return the reason why no statement can rest on this model; None if the rows determine it.
+    """Return the reason why no statement can rest on this model.
 
-    Orders that a part of a turn does not separate become as large as the noise allows and cancel
-    each other. A further line, or slow noise, then only cancels what these orders have added.
+    Return None if the rows determine the model, or if the set has a capture. Orders that a part of
+    a turn does not separate become as large as the noise allows and cancel each other. A further
+    sine, or slow noise, then only cancels the error that these orders have added.
     """
     rows = solution.observations.reference
     left = solution.reference_residual_arcsec()

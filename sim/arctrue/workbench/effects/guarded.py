@@ -41,7 +41,8 @@ SWITCHES = (
 
 
 class EffectFileError(ValueError):
-    """A file of effects cannot be used; the message names file, method and line."""
+    """A file of effects cannot be used; the message names the file, and method and line if they are
+    known."""
 
 
 def guarded(kind: type[Effect], path: Path) -> type[Effect]:

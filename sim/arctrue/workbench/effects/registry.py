@@ -84,8 +84,9 @@ def _place(name: str) -> tuple[int, str]:
 
 
 def from_folder(folder: Path) -> dict[str, type[Effect]]:
-    """Return the effects of each Python file of a folder whose name does not begin with test_, _ or
-    conftest.
+    """Return the effects of the Python files of a folder.
+
+    Files whose names begin with ``test_``, ``_`` or ``conftest`` are omitted.
 
     Raises EffectFileError, which names the file, for a missing folder or a file that fails.
     """
@@ -113,7 +114,7 @@ def from_file(path: Path) -> dict[str, type[Effect]]:
         call_within(LOAD_S, spec.loader.exec_module, module)
     except TookTooLongError as error:
         raise too_long(path, error, "", LOAD_S) from error
-    except BaseException as error:  # a user's file may even end the program
+    except BaseException as error:  # a user's file may even call sys.exit
         mine = file_error(path, error)
         if mine is not None:
             raise mine from error
@@ -152,8 +153,8 @@ def from_entry_points() -> dict[str, type[Effect]]:
 def absent_effects(
     effects: Mapping[str, type[Effect]], present: Iterable[str], observations: Observations
 ) -> dict[str, type[Effect]]:
-    """Return the effects that concern the set and that a model with the effects ``present``
-    lacks."""
+    """Return the effects that concern the set, need no settings, and are not among the model's
+    effects ``present``."""
     there = set(present)
     return {
         name: effect

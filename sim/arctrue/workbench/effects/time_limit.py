@@ -74,7 +74,8 @@ class _Call:
         self.done = threading.Event()
         self.left = False
         self.lock = threading.Lock()
-        # numpy keeps its error settings in the context of the thread.
+        # The new thread gets a copy of the caller's context, in which numpy keeps its settings for
+        # numerical errors.
         run = contextvars.copy_context().run
         self.thread = threading.Thread(target=run, args=(self._run,), daemon=True)
         self.thread.start()
@@ -83,7 +84,7 @@ class _Call:
         function, arguments, named = self.call
         try:
             self.result = function(*arguments, **named)
-        except BaseException as error:  # a user's file may even end the program
+        except BaseException as error:  # a user's effect file may even call sys.exit
             self.error = error
         while not self.left:
             try:

@@ -240,8 +240,8 @@ def _nearest(
     own = unknowns.covariance[np.ix_(involved, involved)]
     values, vectors = np.linalg.eigh(own / np.outer(spread[involved], spread[involved]))
     root = vectors * np.sqrt(np.maximum(values, 1e-14)) * spread[involved][:, np.newaxis]
-    # The unknowns are scaled to ``steps``, along which the log likelihood falls by half the square
-    # of their length.
+    # ``root @ steps`` is the change of the unknowns; the log likelihood then falls by half the
+    # square of the length of ``steps``.
     scale = np.maximum(np.linalg.norm(slopes[:, involved] @ root, axis=1), 1e-300)
 
     def place(steps: Float) -> Float:

@@ -282,7 +282,7 @@ def channel_sums(
     capture: bool,
 ) -> ChannelSums | None:
     """Return the sums of least squares over the rows of a channel; the unknowns are the terms'
-    coefficients, then the run offsets (or a₀)."""
+    coefficients, then the run offsets of the capture or the constant a₀ of the reference."""
     rows = whitened_rows(terms, observations, context, noise, capture=capture)
     of_rows = noise.capture if capture else noise.reference
     if rows is None or of_rows is None or of_rows.rows == 0:

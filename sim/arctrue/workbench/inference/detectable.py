@@ -43,7 +43,8 @@ than 1 %."""
 LARGE = 1e6
 """If the noncentrality is larger than this, the scatter of χ², 0.2 %, is neglected."""
 FOLDS_SHARE = 4.0 / 3.0
-"""Factor by which the variance of a coefficient is larger if three of four folds are fitted."""
+"""Variance of a coefficient that is fitted to three of four folds, divided by its variance in a fit
+to all rows."""
 
 
 FEW_FREEDOM = 6.0

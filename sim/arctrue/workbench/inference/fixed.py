@@ -1,4 +1,6 @@
-"""Applies a model with given coefficients to a set; fits only the run offsets and a₀."""
+"""Applies a model with given coefficients to a set; fits only the offset of each run of the capture
+and the constant a₀ of the reference.
+"""
 
 from __future__ import annotations
 
@@ -33,8 +35,8 @@ def with_fixed_coefficients(
     context = context_of(draft)
     draft = replace(draft, context=context)
     left = draft.capture_residual_arcsec(), draft.reference_residual_arcsec()
-    # Coefficients from another set use no degree of freedom of this set: only constants are fitted
-    # to its rows.
+    # The given coefficients use no degree of freedom of this set, because only the run offsets and
+    # a₀ are fitted to its rows.
     noise, unknown = estimated_noise(ModelDesign((), _leaving(observations, left), FitContext()))
     sums = [
         _constants(None if values is None else of_rows, values, run, offsets, prior)
@@ -62,7 +64,8 @@ def with_fixed_coefficients(
 def _leaving(
     observations: Observations, left: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None]
 ) -> Observations:
-    """Return the observations with these residuals as the measured values."""
+    """Return the observations with these residuals as the measured values; the mean of the
+    reference's residuals is subtracted."""
     capture, reference = observations.capture, observations.reference
     return replace(
         observations,
@@ -82,7 +85,8 @@ def _constants(
     offsets: int,
     prior: float,
 ) -> NDArray[np.float64]:
-    """Fit the offset of each run, or a₀, of one channel by least squares."""
+    """Fit the constants of one channel by least squares: the offset of each run of the capture, or
+    a₀ of the reference."""
     if noise is None or values is None or run is None:
         return np.zeros(offsets)
     ones, whitened = noise.whiten(np.ones(values.size)), noise.whiten(values)

@@ -36,18 +36,18 @@ FOLDS = 4
 """Number of folds. Each fit has three quarters of the rows; :data:`.detectable.FOLDS_SHARE` follows
 from this number."""
 STANDARD_ERRORS = 2.0
-"""Number of standard errors by which the error on omitted (held-out) rows must fall."""
+"""Standard errors by which the log predictive density of omitted (held-out) rows must rise."""
 ENOUGH_ERRORS = 3.0
-"""If a true effect would lower the error by less than this number of standard errors, the test does
-not require a fall."""
+"""If a true effect would raise the log predictive density by less than this number of standard
+errors, the test does not require a rise."""
 SEED = 20_120_215
 """Seed of the order in which rows are left out; fixed, so that a set always has the same folds."""
 
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Error of every row, predicted by a fit without this row (held-out error), by channel,
-    arcseconds."""
+    """Error with which each row is predicted by a fit without this row (held-out error), by
+    channel, arcseconds."""
 
     capture_arcsec: Float | None
     reference_arcsec: Float | None
@@ -80,8 +80,8 @@ class Improvement:
 def holds_out(channels: Iterable[Improvement]) -> bool:
     """Tell whether the predictive density of held-out rows rises by more than two standard errors.
 
-    If such rows cannot show the effect, because neighbours and slow noise already predict it, the
-    density must only not fall by more than two standard errors.
+    If such rows cannot show the effect, because their neighbours already predict it as slow noise,
+    it suffices that the density does not fall by two standard errors or more.
     """
     found = list(channels)
     gain = sum(item.gain for item in found)
@@ -137,9 +137,9 @@ def falls(before: HeldOut, after: HeldOut, noise: Noise) -> dict[str, Improvemen
 def folds_of(observations: Observations) -> Folds:
     """Assign the rows of each group of four consecutive rows to the four folds, in a random order.
 
-    Any wave that the rows can show has a half period longer than one row, so that the rows on both
-    sides of an omitted row show it. In a fixed order, the same stations of every cycle could be
-    left out together.
+    Half a period of any wave that the rows can show is longer than the distance of two rows, so the
+    rows on both sides of an omitted row show this wave too. In a fixed order, the same stations of
+    every cycle could be left out together.
     """
     found: list[Integer | None] = []
     for rows in (observations.capture, observations.reference):

@@ -49,9 +49,9 @@ class Identifiability:
     """σ of the three coefficients with the largest σ, arcseconds (or their unit), by name."""
     correlated: list[Pair]
     smallest_arcsec: dict[str, dict[str, float]] = field(default_factory=dict)
-    """For each absent effect without a search, and by channel: the smallest RMS of the effect that
-    the diagnosis would find in 95 % of such sets, at a level of 1 % divided by the number of absent
-    effects."""
+    """For each absent effect without search parameters, and by channel: the smallest RMS of the
+    effect that the diagnosis would find in 95 % of such sets, at a level of 1 % divided by the
+    number of absent effects."""
 
 
 def coefficient_names(solution: Solution) -> list[str]:

@@ -1,5 +1,5 @@
 """Computes two figures of a model's residual on a set: *left* (RMS of the residual) and *held out*
-(RMS over rows, each predicted by a fit without it).
+(RMS of the errors with which each row is predicted by a fit without that row).
 
 The history of a model, diagnosis, comparison, page and report show these figures; no other module
 computes such figures.
@@ -28,8 +28,8 @@ class Left:
     """*Left*: RMS of the residual over every row that the commands use."""
     peak_arcsec: Mapping[str, float]
     heldout_rms_arcsec: Mapping[str, float]
-    """*Held out*: RMS over the rows in use, each predicted by a fit without that row
-    (:func:`held_out`).
+    """*Held out*: RMS of the errors with which each row in use is predicted by a fit without that
+    row (:func:`held_out`).
     """
     noise_arcsec: Mapping[str, float]
     """RMS scatter of the repeats (:func:`row_noise_arcsec`)."""

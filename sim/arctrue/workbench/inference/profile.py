@@ -126,8 +126,8 @@ class Profile:
         return likelihood
 
     def _fixed_terms(self, conditions: Sequence[Condition], start: Noise) -> tuple[float, Noise]:
-        """Return the likelihood under these conditions, and its noise; the search for the noise
-        begins at ``start``."""
+        """Return the likelihood under these conditions, and the noise with which it was calculated;
+        the search for the noise begins at ``start``."""
         found = conditioned(replace(self.fit.solution, noise=start), conditions)
         if self._free is None:
             # All values use the same restricted likelihood (the same free directions), so that they

@@ -24,7 +24,8 @@ from arctrue.workbench.observations import Observations
 COLUMNS_TOGETHER = 24
 """Largest number of columns that are whitened and multiplied with the model's columns at once."""
 LEAST_OWN_SHARE = 1e-6
-"""Smallest share of the weighted squares in a direction of a block that the model must leave.
+"""Smallest share of the weighted squares that the model must leave unexplained in a direction of a
+block. A block is the columns of one effect.
 
 A direction with a smaller share belongs to the model, not to the block. Columns are calculated at
 measured angles, whose noise of 0.2″ is 10⁻⁶ rad. At 24 faces a wave of order 48.3 differs from a

@@ -50,8 +50,8 @@ DISC_BINS = 1 << 15
 """Number of bins in a turn. With eight bins per period, the highest order that is searched is
 4,096, a quarter of the lines of the paper's disc."""
 SEPARATING_GAIN = 30.0
-"""Gain by which an order must exceed the nearest whole or half order: p < 10⁻⁶ for one more
-parameter, with a gap at every half order."""
+"""Amount by which the gain of an order must exceed the gain of the nearest whole or half order. For
+one more parameter p is below 10⁻⁶, although there is a gap around every half order."""
 IN_A_GAP = np.array([-1.2, -0.9, -0.6, -0.3, 0.3, 0.6, 0.9, 1.2])
 """Offsets at which orders near a whole or half order are scored, in the gap around it and next to
 this gap, in units of the resolution 1/(2·turns). With T turns, neighbouring offsets differ by at
@@ -59,11 +59,11 @@ most 0.3/T, and the peak of a line in one run extends 0.5/T to either side, so t
 offsets cannot both miss it.
 """
 LINES = frozenset({"frequency", "line", "unwrapped_order"})
-"""Kinds of search for a wave of any rate."""
+"""Kinds of search for a wave of any order or frequency, not only of whole orders."""
 LEAST_OWN = 0.05
 """Smallest share of a line's weighted squares that the model of whole orders must leave. In one run
 of T turns this share is 1 − sinc²(δT), where δ is the distance from a whole order, so that a line
-is searched for at distances from 1/(8T).
+is found only at a distance of 1/(8T) or more.
 """
 BLIND_FACTOR = 0.02
 """If |e^{jnα} − 1| is below this value, two heads cannot show order n."""
@@ -207,7 +207,7 @@ def stations_a_turn(rows: ReferenceRows) -> float:
 
     The result is 0 if the stations do not cover the whole turn.
     """
-    # The gap from the last station to the first counts too: on an arc it is as long as many steps.
+    # The gap from the last station to the first counts too: on an arc this gap is many steps long.
     place = np.unique(np.round(np.mod(rows.target_rad, 2.0 * np.pi), STATION_DECIMALS))
     steps = np.abs(np.diff(rows.target_rad))[np.diff(rows.run) == 0]
     moved = steps[steps > 10.0**-STATION_DECIMALS]
@@ -555,7 +555,7 @@ def step_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     places.sort(key=lambda item: -item[0])
     best = [place for _, place in places[:BEST_PLACES]]
     if capture.channels > 1:
-        # A step of head 1 is in every channel of its run, and its run is numbered −1, −2, …
+        # A step of head 1 is in every channel of a run; its place states this run as −1, −2, …
         best += [{**place, "run": -(place["run"] // capture.channels) - 1.0} for place in best]
     found = scored(effect, residuals, best, 1.0)
     if not found:

@@ -29,5 +29,8 @@ SCANS: Mapping[SearchKind, Callable[[Effect, Residuals], list[Place]]] = {
 
 
 def places_of(effect: Effect, residuals: Residuals) -> list[Place]:
-    """Return values of the search parameters that fit the residuals best, best first."""
+    """Return the values of the search parameters with which the effect fits the residuals best.
+
+    Each place is one set of values; the best comes first.
+    """
     return SCANS[effect.search_kind](effect, residuals)

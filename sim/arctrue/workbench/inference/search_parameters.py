@@ -23,7 +23,7 @@ Float = NDArray[np.float64]
 ROUNDS = 6
 """Largest number of Gauss–Newton steps; SMALL_STEP ends them earlier."""
 HALVINGS = 5
-"""Largest number of trials of a step; each trial after the first takes a quarter of the trial
+"""Largest number of trials of a step; the step of each trial is a quarter of the step of the trial
 before, so that the last of the five takes 1/256 of the full step."""
 SMALL_STEP = 0.02
 """The refinement ends when no search parameter would change by more than this share of its own
@@ -90,7 +90,7 @@ def with_steps_on_every_row(solution: Solution) -> list[Term]:
         run_name, instant_name = term.effect.step_at
         run = round(term.nonlinear[run_name])
         if run < 0:
-            # A step of head 1 is in every channel of its run; the first channel has its full size.
+            # A step of head 1 is in every channel of its run; channel 0 shows the full step.
             run = (-run - 1) * part.channels
         kept = part.time_s[part.run == run]
         place = int(np.searchsorted(kept, term.nonlinear[instant_name]))

@@ -349,8 +349,8 @@ def joint_uncertainty(solution: Solution) -> tuple[Matrix, list[dict[str, float]
 
 
 def _instant_sigma_s(solution: Solution, index: int) -> float:
-    """Return the σ of a step's instant, from the standard deviation of its row and the time between
-    two samples."""
+    """Return the σ of a step's instant: the standard deviation of the number of the sample at which
+    the step occurs, times the time between two samples."""
     step = float(solution.coefficients[solution.part(index)][0])
     of_rows = solution.noise.capture
     noise = 0.0 if of_rows is None else of_rows.white_rms_arcsec

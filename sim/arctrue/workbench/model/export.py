@@ -610,7 +610,8 @@ USUAL_NOMINAL_DEG_PER_S = 90.0
 
 
 def _range_of(observations: Observations) -> tuple[float, float]:
-    """Return the device's temperature range: T₀ ± THERMAL_RANGE_K and the range of the set."""
+    """Return the smallest temperature range that contains T₀ ± THERMAL_RANGE_K and all temperatures
+    of the set."""
     reference_c = observations.reference_temperature_c
     seen = [reference_c - THERMAL_RANGE_K, reference_c + THERMAL_RANGE_K]
     for rows in (observations.capture, observations.every_reference_row):

@@ -73,7 +73,7 @@ def at_heads_of_mean(
     Returns
     -------
     list of LocalError
-        One local error for each pair of a head with a weight and an error of ``errors``.
+        One local error for each pair of an error of ``errors`` and a head whose weight is not 0.
     """
     count_rad = 2.0 * np.pi / counts_per_rev
     found = []
@@ -142,7 +142,7 @@ def table_of(errors: Sequence[LocalError], counts_per_rev: int) -> LocalTable:
 
 
 def taken_off_arcsec(table: LocalTable, counts_per_rev: int, reading_rad: Float) -> Float:
-    """Calculate the correction of the gateware, with its own rounding.
+    """Calculate the correction of the gateware's local table, with the rounding of the gateware.
 
     Parameters
     ----------

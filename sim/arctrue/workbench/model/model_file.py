@@ -75,7 +75,7 @@ class _File(_Declared, kw_only=True):
 
 
 class ModelFileError(ValueError):
-    """The model file cannot be used; the message names file, entry and expected value."""
+    """The model file cannot be used; the message names the file and the reason."""
 
 
 def read_model(path: Path) -> Model:
@@ -173,7 +173,7 @@ def folder_entry(model_file: Path, folder: Path) -> str:
 def _refuse_unfit(value: object, place: str) -> None:
     """Raise ContentError for text that is not one printable line or a number that is not finite.
 
-    Settings and columns can have any structure, so that the function searches all content.
+    Settings and columns can have any structure, so the function searches all content.
     """
     if isinstance(value, dict):
         for key, item in value.items():

@@ -295,8 +295,8 @@ def _context(model: Model, effects: Mapping[str, type[Effect]]) -> FitContext:
 def _values(
     entry: ModelEffect, effect: Effect, rows: ReferenceRows | None, context: FitContext
 ) -> Float | None:
-    """Return the contribution of an effect to ε of head 1, (rows,), arcseconds; None if there is
-    none."""
+    """Return what an effect adds to the error of head 1 at these rows, or to the measured error of
+    the reference, (rows,), arcseconds; None if it adds nothing."""
     if rows is None:
         return None
     columns = effect.reference_columns(rows, entry.search, context)

@@ -26,7 +26,8 @@ def degrees_of_freedom(
 
     ``weights`` is C⁻¹z of each channel, where z is the sum of the projected columns times their
     coefficients; ``offsets`` is the part of these columns that the offsets of the runs absorb. The
-    variance of the estimate has the logarithmic derivatives hⱼ = θⱼ·uᵀCⱼu/zᵀC⁻¹z, with u = C⁻¹z.
+    covariance is C = Σ θⱼ·Cⱼ, with the variance θⱼ of each part of the noise. The variance of the
+    estimate has the logarithmic derivatives hⱼ = θⱼ·uᵀCⱼu/zᵀC⁻¹z, with u = C⁻¹z.
     With the covariance of the logarithms of the θⱼ, they give the variance of the logarithm of the
     variance, 2/m (Satterthwaite, Biometrics 2 (1946) 110).
     """

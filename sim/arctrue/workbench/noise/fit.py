@@ -72,7 +72,10 @@ class Design(DesignColumns, Protocol):
 def white_noise(
     observations: Observations, deviations_arcsec: tuple[float | None, float | None]
 ) -> Noise:
-    """Return white noise with known standard deviations, (capture, reference)."""
+    """Return white noise with these standard deviations, (capture, reference).
+
+    For a deviation of None, the variance is NO_KNOWLEDGE_ARCSEC2.
+    """
     laws: list[NoiseLaw | None] = []
     for rows, deviation in zip(
         (observations.capture, observations.reference), deviations_arcsec, strict=True

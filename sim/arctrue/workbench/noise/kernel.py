@@ -5,9 +5,9 @@ by white noise, a·exp(−c·τ)·(cos dτ + (c/d)·sin dτ). A smooth part is t
 oscillator, in which two exponentials of nearly the same rate approximate (1 + λτ)·exp(−λτ): Matérn
 noise of order 3/2.
 
-The covariance is semiseparable, so that a likelihood and its derivatives take time linear in the
-rows (Foreman-Mackey et al., Astron. J. 154 (2017) 220; backward pass: Foreman-Mackey, Res. Notes
-AAS 2 (2018) 31; library celerite2).
+The covariance is semiseparable, so the time to compute a likelihood and its derivatives is
+proportional to the number of rows (Foreman-Mackey et al., Astron. J. 154 (2017) 220; backward pass:
+Foreman-Mackey, Res. Notes AAS 2 (2018) 31; library celerite2).
 """
 
 from __future__ import annotations
@@ -207,8 +207,8 @@ def _fitted(whitened: Float) -> tuple[Float, Float]:
 
 
 RIDGE = 1e-11
-"""Value that is added to the diagonal of the normal matrix, which is scaled to 1, so that two equal
-columns of the model get half of the coefficient each.
+"""Value that is added to the diagonal of the normal matrix after the matrix is scaled so that its
+diagonal is 1. If two columns of the model are equal, each then gets half of the coefficient.
 """
 
 

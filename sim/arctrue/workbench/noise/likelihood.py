@@ -1,10 +1,10 @@
 """Calculates the restricted likelihood of the noise from single residuals and from means of blocks.
 
 A few thousand consecutive rows show the fast parts of the noise; means over blocks of rows show the
-slow parts. The covariance of such means is known in closed form. The only approximation is that the
-levels, one for each block length, are independent. On the slowest level the columns of the model
-are added to the residuals, because the model absorbs slow noise (restricted likelihood, Patterson
-and Thompson, Biometrika 58 (1971) 545).
+slow parts. The covariance of such means is known in closed form. A level is the means over blocks
+of one length; the calculation treats the levels as independent, which is an approximation. On the
+level with the longest blocks the columns of the model are added to the residuals, because the model
+absorbs slow noise (restricted likelihood, Patterson and Thompson, Biometrika 58 (1971) 545).
 """
 
 from __future__ import annotations
@@ -83,7 +83,8 @@ class FixedTerms:
     information: Float
     """Normal matrix, shape (k, k)."""
     moment: Float
-    """Right-hand side for the change of the coefficients since the residuals, shape (k,)."""
+    """Right-hand side of the normal equations, whose unknowns are the changes of the coefficients
+    since the residuals were computed, shape (k,)."""
 
 
 class RestrictedLikelihood:
@@ -107,8 +108,8 @@ class RestrictedLikelihood:
         """Return the log likelihood, and its derivatives with respect to the white and each
         coloured variance.
 
-        With V the covariance of a level, u = V⁻¹r and W = V⁻¹X, β the coefficients and N their
-        normal matrix, a change dV of the covariance changes the likelihood by
+        Let V be the covariance of a level, r its residuals, X its columns, u = V⁻¹r and W = V⁻¹X, β
+        the coefficients and N their normal matrix. A change dV of V changes the log likelihood by
 
         ½·(u − Wβ)ᵀdV(u − Wβ) + ½·tr(N⁻¹WᵀdV·W) − ½·tr(V⁻¹dV).
         """

@@ -1,8 +1,8 @@
 """Factors the noise covariance C = L·Lᵀ of the rows of one channel, and whitens columns by L⁻¹.
 
-The covariance is semiseparable: a Cholesky factor takes time linear in the rows (Foreman-Mackey et
-al., Astron. J. 154 (2017) 220; library celerite2). L⁻¹, applied to measured values and columns,
-turns generalised least squares into ordinary least squares.
+The covariance is semiseparable, so the time of a Cholesky factorisation is proportional to the
+number of rows (Foreman-Mackey et al., Astron. J. 154 (2017) 220; library celerite2). L⁻¹, applied
+to measured values and columns, turns generalised least squares into ordinary least squares.
 """
 
 from __future__ import annotations
@@ -93,8 +93,8 @@ class Factor:
         )
 
     def expected(self, clock: Float, precise: Float) -> Float:
-        """Predict the coloured part at the times ``clock``; ``precise`` is C⁻¹·(values − their
-        mean), shape (n,)."""
+        """Predict the coloured part at the times ``clock``; ``precise`` is C⁻¹ times the residuals
+        of this factor's rows, shape (n,)."""
         if self._white or self.clock.size == 0:
             return np.zeros(clock.size)
         rates = 1.0 / self.spectrum.constants
@@ -113,7 +113,8 @@ class RowNoise:
     stretch, and a scale for each row."""
 
     clock: Float
-    """Clock of each row, shape (rows,); it increases within each stretch."""
+    """Time of each row, or its number if there are no times, shape (rows,); it increases within
+    each stretch."""
     starts: Integer
     """First row of each stretch."""
     spectra: tuple[Spectrum, ...]

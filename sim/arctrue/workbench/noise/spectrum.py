@@ -55,8 +55,8 @@ class Spectrum:
     def density(self, frequency: Float, step: float) -> Float:
         """Return the mean |Σ eᵢ·exp(−2πj·f·tᵢ)|² per row, for rows ``step`` apart, arcsec².
 
-        White noise has its variance at every frequency. ``frequency`` is in periods per unit of the
-        clock; the sum is over an infinite series of rows.
+        eᵢ is the noise of row i, tᵢ its time; the series of rows is infinite. The density of white
+        noise is its variance at every frequency. ``frequency`` is in periods per unit of the clock.
         """
         flat = np.ravel(np.asarray(frequency, dtype=np.float64))
         found = np.full(flat.size, self.white)

@@ -97,8 +97,8 @@ def fit_spectrum(
         away = (logs[1:] - centre) / PRIOR_WIDTH
         value, slopes = 0.5 * float(away @ away), np.concatenate([[0.0], away / PRIOR_WIDTH])
         if white.stated is not None:
-            # The prior is the likelihood of ν readings with the stated variance: ν/2·(log s² +
-            # u²/s²).
+            # The prior is the likelihood of ν readings with the stated variance u², if the white
+            # variance is s²: ν/2·(log s² + u²/s²).
             share = white.stated * float(np.exp(-logs[0]))
             value += 0.5 * STATED_READINGS * (logs[0] + share)
             slopes[0] += 0.5 * STATED_READINGS * (1.0 - share)
@@ -117,8 +117,8 @@ def fit_spectrum(
 
     begin = np.clip(begin, low, high)
     if start is not None:
-        # If the start contained an effect that the model now has, the start is bad: of two starts,
-        # the start with the lower cost is used.
+        # ``start`` is bad if it was fitted while an effect that the model now has was still in the
+        # residuals. The search therefore starts from ``start`` or ``begin``, whichever costs less.
         near = np.log(np.maximum(np.concatenate([[start.white], start.variances]), 1e-300))
         begin = min(begin, np.clip(near, low, high), key=cost)
     if walk:
@@ -151,10 +151,10 @@ def _from_scatter(
 
 
 def _with_a_walk(begin: Float, variance: float, low: Float, high: Float) -> list[Float]:
-    """Return starts whose slowest part has a larger variance; none without coloured parts.
+    """Return starts in which the slowest part has the variances WALKS; none without coloured parts.
 
-    The likelihood hardly rises with the logarithm of a small variance, so that a search that starts
-    at a small variance ends there, even where a random walk is far more likely.
+    The likelihood hardly rises with the logarithm of a small variance, so a search that starts at a
+    small variance ends there, even if a random walk is far more likely.
     """
     found = []
     for share in WALKS if begin.size > 1 else ():

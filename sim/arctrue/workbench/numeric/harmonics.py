@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 Columns = NDArray[np.float64]
 
 BLOCK_ROWS = 1024
-"""Number of rows in a block; all columns of a block fit into the processor's cache."""
+"""Rows in a block of harmonic_columns; all columns of a block fit into the processor's cache."""
 SUMMED_ROWS = 1 << 13
-"""Number of rows in a block; the sum over the orders fits into the processor's cache."""
+"""Rows in a block of harmonic_sum; the sum over the orders fits into the processor's cache."""
 
 
 def harmonic_columns(angle_rad: NDArray[np.float64], orders: Sequence[float]) -> Columns:
-    """Return cos and sin of every order: cos k₁, sin k₁, cos k₂, …; shape (rows, 2·orders)."""
+    """Return cos and sin of every order k of the angle x: cos k₁x, sin k₁x, cos k₂x, …; shape
+    (rows, 2·orders)."""
     columns = np.empty((angle_rad.size, 2 * len(orders)))
     wanted = [round(order) for order in orders]
     rising = wanted == list(orders) and wanted == sorted(set(wanted)) and min(wanted, default=0) > 0
@@ -67,8 +68,8 @@ def harmonic_sum(
 def disc_difference(
     disc1_rad: NDArray[np.float64], disc2_rad: NDArray[np.float64], orders: Sequence[float]
 ) -> Columns:
-    """Return the columns that a disc-fixed error of these orders has in R₂ − R₁: its value at ψ₂
-    minus its value at ψ₁."""
+    """Return the columns that a disc-fixed error of these orders has in R₂ − R₁: its value at
+    ``disc2_rad`` minus its value at ``disc1_rad``."""
     columns = harmonic_columns(disc2_rad, orders)
     columns -= harmonic_columns(disc1_rad, orders)
     return columns

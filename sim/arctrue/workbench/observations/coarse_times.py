@@ -18,8 +18,8 @@ def with_spread_times(columns: Reference) -> Reference:
     """Return the columns with a time of its own for each row of a run.
 
     A logger that writes whole seconds gives the same time to all rows of a second. The true times
-    lie between the stamps, so that times in even steps from one stamp to the next are wrong by less
-    than the step of the clock.
+    lie between this stamp and the next, so that times in even steps from one stamp to the next are
+    wrong by less than the distance of the two stamps.
     """
     if columns.time_s is None:
         return columns

@@ -15,9 +15,9 @@ FACE_TOLERANCE_DEG = 0.05
 def faces_of(faces: int | None, run: Integer, target_deg: Float) -> Integer | None:
     """Return the face of each row, (rows,); the polygon may be turned on the table between runs.
 
-    If the rows of a run are between the faces, each row gets the nearest face, with the polygon
-    placed as in the first run at the faces. The result is None if no run has all its rows at the
-    faces, so that the angle of the polygon on the table is unknown.
+    If some rows of a run are between the faces, each row of this run gets the nearest face; the
+    angle of the polygon on the table is then that of the first run whose rows are all at faces. The
+    result is None if there is no such run, because the angle of the polygon is then unknown.
     """
     if faces is None or target_deg.size == 0:
         return None

@@ -23,7 +23,7 @@ Small = NDArray[np.int32]
 
 @dataclass(frozen=True)
 class RunFacts:
-    """Values that are constant within a run, arrays of shape (runs,)."""
+    """Values that are constant within a run: arrays of shape (runs,)."""
 
     start_s: Float
     direction: Float
@@ -32,8 +32,9 @@ class RunFacts:
 
 @dataclass(frozen=True)
 class StoredCapture:
-    """Stores every row of a capture in 48 bytes. A row in :class:`CaptureRows` takes 112 bytes, but
-    exists only for a part of the capture at a time.
+    """Stores every row of a capture with two heads and a temperature in 48 bytes, without further
+    columns. A row in :class:`CaptureRows` takes 112 bytes, but exists only for a part of the
+    capture at a time.
 
     With three or four heads each sample has one row per channel, as :class:`CaptureRows` describes.
     The counts are stored once per sample: row k belongs to sample ``sample[k]``.
@@ -139,7 +140,7 @@ class StoredCapture:
         )
 
     def run_spans(self) -> list[tuple[int, int]]:
-        """Return first row and row after the last of each stretch of one run, in the order of the
+        """Return the first row and the row after the last row of each run, in the order of the
         file."""
         return run_spans(self.run)
 

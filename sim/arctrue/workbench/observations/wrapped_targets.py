@@ -19,7 +19,7 @@ def unwrapped(columns: Reference) -> Reference:
     log.
 
     A log is wrapped if its rows are close together and within one turn, and if in some places the
-    angle jumps back by about a turn between two successive readings of a run. Without this
+    angle jumps by about a turn between two successive readings of a run. Without this
     correction, orders that are not integers could not be found, because such orders have another
     phase in each turn. Between two rows, also of different runs, the table is assumed to have moved
     by less than half a turn.

@@ -1,4 +1,5 @@
-"""Finds single wrong rows in a model's residual; larger errors hide them in the measured values."""
+"""Finds single wrong rows in a model's residual; in the measured values themselves, the errors that
+the model contains would hide such rows."""
 
 from __future__ import annotations
 
@@ -41,7 +42,8 @@ def without_wrong_rows(
         return None
     sample = observations.capture_sample
     if sample is not None:
-        # A sample is omitted with all its heads, and listed once.
+        # If one row of a sample is wrong, the rows of all its channels are omitted; the sample is
+        # listed once.
         _, first = np.unique(sample[wrong], return_index=True)
         listed = np.flatnonzero(wrong)[first]
         wrong = np.isin(sample, sample[wrong])

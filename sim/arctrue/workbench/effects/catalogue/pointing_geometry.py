@@ -15,8 +15,8 @@ for an alt-azimuth mount, for an equatorial mount."""
 AZIMUTH = "azimuth_deg"
 """Column of the other axis' angle, if the axis under test is the elevation axis."""
 LEAST_SPAN_DEG = 20.0
-"""Smallest span of elevations: over a smaller span, tan E and sec E differ from straight lines by
-less than 2 %."""
+"""Smallest span of elevations E: over a smaller span at the horizon, tan E and sec E differ from
+straight lines by less than 2 %."""
 LEAST_AZIMUTH_SPAN_DEG = 90.0
 """Smallest span of azimuths: over a smaller span, cos A and sin A differ little from a constant and
 a line."""

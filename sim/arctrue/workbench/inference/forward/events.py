@@ -92,7 +92,7 @@ def _next_step(record: Record, others: Float, without: KernelFit) -> tuple[Step,
     # in the model is smaller. A true step is also significant with the noise that was estimated
     # without the step.
     held = float(_gains(record, rows, np.array([row]), without.noise)[0])
-    # At one place, P(gain > held) = erfc(√held) < e^(−held); for all places together this
+    # At one row, P(gain > held) = erfc(√held) < e^(−held); for all rows in ``places`` together this
     # probability may be FAMILY_WISE.
     if record.of_few_rows(held) <= np.log(places.size / FAMILY_WISE):
         return None

@@ -152,8 +152,8 @@ def _with_frequency(noise: KernelNoise, part: Part, hz: float) -> KernelNoise:
 
 
 def oscillation_in_capture(solution: Solution) -> Oscillation | None:
-    """Return the resonance in the first rows of the longest run, with the model's coefficients
-    unchanged.
+    """Return the resonance in the first rows of the run with the most rows, with the model's
+    coefficients unchanged; None if there is none.
 
     The gain is scaled to all rows of the capture.
     """

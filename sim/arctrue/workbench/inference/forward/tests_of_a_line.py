@@ -19,7 +19,7 @@ FAMILY_WISE = 0.01
 """Probability that noise alone gives at least one line in a record."""
 FEWEST_BLOCKS, MOST_BLOCKS = 3, 8
 """Smallest and largest number of blocks into which :func:`coherence` splits a record. A block lasts
-at least one period, so only a declared line of 3 periods has 3 blocks.
+at least one period, so only a declared line of fewer than 4 periods has 3 blocks.
 """
 
 

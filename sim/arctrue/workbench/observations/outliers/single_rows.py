@@ -405,12 +405,12 @@ def station_outliers(
 def at_every_visit(
     rows: Integer, away: Float, scatter: float, station: Integer, sense: Integer
 ) -> Boolean:
-    """Tell for each of ``rows`` whether other passes in its sense have a similar deviation at its
-    station.
+    """Tell for each of ``rows`` whether other passes with the same sense of motion have a similar
+    deviation at the same station.
 
     ``away``, ``station``, ``sense`` (1 up, −1 down): shapes (all rows,). An effect of a reversal
     recurs after each reversal. The result is True if the median of the deviations in these passes,
-    with the sign of the row, exceeds NEAR_SIGMA standard deviations.
+    times the sign of the row's own deviation, exceeds NEAR_SIGMA standard deviations.
     """
     found = np.zeros(rows.size, dtype=bool)
     if rows.size > MOST_COMPARED:
