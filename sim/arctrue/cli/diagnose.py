@@ -129,7 +129,9 @@ def _adopted(result: Diagnosis, name: str, folder: Path) -> Path:
     """
     found = None if result.described is None else result.described.effect
     if not isinstance(found, ProductOfParts):
-        raise ValueError(f"nothing to adopt: the verdict is {result.verdict}, not unknown")
+        raise ValueError(
+            f"nothing to adopt: the diagnosis (verdict {result.verdict}) found no product of parts"
+        )
     return write_adopted(found, name, result.description or "", folder)
 
 
