@@ -36,8 +36,7 @@ def error_budget_page(found: Mapping[str, Any]) -> str:
             ".venv/bin/arctrue error-sources --page docs/calibration-budget.md "
             "--json docs/data/calibration-budget.json --out docs/images",
             *_command_of_drawn(found),
-            ".venv/bin/arctrue budget SET          # for your own set; --json writes U at every "
-            "angle",
+            ".venv/bin/arctrue budget SET          # for your own set; --json writes U every 5°",
             "```",
             "",
             *_sources(found),
