@@ -42,7 +42,7 @@ from scripts.netlist import ROOT, ToolError
 CLOCKS = 200_000
 SEED = 1
 LOOK_UP_TABLE_OUTPUT: Final = re.compile(r"_[ABCD]o[56]$")
-"""Pattern of the end of a name: the output of a look-up table as RAM."""
+"""Pattern that matches the end of a name: the name of an output of a look-up table as RAM."""
 BITREAD = Tool(
     "BITREAD",
     ("bitread",),

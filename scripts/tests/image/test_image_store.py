@@ -68,8 +68,8 @@ class Board:
 
 
 def starts(chip: Chip) -> tuple[int, bytes] | None:
-    """Return the place and the program that the boot ROM would start, according to UG585, chapter
-    6, without the C code."""
+    """Return the program that the boot ROM would start and the address of its image in the flash,
+    address first; the rules are those of UG585, chapter 6, without the C code."""
     for place in range(0, FLASH_BYTES, 32 << 10):
         header = bytes(chip.content[place : place + 0x4C])
         words = struct.unpack("<11I", header[0x20:0x4C])
