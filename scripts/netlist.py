@@ -85,8 +85,8 @@ def synthesise(netlist: Path, *, flatten: bool, for_nextpnr: bool = False) -> Pa
     """Map a netlist to cells of the 7 series and return the JSON file that Yosys writes.
 
     ``for_nextpnr`` is for a flat netlist only: the carry chains of the result then suit nextpnr,
-    see ``mapping`` and ``split_shared_inputs``. Raises ToolError if Yosys fails or warns of a
-    latch.
+    see ``mapping`` and ``split_shared_inputs``. Raises ToolError if Yosys fails or warns of a latch
+    or of conflicting drivers.
     """
     yosys, _ = find_yosys()
     kind = "flat" if flatten else "units"
