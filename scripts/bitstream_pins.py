@@ -100,7 +100,8 @@ def has_no_source(tile: str, name: str, pin: str) -> bool:
 
 
 def open_pins(routes: Routes) -> list[str]:
-    """Return a sentence for every undriven pin, and for every tie-off behind an inverter."""
+    """Return a sentence for every undriven pin that must be driven, and for every tie-off of a
+    DSP's pin whose inverter is on."""
     features = routes.features
     chip = features.chip
     faults = open_ram_pins(routes)

@@ -3,9 +3,9 @@
 The program decodes the finished bitstream back into a netlist, except the PS7, and runs this
 netlist in parallel with GHDL's netlist of the VHDL. Both netlists get the same random levels and,
 if there is a core, the same accesses (docs/device.md). The program reads the folder that ``make
-bitstream FLOW=open`` made. Exit code 1: an output differs, or the test did not reach a DSP, a RAM
-or a word of coefficients. 2: a file or tool is missing, a pin is not driven, or a bit or cell
-cannot be decoded.
+bitstream FLOW=open`` made. Exit code 1: an output differs, or the test did not reach a part of the
+design, such as a DSP, a RAM or a word of coefficients. 2: a file or tool is missing, the pin file
+is wrong, a pin is not driven, or a bit or cell cannot be decoded.
 """
 
 from __future__ import annotations
