@@ -179,8 +179,8 @@ def test_status_tells_where_the_image_was_found() -> None:
 
 
 def test_saving_and_flashing_do_not_meet() -> None:
-    """The firmware refuses ``save`` while an erase is running; without a flash, no command has an
-    effect."""
+    """The firmware refuses ``save`` while an erase is running. A firmware without a flash answers
+    ``flash status`` with an error."""
     board = Board(Chip())
     board.firmware.send("flash erase 0")
     assert "under_way" in board.firmware.send("save")
