@@ -87,7 +87,7 @@ def _run(command: Sequence[str], output: Path | None, log: Path, what: str) -> N
 
 
 def _generic(value: int | str | bool) -> str:
-    """Return a generic's value as text for GHDL; booleans are in lower case, in contrast to Python."""
+    """Return a generic's value as text for GHDL, with booleans in lower case (true, false)."""
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
