@@ -1,4 +1,4 @@
-"""Generate the outputs of ``make generate`` anew before any test if a source is newer."""
+"""Runs ``make generate`` before any test if a source is newer than the generated files."""
 
 from __future__ import annotations
 

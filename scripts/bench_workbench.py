@@ -84,8 +84,8 @@ def make_set(folder: Path, rows: int) -> None:
 
 
 def _error_arcsec(disc: Float, warmer_k: Float) -> Float:
-    """Return ε of the long sets' table, which has four orders and a disc centre that moves with the
-    temperature."""
+    """Return the angle error ε of the table of the long sets, in arcseconds. The table has four
+    orders and a disc centre that moves with the temperature."""
     return (
         90.0 * np.cos(disc + 0.4)
         + 0.8 * np.cos(2.0 * disc + 1.0)

@@ -63,14 +63,14 @@ class Access:
         )
 
     def beat(self, place: int) -> int:
-        """Return the data of beat ``place`` of a write."""
+        """Return the data of one beat of a write; ``place`` is the number of the beat, from 0."""
         return (self.data + place * BEAT_STEP) & WORD
 
 
 @dataclass(frozen=True)
 class Answer:
-    """Answer to the access at ``place`` of the list. A write has one answer; a read has one answer
-    for each beat."""
+    """Answer to the access with the index ``place`` in the list. A write has one answer; a read has
+    one answer for each beat."""
 
     place: int
     response: Response

@@ -33,7 +33,8 @@ class ConstraintError(Exception):
 def read_pins(path: Path) -> dict[str, dict[str, tuple[str, int]]]:
     """Return, for each port of a pin file, its properties with value and line number.
 
-    Raises ConstraintError for a line outside the subset and for a property that is set twice.
+    Raises ConstraintError for a file that cannot be read, for a line outside the subset, and for a
+    property that is set twice.
     """
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
@@ -74,8 +75,8 @@ def ports_of(top: str) -> list[str]:
 def check_pins(path: Path, ports: Iterable[str]) -> dict[str, str]:
     """Check a pin file against the ports of a top level; return the pin of each port.
 
-    Every port must have a standard and a pin that no other port has. Raises ConstraintError, which
-    names all faults.
+    Every port must have an I/O standard, and a pin that differs from the pins of all other ports.
+    Raises ConstraintError, which names all faults.
     """
     found = read_pins(path)
     ports = list(ports)

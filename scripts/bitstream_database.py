@@ -151,7 +151,7 @@ class TileType:
 
     @cached_property
     def driven_by_pin(self) -> dict[str, tuple[int, str]]:
-        """Return, for each wire that a site drives, the site (its place in ``sites``) and the
+        """Return, for each wire that a site drives, the index of the site in ``sites`` and the
         output pin."""
         found = {}
         for place, site in enumerate(self.sites):

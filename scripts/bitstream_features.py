@@ -134,7 +134,7 @@ class Features:
     @staticmethod
     def _only(own: TileType, tile: str, wire: str, drivers: list[str]) -> str:
         """Return the one driver in ``drivers`` whose bits are not a subset of another driver's
-        bits."""
+        bits. Raises ToolError if there are several such drivers."""
 
         def ones(driver: str) -> set[tuple[int, int]]:
             return {
@@ -147,7 +147,7 @@ class Features:
         return whole[0]
 
     def unexplained(self) -> list[str]:
-        """Return frame, word and bit of each set bit that belongs to no feature."""
+        """Return frame, word and bit of each set bit that belongs to no enabled feature."""
         explained: dict[int, set[int]] = defaultdict(set)
         for tile in self.tiles:
             own = self.chip.type_of(tile)

@@ -13,7 +13,7 @@ from arctrue.generated import number_formats
 from scripts.netlist import ROOT, ToolError
 
 CONSTRAINTS = ROOT / "constraints"
-OSCILLATOR_MHZ = 125  # frequency of the oscillator at pin H16 of both boards
+OSCILLATOR_MHZ = 125  # oscillator at pin H16 of Arty Z7-20 and PYNQ-Z2
 
 
 class TimingError(Exception):
@@ -26,9 +26,9 @@ class Top:
     """Top level below rtl/top, with the facts that a flow needs to build it.
 
     ``primitives``: number of each kind of cell that connects the top level to the chip. ``vivado``
-    and ``scoped`` are files in constraints/vivado that only Vivado reads: ``vivado`` is for the
-    top's pins, ``scoped`` for the entities inside, in this order; Vivado reads a scoped file for
-    every instance of its entity. ``has_core``: whether the top has the generics of the core.
+    and ``scoped`` name files in constraints/vivado that only Vivado reads: first ``vivado``, the
+    file for the top's pins, then ``scoped``, the files for entities inside the top, each for every
+    instance of its entity. ``has_core``: whether the top has the generics of the core.
     """
 
     name: str
@@ -72,8 +72,8 @@ TOPS = {
     )
 }
 TWO_HEADS_TOPS = tuple(name for name in TOPS if name not in HEADS_TOPS.values())
-"""Names of the top levels that the user chooses directly. HEADS selects the top levels for more
-heads."""
+"""Names of the top levels that the user chooses directly. The variable HEADS of make selects the
+top levels for three and four heads."""
 
 
 @dataclass(frozen=True)
@@ -124,8 +124,8 @@ class Tool:
         return next((command for command in found if command), None)
 
     def missing(self) -> str:
-        """Return one line that states which commands were searched, in which places, and what the
-        user can do."""
+        """Return one line that states which commands are not on PATH, or that the program in the
+        variable cannot be started, and what the user can do."""
         chosen = os.environ.get(self.variable)
         if chosen:
             looked = f"{self.variable}={chosen} is not a program that can be started"

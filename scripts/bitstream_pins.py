@@ -44,8 +44,8 @@ def inputs_of(family: Path, site_type: str) -> frozenset[str]:
 
 
 def blocks_in_use(features: Features) -> Iterator[tuple[str, int, str]]:
-    """Yield tile, place in ``sites`` and name in the features of every used DSP and half block
-    RAM."""
+    """Yield, for every used DSP and half block RAM, the tile, the index in the tile's ``sites``,
+    and the name in the features."""
     for tile in features.tiles:
         own = features.chip.type_of(tile)
         kind = own.name.partition("_")[0]
@@ -64,7 +64,8 @@ def blocks_in_use(features: Features) -> Iterator[tuple[str, int, str]]:
 
 
 def slices_with_ram(features: Features) -> Iterator[tuple[str, int, frozenset[str]]]:
-    """Yield tile, place in ``sites`` and features of every slice with look-up tables as RAM."""
+    """Yield, for every slice with look-up tables as RAM, the tile, the index in the tile's
+    ``sites``, and the features of the slice."""
     for tile in features.tiles:
         for place, site in enumerate(features.chip.type_of(tile).sites):
             if site["type"] != "SLICEM":
@@ -99,7 +100,8 @@ def has_no_source(tile: str, name: str, pin: str) -> bool:
 
 
 def open_pins(routes: Routes) -> list[str]:
-    """Return a sentence for every undriven pin, and for every tie-off behind an inverter."""
+    """Return a sentence for every undriven pin that must be driven, and for every tie-off of a
+    DSP's pin whose inverter is on."""
     features = routes.features
     chip = features.chip
     faults = open_ram_pins(routes)

@@ -286,8 +286,8 @@ class Slice:
 
 @cache
 def _halve(table: int, place: int, inputs: int, level: bool) -> int:
-    """Return the table, with one input fewer, that remains if the input at ``place`` is constant at
-    ``level``."""
+    """Return the table, with one input fewer, that remains if the input with the index ``place`` is
+    constant at ``level``."""
     halved = 0
     for index in range(1 << (inputs - 1)):
         low = index & ((1 << place) - 1)

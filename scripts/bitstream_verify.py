@@ -3,9 +3,9 @@
 The program decodes the finished bitstream back into a netlist, except the PS7, and runs this
 netlist in parallel with GHDL's netlist of the VHDL. Both netlists get the same random levels and,
 if there is a core, the same accesses (docs/device.md). The program reads the folder that ``make
-bitstream FLOW=open`` made. Exit code 1: an output differs, or the test did not reach a DSP, a RAM
-or a word of coefficients. 2: a file or tool is missing, a pin is not driven, or a bit or cell
-cannot be decoded.
+bitstream FLOW=open`` made. Exit code 1: an output differs, or the test did not reach a part of the
+design, such as a DSP, a RAM or a word of coefficients. 2: a file or tool is missing, the pin file
+is wrong, a pin is not driven, or a bit or cell cannot be decoded.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ from scripts.netlist import ROOT, ToolError
 CLOCKS = 200_000
 SEED = 1
 LOOK_UP_TABLE_OUTPUT: Final = re.compile(r"_[ABCD]o[56]$")
-"""Pattern of the end of a name: the output of a look-up table as RAM."""
+"""Pattern that matches the end of a name: the name of an output of a look-up table as RAM."""
 BITREAD = Tool(
     "BITREAD",
     ("bitread",),

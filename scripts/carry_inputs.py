@@ -1,4 +1,4 @@
-"""Copies look-up tables for nextpnr, so that each place of a carry chain has its own look-up table.
+"""Copies look-up tables for nextpnr, so that each stage of a carry chain has its own look-up table.
 
 nextpnr 0.11.1 puts a look-up table into the slice of the carry chain only if no other cell reads
 the table. Otherwise nextpnr adds a second table in the slice, with a long wire between the two
@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any, Final
 
 MOST_INPUTS: Final = 4
-"""Largest number of inputs of a copied look-up table. The table and the chain's other input share
-the five inputs of a place in the slice, so a larger table does not fit."""
+"""Largest number of inputs of a copied look-up table. The table and the carry chain's input DI
+share five inputs of the slice, so a larger table does not fit."""
 
 Cell = dict[str, Any]
 

@@ -162,7 +162,7 @@ def _carry(cell: dict[str, Any]) -> CellTiming:
             end = bits[place]
             timing.arcs += [Arc(bit, end, through) for bit in _bits(cell, "CI")]
             entries = _bits(cell, "CYINIT")
-            # DI of a place changes the carries from this place on, but not the sum of this place.
+            # DI of a stage changes the carries from this stage on, but not the sum of this stage.
             below = {"S": place + 1, "DI": place + (port == "CO")}
             for source, count in below.items():
                 entries += [

@@ -1,5 +1,5 @@
-"""Simulates the hidden effects that follow a condition and writes their table into
-docs/hidden-effect.md.
+"""Simulates the hidden effects that depend on a condition, such as the temperature, and writes
+their table into docs/hidden-effect.md.
 
 ``python -m scripts.conditions_table measure`` runs the effects on the virtual instrument (2¹⁸
 counts, some minutes) and writes docs/data/conditions.json and the page; ``page`` writes the page

@@ -88,7 +88,8 @@ class Frames:
     def add(self, lines: Iterable[str], name: str) -> None:
         """Enable the features of ``lines``, one per line; messages contain the file's ``name``.
 
-        Raises ToolError for a line that is not a feature or that the database does not have.
+        Raises ToolError for a line that is not a feature, for a feature STEPDOWN, for features that
+        the database does not have, and for the conflicts that ``enable`` finds.
         """
         unknown = []
         for number, whole in enumerate(lines, start=1):

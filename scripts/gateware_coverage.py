@@ -115,8 +115,8 @@ def share(found: dict[Path, FileLines]) -> float:
 
 
 def faults(found: dict[Path, FileLines], sources: Path, budget: float = BUDGET) -> list[str]:
-    """Return a sentence for each file that is in no simulation, and one if the share is below the
-    budget."""
+    """Return a sentence for each file with statements that is in no simulation, and one if the
+    share is below the budget."""
     messages = [
         f"{path.relative_to(sources.parent)} was in no simulation"
         for path in sorted(sources.rglob("*.vhd"))

@@ -74,7 +74,8 @@ def is_write_one_to_clear(field: FieldNode) -> bool:
 
 
 def python_registers(top: AddrmapNode) -> str:
-    """Return the Python module of the register map: addresses, masks, shifts and descriptions."""
+    """Return the Python module of the register map: addresses, masks and shifts as constants, and
+    lists of the registers, their fields and the memories."""
     registers = list(registers_of(top))
     lines = [
         f'"""Generated from {REGISTERS} by scripts/generate_python.py. Do not edit."""',

@@ -89,7 +89,7 @@ def header_constants() -> dict[str, int]:
 
 
 def flash_map() -> dict[str, int]:
-    """Read the places of the images in the flash, in bytes, from the source of the firmware."""
+    """Read the addresses of the images in the flash, in bytes, from the source of the firmware."""
     text = FLASH_MAP.read_text("utf-8")
     found = re.findall(r"^#define FLASH_MAP_(\w+) (0x[0-9A-F]+)U$", text, re.MULTILINE)
     return {name: int(value, 0) for name, value in found}

@@ -70,9 +70,9 @@ def find_yosys() -> tuple[str, str]:
 def mapping(top: str, *, flatten: bool, for_nextpnr: bool) -> tuple[str, ...]:
     """Return Yosys' commands that map a netlist.
 
-    ``for_nextpnr``: each place of a comparison's carry chain compares two bits of both numbers. By
-    default Yosys compares three bits; nextpnr 0.11.1 then places the look-up tables apart from the
-    chain.
+    ``for_nextpnr``: each stage of the carry chain of a comparison compares two bits of both
+    numbers. By default each stage compares three bits; nextpnr 0.11.1 then places the look-up
+    tables apart from the chain.
     """
     synth = f"synth_xilinx -family xc7 {'-flatten ' if flatten else ''}-top {top}"
     if not for_nextpnr:
@@ -85,8 +85,8 @@ def synthesise(netlist: Path, *, flatten: bool, for_nextpnr: bool = False) -> Pa
     """Map a netlist to cells of the 7 series and return the JSON file that Yosys writes.
 
     ``for_nextpnr`` is for a flat netlist only: the carry chains of the result then suit nextpnr,
-    see ``mapping`` and ``split_shared_inputs``. Raises ToolError if Yosys fails or warns of a
-    latch.
+    see ``mapping`` and ``split_shared_inputs``. Raises ToolError if Yosys fails or warns of a latch
+    or of conflicting drivers.
     """
     yosys, _ = find_yosys()
     kind = "flat" if flatten else "units"

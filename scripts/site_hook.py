@@ -1,7 +1,8 @@
-"""Replaces links to files outside docs/ by the name of the file when mkdocs builds the site.
+"""Replaces links to files that the site lacks by the names of the files when mkdocs builds the
+site.
 
-People read the pages in the source tree, on code hosts and on the site. The site contains no
-sources to which such a link could lead.
+People read the pages in the source tree, on code hosts and on the site. The site contains no files
+outside docs/, no notebooks and no files of docs/data, so a link to such a file would be dead.
 """
 
 from __future__ import annotations

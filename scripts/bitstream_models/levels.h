@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Reads and sets single lines of a bus that is stored in words of 32 bits, and draws random numbers.
+// Reads one line and sets several lines of a bus that is stored in words of 32 bits, and draws random numbers.
 
 #pragma once
 

@@ -113,8 +113,8 @@ def test_signals_are_where_the_page_says(board: str) -> None:
 
 
 def test_heads_3_and_4_are_on_the_header() -> None:
-    """Heads 3 and 4 use the pins of the header on each board, and on the second board that drives
-    the first."""
+    """Heads 3 and 4 use the pins of the header on each board. The second board (the encoder source)
+    drives these signals at the same pins of its header."""
     for board in DEVICE_BOARDS:
         pins = check_pins(pins_of_all_heads(CONSTRAINTS / f"{board}.xdc"), ports_of(HEADS))
         assert list(pins)[6:12] == [f"head{head}_{line}" for head in (3, 4) for line in "abz"]

@@ -13,7 +13,7 @@ from scripts.tests.device_build.fake_tools import PART, add_database
 
 
 def words(folder: Path, fasm: str) -> dict[int, dict[int, int]]:
-    """Return the words that are not 0, by frame and by place in the frame."""
+    """Return the words that are not 0, by the frame's address and the word's index in the frame."""
     file = folder / "made.fasm"
     file.write_text(fasm, encoding="ascii")
     family = folder / "prjxray-db" / "zynq7"

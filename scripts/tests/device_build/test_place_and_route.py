@@ -145,7 +145,7 @@ def test_what_is_in_the_bitstream_computes_what_the_vhdl_says(made: Made, tmp_pa
     compared = run(bench, CLOCKS, 1)
     assert faults_of(compared) == []
     assert compared.figures["clocks"] == CLOCKS
-    # Outputs of look-up tables that are RAM: 16, 6, and two times two that make 128 words.
+    # Blocks: 2 (a DSP, half a block RAM), and the used outputs of look-up tables as RAM.
     blocks = 2 + 16 + 6 + 2 * 2 * 2
     assert compared.figures["blocks"] == compared.figures["moved_blocks"] == blocks
     # The outputs that change are 32 bits of read data, the identifiers of both answers, five

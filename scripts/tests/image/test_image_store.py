@@ -68,8 +68,8 @@ class Board:
 
 
 def starts(chip: Chip) -> tuple[int, bytes] | None:
-    """Return the place and the program that the boot ROM would start, according to UG585, chapter
-    6, without the C code."""
+    """Return the program that the boot ROM would start and the address of its image in the flash,
+    address first; the rules are those of UG585, chapter 6, without the C code."""
     for place in range(0, FLASH_BYTES, 32 << 10):
         header = bytes(chip.content[place : place + 0x4C])
         words = struct.unpack("<11I", header[0x20:0x4C])
@@ -179,8 +179,8 @@ def test_status_tells_where_the_image_was_found() -> None:
 
 
 def test_saving_and_flashing_do_not_meet() -> None:
-    """The firmware refuses ``save`` while an erase is running; without a flash, no command has an
-    effect."""
+    """The firmware refuses ``save`` while an erase is running. A firmware without a flash answers
+    ``flash status`` with an error."""
     board = Board(Chip())
     board.firmware.send("flash erase 0")
     assert "under_way" in board.firmware.send("save")

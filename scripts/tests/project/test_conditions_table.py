@@ -1,4 +1,5 @@
-"""Tests that the table of the effects that follow a condition contains the stored figures."""
+"""Tests that docs/hidden-effect.md has the figures of docs/data/conditions.json: the table of the
+effects that depend on a condition."""
 
 from __future__ import annotations
 

@@ -86,8 +86,8 @@ def test_a_sample_and_a_failure_are_shown() -> None:
 
 
 def test_each_command_is_a_target_of_the_makefile() -> None:
-    """The command of each check is a target of the Makefile, so that a reader can repeat the
-    check."""
+    """The command of each check is a target of the Makefile or a file of the tree, so that a reader
+    can repeat the check."""
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     for check in CHECKS:
         for command in filter(None, (check.command, check.sample)):

@@ -36,8 +36,8 @@ def test_the_import_loads_nothing() -> None:
 
 
 def test_the_page_shows_plain_types_with_their_bounds_in_words() -> None:
-    """The page shows the bounds of the file format: counts below 2⁶², index detection within a
-    degree."""
+    """The page of the Python interface states the bounds of the file format in words: at most 2⁶²
+    counts per turn, and an uncertainty of the index detection of at most one degree."""
     page = api_page()
     assert "Annotated" not in page
     assert "Meta(" not in page

@@ -34,7 +34,7 @@ def _outputs(delay: int, *, wrong: float = 0.0) -> np.ndarray:
     """Return cosines rounded to s1.16, delayed by ``delay`` clocks, with zeros before them."""
     count = 1 << SWEEP_BITS
     k = np.arange(count)
-    # The low 4 bits of the 24 are a multiplicative hash, as in the harness of the simulation.
+    # The low 4 of the phase's 24 bits are a multiplicative hash of k, as in the simulation.
     turns = k / count + ((k * 2654435761 % 2**32) // 2**28) / 2.0**24
     late = np.zeros(count + LATENCIES.stop)
     late[delay : delay + count] = np.round(AMPLITUDE * np.cos(2.0 * np.pi * turns) * (1.0 + wrong))

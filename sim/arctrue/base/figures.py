@@ -12,8 +12,8 @@ SIGNS = (("arcsec", "″"), ("deg", "°"), ("um", "µm"), ("us", "µs"))
 
 
 def figure(value: float | None, decimals: int, *, signed: bool = False) -> str:
-    """Format a number with a true minus sign, and with a plus sign if ``signed``; None gives a
-    dash."""
+    """Format a number with a true minus sign, and with a plus sign if ``signed``; None, NaN and
+    infinity give a dash."""
     if value is None or not isfinite(value):
         return "–"
     return true_minus(f"{value:{'+' if signed else ''},.{decimals}f}")
@@ -37,7 +37,8 @@ def unit_for_people(unit: str) -> str:
 def with_uncertainty(value: float, sigma: float, unit: str) -> str:
     """Format ``0.9541″/K ± 0.0013″/K``: two digits of the standard uncertainty (GUM 7.2.6).
 
-    If the uncertainty is unknown, the value has six significant digits.
+    An uncertainty of 100 or more is rounded to a whole number. If the uncertainty is not a positive
+    finite number, the value has six significant digits.
     """
     unit = unit_for_people(unit)
     if not (isfinite(sigma) and sigma > 0.0 and isfinite(value)):
@@ -48,5 +49,5 @@ def with_uncertainty(value: float, sigma: float, unit: str) -> str:
 
 
 def probability(value: float) -> str:
-    """Format a p value with two significant digits."""
+    """Format a p value with two significant digits; below LEAST_P as ``< 1e-9``."""
     return f"< {LEAST_P:.0e}".replace("e-0", "e-") if value < LEAST_P else f"{value:.2g}"

@@ -21,7 +21,8 @@ OLDEST_GHDL = 5
 
 
 class ToolError(Exception):
-    """A tool is missing or failed; the text names the tool and the remedy."""
+    """A tool is missing or failed; the text names the tool, and the remedy or the end of the tool's
+    log."""
 
 
 def _version_of_ghdl(command: str) -> tuple[int, str] | None:
@@ -86,7 +87,7 @@ def _run(command: Sequence[str], output: Path | None, log: Path, what: str) -> N
 
 
 def _generic(value: int | str | bool) -> str:
-    """Return a generic's value as text for GHDL; VHDL writes a boolean in lower case."""
+    """Return a generic's value as text for GHDL, with booleans in lower case (true, false)."""
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 

@@ -7,7 +7,7 @@ from click.shell_completion import CompletionItem
 
 
 class _EffectName(click.ParamType[str]):
-    """Accepts any word, because only :func:`load`, which checks it, knows the user's effects."""
+    """Accepts any word: only :func:`load`, which checks the word, knows the user's effects."""
 
     name = "effect"
 

@@ -32,7 +32,8 @@ def all_open(import_: Import, first: Ambiguous) -> str:
 
 @dataclass
 class Asker:
-    """Asks the user at the terminal; all open questions are shown before the first one is asked."""
+    """Asks the user at the terminal; before the first question, it shows the first rows of the
+    files and the names of all open questions."""
 
     import_: Import
     ask: Callable[[Ambiguous], str]

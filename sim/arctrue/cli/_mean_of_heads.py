@@ -89,7 +89,7 @@ def print_mean(console: Console, found: MeanCalibration) -> None:
 
 
 def figures(found: MeanCalibration) -> dict[str, Any]:
-    """Return the printed figures for the file of ``--json``."""
+    """Return the figures of the calibration for the file of ``--json``."""
     estimate = found.estimate
     weights = np.array(_mean_of(found.coefficients).weights) / WEIGHT_ONE
     mean, u_mean = estimate.mean_orders(weights)

@@ -26,7 +26,7 @@ def lanes_option(
     default: int = LANES_DEFAULT, words: str = "Number of lanes of the gateware."
 ) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Return the option --lanes, whose limit is the largest number of lanes in a gateware;
-    ``words`` is its help."""
+    ``words`` is the help text of the option."""
     return click.option(
         "--lanes",
         type=click.IntRange(1, LANES_MAX),

@@ -17,7 +17,8 @@ from arctrue.metrology.iso230_7 import ErrorMotion, error_motion
 def orbit_of(measurement: MeasurementSet) -> AxisOrbit | None:
     """Return the axis orbit of the first run that the calibration uses.
 
-    The result is None for two heads and for a set that does not determine the orbit.
+    The result is None for two heads. It is also None, after a warning, for a set that does not
+    determine the orbit.
     """
     try:
         return orbit_of_set(measurement)

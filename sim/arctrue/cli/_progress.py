@@ -17,8 +17,8 @@ SECONDS_BETWEEN_LINES = 10.0
 MOST_SHARE = 0.99
 """Fraction of the work that is shown as done when a command takes more steps than expected."""
 LONG_FILE_BYTES = 64 << 20
-"""Smallest length of a file for which a progress line is shown; a shorter file is read before a
-user could read the line."""
+"""Smallest length of a file, in bytes, for which a progress line is shown; a shorter file is read
+before a user could read the line."""
 
 
 class Progress:

@@ -17,7 +17,8 @@ SHOWN_RUNS = 12
 
 
 def print_runs(measurement: MeasurementSet) -> None:
-    """Print one table for the capture and one table for the reference, with one row per run."""
+    """Print one table for the capture and one table for the reference, with one row for each of the
+    first SHOWN_RUNS runs."""
     for part in (measurement.capture, measurement.reference):
         if part is not None:
             _print(part, float(measurement.table.counts_per_rev or 1))

@@ -73,7 +73,11 @@ def diagnose(
     adopt: str | None,
     folder: Path,
 ) -> None:
-    """Name the physical effect that the model lacks, or state that the data cannot decide."""
+    """Name the physical effect that the model lacks, if the data can identify it.
+
+    Otherwise the command states that the model is adequate, that the effect is ambiguous or
+    unknown, or that the data cannot decide or are faulty.
+    """
     loaded = load(measurement_set, model_file, folders)
     with Progress("diagnosing", steps=len(loaded.effects) + BESIDE_EFFECTS) as progress:
         terms = settle(loaded.model, loaded.observations, loaded.effects)
@@ -136,8 +140,9 @@ def _adopted(result: Diagnosis, name: str, folder: Path) -> Path:
 
 
 def _rows(item: Candidate, after: Left | None) -> list[tuple[str, ...]]:
-    """Return one row per channel. The first row also has name and evidence; a dash marks a value
-    that was not computed."""
+    """Return one row per channel, or one row without a channel if the remaining error was not
+    computed. The first row also has name and evidence; a dash marks a value that was not computed.
+    """
     first = (item.name, probability(item.p_corrected), figure(item.delta_bic, 0))
     if after is None:
         return [(*first, "", "–", "–")]

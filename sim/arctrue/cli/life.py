@@ -134,7 +134,7 @@ def life(
 
 def _send_alarms(port: str, history: LifeHistory) -> None:
     """Replace the alarms that the daemon of ``port`` keeps; exit with code 2 if no daemon is
-    running."""
+    running or the daemon does not accept them."""
     from arctrue.report.life_report import forecast_sentence
 
     alarms = {

@@ -119,7 +119,8 @@ def _order_cells(turn: ScenarioTurn, orders: tuple[int, ...], *, by_reference: b
 
 
 def _said(turn: ScenarioTurn) -> list[str]:
-    """Return the events of a turn, one per line."""
+    """Return the lines about a turn: its events, the results that the firmware reports, and the
+    flags."""
     lines = list(turn.events)
     for reply in turn.telemetry:
         reason = "" if reply["result"] == "applied" else f": {reply['reason'].replace('_', ' ')}"

@@ -130,7 +130,7 @@ def simulate(
     further: tuple[str, ...],
     date: str | None,
 ) -> None:
-    """Write a measurement set to the folder OUT and its truth to the file OUT.truth.json."""
+    """Write a measurement set to the folder OUT, and the simulated causes to OUT.truth.json."""
     if hidden and effects:
         raise ValueError("give either --hidden or --effect: --hidden draws the cause itself")
     if len(sizes) > len(effects):

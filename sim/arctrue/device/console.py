@@ -13,7 +13,7 @@ from arctrue.measurement import MeasurementSet
 
 __all__ = ["Console", "ConsoleError", "TelemetryLine"]
 ATTEMPTS = 3
-"""Largest number of requests for data that are damaged in transmission."""
+"""Number of attempts to receive data that are damaged in transmission."""
 SILENCE_S = 5.0
 """Silence in seconds after which a dump counts as ended, if its last line was damaged."""
 LATE_S = 10.0

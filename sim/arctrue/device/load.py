@@ -38,7 +38,8 @@ DEVICE_LOADS = Capability(
 """Parts of a coefficient file that the console can accept; a core that lacks one of them refuses
 the set."""
 TABLE_WINDOWS = 4
-"""Number of starts of windows that a frame contains, unused windows included."""
+"""Number of windows of the local table whose starts a frame contains; an unused window has the
+start 0."""
 ATTEMPTS = 3
 """Number of attempts to send the whole set if a line is damaged or an answer is missing."""
 _FIRST_WORD_OF_PROCESSOR = MODULATORS.index("word_a")

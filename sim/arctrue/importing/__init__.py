@@ -2,9 +2,10 @@
 
 A reader (``readers``, found by the entry points ``arctrue.readers``) reads a file into a
 :class:`FileContent`; ``columns`` assigns the file's columns to quantities and units; ``motion``
-finds wraps, runs and cycles; ``clocks`` aligns the clocks of two logs; ``assemble`` makes the set.
-If a file does not state something, such as a unit, the import asks the user through ``choices``.
-The import reports every decision.
+finds where the angle wraps at a full turn, and divides the rows into runs and cycles over the
+stations; ``clocks`` aligns the clocks of two logs; ``assemble`` makes the set. If a file does not
+state something, such as a unit, the import asks the user through ``choices``. The import reports
+every decision.
 """
 
 from arctrue.importing.assemble import Imported, Settings, import_recordings

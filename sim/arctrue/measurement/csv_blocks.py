@@ -42,7 +42,7 @@ _WHOLE = re.compile(r"-?[0-9]+\Z")
 _FLOAT = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\Z")
 _INT64 = range(-(2**63), 2**63)
 MISSPELT_RATIO = 0.75
-"""Similarity (difflib) to the name of a known column from which on a name counts as misspelt. A
+"""Smallest similarity (difflib) to the name of a known column at which a name counts as misspelt. A
 condition may have any name, so the limit is stricter than for a key: temprature_c (0.96) and time
 (0.8) count as misspelt; duration_s (0.63) is a condition."""
 LARGEST_NUMBER = 1e12

@@ -27,7 +27,7 @@ class MeasurementError(ValueError):
         row: int | None = None,
         column: str | None = None,
     ) -> None:
-        """Store the place of the fault, and compose the message for the user."""
+        """Store file, row and column of the fault, and compose the message for the user."""
         place = str(file)
         if row is not None:
             place += f", row {row}"

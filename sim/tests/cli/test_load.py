@@ -129,8 +129,9 @@ class TakesAll:
 def test_lanes_that_no_turn_shows_are_named(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """The command names the lane of order 0 × direction: it adds the same value to both heads, so
-    that no turn shows it. It does not name order 1 × direction, which adds different values."""
+    """The command names the lane of order 0 × direction: this lane adds the same value to both
+    heads, so that no turn shows it. The command does not name the lane of order 1 × direction,
+    which adds different values."""
     plain = Coefficients.from_harmonics([1, 0, 1], [9.0, 5.0, 3.0], [0.0] * 3, COUNTS_PER_REV, 32)
     extension = Extension(
         conditions=Conditions(1600, 4, 45.0), modulators=((1, "direction"), (2, "direction"))
@@ -245,9 +246,9 @@ def test_what_is_no_coefficient_file(device: Device, tmp_path: Path) -> None:
 def test_sets_for_a_missing_head_are_named_as_not_loaded(
     tmp_path: Path,
 ) -> None:
-    """The command does not load the sets for a missing head of a file in which a lane follows a
-    condition, and it names them. The test needs no device, because the warning is printed before
-    the port is opened."""
+    """If a lane of the file follows a condition, the command does not load the sets for a missing
+    head; its warning names these heads. The test needs no device, because the warning is printed
+    before the port is opened."""
     heads = MeanSet((20000, 15536, 14000, 16000), (0, 160, 320, 480))
     without = MeanSet((40000, 30000, 0, -4464), (0, 160, 320, 480), 1, 3)
     plain = Coefficients.from_harmonics([2], [1.0], [0.0], COUNTS_PER_REV, 32)

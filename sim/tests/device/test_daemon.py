@@ -223,8 +223,8 @@ def test_edges_of_the_probe_are_recorded(monkeypatch: pytest.MonkeyPatch, tmp_pa
 def test_every_event_of_the_queue_is_recorded(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """The daemon records two hundred events, which come in bursts. Four of them are lost in the
-    gateware, which their numbers show."""
+    """The daemon records two hundred events, which come in bursts, except four that the gateware
+    loses; gaps in the numbers of the events show the loss."""
     device = QueueDevice()
     os.close(device.far)
     with (

@@ -1,5 +1,5 @@
-"""Tests that one screen shows all open questions and the first rows, and that column numbers are
-answers."""
+"""Tests that one screen shows all open questions and the first rows, and that the import accepts a
+column's number as an answer."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ def arctrue(*words: str | Path, said: str = "") -> Result:
 
 @pytest.fixture
 def odd_names(tmp_path: Path) -> Path:
-    """Write a file with unknown names that contain spaces and special characters of the shell."""
+    """Write a file whose name contains a space, and whose column names are unknown to the import
+    and contain spaces and special characters of the shell."""
     path = tmp_path / "a file.csv"
     rows = "".join(f"{i * 0.1:.1f};{i};{i + 0.01};{i % 3}\n" for i in range(60))
     path.write_text("tick;axis $1;axis 'two';n\n" + rows)

@@ -160,7 +160,8 @@ class Daemon:
         return identifier
 
     def _opened_record(self) -> Recorder:
-        """Open the record; a turn that no daily file contains yet is not deleted as too old."""
+        """Open the record. If daily files are written, a turn that no daily file contains yet is
+        not deleted, even if the record exceeds its limits."""
         recorder = Recorder(self._settings.record, self._settings.retention)
         recorder.deletable = self._in_files
         return recorder
