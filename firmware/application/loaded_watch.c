@@ -6,8 +6,8 @@
 
 #include "assertion.h"
 
-/* Weight of a turn in the running variance; and largest squared change of one turn that is added, as a multiple of the
-   variance, so that a jump of the order itself is not taken for scatter. */
+/* Weight of a turn in the running variance; and largest contribution of one turn to it (a quarter of the turn's squared
+   change), as a multiple of the variance, so that a jump of the order itself is not taken for scatter. */
 #define SHARE 0.1
 #define MOST_TIMES 9.0
 

@@ -17,7 +17,8 @@ from tb.local_table.local_table_bench import random_table
 
 COUNTS_PER_REV = int(os.environ["COUNTS_PER_REV"])
 COPY_CLOCKS = LATENCY + 2 * POINTS + 1
-"""Largest number of clocks for which an access waits, as the header of the entity states."""
+"""Largest number of clocks for which an access waits for the copy, as the header of the entity
+states; the access itself takes two or three clocks more."""
 STEADY = 3
 """Number of clocks after which the windows follow a new counts_per_rev."""
 
@@ -150,7 +151,7 @@ async def a_table_acts_with_its_swap_and_is_kept(dut: Any) -> None:
         points, place = await unit.idle_words(places)
         assert points == [int(table.points[n]) & 0xFFFF_FFFF for n in places]
         assert place == table.place_words(), "the idle bank got the same words"
-    # Write only one word; all other points of the table must come from the copy.
+    # Write only one point and `choice`; all other points of the table must come from the copy.
     changed = LocalTable(
         table.counts_per_rev, table.starts, table.width, table.fraction, table.points.copy()
     )

@@ -28,7 +28,7 @@ MASTER_DRIVES = (
 
 
 class BusError(Exception):
-    """Raised if the answer to an access is not OKAY."""
+    """Raised by the accesses that return no answer, if the answer is not OKAY."""
 
 
 def stalls(generator: random.Random, share: float) -> Iterator[bool]:

@@ -1,5 +1,5 @@
-"""Tests how scripts/firmware_coverage.py adds up counts; ``make coverage-firmware`` runs the whole
-script."""
+"""Tests how scripts/firmware_coverage.py combines the counts of several objects; ``make
+coverage-firmware`` runs the whole script."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ SAME = 1e-9
 
 @dataclass(frozen=True)
 class World:
-    """A table whose heads stand off their places, detect the mark late and have unequal radii."""
+    """A table whose heads stand off their places, detect the mark late and can have unequal radii."""
 
     heads: int = 4
     off_arcsec: tuple[float, ...] = (0.0, 50.0, -30.0, 40.0)
@@ -319,7 +319,7 @@ def test_mean_of_the_device_is_true(heads: int) -> None:
 
 def test_agrees_with_the_complete_least_squares() -> None:
     """The C code agrees with a least-squares fit of all unknowns together: in each order from 2 to
-    24 the amplitudes differ by less than 4√2 standard uncertainties of a component."""
+    24 the vectors (cosine, sine) differ by less than 4√2 standard uncertainties of a component."""
     world = World(heads=4, noise_arcsec=0.2, samples=6000, seed=7)
     c = in_c(world, orders=24)
     whole = heads_least_squares(

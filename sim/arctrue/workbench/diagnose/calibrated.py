@@ -5,8 +5,8 @@ Each kind of answer (each verdict, and each ground of ``unknown``) has its own c
 coefficient of a feature is the same for all kinds. The coefficients are uncertain, so that the
 value is uncertain for an answer whose features differ from those of the fitted answers. The stated
 probability is the mean over this uncertainty; the mean is nearer to one half than the value itself
-(MacKay, Neural Comput. 4 (1992) 720). The number of counted answers of a kind limits the stated
-probability of such an answer (rule of succession).
+(MacKay, Neural Comput. 4 (1992) 720). The number of counted answers with the same
+verdict limits the stated probability of an answer (rule of succession).
 
 ``python -m scripts.calibrate_probabilities`` fits the coefficients to ``stated.csv`` of the
 benchmark, whose sets come from two generators, and prints the score of one generator's coefficients

@@ -115,7 +115,8 @@ class Survey:
 
     def confirmed(self, item: Candidate) -> bool:
         """Tell whether the candidate is large enough to matter, and whether held-out rows
-        (predicted by fits without them), other blocks and every pass show it."""
+        (predicted by fits without them), other blocks and every pass show it; it must not be a
+        constant that the model may contain."""
         return (
             self.matters(item)
             and _holds_out(item)

@@ -30,7 +30,7 @@ DENSE_STEP_DEG = 1.0
 """Largest median step of a pass whose rows are predicted by their neighbours; rows farther apart
 need repeated visits."""
 SAME_STATION_DEG = 1e-6
-"""Largest difference of angles within one station: 0.004″, the rounding of a file."""
+"""Grid to which angles are rounded to find equal stations: 0.004″, the rounding of a file."""
 
 
 def reference_outliers(rows: Reference, count_arcsec: float | None = None) -> tuple[Boolean, Float]:
