@@ -54,7 +54,7 @@ SAME = 1e-9
 
 @dataclass(frozen=True)
 class World:
-    """A table whose heads stand off their places, detect the mark late and can have unequal radii."""
+    """A table; its heads stand off their places, detect the mark late, may have unequal radii."""
 
     heads: int = 4
     off_arcsec: tuple[float, ...] = (0.0, 50.0, -30.0, 40.0)
