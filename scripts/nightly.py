@@ -4,8 +4,8 @@
 is not repeated if the same part of it has already ended for this commit, so that a second run
 continues an interrupted one (``--again`` repeats such checks). ``--sample`` runs, for a check that
 defines a sample, only this sample; each row of the page states which part ran, on which commit, and
-how it ended. Uncommitted changes are refused, because a figure must belong to a commit. Exit code 1: a
-check failed. 2: the tree differs from its commit, or the record of earlier runs is damaged.
+how it ended. Uncommitted changes are refused, because a figure must belong to a commit. Exit code
+1: a check failed. 2: the tree differs from its commit, or the record of earlier runs is damaged.
 """
 
 from __future__ import annotations
