@@ -168,8 +168,7 @@ class Findings:
     whiteness_p: float | None = None
     """p of Ljung and Box with all lines and steps in the model; None without a search."""
     bands: tuple[Band, ...] = ()
-    """Bands of rates that were searched, and bands of frequencies in which the reference cannot
-    show lines."""
+    """Bands of rates that were searched."""
     oscillation: Oscillation | None = None
     """Damped oscillation in the noise of a reference with times and closely spaced rows."""
     slow: SlowChange | None = None
@@ -326,9 +325,6 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
         if not steps:
             steps = [_jump(step, record, timed=timed) for step in found.steps]
         turns_s = record.turns_on_the_clock if timed else None
-        if record.whole_orders_only and turns_s is not None and _both_ways(solution):
-            # An error that depends on the direction looks like lines over time.
-            bands.append(Band(True, record.highest * turns_s))
         causes += [
             item
             for item in _causes(found, expected, unknown, turns_s)
@@ -350,11 +346,6 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
         slow,
         reversal,
     )
-
-
-def _both_ways(solution: Solution) -> bool:
-    rows = solution.observations.reference
-    return rows is not None and rows.direction is not None and np.unique(rows.direction).size > 1
 
 
 def _same_rate(one: Line, other: Line) -> bool:
