@@ -42,9 +42,9 @@ def steps(kind: str, measurement: MeasurementSet) -> list[str]:
 
 
 def commands(kind: str, folder: Path, *, model: Path | None = None) -> list[str]:
-    """Return the commands to type after the steps. PORT, FILE, NEW, JOINED and MODEL.toml are
-    placeholders: for the device's port, the recorded file, the folders of the new set and of the
-    joined set, and the model."""
+    """Return the commands to type after the steps. The user replaces PORT by the device's port,
+    FILE by the recorded file, NEW and JOINED by the folders of the new set and of the joined set,
+    and MODEL.toml by the model's file."""
     there = shlex.quote(str(folder))
     with_model = "" if model is None else f" --model {shlex.quote(str(model))}"
     if by_device(kind):
