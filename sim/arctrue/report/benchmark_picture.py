@@ -71,7 +71,9 @@ def _confusion(axes: Axes, confusion: Mapping[str, Mapping[str, int]]) -> None:
     axes.set_xlabel("said")
     axes.set_ylabel("hidden")
     axes.grid(visible=False)
-    axes.set_title("Sets by hidden cause (row) and answer (column), shaded by their share of the row")
+    axes.set_title(
+        "Sets by hidden cause (row) and answer (column), shaded by their share of the row"
+    )
 
 
 def _reliability(axes: Axes, bins: list[Mapping[str, Any]]) -> None:
