@@ -213,20 +213,23 @@ def oscillation_in_reference(solution: Solution) -> Oscillation | None:
 
 
 def _in_records(records: Iterable[Record], channel: str, rows: int) -> Oscillation | None:
-    """Return the resonance of the record that shows it best, by the gain in log likelihood.
+    """Return the resonance with the largest gain, from the record that determines it best.
 
-    The gain is then scaled to ``rows`` readings: the gain of all readings would be larger, in
-    proportion to their number.
+    The gain of each record is scaled to ``rows`` readings, because the gain of all readings would
+    be larger in proportion to their number. An alias of a faster resonance, which the averaging of
+    rows reduces, has a smaller scaled gain than the resonance in single rows.
     """
     found = []
     for record in records:
         item = oscillation_of(search_lines(record), channel)
         if item is not None:
-            found.append((item, float(np.sum(record.readings))))
+            found.append((item, item.gain * rows / float(np.sum(record.readings))))
     if not found:
         return None
-    best, readings = max(found, key=lambda pair: pair[0].gain)
-    return replace(best, gain=best.gain * rows / readings)
+    first, gain = max(found, key=lambda pair: pair[1])
+    width_hz = first.hz / first.quality
+    same = [item for item, _ in found if abs(item.hz - first.hz) < width_hz]
+    return replace(max(same, key=lambda item: item.gain), gain=gain)
 
 
 def _first_rows(time_s: Float, left_arcsec: Float) -> Iterator[Record]:
