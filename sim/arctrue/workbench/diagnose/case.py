@@ -28,7 +28,11 @@ from arctrue.workbench.diagnose.excluded import look_alikes
 from arctrue.workbench.diagnose.survey import Survey
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
-from arctrue.workbench.inference.forward.oscillation import Oscillation, oscillation_in_capture
+from arctrue.workbench.inference.forward.oscillation import (
+    Oscillation,
+    oscillation_in_capture,
+    oscillation_in_reference,
+)
 from arctrue.workbench.inference.forward.search import NOT_WHITE
 from arctrue.workbench.inference.forward.tests_of_a_line import FAMILY_WISE
 from arctrue.workbench.inference.left import Left
@@ -172,20 +176,27 @@ class Case:
 
     @cached_property
     def oscillation(self) -> Oscillation | None:
-        """A damped oscillation in the noise, larger than the negligible size.
+        """The damped oscillation in the noise with the largest gain, if it is larger than the
+        negligible size.
 
-        In a capture, the oscillation is searched for if the whitened residuals are not white, or if
-        an effect was found or refused.
+        Single rows of a channel are searched if its whitened residuals are not white, or if an
+        effect was found or refused.
         """
         residuals = self.survey.residuals
-        found, tests = self.survey.findings.oscillation, residuals.capture_whiteness
-        if found is None and residuals.capture_whitened is not None:
-            white = tests is None or tests.autocorrelation_p >= NOT_WHITE
-            if not white or self.best is not None or self.refused is not None:
-                found = oscillation_in_capture(residuals.solution)
-        if found is None or found.rms_arcsec < self.survey.matters_arcsec:
-            return None
-        return found
+        found = [self.survey.findings.oscillation]
+        suspect = self.best is not None or self.refused is not None
+        for tests, search in (
+            (residuals.capture_whiteness, oscillation_in_capture),
+            (residuals.reference_whiteness, oscillation_in_reference),
+        ):
+            if suspect or (tests is not None and tests.autocorrelation_p < NOT_WHITE):
+                found.append(search(residuals.solution))
+        large = [
+            item
+            for item in found
+            if item is not None and item.rms_arcsec >= self.survey.matters_arcsec
+        ]
+        return max(large, key=lambda item: item.gain, default=None)
 
     @property
     def not_white(self) -> list[str]:

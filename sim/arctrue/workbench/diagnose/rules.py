@@ -50,7 +50,7 @@ from arctrue.workbench.diagnose.posterior import (
     PARTS_ADVANTAGE,
 )
 from arctrue.workbench.diagnose.probabilities import UNKNOWN
-from arctrue.workbench.diagnose.survey import RUNS_ARE_THE_SAMPLE
+from arctrue.workbench.diagnose.survey import RUNS_ARE_THE_SAMPLE, Survey
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
 
 LEAST_EXCESS = 0.25
@@ -154,14 +154,22 @@ def jumped_once(case: Case) -> Decision | None:
 
 
 def driven_by_noise(case: Case) -> Decision | None:
-    """The noise has a damped oscillation, and the only candidates are lines that explain less."""
-    best = case.best
-    if best is not None and (best.regular is not None or not _only_lines(case, best)):
-        return None
-    if best is None and not (case.seen or case.refused or case.product or _not_white(case)):
+    """The noise has a damped oscillation; lines and products of parts explain less, and other
+    effects less than a tenth of what it explains."""
+    best, product = case.best, case.product
+    flexible = best is not None and _only_lines(case, best)
+    if product is not None and case.ahead > PARTS_ADVANTAGE:
+        best, flexible = product, True
+    if best is None:
+        if not (case.seen or case.refused or product or _not_white(case.survey)):
+            return None
+    elif best.regular is not None or not (flexible or _leaves_colour(case)):
         return None
     found = case.oscillation
-    if found is None or (best is not None and best.gain > 2.0 * found.gain):
+    if found is None:
+        return None
+    most = 2.0 * found.gain
+    if best is not None and best.gain > (most if flexible else LEAST_TAKEN * most):
         return None
     return Decision("unknown", seen=found.words(), oscillation=found)
 
@@ -178,10 +186,18 @@ def _only_lines(case: Case, best: Candidate) -> bool:
     )
 
 
-def _not_white(case: Case) -> bool:
-    return case.survey.findings.oscillation is not None or any(
-        p_value < LACK_OF_FIT for p_value in case.survey.lack_of_fit.values()
-    )
+def _leaves_colour(case: Case) -> bool:
+    """With the best effect in the model, a channel is still not white."""
+    return case.with_best is not None and _not_white(case.with_best.survey)
+
+
+def _not_white(survey: Survey) -> bool:
+    tests = (survey.residuals.capture_whiteness, survey.residuals.reference_whiteness)
+    p_values = [
+        *survey.lack_of_fit.values(),
+        *(t.autocorrelation_p for t in tests if t is not None),
+    ]
+    return survey.findings.oscillation is not None or min(p_values, default=1.0) < LACK_OF_FIT
 
 
 def shown_at_one_speed(case: Case) -> Decision | None:

@@ -18,6 +18,8 @@ from tests.workbench.small_sets import measurement_set
 OF_A_FREQUENCY = 0.2
 """Relative tolerance of a frequency; a resonance of quality 8 has a relative width of 1/8 at half
 power."""
+OF_QUALITY_4 = 3.0 / 8.0
+"""Half the width, in Hz, of a resonance of 3 Hz and quality 4."""
 
 
 def _log(error_arcsec: np.ndarray, time_s: np.ndarray) -> MeasurementSet:
@@ -48,20 +50,36 @@ def test_in_a_log(period_s: float) -> None:
     assert diagnosis_data(found, [])["findings"]["oscillation"]["channel"] == "reference"
 
 
-def test_in_a_capture() -> None:
-    """The diagnosis describes the oscillation of head 2's bracket at 6 Hz with quality 8, in a run
-    of 36 s."""
+def test_faster_than_the_averaged_rows() -> None:
+    """An oscillation of 3 Hz and quality 4 in 9,000 rows of 0.05 s is found in single rows: the
+    search for lines averages 6 rows, 0.3 s, in which it almost vanishes."""
+    random = np.random.default_rng(11)
+    time_s = 0.05 * np.arange(9000.0)
+    shaken = driven_oscillator(random, time_s, 1.0 / 3.0, 4.0)
+    found = diagnosis_of(_log(0.5 * shaken + 0.4 * random.normal(size=time_s.size), time_s))
+    assert found.verdict == "unknown"
+    oscillation = found.decision.oscillation
+    assert oscillation is not None
+    assert oscillation.hz == pytest.approx(3.0, abs=OF_QUALITY_4)
+    assert oscillation.rms_arcsec == pytest.approx(0.5, rel=0.3)
+
+
+@pytest.mark.parametrize(("hz", "quality", "turns"), [(6.0, 8.0, 3), (0.7, 6.0, 6), (3.0, 30.0, 3)])
+def test_in_a_capture(hz: float, quality: float, turns: int) -> None:
+    """The diagnosis describes the oscillation of head 2's bracket in a run of 12 s a turn, within
+    half the width at half power, hz/(2·quality), or a tenth of the frequency."""
     random = np.random.default_rng(4)
 
     def ringing(time_s: np.ndarray, speed_rad_s: float) -> np.ndarray:
-        return 0.4 * driven_oscillator(random, time_s, 1.0 / 6.0, 8.0)
+        return 0.4 * driven_oscillator(random, time_s, 1.0 / hz, quality)
 
-    found = diagnosis_of(measurement_set(head2_only=ringing, seed=6, runs=1, reference=False))
+    measured = measurement_set(head2_only=ringing, seed=6, runs=1, reference=False, turns=turns)
+    found = diagnosis_of(measured)
     assert found.verdict == "unknown"
     assert found.decision.seen is not None
     assert "a damped oscillation near" in found.decision.seen
     near = float(found.decision.seen.partition("near ")[2].partition(" Hz")[0])
-    assert near == pytest.approx(6.0, rel=OF_A_FREQUENCY)
+    assert near == pytest.approx(hz, rel=min(0.5 / quality, 0.1))
 
 
 def test_a_line_in_time_is_no_oscillation() -> None:

@@ -52,13 +52,7 @@ def records_of(solution: Solution, declared: float | None) -> list[Record]:
     if rows is None or "reference" in solution.unknown_noise or not _is_dense(rows):
         return []
     clock = reference_clock(rows)
-    starts = stretch_starts(clock, rows.run)
-    stretch = np.zeros(clock.size, dtype=np.int64)
-    stretch[starts[1:]] = 1
-    if rows.direction is not None:
-        # A change at a reversal is no step in time, so a stretch ends at each reversal.
-        stretch[1:] |= np.diff(rows.direction) != 0.0
-    stretch = np.cumsum(stretch)
+    stretch = _stretches(rows, clock)
     size = np.bincount(stretch)
     kept = size[stretch] >= LEAST_STRETCH_ROWS
     if np.count_nonzero(kept) < LEAST_ROWS:
@@ -88,6 +82,32 @@ def records_of(solution: Solution, declared: float | None) -> list[Record]:
             # the orders of that turn.
             break
     return found
+
+
+def longest_stretch(solution: Solution) -> tuple[Float, Float, int] | None:
+    """Return times and residuals of the longest stretch of closely spaced rows of the reference,
+    and the number of all its rows; None if there is no such stretch with times."""
+    rows = solution.observations.every_reference_row
+    if rows is None or rows.time_s is None or "reference" in solution.unknown_noise:
+        return None
+    if not _is_dense(rows):
+        return None
+    clock = reference_clock(rows)
+    stretch = _stretches(rows, clock)
+    kept = np.flatnonzero(stretch == int(np.argmax(np.bincount(stretch))))
+    if kept.size < LEAST_ROWS or not np.all(np.diff(clock[kept]) > 0.0):
+        return None
+    return clock[kept], _left(solution, rows)[1][kept], clock.size
+
+
+def _stretches(rows: ReferenceRows, clock: Float) -> NDArray[np.int64]:
+    """Return the number of the stretch of each row."""
+    first = np.zeros(clock.size, dtype=np.int64)
+    first[stretch_starts(clock, rows.run)[1:]] = 1
+    if rows.direction is not None:
+        # A change at a reversal is no step in time, so a stretch ends at each reversal.
+        first[1:] |= np.diff(rows.direction) != 0.0
+    return np.cumsum(first)
 
 
 def records_of_events(solution: Solution) -> list[Record]:

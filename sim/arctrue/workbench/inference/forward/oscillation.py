@@ -6,6 +6,7 @@ effect explains the oscillation, but an effect that fits a part of it may look l
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -13,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from arctrue.workbench.inference.forward.record import Record, record_of
-from arctrue.workbench.inference.forward.search import LineSearch, search_lines
+from arctrue.workbench.inference.forward.of_solution import longest_stretch
+from arctrue.workbench.inference.forward.record import MOST_ROWS, ROWS_A_PERIOD, Record, record_of
+from arctrue.workbench.inference.forward.search import LineSearch, search_lines, whitened_left
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.kernel import KernelNoise, Part, log_likelihood
 from arctrue.workbench.noise.kernel_fit import KernelFit, Rows, best_fit, fit_from, usual_starts
@@ -24,9 +26,9 @@ Float = NDArray[np.float64]
 LEAST_QUALITY = 2.0
 """Smallest quality of a damped oscillation. At this quality the covariance falls to e^(−π/2) = 0.2
 within a period; an oscillation of lower quality counts as slow noise."""
-LEAST_GAIN_LOGS = 2.0
+LEAST_GAIN_LOGS = 2.5
 """Smallest gain in log likelihood of an oscillation, in units of log(rows): ½ for each of variance,
-decay and frequency, and ½ for the search over frequencies."""
+decay and frequency, and 1 for the search over about rows/2 frequencies."""
 LEAST_SHARE = 0.1
 """Smallest share of the residuals' mean square that an oscillation must have. A smaller oscillation
 may only represent a shape of the spectrum that no kernel has: this share reaches 0.05 for a moving
@@ -42,12 +44,15 @@ OF_A_WIDTH = 0.005
 """Accuracy of the frequency, as a share of the width of the resonance."""
 BENT_WIDTHS = 0.25
 """Step for the curvature of the log likelihood, as a share of the width of the resonance."""
-MOST_CAPTURE_ROWS = 1600
-"""Largest number of consecutive rows of a capture. These rows are not averaged, since the
-oscillations in a capture are fast."""
-LEAST_CAPTURE_ROWS = 400
+PEAK_ORDINATES = (3, 9, 27)
+"""Widths of a peak of the spectrum, in ordinates 1/length. With 3 ordinates the coherence time is a
+tenth of the record; the search for lines finds peaks wider than 27 ordinates itself."""
+WIDER = 4
+"""Factor between the lengths of successive records. A resonance from 1/16 to 1/4 of the sampling
+rate of one record is shown by the next."""
+LEAST_ROWS = 400
 """Smallest number of rows of a capture: the test of Ljung and Box over 20 lags, and a quality of 2,
-need some tens of periods. It is a quarter of MOST_CAPTURE_ROWS."""
+need some tens of periods. It is a quarter of MOST_ROWS."""
 
 
 @dataclass(frozen=True)
@@ -84,21 +89,52 @@ class Oscillation:
 
 def oscillation_of(found: LineSearch, channel: str) -> Oscillation | None:
     """Return the resonance in the noise of a record over time, with the lines of the search in the
-    model; None if no resonance is significant."""
-    part = _largest(found.noise)
-    if part is None or _quality(part) < LEAST_QUALITY:
+    model; None if no resonance is significant.
+
+    The search for lines adds an oscillator only where the spectrum is high over many frequencies.
+    Here the noise is fitted again with one oscillator at each of its narrower peaks too.
+    """
+    record = found.record
+    lines = record.columns(np.array([line.rate for line in found.lines]))
+    rows = record.rows(lines)
+    plain = best_fit(rows, [found.noise.noise.without_oscillators(), *usual_starts(rows)])
+    fits = [found.noise, *(fit_from(rows, noise) for noise in _with_a_peak(rows, plain.noise))]
+    there = [fit for fit in fits if _is_shown(_largest(fit), record)]
+    best = max(there, key=lambda fit: fit.score, default=None)
+    part = None if best is None else _largest(best)
+    if best is None or part is None:
         return None
-    lines = found.record.columns(np.array([line.rate for line in found.lines]))
-    rows = found.record.rows(lines)
+    best, part, sigma_hz = _sharpened(rows, best, part)
+    gain = best.score - plain.score
+    if _quality(part) < LEAST_QUALITY or gain <= LEAST_GAIN_LOGS * float(np.log(rows.clock.size)):
+        return None
     if part.variance < LEAST_SHARE * float(np.mean(rows.left() ** 2)):
         return None
-    plain = best_fit(rows, [found.noise.noise.without_oscillators(), *usual_starts(rows)])
-    gain = found.noise.score - plain.score
-    if gain <= LEAST_GAIN_LOGS * float(np.log(rows.clock.size)):
-        return None
-    part, sigma_hz = _sharpened(rows, found.noise, part)
     rms = float(np.sqrt(part.variance))
     return Oscillation(part.frequency, sigma_hz, rms, _quality(part), channel, gain)
+
+
+def _with_a_peak(rows: Rows, noise: KernelNoise) -> Iterator[KernelNoise]:
+    """Yield the noise with one more oscillator at the highest peak of the whitened residuals'
+    spectrum, for each width of the peak."""
+    power = np.abs(np.fft.rfft(whitened_left(rows, noise)))[1:] ** 2
+    length = rows.step * rows.clock.size
+    variance = float(np.mean(rows.left() ** 2)) / 10.0
+    for wide in PEAK_ORDINATES:
+        if wide < power.size:
+            peak = int(np.argmax(np.convolve(power, np.ones(wide) / wide, mode="same")))
+            decay = length / (np.pi * wide)
+            part = Part("oscillator", variance, decay, (peak + 1) / length)
+            yield replace(noise, parts=(*noise.parts, part))
+
+
+def _is_shown(part: Part | None, record: Record) -> bool:
+    """Return whether the record shows the frequency of an oscillator; a mean of several readings
+    may show the alias of a faster one."""
+    if part is None:
+        return False
+    averaged = bool(np.any(record.readings > 1.0))
+    return not averaged or part.frequency * record.step <= 1.0 / ROWS_A_PERIOD
 
 
 def _largest(fit: KernelFit) -> Part | None:
@@ -115,8 +151,9 @@ def _width_hz(part: Part) -> float:
     return float(1.0 / (np.pi * part.decay))
 
 
-def _sharpened(rows: Rows, fit: KernelFit, part: Part) -> tuple[Part, float]:
-    """Return the oscillator at its most likely frequency, and the frequency's standard uncertainty.
+def _sharpened(rows: Rows, fit: KernelFit, part: Part) -> tuple[KernelFit, Part, float]:
+    """Return the noise with the oscillator at its most likely frequency, that oscillator, and the
+    frequency's standard uncertainty.
 
     The search takes the frequency from a smoothed spectrum. Here the frequency and the other
     parameters are fitted in turn; the uncertainty follows from the curvature of the log likelihood.
@@ -138,7 +175,7 @@ def _sharpened(rows: Rows, fit: KernelFit, part: Part) -> tuple[Part, float]:
         _cost(rows, fit.noise, part, part.frequency + move) for move in (-step, 0.0, step)
     )
     bend = low + high - 2.0 * here
-    return part, float(step / np.sqrt(bend)) if bend > 0.0 else _width_hz(part)
+    return fit, part, float(step / np.sqrt(bend)) if bend > 0.0 else _width_hz(part)
 
 
 def _cost(rows: Rows, noise: KernelNoise, part: Part, hz: float) -> float:
@@ -152,30 +189,60 @@ def _with_frequency(noise: KernelNoise, part: Part, hz: float) -> KernelNoise:
 
 
 def oscillation_in_capture(solution: Solution) -> Oscillation | None:
-    """Return the resonance in the first rows of the run with the most rows, with the model's
-    coefficients unchanged; None if there is none.
-
-    The gain is scaled to all rows of the capture.
-    """
-    record, rows = _record_of_capture(solution), solution.observations.capture
-    if record is None or rows is None:
-        return None
-    found = oscillation_of(search_lines(record), "capture")
-    if found is None:
-        return None
-    # The gain of all rows would be larger, in proportion to their number.
-    return replace(found, gain=found.gain * rows.run.size / record.clock.size)
-
-
-def _record_of_capture(solution: Solution) -> Record | None:
+    """Return the resonance in the run with the most rows, with the model's coefficients unchanged;
+    None if there is none."""
     rows, left = solution.observations.capture, solution.capture_residual_arcsec()
     if rows is None or left is None or "capture" in solution.unknown_noise:
         return None
-    longest = int(np.argmax(np.bincount(rows.run)))
-    kept = np.flatnonzero(rows.run == longest)[:MOST_CAPTURE_ROWS]
+    kept = np.flatnonzero(rows.run == int(np.argmax(np.bincount(rows.run))))
     time_s = rows.time_s[kept]
-    if kept.size < LEAST_CAPTURE_ROWS or not np.all(np.diff(time_s) > 0.0):
+    if kept.size < LEAST_ROWS or not np.all(np.diff(time_s) > 0.0):
         return None
-    none = np.zeros((kept.size, 0))
-    one_stretch = np.zeros(kept.size, dtype=np.int64)
-    return record_of(time_s, time_s, one_stretch, left[kept], none, in_time=True)
+    records = [*_first_rows(time_s, left[kept]), _record(time_s, left[kept])]
+    return _in_records(records, "capture", rows.run.size)
+
+
+def oscillation_in_reference(solution: Solution) -> Oscillation | None:
+    """Return the resonance in the longest stretch of the reference that is faster than the averaged
+    rows of :func:`records_of` can show; None if there is none."""
+    found = longest_stretch(solution)
+    if found is None:
+        return None
+    time_s, left, rows = found
+    return _in_records(_first_rows(time_s, left), "reference", rows)
+
+
+def _in_records(records: Iterable[Record], channel: str, rows: int) -> Oscillation | None:
+    """Return the resonance with the largest gain, from the record that determines it best.
+
+    The gain of each record is scaled to ``rows`` readings, because the gain of all readings would
+    be larger in proportion to their number. An alias of a faster resonance, which the averaging of
+    rows reduces, has a smaller scaled gain than the resonance in single rows.
+    """
+    found = []
+    for record in records:
+        item = oscillation_of(search_lines(record), channel)
+        if item is not None:
+            found.append((item, item.gain * rows / float(np.sum(record.readings))))
+    if not found:
+        return None
+    first, gain = max(found, key=lambda pair: pair[1])
+    width_hz = first.hz / first.quality
+    same = [item for item, _ in found if abs(item.hz - first.hz) < width_hz]
+    return replace(max(same, key=lambda item: item.gain), gain=gain)
+
+
+def _first_rows(time_s: Float, left_arcsec: Float) -> Iterator[Record]:
+    """Yield the first MOST_ROWS rows, then WIDER times as many rows, averaged to as many rows as
+    before, and so on until all rows would be averaged."""
+    block = 1
+    while block * MOST_ROWS < time_s.size:
+        part = slice(block * MOST_ROWS)
+        yield _record(time_s[part], left_arcsec[part])
+        block *= WIDER
+
+
+def _record(time_s: Float, left_arcsec: Float) -> Record:
+    none = np.zeros((time_s.size, 0))
+    one_stretch = np.zeros(time_s.size, dtype=np.int64)
+    return record_of(time_s, time_s, one_stretch, left_arcsec, none, in_time=True)

@@ -227,7 +227,8 @@ def whiteness_of(rows: Rows, noise: KernelNoise) -> float:
     return 1.0 if found is None else found.autocorrelation_p
 
 
-def _whitened_left(rows: Rows, noise: KernelNoise) -> Float:
+def whitened_left(rows: Rows, noise: KernelNoise) -> Float:
+    """Return the whitened residuals of the rows' columns."""
     whitened = rows.factor(noise).whiten(rows.values)
     own, columns = whitened[:, 0], whitened[:, 1:]
     return np.asarray(own - columns @ np.linalg.lstsq(columns, own, rcond=1e-10)[0])
@@ -258,7 +259,7 @@ def level_of(rows: Rows, noise: KernelNoise) -> Level:
     The level is the median of the periodogram of the whitened residuals over NEIGHBOURS ordinates,
     divided by the median for white noise, ln 2: a single line among them hardly changes the median.
     """
-    left = _whitened_left(rows, noise)
+    left = whitened_left(rows, noise)
     power = np.abs(np.fft.rfft(left))[1:] ** 2 / left.size
     # A model of many orders absorbs the power at the frequencies of these orders: those ordinates
     # do not show the noise.
