@@ -8,13 +8,13 @@ from typing import Any
 
 import click
 
+from arctrue.base.json_text import plain
 from arctrue.cli._loaded_set import console, for_people, write_json, write_page
 from arctrue.cli._numbers import Finite
 from arctrue.cli._options import json_option, page_option
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._places import Places
 from arctrue.cli._tables import number, table
-from arctrue.report.numbers import plain
 
 
 @click.command(short_help="Choose the places of two to four heads for given orders.")

@@ -3,7 +3,6 @@ reference run."""
 
 from __future__ import annotations
 
-import json
 import math
 import sys
 from collections.abc import Callable, Sequence
@@ -16,6 +15,7 @@ from click.core import ParameterSource
 
 from arctrue.base.extras import MissingExtraError, needs_extras
 from arctrue.base.figures import figure
+from arctrue.base.json_text import json_text
 from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.base.whole_file import write_whole_text
 from arctrue.calibration import calibration as calibration_module
@@ -303,7 +303,7 @@ def _finish_alone(
 
 def _write_figures(json_file: Path | None, figures: dict[str, Any]) -> None:
     if json_file is not None:
-        write_whole_text(json_file, json.dumps(figures, indent=1) + "\n")
+        write_whole_text(json_file, json_text(figures))
         say(f"Figures: {json_file}")
 
 
@@ -457,8 +457,8 @@ def _figures(calibration: Calibration, method: str, warnings: tuple[str, ...]) -
             "from": estimate.separation_choice,
             "sources": {
                 name: {
-                    "value_deg": _finite(math.degrees(separation.value_rad)),
-                    "u_arcsec": _finite(separation.u_rad * ARCSEC_PER_RAD),
+                    "value_deg": math.degrees(separation.value_rad),
+                    "u_arcsec": separation.u_rad * ARCSEC_PER_RAD,
                     "note": separation.note,
                 }
                 for name, separation in calibration.separations.items()
@@ -470,21 +470,16 @@ def _figures(calibration: Calibration, method: str, warnings: tuple[str, ...]) -
         "orders": [
             {
                 "order": verdict.order,
-                "amplitude_arcsec": _finite(estimate.amplitude_arcsec[i]),
-                "phase_deg": _finite(math.degrees(estimate.phase_rad[i])),
-                "u_amplitude_arcsec": _finite(estimate.u_amplitude_arcsec[i]),
-                "u_phase_deg": _finite(math.degrees(estimate.u_phase_rad[i])),
-                "noise_gain": _finite(estimate.noise_gain[i]),
+                "amplitude_arcsec": estimate.amplitude_arcsec[i],
+                "phase_deg": math.degrees(estimate.phase_rad[i]),
+                "u_amplitude_arcsec": estimate.u_amplitude_arcsec[i],
+                "u_phase_deg": math.degrees(estimate.u_phase_rad[i]),
+                "noise_gain": estimate.noise_gain[i],
                 "applied": verdict.applied,
             }
             for i, verdict in enumerate(calibration.verdicts)
         ],
     }
-
-
-def _finite(value: float) -> float | None:
-    """Return the value, or None (null in JSON) for infinity and NaN, which JSON does not have."""
-    return float(value) if math.isfinite(value) else None
 
 
 def _plotted(draw: Callable[[], None], picture: Path) -> str:
