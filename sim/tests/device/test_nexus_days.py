@@ -199,6 +199,30 @@ def test_another_record_of_the_same_day_adds_its_turns(tmp_path: Path) -> None:
     )
 
 
+def test_a_value_that_an_earlier_file_lacks_is_not_a_number_or_empty(tmp_path: Path) -> None:
+    """The turns of a file without some columns keep their rows; the missing values are NaN for
+    numbers and empty for texts."""
+    record = tmp_path / "telemetry.sqlite"
+    record_of(record, turns=10)
+    path = day_file(tmp_path, DAYS[0])
+    write_day(record, DAYS[0], path)
+    lacking = ("reason", "alarms", "table_c", "swaps")
+    with h5py.File(path, "r+") as file:
+        for name in lacking:
+            del file[f"entry/turns/{name}"]
+    with sqlite3.connect(record) as database:
+        database.execute("DELETE FROM turn WHERE id <= 4")
+        database.execute("DELETE FROM harmonic WHERE turn <= 4")
+    write_day(record, DAYS[0], path)
+    with h5py.File(path) as file:
+        turns = file["entry/turns"]
+        assert turns["turn"][:].tolist() == list(range(10))
+        assert turns["result"].asstr()[:].tolist() == ["kept"] * 10
+        assert turns["reason"].asstr()[:].tolist() == [""] * 4 + ["none"] * 6
+        assert turns["alarms"].asstr()[:].tolist() == [""] * 4 + ["[]"] * 6
+        assert np.isnan(turns["table_c"][:4]).all()
+
+
 def test_a_daemon_deletes_no_turn_that_no_file_has(replay: Replay, tmp_path: Path) -> None:
     """The record, limited to 1 MB, cannot hold all turns of this test; record and day files
     together hold all."""
