@@ -23,7 +23,7 @@ from arctrue.cli._numbers import SEED
 from arctrue.cli._options import json_option
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._progress import Progress
-from arctrue.cli._terminal import Console, note, tell_error, tell_warning
+from arctrue.cli._terminal import Console, note, sentence, tell_error, tell_warning
 from arctrue.measurement import MeasurementError, MeasurementSet, read_measurement_set
 from arctrue.measurement.digest import set_digest
 from arctrue.workbench.effects.base import Effect
@@ -146,16 +146,10 @@ def for_people(function: Callable[..., None]) -> Callable[..., None]:
         try:
             function(*arguments, **options)
         except PEOPLE_ERRORS as error:
-            tell_error(f"{_sentence(error)}")
+            tell_error(sentence(error))
             raise SystemExit(EXIT_BAD_INPUT) from error
 
     return wrapped
-
-
-def _sentence(error: Exception) -> str:
-    if isinstance(error, OSError) and error.filename is not None and error.strerror:
-        return f"{error.filename}: cannot be read or written: {error.strerror}"
-    return str(error)
 
 
 def load_model(model_file: Path | None, *, may_be_new: bool = False) -> Model:
