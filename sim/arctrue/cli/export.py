@@ -44,7 +44,7 @@ from arctrue.workbench.model.growth import fitted
 from arctrue.workbench.model.local_errors import at_heads_of_mean, local_errors, table_of
 from arctrue.workbench.model.model import Model
 from arctrue.workbench.model.sensor_lag import fitted_sensor_lag, set_without_lag
-from arctrue.workbench.model.stations import model_of_stations
+from arctrue.workbench.model.stations import model_of_stations, require_whole_turn
 from arctrue.workbench.model.taken_away import (
     Outcome,
     TakenAway,
@@ -249,6 +249,8 @@ def export(
     coefficient_file = coefficient_file or Path("coefficients.toml")
     if mean_file is not None:
         path = coefficient_file if out is None else out / coefficient_file.name
+    elif model_file is None:
+        require_whole_turn(loaded.observations)
         _write_table_of_mean(model, loaded, mean_file, path)
         return
     result = export_model(

@@ -93,6 +93,29 @@ def test_lanes_that_double_the_error_are_refused(
     assert _run("export", alone, "--out", tmp_path / "alone_out").exit_code == 0
 
 
+@pytest.mark.parametrize("rows", [1, 2, 500])
+def test_a_capture_that_leaves_a_part_of_the_turn_is_refused(
+    made: MeasurementSet, tmp_path: Path, rows: int
+) -> None:
+    """The export fits the paper's twenty orders only to a whole turn: the fixture has 1,200 samples
+    a turn, so that 500 leave 210°."""
+    assert made.capture is not None
+    first = made.capture.where(np.arange(made.capture.run.size) < rows)
+    write_measurement_set(tmp_path / "part", replace(made, capture=first, reference=None))
+    for name in ("gateware", "csv"):
+        out = tmp_path / "out"
+        answer = _run("export", tmp_path / "part", "--format", name, "--out", out)
+        assert answer.exit_code == 2, answer.output
+        missing = 360.0 - 0.3 * (rows - 1)
+        assert f"no row over {missing:.1f}° of the turn" in answer.stderr
+        assert not out.exists()
+    # The stations of the reference, 15° apart, cannot distinguish order 4 from order 20.
+    write_measurement_set(tmp_path / "both", replace(made, capture=first))
+    answer = _run("export", tmp_path / "both", "--out", tmp_path / "both_out")
+    assert answer.exit_code == 2, answer.output
+    assert "no row over 15.0° of the turn" in answer.stderr
+
+
 def test_a_model_of_another_table_is_refused(
     made: MeasurementSet, folder: Path, model: Path, tmp_path: Path
 ) -> None:
