@@ -11,7 +11,6 @@ from typing import Any, NoReturn
 
 import click
 import numpy as np
-from click.core import ParameterSource
 
 from arctrue.base.extras import MissingExtraError, needs_extras
 from arctrue.base.figures import figure
@@ -28,7 +27,7 @@ from arctrue.calibration.selection import GAIN_LIMIT_DEFAULT
 from arctrue.cli._mean_of_heads import figures as figures_of_mean
 from arctrue.cli._mean_of_heads import motion_orders, print_mean
 from arctrue.cli._numbers import Finite
-from arctrue.cli._options import lanes_option
+from arctrue.cli._options import lanes_option, refuse_given
 from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._reference_alone import ReferenceCalibration, calibrate_from_reference
 from arctrue.cli._tables import number, table, words
@@ -167,7 +166,7 @@ def calibrate(
             _finish_alone(alone, measurement, folder, json_file, out, force=force)
             return
         if angle == "mean":
-            _refuse_given(_OF_HEAD1, "is for --angle head1")
+            refuse_given(_OF_HEAD1, "is for --angle head1")
             settings_of_mean = MeanSettings(runs or None, most_order, lanes, motion_orders(motion))
             mean = calibrate_mean(measurement, settings_of_mean)
             _finish_mean(mean, measurement, folder, json_file, out, force=force)
@@ -219,17 +218,8 @@ _OF_HEAD1 = ("method", "gain_limit", "separation")
 _OF_TWO_HEADS = (*_OF_HEAD1, "runs", "angle", "motion")
 
 
-def _refuse_given(names: Sequence[str], why: str) -> None:
-    """Raise ValueError if the user gave any of these options."""
-    context = click.get_current_context()
-    for name in names:
-        if context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
-            option = next(one.opts[0] for one in context.command.params if one.name == name)
-            raise ValueError(f"{option} {why}")
-
-
 def _refuse_options_of_two_heads() -> None:
-    _refuse_given(_OF_TWO_HEADS, "is for two heads, and the set has no capture")
+    refuse_given(_OF_TWO_HEADS, "is for two heads, and the set has no capture")
 
 
 def _further_heads(measurement: MeasurementSet) -> list[str]:
