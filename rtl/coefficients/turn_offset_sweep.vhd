@@ -73,7 +73,7 @@ architecture rtl of turn_offset_sweep is
   constant BUILT        : positive := LANES / FOLD;
   constant PARTS        : positive := 3;
   constant SWEEP_CLOCKS : positive := 3 * PARTS * 2 * LANES;
-  -- Clocks from the last item of a sweep until the memory has the offset of this item, plus two.
+  -- Clocks from the first of the three items of a sweep's last offset until the memory has this offset, plus two.
   constant TAIL_CLOCKS  : positive := 10;
 
   -- The multiplier's narrow port takes 17 unsigned bits.

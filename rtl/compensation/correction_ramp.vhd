@@ -13,7 +13,7 @@
 -- the velocity of r, so the velocity of the total steps only by the change of the velocity of ε. After a marker the
 -- total keeps its value for three clocks; r keeps its value for two clocks more. r is latched in the second of the
 -- three clocks, so at their end the total steps by as much as ε changes in two clocks. At the end of the ramp r steps
--- to 0 from less than 2⁻¹¹ count. With a rate of 0, r stops and keeps its value.
+-- to 0 from less than 2⁻¹⁰ count. With a rate of 0, r stops and keeps its value.
 --
 -- **Acceleration 0** sets the velocity to `ramp_rate` at once: k ≥ 5 clocks after the marker |r| has decreased by
 -- floor((k − 5)·rate), in 2⁻ᶠ count, and r stops at 0 exactly. Change the acceleration to or from 0, or reduce it, only

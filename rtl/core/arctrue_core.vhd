@@ -36,8 +36,8 @@
 -- **Real orders.** With REAL_ORDERS the order of a lane need not be an integer: its phase continues from turn to turn
 -- (turn_counter, turn_offset_sweep).
 --
--- **Events.** With EVENTS each edge of the probe and each pulse of the position compare waits in a queue for the
--- processor (event_queue).
+-- **Events.** With EVENTS the edges of the probe, the pulses of the position compare, or both, as the processor selects,
+-- wait in a queue for the processor (event_queue).
 --
 -- **Compensation** is applied while `control.compensate` is set and head 1 (with the mean: the carrier and each used
 -- head) has seen its index. The core subtracts the correction from the head's position, which the first index does not
@@ -688,8 +688,8 @@ begin
       failover_changed  <= '0';
     end generate leaves_out;
 
-    -- The turns of the carrier are captured while every used head has seen its index. A change of the carrier restarts
-    -- the turn.
+    -- The sampler captures turns of the carrier; with two heads, turns of head 1. It captures while every used head has
+    -- seen its index. A change of the carrier restarts the turn.
     used_seen <= and (indices_seen or not used);
 
     choose_reference : process (clock) is

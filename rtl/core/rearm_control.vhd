@@ -12,9 +12,10 @@
 --
 -- **Number formats.** counts_per_rev u25.0 counts; requested u32.0 counts; all its bits are checked.
 --
--- `changes_turn` is high with `rearm` if the requested number of counts differs from the present one. Then the limit of
--- the correction, half a turn, changes, and a correction beyond the new limit is clipped at once. While `changes_turn`
--- is high the output must not follow the position, because it would send the clipped difference as a burst of edges.
+-- `changes_turn` is high with `rearm` if the requested number of counts is legal and differs from the present one. Then
+-- the limit of the correction, half a turn, changes, and a correction beyond the new limit is clipped at once. While
+-- `changes_turn` is high the output must not follow the position, because it would send the clipped difference as a
+-- burst of edges.
 --
 -- **Clear semantics.** `refused` is set by a command with an illegal value and cleared by one with
 -- a legal value.

@@ -44,9 +44,9 @@
 -- the clock in which angle and turn_position first count from the new zero. `zero_slip` becomes the angle that the mark
 -- had (the negative of the lost counts), `zero_moved` toggles, `zero_moves` increments, index_error is set, and its
 -- counter increments once. The position keeps its error. With `heal` high, `zero_slip` is subtracted from `put_back` in
--- that clock, so that position + put_back does not contain the slip; a slip of 2¹⁴ counts or more is not put back.
--- `index_trusted` pulses 3 clocks after index_strobe if the mark lies at the zero. If Z normally changes within a
--- count, but at one speed changes near an edge of that count, the index is one count off at that speed.
+-- that clock, so that position + put_back does not contain the slip; a slip outside of -2¹⁴ to 2¹⁴ - 1 counts is not
+-- put back. `index_trusted` pulses 3 clocks after index_strobe if the mark lies at the zero. If Z normally changes
+-- within a count, but at one speed changes near an edge of that count, the index is one count off at that speed.
 --
 -- **Fastest index.** With pins skewed by up to s clocks, 1 to INDEX_SKEW, a count must last at least s + INDEX_SKEW + 1
 -- clocks for this detection, that is 5, 6 or 7 clocks; 7 clocks are 14 million counts per second at 100 MHz. If Z
@@ -251,7 +251,8 @@ architecture rtl of index_zero is
   -- is_latest is high if the checked mark is the latest mark.
   signal is_old_enough : std_ulogic                    := '0';
   signal is_latest     : std_ulogic;
-  -- High after a misplaced mark, until two marks lie one turn apart.
+  -- High from a misplaced mark until the zero moves or is confirmed (`moves_zero`), which needs `zero_again`, or until a
+  -- rearm.
   signal is_in_doubt   : std_ulogic                    := '0';
   -- High if the angle of the mark is neither 0 nor a whole turn.
   signal has_slip      : std_ulogic                    := '0';

@@ -29,7 +29,7 @@
 -- **Clear and rearm.** `clear` affects only the faults; `rearm` affects only angle, turn_position and index.
 --
 -- **Reset** may be as short as one clock. Counting starts from the levels that the pins have in the last clock of the
--- reset: these levels cause no edge, and every later change is counted.
+-- reset (with DELAYED: `delay` clocks before it): these levels cause no edge, and every later change is counted.
 
 library ieee;
   use ieee.std_logic_1164.all;

@@ -27,9 +27,10 @@
 -- set is being loaded or a head is left out, the carrier of the idle words (the head whose reading enters the pipeline)
 -- is a used head. `may_activate` follows its inputs by one clock.
 --
--- **Latency.** The first angle to which the new set applies comes 3 clocks plus the latency of prepared_sets after
--- head_watch has reported a failure. `read_data` follows `read_enable` by 1 clock and is 0 for words of other units in
--- the window. head_registers signals `done` for its own words and for the words of this entity.
+-- **Latency.** The first angle to which the new set applies comes 2 clocks plus the latency of prepared_sets (`load` to
+-- `swap_out`) after head_watch has reported a failure, or later if the swap has to wait. `read_data` follows
+-- `read_enable` by 1 clock and is 0 for words of other units in the window. head_registers signals `done` for its own
+-- words and for the words of this entity.
 --
 -- **Number formats.** differences s16.4 counts, head 1 in the low bits; the register map states the formats of the
 -- registers.

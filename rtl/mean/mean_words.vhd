@@ -16,8 +16,9 @@
 -- clocks later, or after `hold_writes` has fallen. Hold `hold_writes` high while a swap waits, so that the swap takes
 -- over exactly the acknowledged writes. Start no other write before the acknowledge.
 --
--- **Latency.** 1 clock from `swap_comes` to the new active words; `next_words` are the active words of the next clock.
--- `read_data`, the idle word with its sign extended, follows `read_address` by 1 clock.
+-- **Latency.** 1 clock from `swap_comes` to the new active words; `next_words` are the active words of the next clock,
+-- except that in the clock of `swap_comes` the weights of unused heads are not yet 0. `read_data`, the idle word with its
+-- sign extended, follows `read_address` by 1 clock.
 --
 -- **Number formats.** offset u24.4 counts, weight s1.16. Each port with a whole set of words holds, from the low bits
 -- on, the offsets of all heads, the weights of all heads, one bit per used head, and the carrier.

@@ -10,7 +10,7 @@
 -- follows `read_address` by 2 clocks: one for the RAM's own register, one for its output register.
 --
 -- **Number formats.** A word holds the position of head 2 in bits 63..32 and of head 1 in bits 31..0, each s31.0
--- counts.
+-- counts; in the second memory that sampler builds for more than two heads, those of heads 4 and 3.
 --
 -- There is no reset and no initial content: a word is undefined until it is written. A read of the address that is
 -- being written gives the old word. Addresses from 2 * DEPTH on are not allowed.

@@ -113,8 +113,8 @@ async def compare(
 @cocotb.test()
 @cocotb.parametrize(counts_per_rev=[4, 5, 1000, 65536, 12_345_678, 2**24])
 async def random_input(dut: Any, counts_per_rev: int) -> None:
-    """Outputs equal the model's for random pair sums up to twice the counts of a turn, so that some
-    corrections are clipped."""
+    """Outputs equal the model's for random pair sums; in short turns some corrections are
+    clipped."""
     rng = np.random.default_rng(counts_per_rev)
     largest = min(PAIR_MAX, (2 * counts_per_rev << PAIR_FRACTION) // max(1, PAIRS // 2))
     offset_max = min(OFFSET_MAX, counts_per_rev << 9)

@@ -118,8 +118,12 @@ def outputs(dut: Any) -> tuple[int, int, int]:
 
 
 def random_bank(rng: np.random.Generator, sum_counts: float) -> Coefficients:
-    """Return a bank with random orders below 120, one random order up to 65535, and order 16,384 if
-    there are more than two lanes. The magnitudes of the amplitudes add up to ``sum_counts``."""
+    """Return a bank with a random order up to 65535 in the last lane, order 1 in lane 0, order
+    16,384 in lane 1 if there are more than two lanes, and random orders below 120 in the others.
+
+    The magnitudes of the amplitudes add up to ``sum_counts``, unless one of them is limited to
+    8,191 counts.
+    """
     orders = rng.integers(1, 120, LANES)
     orders[0] = 1
     orders[-1] = rng.integers(0, 65536)

@@ -41,7 +41,7 @@ MISSING = 24
 """Number of counts by which the other heads move before a head without edges is dead; it is below
 STEP_LIMIT, so that this check finds a dead head first."""
 LOAD_CLOCKS = 4 * (4 * LANES + 10) + 4
-"""Largest number of clocks from a failure to the swap, as the header of prepared_sets states."""
+"""Largest number of clocks from `load` to the swap, as the header of prepared_sets states."""
 DECODER_CLOCKS = 20
 """Total number of clocks from the pins to the fault, from the fault to the load, and from the first
 angle of the new set to the interrupt."""

@@ -29,11 +29,11 @@ CAPTURE_DEPTH = 64
 COUNTS = table.COUNTS_PER_REV
 CLOCKS_PER_COUNT = 6.0
 PLACES = {2: (0, 300), 3: (0, 190, 410), 4: (0, 55, 271, 501)}[HEADS]
-"""Counts by which each head reads ahead of head 1; four heads: 0, 33, 162.5 and 300.5 degrees."""
+"""Counts by which each head reads ahead of head 1; four heads: 0, 33, 162.6 and 300.6 degrees."""
 if os.environ.get("ANY_HEAD_MAY_FAIL"):
     PLACES = {3: PLACES, 4: (0, 107, 295, 430)}[HEADS]
-    """Places in counts; four heads are at 0, 64.3, 177 and 257.9 degrees, where the weights of any
-    three heads are within the gateware's range."""
+    """Places in counts; four heads are at about 0, 64.3, 177 and 257.9 degrees, where the weights
+    of any three heads are within the gateware's range."""
 DISC = ((2, 1.5, -1.1), (5, 0.6, 2.0))
 MOTION = ((1, 5.0, 0.3), (3, 4.0, 1.7))
 """Order per turn, radius in counts and phase of each circle of the axis' motion."""

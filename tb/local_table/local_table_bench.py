@@ -18,7 +18,7 @@ ANGLES = 4000
 
 def random_table(random: np.random.Generator, windows: int, width: int) -> LocalTable:
     """Return a random table whose windows do not overlap. One window contains the zero of the
-    angle; the points include both ends of their format of 18 bits."""
+    angle; the points are random in their whole format of 18 bits."""
     spacing = COUNTS_PER_REV // windows
     first = COUNTS_PER_REV - 3 if width else int(random.integers(COUNTS_PER_REV))
     starts = tuple((first + number * spacing) % COUNTS_PER_REV for number in range(windows))

@@ -97,8 +97,8 @@ async def loses_no_count(dut, name: str) -> None:
 
     latency = OUTPUT_LATENCY + DECODER_LATENCY + case.filter_length
     got = np.array(received)
-    # Element i was read at the edge after which sample RESETS + i was driven, so it belongs to the
-    # sample one clock earlier.
+    # Element i was read after the rising edge that sampled sample RESETS + i. This edge is the
+    # first of the `latency` edges for that sample.
     then = np.arange(RESETS, len(sent)) + 1 - latency
     expected = position[np.maximum(then, 0)]
     slack = np.abs(got - (expected - position[0]))

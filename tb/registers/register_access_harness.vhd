@@ -2,8 +2,8 @@
 --
 -- Connects register_access to the generated register block and to simple memories, for simulation. The offset and every
 -- window except the capture window are memories; a word of the capture window contains its own word index in the low
--- half and the inverted index in the high half. All answer after `memory_latency` clocks. scripts/register_words.py
--- writes a wrapper with one port per register.
+-- half and the inverted index in the high half. All answer `memory_latency` + 1 clocks after the request.
+-- scripts/register_words.py writes a wrapper with one port per register.
 
 library ieee;
   use ieee.std_logic_1164.all;
