@@ -4,7 +4,7 @@
 --
 -- Computes the cosine of an angle of the first quadrant from a table of straight lines. It can replace cordic_rotation
 -- (the method of the paper) for the cosine of equation (9): with the same output format and latency, a lane needs only
--- 40 % as many look-up tables, and the error is less than half as large. It uses no multiplier and no block memory.
+-- 45 % as many look-up tables, and the error is less than half as large. It uses no multiplier and no block memory.
 --
 -- **Latency.** 15 clocks, as in cordic_rotation: in the first 7 the angle is only delayed, in the last 8 the cosine is
 -- computed. The entity accepts one angle per clock.

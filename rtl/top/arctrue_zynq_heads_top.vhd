@@ -32,11 +32,11 @@ entity arctrue_zynq_heads_top is
     DNA_PORTS     : natural range 0 to 1          := 1                      -- 0: for tools without the primitive DNA_PORT
   );
   port (
-    -- Reference head, asynchronous
+    -- Head 1, asynchronous
     head1_a          : in    std_ulogic;
     head1_b          : in    std_ulogic;
     head1_z          : in    std_ulogic;
-    -- Calibration head, asynchronous
+    -- Head 2, asynchronous
     head2_a          : in    std_ulogic;
     head2_b          : in    std_ulogic;
     head2_z          : in    std_ulogic;
