@@ -230,7 +230,7 @@ begin
     variable phase_then  : u_unsigned(1 downto 0)                   := "00";
     -- While the output does not follow: the lowest bits of a count at which (A, B) have the held levels
     variable place_of_output : u_unsigned(1 downto 0)               := "00";
-    -- 1 minus these bits, plus the position
+    -- 1 minus these bits; this number plus the position; the output's count after its step
     variable less_place  : u_signed(POSITION_WIDTH - 1 downto 0);
     variable started     : u_signed(POSITION_WIDTH - 1 downto 0);
     variable stepped     : u_signed(POSITION_WIDTH - 1 downto 0);

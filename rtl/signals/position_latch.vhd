@@ -6,9 +6,10 @@
 -- camera.
 --
 -- **Latency.** The entity latches position, angle and time DELAY clocks after `strobe`. The core chooses DELAY so that
--- the probe's edge takes as many clocks to the latch as head 1's pins take to the corrected position. So the latched
--- values belong to head 1's levels at the probe's edge, if probe and head have the same input filter. `latched` is a
--- strobe and comes 1 clock after the latch, together with the new values.
+-- the probe's edge takes as many clocks to the latch as the pins of head 1 (with the mean: of the carrier) take to the
+-- corrected position. So the latched values belong to the head's levels at the probe's edge (with FOLD > 1: up to FOLD -
+-- 1 clocks before it), if probe and head have the same input filter and the head's levels are not delayed. `latched` is
+-- a strobe and comes 1 clock after the latch, together with the new values.
 --
 -- **Number formats.** position s31.0 counts; angle u24.0 counts; latched_time u64.0 clocks, the time of the latch minus
 -- DELAY; count u16.0, the number of edges, wraps.

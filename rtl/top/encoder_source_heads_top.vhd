@@ -37,7 +37,7 @@ end entity encoder_source_heads_top;
 architecture rtl of encoder_source_heads_top is
 
   -- Angle from head 1 to head 2, counts: 64.3 deg at 2**24 counts per turn. With heads at 0, 64.3, 177 and 257.9 deg any
-  -- one head may fail (docs/heads.md).
+  -- one head may fail (docs/hardware.md).
   constant HEAD2_AHEAD : natural := 2996597;
 
   signal reset : std_ulogic;
