@@ -59,7 +59,7 @@ OF_ITS_SIZE = 0.2
 absorbed an effect is about as large as the effect, so that the effect is not far below its standard
 uncertainty. An effect that does not exist passes this limit with at most this probability."""
 MOST_WEIGHED = 6
-"""Largest number of candidates for which the noise is estimated anew."""
+"""Largest number of candidates of the catalogue for which the noise is estimated anew."""
 FAR_BEHIND = 60.0
 """A candidate needs no noise estimate of its own if its ΔBIC is lower than that of a real effect by
 more than this."""

@@ -230,8 +230,8 @@ def unwrapped_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     place -= place.min()
     length = int(place.max()) + 1
     if length > 1 << 24:
-        # Runs that are thousands of turns apart are not searched, because their relative phase is
-        # unknown.
+        # Runs that are tens of thousands of turns apart are not searched, because their relative
+        # phase is unknown.
         return []
     padded = 1 << int(np.ceil(np.log2(4 * length)))
     power = power_of_channels(

@@ -68,8 +68,8 @@ class CaptureRows(_Sliceable):
     direction: Float
     """Direction of the run, +1 or −1."""
     speed_rad_s: Float
-    """Signed speed: the mean speed of the run if it turns evenly, otherwise the local speed, which
-    is calculated from the rows around each row.
+    """Signed speed: the mean speed of the run if it turns evenly or has few rows, otherwise the
+    local speed, which is calculated from the rows around each row.
     """
     angle_rad: Float
     """Estimate of the true angle θ of the table, unwrapped."""

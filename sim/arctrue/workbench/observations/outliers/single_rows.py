@@ -43,7 +43,8 @@ much."""
 TO_MIDDLE = SIDE_ROWS // 2 + 1
 """Distance, in rows, to the middle of the SIDE_ROWS rows before or after a row."""
 LEAST_ROWS = 3 * SIDE_ROWS
-"""Smallest number of rows of a run or pass in which a single wrong row can be recognised."""
+"""Smallest number of rows of a run, or of a pass with closely spaced rows, in which a single wrong
+row can be recognised."""
 SCALE_ROWS = 256
 """Number of rows from which one value of the local scatter is calculated."""
 END_ROWS = 4 * SCALE_ROWS
