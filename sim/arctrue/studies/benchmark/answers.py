@@ -49,7 +49,8 @@ class _Answer(Struct, rename={"effects": "class"}):
 
 
 class AnswersError(ValueError):
-    """Raised for a file of answers that cannot be read."""
+    """Raised if answers cannot be scored: the file is invalid, there are no results, or the results
+    belong to different plans, sets or libraries."""
 
 
 def write_sets(
@@ -84,8 +85,9 @@ def score_folders(folders: Sequence[Path], subject: str, answers: Path | None) -
 def judged_sets(folders: Sequence[Path], subject: str, answers: Path | None) -> list[Judged]:
     """Return every set of one subject's results with truth and answer, in the order of the plan.
 
-    Raises PlanError if the plan's seed was drawn at random and the scoring code has changed since
-    the plan was made, and AnswersError for an invalid file of answers.
+    Raises PlanError if there is no plan, or if the plan's seed was drawn at random and the code of
+    the generator or of the scoring has changed since the plan was made. Raises AnswersError for an
+    invalid file of answers, or for results of another plan.
     """
     plan = read_plan(folders[0])
     if TIERS[plan.tier].seed is None:

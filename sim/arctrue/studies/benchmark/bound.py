@@ -106,8 +106,8 @@ class BoundScore:
 
     effect: str
     found: Rate
-    """Rate at which the diagnosis reports that an effect is missing, or lists the injected effect
-    as negligible."""
+    """Rate at which the verdict is neither ``adequate`` nor ``cannot_tell``, or the diagnosis lists
+    the injected effect as negligible."""
     by_name: Rate
     """Rate at which the diagnosis names the injected effect, puts it into the class of possible
     names, or lists it as negligible."""

@@ -65,8 +65,8 @@ SOURCES = {SIMULATED: set_tasks, INDEPENDENT: independent_tasks, "both": mixed_t
 
 
 class PlanError(ValueError):
-    """Raised if there is no plan, or if the code of the generator or of the scoring has changed
-    since the plan was made."""
+    """Raised if there is no valid plan, if the arguments of a new plan are not permitted, or if the
+    code of the generator or of the scoring has changed since the plan was made."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,7 +181,7 @@ def make_plan(
 
 
 def read_plan(folder: Path) -> TierPlan:
-    """Read the plan of a folder. Raises PlanError if there is none."""
+    """Read the plan of a folder. Raises PlanError if there is none or if it is invalid."""
     path = folder / FILE
     try:
         return read_json(path, TierPlan)

@@ -83,8 +83,8 @@ def _catalogue(item: Judged) -> bool:
 
 
 def _stranger(item: Judged) -> bool:
-    """Tell whether the oracle detects only causes outside the catalogue; return False if the design
-    permits the answer's verdict and the verdict is not ``unknown``."""
+    """Tell whether the oracle detects a cause of the kind ``stranger`` and none of the catalogue;
+    return False if the design permits the answer's verdict and the verdict is not ``unknown``."""
     alone = bool(item.seen("stranger")) and not item.seen("catalogue")
     return alone and (item.answer["verdict"] == "unknown" or not item.left_open)
 

@@ -30,8 +30,8 @@ LEAST_SHARE = 0.02
 """Smallest share of the excess that a condition must explain to be listed as a finding."""
 SIGNIFICANCE = 0.01
 SHADOW_SHARE = 0.25
-"""A condition is a shadow if it keeps less than this part of its share when a stronger condition is
-removed from the residual."""
+"""A condition is a shadow if, when a stronger condition is removed from the residual, it keeps less
+than this part of its share, or if its share is then below LEAST_SHARE."""
 MOST_TAKEN = 4
 """Largest number of conditions that are removed from the residual one after another; the effects of
 further conditions are too small to rank."""

@@ -59,7 +59,7 @@ class Coverage:
     smallest: dict[str, Detectable] = field(default_factory=dict)
     """Smallest detectable size of each effect that was tested."""
     untestable: dict[str, list[str]] = field(default_factory=dict)
-    """Conditions that the set lacks, for each effect that was not tested."""
+    """Data that the set lacks, for each effect that was not tested."""
     blind_orders: list[int] = field(default_factory=list)
     """Disc orders to which two heads at this separation are blind and that the reference does not
     show."""

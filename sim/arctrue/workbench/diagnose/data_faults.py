@@ -50,14 +50,16 @@ SEPARATION_DEG = 0.5
 """Smallest error of the stated head separation that is a fault: half a millimetre at the disc. A
 smaller error of the mounting is an effect."""
 MOST_FOR_MEDIANS = 100_000
-"""Number of evenly spread rows from which a median over a long capture is calculated."""
+"""Smallest number of evenly spread rows of a longer capture from which a median is calculated; the
+number is below twice this value."""
 AROUND_ROWS = 31
 """Number of rows from which the usual step is calculated: the speed may change slowly, but not from
 row to row."""
 
 
 def data_faults(observations: Observations) -> list[str]:
-    """Describe the faults of the rows, each with file, run, row, expected value and found value."""
+    """Describe the faults of the rows, each with its channel and, if they apply, run, row, expected
+    value and found value."""
     found: list[str] = []
     # All rows of a long capture are examined, not only the rows that the statistics use.
     for rows in observations.pairs():

@@ -25,7 +25,8 @@ class Decision:
     effect_class: Sequence[str] = ()
     class_correlation: Mapping[str, float] = field(default_factory=dict)
     described: Candidate | None = None
-    """The product of parts that explains an error which no known effect explains."""
+    """The product of parts that explains the error if no known effect does; with the verdict
+    ``ambiguous``, a product that explains it as well as the first effect."""
     confounded: bool = False
     """True if ``described`` is the error of the first effect as a function of another condition,
     and the rows cannot distinguish the two conditions."""

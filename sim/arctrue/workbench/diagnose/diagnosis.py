@@ -94,13 +94,13 @@ class Diagnosis:
 
     @property
     def described(self) -> Candidate | None:
-        """The product of parts that explains an error which no known effect explains."""
+        """The product of parts that explains the error if no known effect does; with the verdict
+        ``ambiguous``, a product that explains it as well as the first effect."""
         return self.decision.described
 
     @property
     def description(self) -> str | None:
-        """Description of the product of parts that explains an error which no known effect
-        explains."""
+        """Description of the product of parts in :attr:`described`, with its fitted size."""
         found = self.described
         return None if found is None else found.effect.describe(found.parameters())
 

@@ -19,9 +19,9 @@ expected gain is that of an effect which is as large there as in the strongest t
 SAME_SPEED = 1.2
 """Largest ratio of two speeds that count as the same speed."""
 WOULD_SHOW = 16.0
-"""Smallest χ² of the strongest turn or run, and smallest χ² expected in the other turns or runs.
-With a smaller χ², the effect in the strongest turn or run may be noise, or noise may hide the
-effect in the others."""
+"""Smallest χ² of the strongest run, and smallest χ² expected in the other runs. With a smaller χ²,
+the effect in the strongest run may be noise, or noise may hide the effect in the others. Turns are
+compared without this limit."""
 
 
 def on_every_pass(item: Candidate, base: Solution) -> bool:

@@ -59,7 +59,7 @@ OF_ITS_SIZE = 0.2
 absorbed an effect is about as large as the effect, so that the effect is not far below its standard
 uncertainty. An effect that does not exist passes this limit with at most this probability."""
 MOST_WEIGHED = 6
-"""Largest number of candidates for which the noise is estimated anew."""
+"""Largest number of candidates of the catalogue for which the noise is estimated anew."""
 FAR_BEHIND = 60.0
 """A candidate needs no noise estimate of its own if its ΔBIC is lower than that of a real effect by
 more than this."""
@@ -120,10 +120,11 @@ def weighed(tried: Survey, report_step: ReportStep, *, negligible: bool) -> Surv
     """Return the survey with evidence, from newly estimated noise, for candidates that may be
     named.
 
-    The real effect is the best candidate that is significant and confirmed. The noise is estimated
-    anew for one candidate of the catalogue after another, in the order of their ΔBIC, until no
-    further candidate can be ahead of the real effect, and for at most MOST_WEIGHED candidates. The
-    first product of parts gets evidence too if it can be ahead of the real effect.
+    The real effect is the best candidate that is significant, is confirmed, and appears at every
+    speed. The noise is estimated anew for one candidate of the catalogue after another, lines of a
+    forward search first, then the others in the order of their ΔBIC, until no further candidate can
+    be ahead of the real effect, and for at most MOST_WEIGHED candidates. The first product of parts
+    gets evidence too if it can be ahead of the real effect.
     """
     null = Null(tried.residuals)
     waiting = _near_to_a_name(tried)

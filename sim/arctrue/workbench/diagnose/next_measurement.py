@@ -122,8 +122,12 @@ def measurement_for(
 
 
 def next_measurement(best: Candidate, rivals: Sequence[Candidate]) -> NextMeasurement:
-    """Return the first plan that distinguishes the best effect from all rivals. If there is none,
-    return the first plan that distinguishes the best effect from one rival."""
+    """Return the first plan that distinguishes the best effect from all rivals.
+
+    If there is none, return the first of these that exists: the re-indexed polygon, if the best
+    effect or one rival alone is fixed to the polygon; the first plan that distinguishes the best
+    effect from one rival; the measurement that the best effect itself declares.
+    """
     own = NextMeasurement(best.effect.next_measurement, None)
     observations = best.solution.observations
     if not rivals or observations.rows > MOST_ROWS:
@@ -160,7 +164,8 @@ def _called(item: Candidate) -> str:
 
 
 def measurement_for_variety(best: Candidate) -> NextMeasurement:
-    """Return the first plan whose rows supply all data that the set lacks to name this effect."""
+    """Return the first plan whose rows supply all data that the set lacks to name this effect; if
+    there is none, return the lacking data in words."""
     observations = best.solution.observations
     lacking = "; ".join(best.effect.variety(observations))
     for plan in PLANS:

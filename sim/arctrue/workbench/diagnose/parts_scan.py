@@ -51,7 +51,7 @@ odds of 20 to 1."""
 
 @dataclass(frozen=True)
 class PartsCandidate:
-    """A product of parts with its gain, and the number of products that were scored."""
+    """A product of parts with its gain, and the number of products in the scan (``trials``)."""
 
     effect: ProductOfParts
     gain: float

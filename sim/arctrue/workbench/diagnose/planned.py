@@ -90,8 +90,8 @@ def _further_run(
     turns: float | None = None,
     finer: float = 1.0,
 ) -> Observations | None:
-    """Return the set with one additional run that equals the first run except for the requested
-    changes."""
+    """Return the set with one additional run. The run equals the first run, except that it begins
+    0.5 rad farther on, has one more sample, and has the requested changes."""
     rows = observations.capture
     if rows is None:
         return None

@@ -75,7 +75,8 @@ class Survey:
     """Number of effects of the catalogue that the model lacks; the p of each such effect is
     corrected by this number."""
     looks: int = 1
-    """Number of surveys in a diagnosis; every p is corrected by this number."""
+    """Number of surveys by which every p is corrected: 1 in the first survey of a diagnosis,
+    DEEPEST − 1 in a survey with further effects in the model."""
     candidates: list[Candidate] = field(default_factory=list)
     parts: list[Candidate] = field(default_factory=list)
     untestable: Mapping[str, list[str]] = field(default_factory=dict)
@@ -98,7 +99,7 @@ class Survey:
         }
 
     def significant(self) -> list[Candidate]:
-        """Return the effects of the catalogue that pass the first test."""
+        """Return the effects of the catalogue whose corrected p is below SIGNIFICANCE."""
         return [item for item in self.candidates if item.p_corrected < SIGNIFICANCE]
 
     def matters(self, item: Candidate) -> bool:

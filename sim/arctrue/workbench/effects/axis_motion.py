@@ -1,4 +1,4 @@
-"""Computes the columns of axis motion in the stator frame; two effects use them."""
+"""Computes the columns of axis motion in the stator frame, for all effects that contain it."""
 
 from __future__ import annotations
 

@@ -307,8 +307,8 @@ class Effect(ABC):
         self.settings: dict[str, object] = {**self.defaults, **settings}
 
     def integers(self, key: str) -> tuple[int, ...]:
-        """Return a setting that lists whole numbers. Raises ValueError if the setting has other
-        values."""
+        """Return a setting that lists whole numbers above 0. Raises ValueError if the setting has
+        other values."""
         values = self.settings[key]
         if not isinstance(values, Sequence) or not all(
             isinstance(value, int) and not isinstance(value, bool) and value > 0 for value in values

@@ -381,7 +381,8 @@ class ProductOfParts(Effect):
         if factor is None or self.frame == "reference":
             return None
         if self.electrical_head is not None:
-            # The phase of any head can be used: on rows of another head the factor is 0.
+            # Rows of Rᵢ − R₁ have the phases of heads 1 and i. If ``electrical_head`` is neither 1
+            # nor i, the factor is 0, so that the phase of head i can be used.
             phase = rows.electrical1_rad if self.electrical_head == 1 else rows.electrical2_rad
             if phase is None:
                 return None

@@ -92,7 +92,8 @@ def constrained_fit(
 ) -> ConstrainedFit:
     """Fit ``solution`` with conditions on its parameters; estimate coefficients and noise anew.
 
-    Raises ConditionError where no values meet the conditions.
+    Without conditions, the noise stays as it is. Raises ConditionError where no values meet the
+    conditions.
     """
     found = conditioned(solution, conditions)
     for _ in range(rounds if conditions else 0):

@@ -2,7 +2,7 @@
 
 Columns of an effect that does not depend on the model are kept in memory while the rows exist: all
 columns of linear terms that consist of orders of the disc, and the last MOST_RECENT column blocks
-of other terms. Whitened columns are kept while the noise exists. A long capture is processed block
+of other terms. Whitened columns are kept while the noise exists. A long channel is processed block
 by block; the columns of a block are released with the block.
 """
 

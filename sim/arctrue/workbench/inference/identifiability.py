@@ -50,8 +50,8 @@ class Identifiability:
     correlated: list[Pair]
     smallest_arcsec: dict[str, dict[str, float]] = field(default_factory=dict)
     """For each absent effect without search parameters, and by channel: the smallest RMS of the
-    effect that the diagnosis would find in 95 % of such sets, at a level of 1 % divided by the
-    number of absent effects."""
+    effect at which its gain is significant in 95 % of such sets, at a level of 1 % divided by the
+    number of absent effects. The test on held-out rows is not included."""
 
 
 def coefficient_names(solution: Solution) -> list[str]:

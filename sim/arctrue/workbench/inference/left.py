@@ -28,8 +28,8 @@ class Left:
     """*Left*: RMS of the residual over every row that the commands use."""
     peak_arcsec: Mapping[str, float]
     heldout_rms_arcsec: Mapping[str, float]
-    """*Held out*: RMS of the errors with which each row in use is predicted by a fit without that
-    row (:func:`held_out`).
+    """*Held out*: RMS of the errors with which each row that the statistics use is predicted by a
+    fit without that row (:func:`held_out`).
     """
     noise_arcsec: Mapping[str, float]
     """RMS scatter of the repeats (:func:`row_noise_arcsec`)."""

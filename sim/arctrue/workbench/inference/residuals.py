@@ -69,7 +69,7 @@ def own_directions(
     ``information`` is the normal matrix of the block's columns, shape (k, k), and ``projected`` the
     same matrix with the model projected out. A direction is left out if the ratio of ``projected``
     to ``information`` in it is below ``least``. Directions are tested, not columns: a wave of both
-    heads may cancel in R₂ − R₁ and be determined in ε.
+    heads may cancel in R₂ − R₁ and be determined in ε. A block of one column is returned unchanged.
     """
     if moment.size < 2:
         return projected, moment
@@ -376,7 +376,7 @@ class Residuals:
         Whitened noise has the mean square 1 in each row, whatever size and colour the noise has.
         The noise in such a wave therefore has the square of that derivative in each row.
         ``square``: sum of the squares of one wave over the rows. The result is at most
-        MOST_OWN_SHARE of a wave over all phases.
+        MOST_OWN_SHARE of the largest weighted sum of squares of the block's columns.
         """
         orders = np.asarray(effect.electrical_orders(self.observations), dtype=np.float64)
         noise = TIMES_THE_NOISE * (orders * RAD_PER_ARCSEC) ** 2 * square

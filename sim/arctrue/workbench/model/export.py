@@ -437,7 +437,8 @@ def _phase_rad(lane: RealLane) -> float:
 
 
 WORDS = ("word_a", "word_b")
-"""Modulators whose value the host writes; the first column of the set gets the first of them."""
+"""Modulators whose value the host writes; the first column that a lane follows gets the first of
+them."""
 
 
 def _orders_of_waves(orders: Iterable[int]) -> list[int]:

@@ -35,7 +35,7 @@ SLOPE_SHARE: Final = 16.0
 """Ratio of the time constant to half the window of the parabola that gives the slope of T_s."""
 LEAST_HALF_WINDOW_S: Final = 1.0
 WINDOWS_MOST: Final = 500
-"""Largest number of windows in a run."""
+"""Largest number of half windows in a run."""
 PIECES: Final = 4
 """Number of pieces of half a window; the rows of a piece are averaged before the parabola is
 fitted."""
@@ -136,8 +136,9 @@ def fitted_sensor_lag(
 ) -> Parameter:
     """Fit the time constant of the thermometer, seconds, with its standard uncertainty.
 
-    ``model`` is fitted to the set. Raises NoLagError if the set has no capture with temperatures,
-    or if the likelihood does not depend on the time constant.
+    ``model`` contains the values of its search parameters; its coefficients are fitted here. Raises
+    NoLagError if the set has no capture with temperatures, or if the standard uncertainty is not
+    below LONGEST_S.
     """
     rows = observations.capture
     if rows is None or rows.temperature_c is None:

@@ -57,10 +57,11 @@ def estimated_law(
 ) -> tuple[NoiseLaw, list[FittedGroup]]:
     """Estimate the law of a channel; the search starts from ``before``, the law with another model.
 
-    If ``before`` has scales of runs or of parts of the turn, they are estimated anew, because an
-    effect that the model lacked can cause such scatter; if it has none, no scales are estimated.
-    The search starts from spectra with the scatter of ``before``; the maximum is near, so that few
-    steps suffice. ``walk``: see :func:`fit_spectrum`.
+    Without ``before``, spectra and scales (of runs and of parts of the turn) are estimated. If
+    ``before`` has scales, they are estimated anew, because an effect that the model lacked can
+    cause such scatter; if it has none, no scales are estimated. The search starts from spectra with
+    the scatter of ``before``; the maximum is near, so that few steps suffice. ``walk``: see
+    :func:`fit_spectrum`.
     """
     names = np.unique(rows.run)
     law = before or NoiseLaw(tuple(Spectrum(1.0) for _ in names), names, np.ones(names.size))

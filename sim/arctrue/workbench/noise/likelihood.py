@@ -31,7 +31,8 @@ WHOLE_ROWS = 2400
 LEVEL_RATIO = 8
 """Ratio of the block lengths of neighbouring levels; about three levels cover a capture."""
 MOST_STRETCHES = 12
-"""Largest number of evenly spread stretches for the fast noise of a long group; it limits cost."""
+"""Largest number of evenly spread stretches of a group of more than WHOLE_ROWS rows that are used;
+it limits cost."""
 SLOW_BLOCKS = 4.0
 """If a block is longer than this number of time constants of a part of the noise, the block means
 of this part count as white."""

@@ -245,7 +245,7 @@ class RowNoise:
         return float(1.0 / np.mean(1.0 / self.scale[rows] ** 2))
 
     def step(self, rows: slice) -> float:
-        """Return the median step of the clock in a stretch."""
+        """Return the median step of the clock in a stretch; 1 for a stretch of one row."""
         return float(np.median(np.diff(self.clock[rows]))) if rows.stop - rows.start > 1 else 1.0
 
     def white_part(self) -> RowNoise:

@@ -30,7 +30,8 @@ class WhitenedRows:
     offsets: int
 
     def moment(self, whitened: Matrix) -> Matrix:
-        """Multiply columns and offset columns by whitened values; (k + offsets,) or (…, m)."""
+        """Multiply columns and offset columns by whitened values, shape (rows,) or (rows, m); the
+        result has the shape (k + offsets,) or (k + offsets, m)."""
         two = whitened[:, np.newaxis] if whitened.ndim == 1 else whitened
         found = np.concatenate([self.columns.T @ two, self._times_ones(two)])
         return found[:, 0] if whitened.ndim == 1 else found

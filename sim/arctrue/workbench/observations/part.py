@@ -2,9 +2,10 @@
 
 The part consists of stretches spread over every run. A stretch of a capture has two turns if the
 run is long enough; from turns of many rows, only every second, third, … row is kept. A stretch of a
-reference has 2,048 rows. The part therefore contains the electrical phases, the turn-to-turn
-scatter and the conditions of every run. An error that 150,000 rows of 0.2″ noise cannot show is
-smaller than 0.002″, far below the smallest error that matters (half a count RMS, 0.039″).
+reference has 2,048 to 4,095 rows, or fewer in a short run. The part therefore contains the
+electrical phases, the turn-to-turn scatter and the conditions of every run. An error that 150,000
+rows of 0.2″ noise cannot show is smaller than 0.002″, far below the smallest error that matters
+(half a count RMS, 0.039″).
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ from arctrue.workbench.observations.stored import StoredCapture
 MOST_ROWS = 150_000
 """Largest number of rows of a capture, or of a reference, that is used as a whole."""
 REFERENCE_STRETCH_ROWS = 2048
-"""Number of rows in one stretch of a reference: 42 cycles, up and down, of a polygon with 24 faces.
-"""
+"""Smallest number of rows in a stretch of a reference, except in a short run: 42 cycles, up and
+down, of a polygon with 24 faces."""
 LEAST_ROWS_A_RUN = 256
 """Smallest number of rows that the part keeps of every run, so that the run's offset and conditions
 stay in the statistics."""

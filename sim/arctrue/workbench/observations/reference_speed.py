@@ -14,7 +14,8 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 MOVING_STEP_DEG = 1.0
-"""Largest step between rows that are read in motion; a run with stops has larger steps."""
+"""Largest median step of a pass whose rows are close together, and which is therefore in motion; a
+run with stops has larger steps."""
 LEAST_ROWS = 8
 """Smallest number of rows for a median of six second differences: with fewer rows, one odd row
 decides the median."""

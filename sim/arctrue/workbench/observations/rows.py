@@ -24,7 +24,7 @@ class _Sliceable:
 
     def __post_init__(self) -> None:
         """Make every array a read-only view, so that no effect can change the rows to which other
-        effects are fitted."""
+        effects are fitted; the arrays in ``conditions`` stay writable."""
         for item in fields(self):  # type: ignore[arg-type]
             value = getattr(self, item.name)
             if isinstance(value, np.ndarray):
@@ -47,7 +47,7 @@ class _Sliceable:
 
 @dataclass(frozen=True, eq=False)
 class CaptureRows(_Sliceable):
-    """One row per sample of two heads; every array has shape (rows,).
+    """One row per sample of two heads; arrays have shape (rows,) unless another shape is stated.
 
     With three or four heads each sample has one row for each head after head 1; the rows of one
     such head form a channel: channel 0 is R₂ − R₁, channel k is the reading of head k + 2 minus the
@@ -60,7 +60,7 @@ class CaptureRows(_Sliceable):
     + channel."""
     revolution: Integer
     """Number of the revolution, counted over all runs; an unfinished revolution has a number of its
-    own."""
+    own. With K channels: recorded revolution · K + channel."""
     time_s: Float
     """Time of the sample, seconds."""
     temperature_c: Float | None
@@ -68,8 +68,8 @@ class CaptureRows(_Sliceable):
     direction: Float
     """Direction of the run, +1 or −1."""
     speed_rad_s: Float
-    """Signed speed: the mean speed of the run if it turns evenly, otherwise the local speed, which
-    is calculated from the rows around each row.
+    """Signed speed: the mean speed of the run if it turns evenly or has few rows, otherwise the
+    local speed, which is calculated from the rows around each row.
     """
     angle_rad: Float
     """Estimate of the true angle θ of the table, unwrapped."""
@@ -174,7 +174,7 @@ class CaptureRows(_Sliceable):
         return self._of_heads[head]
 
     def as_recorded(self, head: int) -> CaptureRows:
-        """Return the rows of channel 0 as if the capture had only head 1 and this head.
+        """Return these rows, all of channel 0, as if the capture had only head 1 and this head.
 
         Parameters
         ----------

@@ -46,7 +46,8 @@ def four_runs(rows: int) -> list[Sweep]:
 
 
 def head_noise(random: Random, runs: list[Sweep]) -> StateNoise:
-    """Draw noise of any kind; its standard deviation in each head is 0.03 to 0.2″."""
+    """Draw noise of any kind; its white part has a standard deviation of 0.03 to 0.2″ in each
+    head."""
     length_s = runs[-1].end_s
     step_s = float(runs[0].time_s[1] - runs[0].time_s[0])
     return any_noise(random, float(np.exp(random.uniform(np.log(0.03), np.log(0.2)))),

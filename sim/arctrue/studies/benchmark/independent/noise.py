@@ -1,5 +1,5 @@
 """Defines the noise processes of the independent generator (this package): each process draws noise
-and whitens columns exactly.
+and whitens columns, for normal noise without rounding exactly.
 
 There are two kinds of processes. :class:`StateNoise` is a sum of white noise and linear Gaussian
 states; a Kalman filter whitens it. :class:`FlickerNoise` is a fractional integral of white noise;
@@ -20,7 +20,7 @@ Random = np.random.Generator
 
 
 class NoiseProcess(Protocol):
-    """Process that generates the noise of one channel in one run."""
+    """Process that generates the noise of one head or of the reference over all runs."""
 
     def draw(self, random: Random, time_s: Float) -> Float:
         """Draw noise in arcseconds at the given times, (n,)."""
@@ -36,7 +36,8 @@ class NoiseProcess(Protocol):
         uses this sum."""
 
     def rms_arcsec(self, time_s: Float) -> float:
-        """Return the expected standard deviation of a row about the mean of its run."""
+        """Return the expected standard deviation of a row; a random walk counts about its mean over
+        all rows."""
 
     @property
     def oscillators(self) -> tuple[DrivenOscillator, ...]:

@@ -1,5 +1,5 @@
 """Adds in each step of a stepwise regression the effect that lowers the BIC most, until no effect
-lowers it, but at most three effects.
+lowers it or that effect has already been added, but at most three effects.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
-"""Defines the least-squares problem of a set, and computes the columns of each effect by its
-textbook equation."""
+"""Defines the least-squares problem of a set, and computes the columns of most effects of the
+catalogue by their textbook equations."""
 
 from __future__ import annotations
 
@@ -285,8 +285,8 @@ class TextbookEffect:
 
 
 def effects_of(fit: Fit) -> Iterator[TextbookEffect]:
-    """Yield every effect of the catalogue for which the set contains the necessary rows and
-    statements."""
+    """Yield each effect that has columns in this module and for which the set contains the
+    necessary rows and statements."""
     given = fit.given
     if given.theta.size:
         yield from _of_heads(fit)

@@ -123,10 +123,11 @@ class DriveGearError(Effect):
         return [teeth * multiple + away for multiple, away in self._lines]
 
     def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
-        """Keep the lines whose gain exceeds the BIC penalty of their two columns.
+        """Add lines one by one while the gain rises by the BIC penalty of two columns or more.
 
-        If there is no such line, the effect stays unchanged. Candidates are the multiples of the
-        tooth count and, if the stations cover the turn, the sidebands of an eccentric gear.
+        If no line is added, the effect stays unchanged. Candidates are the first HIGHEST_MULTIPLE
+        multiples of the tooth count and, if the stations cover the turn, the sidebands of an
+        eccentric gear.
         """
         reference = residuals.observations.reference
         assert reference is not None

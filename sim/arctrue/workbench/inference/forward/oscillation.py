@@ -48,8 +48,8 @@ PEAK_ORDINATES = (3, 9, 27)
 """Widths of a peak of the spectrum, in ordinates 1/length. With 3 ordinates the coherence time is a
 tenth of the record; the search for lines finds peaks wider than 27 ordinates itself."""
 WIDER = 4
-"""Factor between the lengths of successive records. A resonance from 1/16 to 1/4 of the sampling
-rate of one record is shown by the next."""
+"""Factor between the lengths of successive records. A record of averaged rows shows resonances up
+to 1/4 of its sampling rate, which is 1/16 of the sampling rate of the record before."""
 LEAST_ROWS = 400
 """Smallest number of rows of a capture: the test of Ljung and Box over 20 lags, and a quality of 2,
 need some tens of periods. It is a quarter of MOST_ROWS."""

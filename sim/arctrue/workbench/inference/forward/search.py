@@ -92,7 +92,8 @@ class Line:
     which cannot show this share."""
     gain: float
     """Rise of the log likelihood when the line was added, with the noise estimated without and with
-    it."""
+    it; this rise is multiplied by :func:`own_shares` and divided by the local level of the noise.
+    """
     oscillator_gain: float
     periods: float
     independent: float

@@ -18,7 +18,8 @@ class MaskedRow:
     row: int
     reason: Reason
     away_arcsec: float | None = None
-    """Difference between the row's value and the value that the rows around it predict."""
+    """Difference between the row's value and the value that other rows predict: the rows around it,
+    or other visits of its station."""
 
     def data(self) -> dict[str, str | int | float | None]:
         """Return the masked row as JSON."""

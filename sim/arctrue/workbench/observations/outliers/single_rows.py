@@ -24,8 +24,8 @@ FAR_SIGMA = 6.0
 """Smallest distance of an outlier, in standard deviations: normal noise of known σ exceeds it once
 in 5·10⁸ rows."""
 FALSE_ROWS = 0.02
-"""Mean number of rows of a channel that count as outliers in white normal noise, whatever the
-number of rows."""
+"""Largest mean number of rows of a channel that are beyond the limit of an outlier in white normal
+noise, whatever the number of rows."""
 MAD_EFFICIENCY = 0.37
 """Efficiency of the median absolute deviation relative to the standard deviation (Rousseeuw and
 Croux, J. Am. Stat. Assoc. 88 (1993) 1273): n rows give 0.37·n degrees of freedom."""
@@ -43,7 +43,8 @@ much."""
 TO_MIDDLE = SIDE_ROWS // 2 + 1
 """Distance, in rows, to the middle of the SIDE_ROWS rows before or after a row."""
 LEAST_ROWS = 3 * SIDE_ROWS
-"""Smallest number of rows of a run or pass in which a single wrong row can be recognised."""
+"""Smallest number of rows of a run, or of a pass with closely spaced rows, in which a single wrong
+row can be recognised."""
 SCALE_ROWS = 256
 """Number of rows from which one value of the local scatter is calculated."""
 END_ROWS = 4 * SCALE_ROWS
@@ -55,7 +56,8 @@ WAVE_CONDITION = 1e-6
 """The fit of the wave sets singular values to zero that are a smaller share than this of the
 largest one, because the rows of an arc cannot separate all orders."""
 MOST_FITTED = 20_000
-"""Number of evenly spread rows to which the wave is fitted."""
+"""Smallest number of evenly spread rows of a longer run to which the wave is fitted; the number is
+below twice this value."""
 MOST_SHARE = 0.05
 """Largest share of outliers; with a larger share the recording is faulty."""
 NORMAL_MAD = 1.4826
@@ -351,7 +353,11 @@ def capture_outliers(
     count_arcsec: float,
 ) -> tuple[Boolean, Float]:
     """Return True for outliers of R₂ − R₁, and the distance of each row from the rows around it;
-    (rows,)."""
+    (rows,).
+
+    ``spans``: first row of each run and the row after its last. A run of fewer than LEAST_ROWS rows
+    is not examined; the distances of its rows are 0.
+    """
     away = np.zeros(difference_arcsec.size)
     scatter = np.ones(difference_arcsec.size)
     found = np.zeros(difference_arcsec.size, dtype=bool)

@@ -38,7 +38,7 @@ def log_time_s(random: np.random.Generator, rows: int) -> np.ndarray:
 
 
 def log_noise(random: np.random.Generator, sigma: float, time_s: np.ndarray) -> NoiseProcess:
-    """Draw noise of one kind: white, a relaxation, a random walk, heavy tails, or 1/f."""
+    """Draw 1/f noise, or noise of one of the five kinds of any_noise."""
     if random.random() < 0.2:
         return FlickerNoise(sigma, float(random.uniform(0.5, 1.0)))
     return any_noise(random, sigma, float(np.ptp(time_s)), float(time_s[1]))
