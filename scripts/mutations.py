@@ -436,6 +436,14 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "tb/compensation/test_error_compensation.py::test_folded_sums",
     ),
     Mutation(
+        "two_moves_of_a_zero_cancel",
+        "zeros that move twice between two accepted angles step the output",
+        "rtl/compensation/error_compensation.vhd",
+        "moves   := moves or (zero_moved xor moved_1);",
+        "moves   := moves xor (zero_moved xor moved_1);",
+        "tb/core/test_compensation_pipeline.py::test_zeros_move_between_two_angles",
+    ),
+    Mutation(
         "ramp_past_zero",
         "the remainder overshoots zero instead of ending there",
         "rtl/compensation/correction_ramp.vhd",

@@ -11,8 +11,8 @@
 --
 -- **Folding.** With FOLD > 1 the pair sums of an angle arrive in FOLD clocks, from `first_sums` to
 -- `last_sums`, and are added up; the reading and all other inputs of the angle belong to the clock of `last_sums`, from
--- which the latency counts. Between two angles the reading and ε do not change, and the ramp continues at its rate per
--- clock. The sums are exact, so they are the same for every FOLD.
+-- which the latency counts. Only `zero_moved` is read in every clock. Between two angles the reading and ε do not
+-- change, and the ramp continues at its rate per clock. The sums are exact, so they are the same for every FOLD.
 --
 -- **Rounding.** All fraction bits are kept up to the last clock; in that clock the total correction is rounded once, to
 -- whole counts: corrected = R − floor(total + ½), the same number for angle and position. `correction` shows the total,
@@ -23,10 +23,10 @@
 -- arrive in the same clock. `referenced` is output with the corrected angle to which it belongs.
 --
 -- **Put back.** `position` contains `put_back` counts (modulo 2¹⁶) that replace lost counts and do not come from edges.
--- If `put_back` changes with an angle whose `zero_moved` differs from that of the previous angle, the ramp absorbs the
--- change: the corrected reading makes no step and gains these counts as the ramp decays. A change of `zero_moved`
--- without a change of `put_back` restarts the ramp too: the total changes without a step to the ε that belongs to the
--- angle from the new zero.
+-- If `put_back` changes with an angle and `zero_moved` has toggled since the previous angle, once or several times, the
+-- ramp absorbs the change: the corrected reading makes no step and gains these counts as the ramp decays. A toggle of
+-- `zero_moved` without a change of `put_back` restarts the ramp too: the total changes without a step to the ε that
+-- belongs to the angle from the new zero.
 --
 -- **Mean.** With MEAN, `mean_term` of the same angle is added to ε with all its bits (weighted_mean). When new words of
 -- the mean become active, the reading may jump, because another head becomes the carrier (the head whose reading enters
@@ -135,6 +135,9 @@ begin
     variable apply_1        : std_ulogic                                           := '0';
     variable marker_1       : std_ulogic                                           := '0';
     variable moved_1        : std_ulogic                                           := '0';
+    -- High if zero_moved has toggled since the previous angle; with FOLD > 1 it may toggle between two angles, even
+    -- twice.
+    variable moves          : std_ulogic                                           := '0';
     variable put_back_1     : u_signed(15 downto 0)                                := (others => '0');
     variable withdrawn_1    : u_signed(15 downto 0)                                := (others => '0');
     variable half_turn      : u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0)          := (others => '0');
@@ -244,17 +247,19 @@ begin
 
       saved_sums := carry_saved(terms_1, SUM_WIDTH, SAVED);
 
+      moves   := moves or (zero_moved xor moved_1);
+      moved_1 := zero_moved;
       if last_sums = '1' or FOLD = 1 then
         withdrawn_1        := (others => '0');
-        if zero_moved /= moved_1 then
+        if moves = '1' then
           withdrawn_1 := put_back_1 - put_back;
         end if;
         if MEAN and jumped = '1' then
           withdrawn_1 := -jump;
         end if;
-        marker_1           := swap_marker or (apply xor apply_1) or (zero_moved xor moved_1);
+        marker_1           := swap_marker or (apply xor apply_1) or moves;
+        moves              := '0';
         apply_1            := apply;
-        moved_1            := zero_moved;
         put_back_1         := put_back;
         swap_1_to_3(1)     := swap_marker;
         angle_1_to_2(1)    := angle;

@@ -35,7 +35,8 @@
 --
 -- **Put back.** `position` contains `put_back` counts, which replace the counts that head 1 (or the carrier) lost. A
 -- change of `zero_moved` marks the first angle from another zero; both travel with the angle, and the change of the
--- correction decays at the ramp rate.
+-- correction decays at the ramp rate. With FOLD > 1, `zero_moved` may toggle in any clock, also several times between
+-- two accepted angles: the next accepted angle then counts from another zero.
 --
 -- **Mean.** With MEAN, `angle` and `position` belong to the carrier; apply `mean_term`, `jumped` and `jump`
 -- MEAN_LATENCY clocks after the reading to which they belong, as head_mean does. `swap_comes` is high in the clock

@@ -47,6 +47,18 @@ package number_formats_pkg is
   constant CORRECTION_WIDTH           : positive := 31;
   constant CORRECTION_FRACTION        : positive := 11;
 
+  -- Number of iterations of the CORDIC, from iteration 0 on, that a table replaces. Iteration 0 has one outcome and the
+  -- others have two each: 7 iterations have 64 outcomes, so a bit of the table is a function of 6 inputs, one LUT.
+  constant TABULATED_ITERATIONS       : positive := 7;
+  -- Number of bits of the CORDIC's x below the last bit of the cosine. x is rounded 10 times, once in the table and once
+  -- in each of the 9 iterations after it, each time by at most half a unit: with 2 bits, these roundings change the
+  -- cosine by at most 5 / 4 of its last bit.
+  constant GUARD_WIDTH                : positive := 2;
+  -- Number of fraction bits of the CORDIC's x that y does not have; every adder of y is shorter by these bits. Before y
+  -- changes x, it is shifted by TABULATED_ITERATIONS bits or more: with 4 bits, a rounding of y (by at most 8 units of
+  -- x) changes x by at most 8 / 128 = 1/16 unit. The number must be less than TABULATED_ITERATIONS.
+  constant Y_SAVED_WIDTH              : positive := 4;
+
   -- Latencies in clocks (Table 1 of the paper).
   constant PHASE_LATENCY              : positive := 5;
   constant HARMONIC_LATENCY           : positive := 20;

@@ -8,15 +8,9 @@ library ieee;
   use ieee.numeric_std.all;
   use ieee.math_real.all;
 
-package cordic_pkg is
+  use work.number_formats_pkg.all;
 
-  -- Number of iterations, from iteration 0 on, that a table replaces. Iteration 0 has one outcome and the others two
-  -- each, so the table has 64 entries and fits functions of 6 inputs.
-  constant TABULATED_ITERATIONS : positive := 7;
-  -- Number of bits of x and y below the cosine's last bit.
-  constant GUARD_WIDTH          : positive := 2;
-  -- x has this number of fraction bits more than y, which is shifted by 7 bits or more before it changes x.
-  constant Y_SAVED_WIDTH        : positive := 4;
+package cordic_pkg is
 
   type naturals is array (natural range <>) of natural;
 

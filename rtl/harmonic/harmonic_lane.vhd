@@ -28,7 +28,6 @@ library ieee;
   use ieee.std_logic_1164.all;
   use ieee.numeric_std.all;
 
-  use work.cordic_pkg.all;
   use work.number_formats_pkg.all;
 
 entity harmonic_lane is

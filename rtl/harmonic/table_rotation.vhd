@@ -41,7 +41,6 @@ library ieee;
   use ieee.numeric_std.all;
   use ieee.math_real.all;
 
-  use work.cordic_pkg.all;
   use work.number_formats_pkg.all;
 
 entity table_rotation is

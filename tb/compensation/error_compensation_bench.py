@@ -187,7 +187,11 @@ async def every_fraction_rounds_once(dut: Any) -> None:
 @cocotb.parametrize(fold=[FOLD])
 async def folded_sums(dut: Any, fold: int) -> None:
     """If the pair sums of an angle arrive in FOLD clocks, the outputs equal those of a model that
-    gets their sum, with the angle repeated for FOLD clocks."""
+    gets their sum, with the angle repeated for FOLD clocks.
+
+    `zero_moved` may toggle in any clock; the zero of an angle moves if there was at least one
+    toggle since the previous angle.
+    """
     angles = 300
     counts_per_rev = 12_345_678
     rng = np.random.default_rng(fold)
@@ -197,7 +201,10 @@ async def folded_sums(dut: Any, fold: int) -> None:
     position = rng.integers(-(2**31), 2**31, angles)
     apply = np.cumsum(rng.random(angles) < 0.03) % 2 == 0
     marker = rng.random(angles) < 0.1
-    moved = np.cumsum(rng.random(angles) < 0.05) % 2 == 1
+    toggles = rng.random((angles, fold)) < 0.25 / fold
+    level = np.cumsum(toggles) % 2
+    moved = np.cumsum(toggles.any(axis=1)) % 2 == 1
+    assert fold == 1 or (toggles.sum(axis=1) == 2).any(), "no angle with two toggles"
     put_back = np.cumsum(rng.integers(-(2**14), 2**14, angles))
     referenced = rng.random(angles) < 0.5
     ramp_rate = 2**31 + 4321
@@ -210,13 +217,13 @@ async def folded_sums(dut: Any, fold: int) -> None:
         dut.pair_sums.value = flat(pair_sums[now, slot])
         dut.first_sums.value = int(slot == 0 and clock < fold * angles)
         dut.last_sums.value = int(last)
+        dut.zero_moved.value = int(level[min(clock, level.size - 1)])
         # The entity reads these inputs only together with the last pair sums of an angle.
         dut.offset.value = int(offset[now]) if last else -1
         dut.angle.value = int(angle[now]) if last else 0
         dut.position.value = int(position[now]) if last else 0
         dut.apply.value = int(apply[now]) if last else slot % 2
         dut.swap_marker.value = int(marker[now]) if last else 1
-        dut.zero_moved.value = int(moved[now]) if last else slot % 2
         dut.put_back.value = int(put_back[now]) % 2**16 if last else slot
         dut.referenced.value = int(referenced[now]) if last else slot % 2
         await RisingEdge(dut.clock)

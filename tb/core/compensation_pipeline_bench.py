@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import random
+from itertools import combinations
 from typing import Any
 
 import cocotb
@@ -424,6 +425,53 @@ def check_continuity(
     assert np.all(np.abs(change) <= allowed), f"step in clock {np.argmax(np.abs(change) - allowed)}"
     # Check that the correction changes, because otherwise the test above would prove nothing.
     assert np.abs(change).max() > rate
+
+
+@cocotb.test()
+async def zeros_move_between_two_angles(dut: Any) -> None:
+    """The corrected position makes no step if zeros move twice between two accepted angles, whether
+    the two moves are of one head or of two heads.
+
+    The moves come in every pair of clocks from one accepted angle to the next. Both put counts
+    back, and the angle from the new zero has another correction. The output steps by at most one
+    count per clock: the ramp moves it by less than a count, and the rounding adds at most one
+    count. At the end, the corrected position contains all counts that were put back.
+    """
+    largest = 20.0
+    await start(dut)
+    await load(dut, Coefficients.from_harmonics([1], [largest], [0.0], COUNTS_PER_REV, LANES))
+    dut.apply.value = 1
+    settled = round(4 * largest * UNIT) // RAMP_UNITS + LATENCY + FOLD
+    for _ in range(settled):
+        await RisingEdge(dut.clock)
+    assert dut.ramp_busy.value == 0
+
+    await align(dut)
+    position = moved = angle = 0
+    way = 1
+    corrected = []
+    for first, second in combinations(range(FOLD + 1), 2):
+        for clock in range(64):
+            if clock in (first, second):
+                moved, position = 1 - moved, position + way * (11 if clock == first else 9)
+            if clock == second:
+                angle = COUNTS_PER_REV // 2 - angle
+            dut.zero_moved.value = moved
+            dut.put_back.value = position % 2**16
+            dut.position.value = position
+            dut.angle.value = angle
+            await RisingEdge(dut.clock)
+            corrected.append(dut.corrected_position.value.to_signed())
+        way = -way
+    for _ in range(settled):
+        await RisingEdge(dut.clock)
+        corrected.append(dut.corrected_position.value.to_signed())
+    steps = np.abs(np.diff(corrected))
+    assert steps.any()
+    assert steps.max() <= 1, f"the output stepped by {steps.max()} counts"
+    assert dut.ramp_busy.value == 0
+    exact = largest * np.cos(2.0 * np.pi * angle / COUNTS_PER_REV)
+    assert abs(corrected[-1] - (position - exact)) <= 1.0
 
 
 @cocotb.test()

@@ -171,6 +171,11 @@ def test_folded_swaps_are_atomic(fold: int) -> None:
     run("swap_and_bypass_under_load", lanes=8, angles=3000, counts_per_rev=5000, fold=fold)
 
 
+@pytest.mark.parametrize("fold", FOLDS)
+def test_zeros_move_between_two_angles(fold: int) -> None:
+    run("zeros_move_between_two_angles", lanes=8, fold=fold)
+
+
 @pytest.mark.parametrize("fold", [1, 2])
 def test_reset_under_load(fold: int) -> None:
     run("reset_under_load", lanes=2, fold=fold)

@@ -169,7 +169,12 @@ def _verified(
         heads = tuple(head[kept] for head in heads)
     samples = heads[0].size
     if samples < 2:
-        raise CaptureRefusedError("short_of_a_turn", f"it has {samples} sample", run)
+        are = "sample that is" if samples == 1 else "samples that are"
+        raise CaptureRefusedError(
+            "short_of_a_turn",
+            f"it has {samples} {are} not masked; capture at least one whole turn",
+            run,
+        )
     medians = [float(np.median(np.diff(head) / np.diff(kept))) for head in heads]
     _check_steps(run, heads, kept, medians, counts_per_rev)
     _check_speed(run, capture, rows, medians[0], counts_per_rev, most_order)

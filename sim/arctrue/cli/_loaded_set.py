@@ -4,7 +4,6 @@ workbench."""
 from __future__ import annotations
 
 import functools
-import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -15,6 +14,7 @@ from typing import Any
 import click
 import numpy as np
 
+from arctrue.base.json_text import json_text
 from arctrue.base.printable import one_line
 from arctrue.base.progress import SHOW_ROWS
 from arctrue.base.whole_file import write_whole_text
@@ -23,10 +23,9 @@ from arctrue.cli._numbers import SEED
 from arctrue.cli._options import json_option
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._progress import Progress
-from arctrue.cli._terminal import Console, note, tell_error, tell_warning
+from arctrue.cli._terminal import Console, note, sentence, tell_error, tell_warning
 from arctrue.measurement import MeasurementError, MeasurementSet, read_measurement_set
 from arctrue.measurement.digest import set_digest
-from arctrue.report.numbers import plain
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.guarded import EffectFileError
 from arctrue.workbench.effects.registry import EffectNotFoundError, catalogue
@@ -147,16 +146,10 @@ def for_people(function: Callable[..., None]) -> Callable[..., None]:
         try:
             function(*arguments, **options)
         except PEOPLE_ERRORS as error:
-            tell_error(f"{_sentence(error)}")
+            tell_error(sentence(error))
             raise SystemExit(EXIT_BAD_INPUT) from error
 
     return wrapped
-
-
-def _sentence(error: Exception) -> str:
-    if isinstance(error, OSError) and error.filename is not None and error.strerror:
-        return f"{error.filename}: cannot be read or written: {error.strerror}"
-    return str(error)
 
 
 def load_model(model_file: Path | None, *, may_be_new: bool = False) -> Model:
@@ -291,7 +284,7 @@ def _doubts(measurement: MeasurementSet) -> list[str]:
 def write_json(path: Path | None, data: dict[str, Any]) -> None:
     """Write JSON to ``path`` if it is given; numbers that are not finite become null."""
     if path is not None:
-        write_whole_text(path, json.dumps(plain(data), indent=1, ensure_ascii=False) + "\n")
+        write_whole_text(path, json_text(data))
 
 
 def write_page(

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import click
+from click.core import ParameterSource
 
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFile
@@ -34,3 +35,12 @@ def lanes_option(
         show_default=True,
         help=words,
     )
+
+
+def refuse_given(names: Sequence[str], why: str) -> None:
+    """Raise ValueError if the user gave any of these options."""
+    context = click.get_current_context()
+    for name in names:
+        if context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+            option = next(one.opts[0] for one in context.command.params if one.name == name)
+            raise ValueError(f"{option} {why}")

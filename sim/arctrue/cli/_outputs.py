@@ -27,7 +27,7 @@ class OutputFile(click.Path):
         if self._endings and path.suffix.lower() not in self._endings:
             known = ", ".join(self._endings)
             self.fail(f"{path}: expected a name that ends in {known}.", param, ctx)
-        if fault := _folder_fault(path.parent):
+        if fault := _name_fault(path) or _folder_fault(path.parent):
             self.fail(fault, param, ctx)
         return path
 
@@ -47,9 +47,20 @@ class OutputFolder(click.Path):
         return folder
 
 
+def _name_fault(path: Path) -> str | None:
+    """Return the reason why no file or folder can have this name; None if one can have it."""
+    try:
+        path.exists()
+    except OSError as error:
+        return f"'{path}': {error.strerror}; name another place."
+    return None
+
+
 def _folder_fault(folder: Path) -> str | None:
     """Return the reason why no file can be written to ``folder``; None if the folder is writable or
     can be made."""
+    if fault := _name_fault(folder):
+        return fault
     there = next(place for place in (folder, *folder.absolute().parents) if place.exists())
     if not there.is_dir():
         return f"'{there}' is a file; name a folder."

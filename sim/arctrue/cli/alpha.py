@@ -8,13 +8,13 @@ from typing import Any
 
 import click
 
+from arctrue.base.json_text import plain
 from arctrue.cli._loaded_set import console, for_people, write_json, write_page
 from arctrue.cli._numbers import Finite
-from arctrue.cli._options import json_option, page_option
+from arctrue.cli._options import json_option, page_option, refuse_given
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._places import Places
 from arctrue.cli._tables import number, table
-from arctrue.report.numbers import plain
 
 
 @click.command(short_help="Choose the places of two to four heads for given orders.")
@@ -72,6 +72,7 @@ def alpha(
     if heads > 2:
         if page_file is not None or out is not None:
             raise ValueError("--page and --out need --heads 2; that page covers 3 and 4 heads too")
+        refuse_given(("alpha_deg",), "is for two heads; --places states the places of more heads")
         judged = plain(choose_places(heads, orders or PLACES_ORDERS, places_deg))
         console.print(_of_places(judged))
         write_json(json_file, judged)

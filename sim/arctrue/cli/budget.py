@@ -20,7 +20,7 @@ from arctrue.cli._loaded_set import (
     set_argument,
     write_json,
 )
-from arctrue.cli._options import temperature_option
+from arctrue.cli._options import refuse_given, temperature_option
 from arctrue.cli._progress import Progress
 from arctrue.cli._tables import number, table, words
 from arctrue.cli._terminal import say
@@ -102,6 +102,11 @@ def _budget(loaded: LoadedSet, model_file: Path | None, temperature: float | Non
                 "--model is for a set with a reference run alone; this set has a capture, and its "
                 "budget is that of arctrue calibrate: leave --model out"
             )
+        refuse_given(
+            ("temperature",),
+            "is for a set with a reference run alone; the budget of a set with a capture holds at "
+            "the capture's temperature",
+        )
         try:
             return two_heads_budget(measurement, calibrate(measurement))
         except CaptureRefusedError as refusal:

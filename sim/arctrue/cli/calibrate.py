@@ -3,7 +3,6 @@ reference run."""
 
 from __future__ import annotations
 
-import json
 import math
 import sys
 from collections.abc import Callable, Sequence
@@ -12,10 +11,10 @@ from typing import Any, NoReturn
 
 import click
 import numpy as np
-from click.core import ParameterSource
 
 from arctrue.base.extras import MissingExtraError, needs_extras
 from arctrue.base.figures import figure
+from arctrue.base.json_text import json_text
 from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.base.whole_file import write_whole_text
 from arctrue.calibration import calibration as calibration_module
@@ -28,7 +27,7 @@ from arctrue.calibration.selection import GAIN_LIMIT_DEFAULT
 from arctrue.cli._mean_of_heads import figures as figures_of_mean
 from arctrue.cli._mean_of_heads import motion_orders, print_mean
 from arctrue.cli._numbers import Finite
-from arctrue.cli._options import lanes_option
+from arctrue.cli._options import lanes_option, refuse_given
 from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._reference_alone import ReferenceCalibration, calibrate_from_reference
 from arctrue.cli._tables import number, table, words
@@ -167,7 +166,7 @@ def calibrate(
             _finish_alone(alone, measurement, folder, json_file, out, force=force)
             return
         if angle == "mean":
-            _refuse_given(_OF_HEAD1, "is for --angle head1")
+            refuse_given(_OF_HEAD1, "is for --angle head1")
             settings_of_mean = MeanSettings(runs or None, most_order, lanes, motion_orders(motion))
             mean = calibrate_mean(measurement, settings_of_mean)
             _finish_mean(mean, measurement, folder, json_file, out, force=force)
@@ -219,17 +218,8 @@ _OF_HEAD1 = ("method", "gain_limit", "separation")
 _OF_TWO_HEADS = (*_OF_HEAD1, "runs", "angle", "motion")
 
 
-def _refuse_given(names: Sequence[str], why: str) -> None:
-    """Raise ValueError if the user gave any of these options."""
-    context = click.get_current_context()
-    for name in names:
-        if context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
-            option = next(one.opts[0] for one in context.command.params if one.name == name)
-            raise ValueError(f"{option} {why}")
-
-
 def _refuse_options_of_two_heads() -> None:
-    _refuse_given(_OF_TWO_HEADS, "is for two heads, and the set has no capture")
+    refuse_given(_OF_TWO_HEADS, "is for two heads, and the set has no capture")
 
 
 def _further_heads(measurement: MeasurementSet) -> list[str]:
@@ -303,7 +293,7 @@ def _finish_alone(
 
 def _write_figures(json_file: Path | None, figures: dict[str, Any]) -> None:
     if json_file is not None:
-        write_whole_text(json_file, json.dumps(figures, indent=1) + "\n")
+        write_whole_text(json_file, json_text(figures))
         say(f"Figures: {json_file}")
 
 
@@ -457,8 +447,8 @@ def _figures(calibration: Calibration, method: str, warnings: tuple[str, ...]) -
             "from": estimate.separation_choice,
             "sources": {
                 name: {
-                    "value_deg": _finite(math.degrees(separation.value_rad)),
-                    "u_arcsec": _finite(separation.u_rad * ARCSEC_PER_RAD),
+                    "value_deg": math.degrees(separation.value_rad),
+                    "u_arcsec": separation.u_rad * ARCSEC_PER_RAD,
                     "note": separation.note,
                 }
                 for name, separation in calibration.separations.items()
@@ -470,21 +460,16 @@ def _figures(calibration: Calibration, method: str, warnings: tuple[str, ...]) -
         "orders": [
             {
                 "order": verdict.order,
-                "amplitude_arcsec": _finite(estimate.amplitude_arcsec[i]),
-                "phase_deg": _finite(math.degrees(estimate.phase_rad[i])),
-                "u_amplitude_arcsec": _finite(estimate.u_amplitude_arcsec[i]),
-                "u_phase_deg": _finite(math.degrees(estimate.u_phase_rad[i])),
-                "noise_gain": _finite(estimate.noise_gain[i]),
+                "amplitude_arcsec": estimate.amplitude_arcsec[i],
+                "phase_deg": math.degrees(estimate.phase_rad[i]),
+                "u_amplitude_arcsec": estimate.u_amplitude_arcsec[i],
+                "u_phase_deg": math.degrees(estimate.u_phase_rad[i]),
+                "noise_gain": estimate.noise_gain[i],
                 "applied": verdict.applied,
             }
             for i, verdict in enumerate(calibration.verdicts)
         ],
     }
-
-
-def _finite(value: float) -> float | None:
-    """Return the value, or None (null in JSON) for infinity and NaN, which JSON does not have."""
-    return float(value) if math.isfinite(value) else None
 
 
 def _plotted(draw: Callable[[], None], picture: Path) -> str:

@@ -15,7 +15,7 @@ from arctrue.cli._guide import next_option, refuse_what_was_not_asked, steps
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._runs import print_runs
-from arctrue.cli._terminal import note, say, tell_error
+from arctrue.cli._terminal import note, say, sentence, tell_error
 from arctrue.device.console import ConsoleError
 from arctrue.measurement import (
     JoinError,
@@ -78,7 +78,7 @@ def capture(
             measurement, notes = joined([before, measurement], times="after")
         write_measurement_set(out, measurement)
     except (ConsoleError, OSError, MeasurementError, JoinError, ValueError) as error:
-        tell_error(str(error))
+        tell_error(sentence(error))
         sys.exit(NO_DEVICE)
     samples = 0 if taken.capture is None else taken.capture.run.size
     say(f"{samples} samples: {out}")

@@ -19,6 +19,7 @@ from arctrue.measurement import MeasurementSet
 from arctrue.measurement.digest import set_digest
 from arctrue.metrology.certificate import certified_error
 from arctrue.metrology.certificate_details import CertificateDetails, read_details
+from arctrue.workbench.model.stations import model_of_stations
 
 FULL_TURN_DEG = 360.0
 
@@ -72,8 +73,9 @@ def certificate(
 ) -> None:
     """Write the certificate of SET: its error function with expanded uncertainty (k = 2).
 
-    The command fits the model of --model, or the paper's model, to SET. Next to the XML file it
-    writes a printable page (.html). All entries about item, laboratory and persons come from
+    The command fits the model of --model to SET; by default the paper's model or, for a reference
+    run alone, the harmonics that its targets determine. Next to the XML file it writes a printable
+    page (.html). All entries about item, laboratory and persons come from
     --details and SET: if one is missing, the command names it and writes no file.
     """
     if measurement_set.is_file():
@@ -95,10 +97,13 @@ def certificate(
         conditions["direction"] = float(direction)
     if temperature is not None:
         conditions["temperature_c"] = temperature
+    model, stations = loaded.model, loaded.observations.every_reference_row
+    if model_file is None and measured.capture is None and stations is not None:
+        model = model_of_stations(stations)
     with Progress("fitting the set"):
         found = certified_error(
             measured,
-            loaded.model,
+            model,
             loaded.effects,
             np.arange(0.0, FULL_TURN_DEG, step),
             conditions,

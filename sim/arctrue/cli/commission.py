@@ -14,7 +14,7 @@ from arctrue.cli._device import console_at
 from arctrue.cli._numbers import Finite
 from arctrue.cli._places import Places
 from arctrue.cli._tables import live_head, live_row
-from arctrue.cli._terminal import note, say, tell_error
+from arctrue.cli._terminal import note, say, sentence, tell_error
 from arctrue.device.commissioning import (
     CONNECTION_COLUMNS,
     STEPS,
@@ -103,7 +103,7 @@ def commission(
         tell_error(str(error))
         sys.exit(WRONG)
     except (ConsoleError, OSError) as error:
-        tell_error(str(error))
+        tell_error(sentence(error))
         sys.exit(NO_DEVICE)
 
 

@@ -17,7 +17,7 @@ from arctrue.base.whole_file import write_whole_text
 from arctrue.cli._group import Commands
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFolder
-from arctrue.cli._terminal import note, say, tell_error, tell_warning
+from arctrue.cli._terminal import note, say, sentence, tell_error, tell_warning
 from arctrue.device.announcement import announced_at
 from arctrue.device.connection import ask, daemon_of
 from arctrue.device.console import ConsoleError
@@ -164,7 +164,7 @@ def run(
         tell_error(f"{store / 'telemetry.sqlite'}: cannot be opened: {error}")
         sys.exit(NO_DEVICE)
     except (ConsoleError, OSError) as error:
-        tell_error(str(error))
+        tell_error(sentence(error))
         sys.exit(NO_DEVICE)
 
 
@@ -225,8 +225,17 @@ def files(record: Path, folder: Path) -> None:
     try:
         for path in write_missing_days(record, folder):
             say(str(path))
-    except (sqlite3.Error, OSError) as error:
-        tell_error(f"{record}: {error}" if isinstance(error, sqlite3.Error) else str(error))
+    except sqlite3.Error as error:
+        if error.sqlite_errorcode in (sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_ERROR):
+            tell_error(
+                f"{record}: is no record of arctrue device run ({error}); name the file "
+                "telemetry.sqlite in the folder of its --store"
+            )
+        else:
+            tell_error(f"{record}: cannot be read: {error}")
+        sys.exit(NO_DEVICE)
+    except OSError as error:
+        tell_error(sentence(error))
         sys.exit(NO_DEVICE)
 
 
@@ -243,7 +252,7 @@ def unit(folder: Path) -> None:
             write_whole_text(folder / file.name, text)
             say(str(folder / file.name))
     except OSError as error:
-        tell_error(str(error))
+        tell_error(sentence(error))
         sys.exit(NO_DEVICE)
 
 
@@ -281,7 +290,7 @@ def epics(port: str, prefix: str, interface: str, allow_control: bool) -> None:
     try:
         serve_pvs(lambda: daemon_of(port), prefix, interface, note, allow_control=allow_control)
     except OSError as error:
-        tell_error(str(error))
+        tell_error(sentence(error))
         sys.exit(NO_DEVICE)
     except KeyboardInterrupt:
         return

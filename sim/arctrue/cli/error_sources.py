@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from arctrue.base.figures import figure
+from arctrue.base.json_text import plain
 from arctrue.base.typed_content import ContentError, read_json
 from arctrue.cli._loaded_set import console, for_people, write_json, write_page
 from arctrue.cli._numbers import SEED
@@ -16,7 +17,6 @@ from arctrue.cli._options import json_option, page_option
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._progress import Progress
 from arctrue.cli._tables import number, table, words
-from arctrue.report.numbers import plain
 from arctrue.studies.error_budget import DRAWS
 
 

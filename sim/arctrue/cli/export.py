@@ -24,7 +24,7 @@ from arctrue.cli._loaded_set import (
     write_json,
 )
 from arctrue.cli._numbers import Finite
-from arctrue.cli._options import lanes_option
+from arctrue.cli._options import lanes_option, refuse_given
 from arctrue.cli._outputs import OutputFile
 from arctrue.cli._progress import Progress
 from arctrue.cli._tables import number, table, words
@@ -44,7 +44,7 @@ from arctrue.workbench.model.growth import fitted
 from arctrue.workbench.model.local_errors import at_heads_of_mean, local_errors, table_of
 from arctrue.workbench.model.model import Model
 from arctrue.workbench.model.sensor_lag import fitted_sensor_lag, set_without_lag
-from arctrue.workbench.model.stations import model_of_stations
+from arctrue.workbench.model.stations import model_of_stations, require_whole_turn
 from arctrue.workbench.model.taken_away import (
     Outcome,
     TakenAway,
@@ -55,6 +55,18 @@ from arctrue.workbench.observations.build import observations_of
 
 NOT_WRITTEN = 1
 GATEWARE = "gateware"
+
+
+_OF_GATEWARE = (
+    "lanes", "sensor_lag", "range_c", "modulators", "reversal_width", "local_table", "mean_file",
+    "real_orders", "phase_from", "probe",
+)  # fmt: skip
+"""Options that a table for another controller cannot follow."""
+_NOT_OF_MEAN = (
+    "json_file", "lanes", "temperature", "sensor_lag", "fit_sensor_lag", "range_c", "modulators",
+    "reversal_width", "real_orders", "phase_from", "probe", "force",
+)  # fmt: skip
+"""Options that the local table of a mean of heads cannot follow."""
 
 
 @click.command("export", short_help="Write a model for the gateware or another controller.")
@@ -216,12 +228,29 @@ def export(
     if phase_from is not None and not real_orders:
         raise ValueError("--phase-from: expected with --real-orders only")
     if table_format != GATEWARE:
+        refuse_given(_OF_GATEWARE, f"is for the gateware; --format {table_format} is a table")
         _check_points(FORMATS[table_format], points)
+    if mean_file is not None:
+        refuse_given(_NOT_OF_MEAN, "does not apply to --mean, which only adds a table to its file")
+    if temperature is not None:
+        refuse_given(
+            ("range_c", "sensor_lag"),
+            "is for lanes that follow the thermometer; --temperature fixes the lanes",
+        )
+    if not modulators:
+        refuse_given(("reversal_width",), "is for lanes that follow a condition: give --modulators")
+    if range_c is not None and range_c[0] >= range_c[1]:
+        raise ValueError(
+            f"--temperatures: expected the lowest temperature first, found {range_c[0]:g} and "
+            f"{range_c[1]:g} °C"
+        )
     loaded = load(measurement_set, model_file, folders)
     model = loaded.model
     reference = loaded.observations.every_reference_row
     if model_file is None and loaded.observations.capture is None and reference is not None:
         model = model_of_stations(reference)
+    elif model_file is None:
+        require_whole_turn(loaded.observations)
     if not all(entry.coefficients for entry in model.effects):
         with Progress("fitting"):
             model, _ = fitted(model, loaded.observations, loaded.effects)

@@ -7,13 +7,13 @@ from typing import Any
 
 import click
 
+from arctrue.base.json_text import plain
 from arctrue.base.whole_file import write_whole_text
 from arctrue.cli._loaded_set import console, for_people, write_json
 from arctrue.cli._numbers import SEED
 from arctrue.cli._options import json_option, page_option
 from arctrue.cli._progress import Progress
 from arctrue.cli._tables import number, table, words
-from arctrue.report.numbers import plain
 
 
 @click.command(short_help="Test the mean of four heads on a simulated table.")

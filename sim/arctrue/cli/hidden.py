@@ -13,7 +13,7 @@ from arctrue.base.figures import figure
 from arctrue.cli._instrument import on_the_instrument
 from arctrue.cli._ladder import ladder_table
 from arctrue.cli._loaded_set import console, for_people, write_json
-from arctrue.cli._options import json_option, lanes_option
+from arctrue.cli._options import json_option, lanes_option, refuse_given
 from arctrue.cli._outputs import PICTURE_ENDINGS, OutputFile, OutputFolder
 from arctrue.cli._tables import number, table, words
 from arctrue.cli._terminal import say
@@ -111,6 +111,7 @@ def hidden(
     from arctrue.studies.hidden_effect.settings import HiddenSettings
 
     if heads == "4":
+        refuse_given(("follow", "out", "picture"), "is for --heads 2; --json writes the results")
         _on_four_heads(effect, lanes, lines * int(interpolation), samples, json_file)
         return
     if effect not in CASES:

@@ -21,7 +21,7 @@ from arctrue.cli._loaded_set import (
     write_json,
 )
 from arctrue.cli._numbers import Finite
-from arctrue.cli._options import temperature_option
+from arctrue.cli._options import refuse_given, temperature_option
 from arctrue.cli._progress import Progress
 from arctrue.cli._tables import number, table, words
 from arctrue.cli._terminal import say, tell_warning
@@ -65,6 +65,8 @@ def iso230(
     rows are not used. With --out the command writes iso230.md, iso230.html and iso230.pdf into that
     folder.
     """
+    if model_file is None:
+        refuse_given(("temperature",), "is the temperature of a correction; give its --model")
     loaded = load(measurement_set, model_file, folders)
     reference = loaded.measurement_set.reference
     if reference is None:

@@ -7,12 +7,12 @@ from pathlib import Path
 import click
 
 from arctrue.base.figures import figure
+from arctrue.base.json_text import plain
 from arctrue.cli._instrument import on_the_instrument
 from arctrue.cli._loaded_set import console, for_people, write_json, write_page
 from arctrue.cli._options import json_option, page_option
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._tables import number, table, words
-from arctrue.report.numbers import plain
 
 LEAST_TURNS = 30
 """Smallest number of turns; fewer turns do not show how the orders depend on the temperature."""

@@ -14,7 +14,7 @@ from arctrue.cli._device import console_at, watch_at
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._tables import live_head, live_row
-from arctrue.cli._terminal import note, say, tell_error
+from arctrue.cli._terminal import note, say, sentence, tell_error
 from arctrue.device.connection import Watch, open_console
 from arctrue.device.console import Console, ConsoleError, TelemetryLine
 from arctrue.device.recorder import Recorder
@@ -107,7 +107,7 @@ def monitor(
         tell_error(f"{record}: cannot be written: {error}")
         sys.exit(NO_DEVICE)
     except (ConsoleError, OSError) as error:
-        tell_error(str(error))
+        tell_error(sentence(error))
         sys.exit(NO_DEVICE)
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from arctrue.base.figures import figure
+from arctrue.base.json_text import plain
 from arctrue.base.typed_content import ContentError, read_json, typed
 from arctrue.base.whole_file import write_whole_text
 from arctrue.cli._instrument import on_the_instrument
@@ -18,7 +19,6 @@ from arctrue.cli._numbers import SEED
 from arctrue.cli._options import json_option, lanes_option
 from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._tables import number, table, words
-from arctrue.report.numbers import plain
 
 FULL_INTERPOLATION = 1024
 COARSE_INTERPOLATION = 64

@@ -13,7 +13,7 @@ from arctrue.cli._device import console_at
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFile
 from arctrue.cli._tables import live_head, live_row
-from arctrue.cli._terminal import note, say, tell_error
+from arctrue.cli._terminal import note, say, sentence, tell_error
 from arctrue.device.console import ConsoleError
 from arctrue.device.probe import KINDS, Latch, Probe, as_csv
 
@@ -63,13 +63,13 @@ def probe(port: str, count: int | None, out: Path | None, silence: float) -> Non
     except KeyboardInterrupt:
         pass
     except (ConsoleError, OSError) as error:
-        tell_error(str(error))
+        tell_error(sentence(error))
         failed = True
     if out is not None and (latches or not failed):
         try:
             write_whole_text(out, as_csv(latches))
         except OSError as error:
-            tell_error(str(error))
+            tell_error(sentence(error))
             sys.exit(NO_DEVICE)
         say(f"{len(latches)} edges: {out}")
     if failed:

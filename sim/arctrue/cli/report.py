@@ -61,8 +61,8 @@ def report(
     diagnosis with the missing effect, the history of the model, and the coefficients for a device.
     Default of --out: report.
     """
+    from arctrue.base.json_text import plain
     from arctrue.report.analysis_report import write_analysis_report
-    from arctrue.report.numbers import plain
     from arctrue.report.ranking import ranked
 
     loaded = load(measurement_set, model_file, folders)

@@ -8,13 +8,13 @@ from pathlib import Path
 import click
 
 from arctrue.base.figures import figure
+from arctrue.base.json_text import plain
 from arctrue.cli._loaded_set import console, for_people, write_json, write_page
 from arctrue.cli._numbers import SEED
 from arctrue.cli._options import json_option, page_option
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._progress import Progress
 from arctrue.cli._tables import number, table, words
-from arctrue.report.numbers import plain
 
 
 @click.command("stop-and-go", short_help="Repeat the paper's ten cycles with a simulated servo.")

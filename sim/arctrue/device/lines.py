@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -64,7 +65,7 @@ def is_telemetry(text: str) -> bool:
 def telemetry_of(text: str) -> TelemetryLine | None:
     """Return the telemetry of a line; None for a line that is no telemetry or was damaged."""
     try:
-        fields = json.loads(text, parse_constant=_refuse)
+        fields = json.loads(text, parse_constant=_refuse, parse_float=_finite)
         typed(fields, _TelemetryFields)
     except (ValueError, RecursionError):
         return None
@@ -73,6 +74,14 @@ def telemetry_of(text: str) -> TelemetryLine | None:
 
 def _refuse(constant: str) -> None:
     raise ValueError(f"{constant} is no number of JSON")
+
+
+def _finite(number: str) -> float:
+    """Convert a number of JSON; refuse one that float64 turns into infinity."""
+    found = float(number)
+    if not math.isfinite(found):
+        raise ValueError(f"{number} does not fit into 64 bits")
+    return found
 
 
 class LineAssembler:

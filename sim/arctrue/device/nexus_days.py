@@ -48,7 +48,12 @@ _NUMBERS = {
 }
 _TEXTS = ("result", "reason", "alarms")
 _EVENT = ("recorded", "kind", "text")
-_WHOLE = ("entry/turns/id", "entry/turns/time", "entry/orders/order", "entry/events/text")
+_WHOLE = (
+    "entry/turns/id", "entry/turns/time", "entry/turns/turn", "entry/orders/order",
+    "entry/events/text",
+)  # fmt: skip
+_UNKNOWN = {"f": np.nan, "O": ""}
+"""Value of a turn whose file lacks a column, by the column's kind in numpy: numbers and texts."""
 _OF_ORDER = {"amplitude": "arcsec", "phase": "rad", "amplitude_errors": "arcsec", "applied": ""}
 
 
@@ -219,14 +224,15 @@ def _events_of_file(file: Any) -> list[tuple[str, str, str]]:
 
 
 def _copy(source: Any, entry: Any, rows: Any) -> None:
-    """Append the turns of an earlier file; a column that this file lacks gets NaN, or 0 if it has
-    no floating-point numbers."""
+    """Append the turns of an earlier file; a column that this file lacks gets NaN for a number and
+    an empty text for a text."""
     turns, table = source["turns"], source["orders"]
     for name, column in entry["turns"].items():
         if name in turns:
             _extend(column, turns[name][rows])
         else:
-            _extend(column, np.full(rows.size, np.nan if column.dtype.kind == "f" else 0))
+            unknown = _UNKNOWN[column.dtype.kind]
+            _extend(column, np.full(rows.size, unknown, dtype=column.dtype))
     orders = entry["orders/order"][:]
     places = np.searchsorted(orders, table["order"][:])
     for name in _OF_ORDER:

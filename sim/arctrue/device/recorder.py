@@ -297,7 +297,8 @@ def read_turns(
     try:
         connection.execute("BEGIN")  # one transaction, so that both queries read the same state
         for row in reversed(connection.execute(query, [*values, latest]).fetchall()):
-            fields = dict(row)
+            # A record of an earlier version lacks columns.
+            fields = {**dict.fromkeys(_FIELDS), **dict(row)}
             identifier, recorded = fields.pop("id"), fields.pop("recorded")
             fields["turn"] = fields.pop("number")
             fields["alarms"] = json.loads(fields["alarms"])

@@ -10,11 +10,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.generated.number_formats import CORDIC_ITERATIONS, COSINE_WIDTH, PHASE_WIDTH
+from arctrue.generated.number_formats import (
+    CORDIC_ITERATIONS,
+    COSINE_WIDTH,
+    GUARD_WIDTH,
+    PHASE_WIDTH,
+    TABULATED_ITERATIONS,
+    Y_SAVED_WIDTH,
+)
 
-TABULATED_ITERATIONS = 7
-GUARD_WIDTH = 2
-Y_SAVED_WIDTH = 4
 COSINE_WIDTHS = range(8, 25)
 ITERATIONS = range(8, 25)
 

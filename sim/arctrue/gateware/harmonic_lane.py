@@ -7,10 +7,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from arctrue.gateware.cordic_rotation import GUARD_WIDTH, cordic_rotation
+from arctrue.gateware.cordic_rotation import cordic_rotation
 from arctrue.gateware.quadrant_fold import quadrant_fold
 from arctrue.gateware.table_rotation import table_rotation
-from arctrue.generated.number_formats import CORDIC_ITERATIONS, COSINE_WIDTH
+from arctrue.generated.number_formats import CORDIC_ITERATIONS, COSINE_WIDTH, GUARD_WIDTH
 
 Rotation = Literal["cordic", "table"]
 """Values of the generic ROTATION, which selects how the cosine is computed."""

@@ -57,8 +57,8 @@ class OutputInputs:
 class OutputTrace:
     """Every output in every clock, shape (clocks + 1,).
 
-    Element t is the output during clock t, except that element 0 is always 0; the last element
-    follows the last input.
+    Element t is the output during clock t; in element 0, A and B have the levels from before the
+    reset and the other outputs are 0. The last element follows the last input.
     """
 
     a: NDArray[np.int64]
@@ -192,6 +192,7 @@ def quadrature_output(inputs: OutputInputs, held_phase: int = 0) -> OutputTrace:
     follower.phase_of_zero = int(columns[5][0])
     follower.z_before = _ZSettings(*(column[0].item() for column in columns[6:9]))
     outputs = np.zeros((columns[0].size + 1, 5), dtype=np.int64)
+    outputs[0, :2] = follower.pins[:2]
     rows = zip(*(column.tolist() for column in columns), strict=True)
     for clock, row in enumerate(rows):
         position, angle, turn, spacing, referenced, phase_of_zero, *z = row[:-4]

@@ -8,6 +8,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.json_text import plain
 from arctrue.base.units import ARCSEC_PER_TURN
 from arctrue.instrument.errors import InstrumentError
 from arctrue.instrument.recording import EdgeTrack
@@ -146,26 +147,25 @@ class TurnScore:
         return int(np.argmax(self.amplitude_arcsec)) + 1
 
     def as_json(self) -> dict[str, Any]:
-        """Return the score as JSON values; ``edges_rms_arcsec`` is null if no single edge was
-        kept."""
-        single = self.edges_rms_arcsec
-        return {
+        """Return the score as JSON values; NaN becomes None, null in the file."""
+        found = {
             "lowest_arcsec": self.lowest_arcsec,
             "highest_arcsec": self.highest_arcsec,
             "rms_arcsec": self.rms_arcsec,
-            "every_edge_arcsec": list(self.every_edge_arcsec),
-            "edges_rms_arcsec": single if np.isfinite(single) else None,
+            "every_edge_arcsec": self.every_edge_arcsec,
+            "edges_rms_arcsec": self.edges_rms_arcsec,
             "mean_arcsec": self.mean_arcsec,
             "edges": self.edges,
-            "amplitude_arcsec": self.amplitude_arcsec.tolist(),
+            "amplitude_arcsec": self.amplitude_arcsec,
         }
+        return {name: plain(value) for name, value in found.items()}
 
-    def curve_as_json(self) -> dict[str, list[float]]:
-        """Return the means of the half degrees; callers store this long list apart from the
-        figures."""
+    def curve_as_json(self) -> dict[str, list[float | None]]:
+        """Return the means of the half degrees, None for one without an edge; callers store these
+        long lists apart from the figures."""
         return {
-            "angle_deg": np.rad2deg(self.angle_rad).tolist(),
-            "error_arcsec": self.error_arcsec.tolist(),
+            "angle_deg": plain(np.rad2deg(self.angle_rad)),
+            "error_arcsec": plain(self.error_arcsec),
         }
 
 

@@ -111,10 +111,17 @@ class CsvFile:
                 for name in self.header
                 if name and name not in self.columns and self.header.count(name) == 1
             ]
+        many = {name: self.header.count(name) for name in self.header if name}
         self.warnings = [
+            f"{self.path}, row 1, column {name}: occurs {count} times and is not used; "
+            "rename the columns"
+            for name, count in many.items()
+            if count > 1
+        ]
+        self.warnings += [
             f"{self.path}: column {name or '(without a name)'} is not known and is not used"
-            for name in self.header
-            if name not in self.columns and name not in self.conditions
+            for name in dict.fromkeys(self.header)
+            if name not in self.columns and name not in self.conditions and many.get(name, 1) == 1
         ]
         absent = [name for name in self.optional if name not in self.columns]
         self.warnings += [

@@ -28,6 +28,7 @@ from arctrue.metrology.budget import (
     reversal_lines,
 )
 from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.inference.identifiability import undetermined_names, undetermined_share
 from arctrue.workbench.inference.left import left_by
 from arctrue.workbench.inference.solution import Solution, joint_uncertainty
 from arctrue.workbench.model.growth import fitted
@@ -37,6 +38,10 @@ from arctrue.workbench.observations.build import observations_of
 
 Float = NDArray[np.float64]
 
+MOST_UNDETERMINED = 1e-3
+"""Largest share of the model's columns at an angle that no row may determine. The covariance
+contains no uncertainty for this share; directions count as undetermined up to a condition number of
+3e4 (RANK_TOLERANCE), so that small positioning errors of the targets leave a share below 1e-4."""
 SHIFT_ARCSEC = 10.0
 """Change of the head separation from which its sensitivity is computed; it is small against
 mounting errors and large against rounding errors."""
@@ -138,7 +143,8 @@ def _error_at(
 ) -> tuple[Float, Float]:
     """Return ε and its standard uncertainty from the covariance, (angles,) each.
 
-    Raises ValueError if an effect needs a condition that is not stated.
+    Raises ValueError if an effect needs a condition that is not stated, or if the rows of the set
+    do not determine ε at an angle.
     """
     rows = table_rows(solution.observations, angle_deg, conditions)
     columns = np.zeros((angle_deg.size, sum(solution.widths)))
@@ -146,6 +152,16 @@ def _error_at(
         found = term_values(term, rows, solution.context, conditions)
         if found is not None:
             columns[:, solution.part(number)] = found
+    unknown = undetermined_share(solution, columns) > MOST_UNDETERMINED
+    if unknown.any():
+        names = undetermined_names(solution)
+        which = f" ({', '.join(names[:3])}{', …' if len(names) > 3 else ''})" if names else ""
+        raise ValueError(
+            f"the set does not determine the error at {angle_deg[unknown][0]:g}°: its rows leave "
+            f"coefficients of the model{which} free, and a certificate would state no uncertainty "
+            "for them; measure the whole turn, or give a --model of fewer orders, or state "
+            "angles that were measured"
+        )
     covariance, _ = joint_uncertainty(solution)
     variance = np.einsum("ij,jk,ik->i", columns, covariance, columns)
     return columns @ solution.coefficients, np.sqrt(np.maximum(variance, 0.0))

@@ -11,13 +11,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from arctrue.base.json_text import plain
 from arctrue.measurement import read_measurement_set
 from arctrue.measurement.digest import set_digest
 from arctrue.page.commands import Commands
 from arctrue.page.ranking_key import ranking_key
 from arctrue.page.session import Opened, Session, Sessions, Step
 from arctrue.report.analysis import Analysis, analyse, with_effect, without_effect
-from arctrue.report.numbers import plain
 from arctrue.report.ranking import Ranking, device_data
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.model.growth import table_of

@@ -11,6 +11,7 @@ from flask import Blueprint, Response, abort, jsonify, render_template, request,
 from werkzeug.exceptions import RequestEntityTooLarge
 from werkzeug.wrappers import Response as AnyResponse
 
+from arctrue.base.json_text import plain
 from arctrue.page.addresses import to_step
 from arctrue.page.analyses import Analyses
 from arctrue.page.commands import COEFFICIENTS, MODEL, Commands
@@ -23,7 +24,6 @@ from arctrue.report.charts.matplotlib_chart import chart_svg, save_chart
 from arctrue.report.charts.plotly_chart import chart_data
 from arctrue.report.charts.spectrum import ALONG
 from arctrue.report.display import FIGURES, DisplaySettings, chart_of
-from arctrue.report.numbers import plain
 from arctrue.report.sections import addable, report_sections, words
 from arctrue.studies.simulate.truth import BrokenSealError, read_truth
 from arctrue.workbench.model.model_file import read_model

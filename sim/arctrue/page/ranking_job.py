@@ -11,11 +11,11 @@ from pathlib import Path
 # The variable must be set before numpy is imported; arctrue.cli explains the reason.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+from arctrue.base.json_text import plain
 from arctrue.base.whole_file import write_whole_text
 from arctrue.page.analyses import analyse_opened
 from arctrue.page.jobs import PROGRESS
 from arctrue.page.session import Session
-from arctrue.report.numbers import plain
 from arctrue.report.ranking import Ranking, ranked
 from arctrue.workbench.effects.registry import catalogue
 

@@ -18,6 +18,7 @@ import arctrue.cli
 from arctrue.base.similar import did_you_mean, similar
 from arctrue.cli import main
 from arctrue.measurement import write_measurement_set
+from arctrue.studies.heads.cases import HEADS_CASES
 from arctrue.workbench.effects.registry import ORDER
 
 FOLDER = Path(arctrue.cli.__path__[0])
@@ -200,3 +201,19 @@ def test_what_completion_offers(
     offered = {line.partition(",")[2] for line in done.output.splitlines()}
     assert offered == expected
     assert os.environ["_ARCTRUE_COMPLETE"]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("alpha --heads 3 --alpha 40", "--alpha is for two heads"),
+        ("hidden belt --heads 4 --picture a.svg", "--picture is for --heads 2"),
+        ("hidden belt --heads 4 --follow", "--follow is for --heads 2"),
+        ("hidden belt --heads 4 --out folder", "--out is for --heads 2"),
+    ],
+)
+def test_an_option_that_would_change_nothing_is_refused(words: str, said: str) -> None:
+    named = words.replace("belt", next(iter(HEADS_CASES)))
+    done = arctrue_(*named.split())
+    assert done.exit_code == 2, done.output
+    assert said in done.output

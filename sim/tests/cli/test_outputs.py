@@ -55,6 +55,18 @@ def test_a_picture_of_an_unknown_kind_is_refused_before_the_work(tmp_path: Path)
     assert ".svg, .png, .pdf" in done.output
 
 
+@pytest.mark.parametrize("option", ["--json", "--out"])
+@pytest.mark.parametrize("below", ["", "/below"])
+def test_a_name_that_no_file_can_have_is_refused_before_the_work(
+    option: str, below: str, tmp_path: Path
+) -> None:
+    name = f"{'long' * 100}{below}"  # a name has at most 255 bytes
+    done = arctrue("compare", tmp_path / "no set", option, tmp_path / name)
+    assert done.exit_code == 2
+    assert "File name too long; name another place" in done.output
+    assert option in done.output
+
+
 def test_a_folder_in_place_of_a_file_is_reported(tmp_path: Path) -> None:
     done = arctrue("history", "--model", "any.toml", "--json", tmp_path)
     assert done.exit_code == 2

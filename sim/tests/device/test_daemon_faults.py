@@ -280,4 +280,6 @@ def test_lines_are_the_same_however_they_arrive() -> None:
         found = [x for at in range(0, len(data), step) for x in parts.add(data[at : at + step])]
         assert found == expected
         assert parts.too_long == whole.too_long == 1
-    assert telemetry_of('{"turn":1,"result":"kept","reason":"none","time_s":NaN}') is None
+    for number in ("NaN", "1e400", "-1e400"):  # a float64 ends at 1.8e308
+        line = f'{{"turn":1,"result":"kept","reason":"none","time_s":{number}}}'
+        assert telemetry_of(line) is None

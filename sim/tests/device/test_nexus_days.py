@@ -199,6 +199,54 @@ def test_another_record_of_the_same_day_adds_its_turns(tmp_path: Path) -> None:
     )
 
 
+def test_a_value_that_an_earlier_file_lacks_is_not_a_number_or_empty(tmp_path: Path) -> None:
+    """The turns of a file without some columns keep their rows; the missing values are NaN for
+    numbers and empty for texts."""
+    record = tmp_path / "telemetry.sqlite"
+    record_of(record, turns=10)
+    path = day_file(tmp_path, DAYS[0])
+    write_day(record, DAYS[0], path)
+    lacking = ("reason", "alarms", "table_c", "swaps")
+    with h5py.File(path, "r+") as file:
+        for name in lacking:
+            del file[f"entry/turns/{name}"]
+    with sqlite3.connect(record) as database:
+        database.execute("DELETE FROM turn WHERE id <= 4")
+        database.execute("DELETE FROM harmonic WHERE turn <= 4")
+    write_day(record, DAYS[0], path)
+    with h5py.File(path) as file:
+        turns = file["entry/turns"]
+        assert turns["turn"][:].tolist() == list(range(10))
+        assert turns["result"].asstr()[:].tolist() == ["kept"] * 10
+        assert turns["reason"].asstr()[:].tolist() == [""] * 4 + ["none"] * 6
+        assert turns["alarms"].asstr()[:].tolist() == [""] * 4 + ["[]"] * 6
+        assert np.isnan(turns["table_c"][:4]).all()
+
+
+def test_a_record_of_an_earlier_version_becomes_day_files(tmp_path: Path) -> None:
+    record = tmp_path / "telemetry.sqlite"
+    record_of(record, turns=3)
+    with sqlite3.connect(record) as database:
+        for name in ("swaps", "table_c"):
+            database.execute(f"ALTER TABLE turn DROP COLUMN {name}")
+    done = arctrue("device", "files", record, tmp_path)
+    assert done.exit_code == 0, done.output
+    with h5py.File(day_file(tmp_path, DAYS[0])) as file:
+        turns = file["entry/turns"]
+        assert turns["temperature_c"][:].tolist() == [40.0, 41.0, 42.0]
+        assert np.isnan(turns["swaps"][:]).all()
+        assert np.isnan(turns["table_c"][:]).all()
+
+
+def test_a_file_that_is_no_record_is_refused_with_what_to_give(tmp_path: Path) -> None:
+    for name, content in (("empty.sqlite", b""), ("text.sqlite", b"turn,angle\n" * 100)):
+        (tmp_path / name).write_bytes(content)
+        done = arctrue("device", "files", tmp_path / name, tmp_path)
+        assert done.exit_code == 2
+        assert f"{name}: is no record of arctrue device run" in done.output
+        assert "telemetry.sqlite" in done.output
+
+
 def test_a_daemon_deletes_no_turn_that_no_file_has(replay: Replay, tmp_path: Path) -> None:
     """The record, limited to 1 MB, cannot hold all turns of this test; record and day files
     together hold all."""

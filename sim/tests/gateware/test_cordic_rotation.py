@@ -10,14 +10,18 @@ import numpy as np
 import pytest
 
 from arctrue.gateware.cordic_rotation import (
-    TABULATED_ITERATIONS,
-    Y_SAVED_WIDTH,
     cordic_rotation,
     rotation_tables,
     start_radius,
 )
 from arctrue.gateware.harmonic_lane import lane_cosine
-from arctrue.generated.number_formats import CORDIC_ITERATIONS, COSINE_WIDTH, PHASE_WIDTH
+from arctrue.generated.number_formats import (
+    CORDIC_ITERATIONS,
+    COSINE_WIDTH,
+    PHASE_WIDTH,
+    TABULATED_ITERATIONS,
+    Y_SAVED_WIDTH,
+)
 from arctrue.report.cordic_error import cosine_error, draw_cordic_error, swept_phases
 from arctrue.studies.paper.appendix import cosine_bound
 

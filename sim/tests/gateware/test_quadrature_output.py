@@ -187,6 +187,20 @@ def test_a_reset_moves_neither_a_nor_b() -> None:
     assert len(held) == 4
 
 
+@pytest.mark.parametrize("held", range(4))
+def test_a_and_b_keep_their_levels_in_a_reset_from_its_first_clock_on(held: int) -> None:
+    """A and B have the levels from before the reset in every clock of the reset, and make no
+    illegal transition after it."""
+    clock = np.arange(200)
+    trace = quadrature_output(OutputInputs(0, 0, 40, reset=clock < 100), held_phase=held)
+    place = np.array([0, 3, 1, 2])[2 * trace.a + trace.b]
+    assert set(place[:100].tolist()) == {held}
+    # The position 0 has the levels 00, at most two counts from the held levels. One count may
+    # remain, because the output has a hysteresis.
+    assert np.abs(decoded(trace)).max() <= 2
+    assert place[-1] in (0, 1)
+
+
 def test_what_was_missed_is_not_replayed() -> None:
     columns, trace = played(SCENARIOS["backlog_before_a_standstill"])
     stands_from = 20 + 8000

@@ -127,3 +127,14 @@ def test_a_bad_mask_file_is_reported(tmp_path: Path, text: str, words: str) -> N
     with pytest.raises(MeasurementError, match=r"mask\.csv") as caught:
         read_measurement_set(_write(tmp_path, mask=text))
     assert words in str(caught.value)
+
+
+def test_a_condition_that_occurs_twice_is_named_once_with_the_reason(tmp_path: Path) -> None:
+    rows = "target_deg,error_arcsec,wind,wind\n0,1,2,3\n15,2,3,4\n"
+    read = read_measurement_set(_write(tmp_path, rows))
+    assert read.reference is not None
+    assert read.reference.conditions == {}
+    assert read.warnings == (
+        f"{tmp_path / 'reference.csv'}, row 1, column wind: occurs 2 times and is not used; "
+        "rename the columns",
+    )

@@ -277,6 +277,31 @@ def test_a_set_without_date_uncertainty_or_temperature_is_refused(
     )
 
 
+def test_an_error_that_no_row_determines_is_not_certified(place: Path, tmp_path: Path) -> None:
+    """24 stations, 15° apart, do not separate order 4 from order 20; three stations separate
+    nothing over the turn. The covariance of a fit holds nothing about what no row shows."""
+    made = reference_set(np.random.default_rng(4))
+    rows = made.reference
+    assert rows is not None
+    with pytest.raises(ValueError, match=r"does not determine the error at 5°.*(cos|sin) "):
+        certified_error(made, default_model(), catalogue(), np.array([0.0, 5.0, 15.0]), {})
+    three = replace(made, reference=rows.where(rows.target_deg < 45.0))
+    with pytest.raises(ValueError, match="does not determine the error at 0°"):
+        certified_error(three, model(1, 2), catalogue(), ANGLES, {})
+    # At a station, the sum of the aliases is determined. The bound is five standard deviations of
+    # the mean of ten readings.
+    found = certified_error(made, default_model(), catalogue(), ANGLES, {})
+    off = found.error_arcsec - true_error(np.radians(ANGLES))
+    assert np.abs(off).max() < 5.0 * NOISE / np.sqrt(10.0)
+    # Without --model, the command fits the orders that the stations separate: 1 to 11.
+    write_measurement_set(tmp_path / "set", replace(made, date=datetime(2026, 3, 12, tzinfo=UTC)))
+    out = tmp_path / "certificate.xml"
+    words = ("--details", place / "details.toml", "--out", out, "--step", "5")
+    done = CliRunner().invoke(main, ["certificate", str(tmp_path / "set"), *map(str, words)])
+    assert done.exit_code == 0, done.output
+    assert out.exists()
+
+
 def test_a_model_alone_is_refused(place: Path) -> None:
     done = certificate(place, "m.toml", "--details", "details.toml", "--out", "no.xml")
     assert done.exit_code == 2

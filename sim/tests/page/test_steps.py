@@ -13,6 +13,7 @@ from threading import Thread
 import pytest
 from flask.testing import FlaskClient
 
+from arctrue.base.json_text import plain
 from arctrue.measurement import write_measurement_set
 from arctrue.page.analyses import analyse_opened
 from arctrue.page.app import make_page
@@ -20,7 +21,6 @@ from arctrue.page.jobs import CANCELLED, Jobs
 from arctrue.page.ranking_key import ranking_key
 from arctrue.page.session import NoSuchSessionError, Session, Sessions
 from arctrue.page.settings import PageSettings
-from arctrue.report.numbers import plain
 from arctrue.report.ranking import Ranking, ranked
 from arctrue.workbench.effects.new_effect import write_new_effect
 from arctrue.workbench.effects.registry import built_in, catalogue

@@ -11,6 +11,7 @@ import plotly.graph_objects as go
 import pytest
 from msgspec.structs import replace
 
+from arctrue.base.json_text import plain
 from arctrue.report.analysis import Analysis, analyse, with_effect
 from arctrue.report.charts.bins import of_turn
 from arctrue.report.charts.chart import ARCSEC, QUIET, Axis, Chart, Curve, HeatMap, Panel, in_unit
@@ -22,7 +23,6 @@ from arctrue.report.charts.plotly_chart import chart_data
 from arctrue.report.charts.spectrum import Along, spectrum
 from arctrue.report.display import FIGURES, DisplaySettings, chart_of
 from arctrue.report.effect_amplitude import effect_amplitude
-from arctrue.report.numbers import plain
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.model.model import default_model
 from tests.workbench.small_sets import CAPTURE_NOISE, measurement_set, paper_error

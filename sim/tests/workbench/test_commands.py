@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ from sim.tests.command_line import arctrue as _run
 from sim.tests.workbench.small_sets import measurement_set, paper_error
 
 from arctrue.gateware.coefficient_file import read_coefficient_file
-from arctrue.measurement import write_measurement_set
+from arctrue.measurement import MeasurementSet, Reference, Table, write_measurement_set
 from arctrue.workbench.effects.registry import ORDER
 from arctrue.workbench.model.model_file import read_model
 
@@ -213,3 +214,32 @@ def test_bad_input_is_one_sentence_and_exit_code_2(warm_set: Path, tmp_path: Pat
         assert result.exit_code == 2, (arguments, result.output, result.exception)
         assert said in result.output, (arguments, result.output)
         assert isinstance(result.exception, SystemExit)
+
+
+def test_a_channel_without_an_unmasked_row_is_refused(tmp_path: Path) -> None:
+    measured = measurement_set(runs=1, cycles=2)
+    assert measured.capture is not None
+    assert measured.reference is not None
+    for channel, rows in (
+        ("capture", measured.capture.run.size),
+        ("reference", measured.reference.error_arcsec.size),
+    ):
+        masked = replace(getattr(measured, channel), mask=np.ones(rows, dtype=bool))
+        folder = tmp_path / channel
+        write_measurement_set(folder, replace(measured, **{channel: masked}))
+        for command in ("compare", "iso230"):
+            done = _run(command, folder)
+            assert done.exit_code == 2
+            assert f"the {channel}: all {rows:,} rows are masked" in done.output
+    refused = _run("calibrate", tmp_path / "capture")
+    assert refused.exit_code == 3
+    assert "run 0: it has 0 samples that are not masked" in refused.output
+
+
+def test_a_reference_of_one_row_is_diagnosed(tmp_path: Path) -> None:
+    """A part of the rows that the fit leaves out has no row if there is only one row."""
+    rows = Reference(target_deg=np.array([15.0]), error_arcsec=np.array([2.0]))
+    write_measurement_set(tmp_path / "one", MeasurementSet(Table(), reference=rows))
+    done = _run("diagnose", tmp_path / "one", "--json", tmp_path / "one.json")
+    assert done.exit_code == 0, done.output
+    assert _json(tmp_path / "one.json")["verdict"] == "cannot_tell"

@@ -93,6 +93,55 @@ def test_lanes_that_double_the_error_are_refused(
     assert _run("export", alone, "--out", tmp_path / "alone_out").exit_code == 0
 
 
+@pytest.mark.parametrize(
+    ("command", "options", "said"),
+    [
+        ("export", "--format csv --lanes 3", "--lanes is for the gateware"),
+        ("export", "--format csv --modulators", "--modulators is for the gateware"),
+        ("export", "--format csv --temperatures 10 30", "--temperatures is for the gateware"),
+        ("export", "--format csv --sensor-lag 5", "--sensor-lag is for the gateware"),
+        ("export", "--local-table --mean m.toml --lanes 3", "--lanes does not apply to --mean"),
+        ("export", "--local-table --mean m.toml --json j", "--json does not apply to --mean"),
+        ("export", "--temperature 20 --sensor-lag 5", "--temperature fixes the lanes"),
+        ("export", "--temperature 20 --temperatures 10 30", "--temperature fixes the lanes"),
+        ("export", "--temperatures 30 10", "found 30 and 10 °C"),
+        ("export", "--reversal-width 2", "give --modulators"),
+        ("budget", "--temperature 30", "--temperature is for a set with a reference run alone"),
+        ("iso230", "--temperature 30", "give its --model"),
+    ],
+)
+def test_an_option_that_would_change_nothing_is_refused(
+    folder: Path, tmp_path: Path, command: str, options: str, said: str
+) -> None:
+    answer = _run(command, folder, "--out", tmp_path / "out", *options.split())
+    assert answer.exit_code == 2, answer.output
+    assert said in answer.stderr
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("rows", [1, 2, 500])
+def test_a_capture_that_leaves_a_part_of_the_turn_is_refused(
+    made: MeasurementSet, tmp_path: Path, rows: int
+) -> None:
+    """The export fits the paper's twenty orders only to a whole turn: the fixture has 1,200 samples
+    a turn, so that 500 leave 210°."""
+    assert made.capture is not None
+    first = made.capture.where(np.arange(made.capture.run.size) < rows)
+    write_measurement_set(tmp_path / "part", replace(made, capture=first, reference=None))
+    for name in ("gateware", "csv"):
+        out = tmp_path / "out"
+        answer = _run("export", tmp_path / "part", "--format", name, "--out", out)
+        assert answer.exit_code == 2, answer.output
+        missing = 360.0 - 0.3 * (rows - 1)
+        assert f"no row over {missing:.1f}° of the turn" in answer.stderr
+        assert not out.exists()
+    # The stations of the reference, 15° apart, cannot distinguish order 4 from order 20.
+    write_measurement_set(tmp_path / "both", replace(made, capture=first))
+    answer = _run("export", tmp_path / "both", "--out", tmp_path / "both_out")
+    assert answer.exit_code == 2, answer.output
+    assert "no row over 15.0° of the turn" in answer.stderr
+
+
 def test_a_model_of_another_table_is_refused(
     made: MeasurementSet, folder: Path, model: Path, tmp_path: Path
 ) -> None:

@@ -3,12 +3,12 @@ scale, and the workbench corrects the effect."""
 
 from __future__ import annotations
 
-import json
 import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from arctrue.base.json_text import json_text
 from arctrue.base.progress import ReportStep
 from arctrue.base.whole_file import write_whole_text
 from arctrue.studies.hidden_effect.cases import CASES
@@ -55,8 +55,7 @@ def run_second_act(settings: HiddenSettings, folder: Path, report_step: ReportSt
         report_step=report_step,
     )
     act = SecondAct(result, tuple(faults(result)), time.monotonic() - started)
-    text = json.dumps(act.as_json(), indent=1, default=str)
-    write_whole_text(folder / "result.json", text + "\n")
+    write_whole_text(folder / "result.json", json_text(act.as_json()))
     return act
 
 

@@ -31,9 +31,10 @@ MOST_UNTESTED = 0.5
 """A set may support the verdict that nothing is missing only if at most this share of the effects
 cannot be tested.
 
-If the set cannot test half of the catalogue, the priors of :mod:`probabilities` give odds of 0.5 :
-(0.4/2 + 0.01), 2.4 to 1, that nothing is missing; above 3 to 1 evidence is "positive" (Kass and
-Raftery, J. Am. Stat. Assoc. 90 (1995) 773).
+The value is chosen, not calibrated. If the set cannot test half of the catalogue, the priors of
+:mod:`probabilities` give odds of 1.7 to 1 that nothing is missing: 0.5 : (0.4/2 + 0.09 + 0.01).
+Above 3 to 1, evidence is "positive" (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773); the
+odds exceed 3 to 1 if the set can test more than five sixths of the catalogue.
 """
 COLOURED_SHARE = 0.99
 """If slow noise is a larger share than this of a row's variance, the set cannot show slow effects.

@@ -52,9 +52,9 @@ SMALL_STEP = 0.02
 as in :mod:`arctrue.workbench.inference.search_parameters`."""
 NOISE_ROUNDS = 3
 """Number of noise estimates; further estimates would change the noise little."""
-MET = 1e-6
-"""A condition counts as met if the difference from it is at most 1,000 times this share of a
-standard uncertainty."""
+MET = 1e-3
+"""A condition counts as met if the difference from it is at most this share of a standard
+uncertainty. A bound counts as reached if the value is nearer to it than this."""
 
 
 class ConditionError(ValueError):
@@ -271,7 +271,7 @@ def _nearest(
     )
     left = difference(found.x)
     bad = np.where(kinds, np.abs(left), np.maximum(-left, 0.0))
-    if float(bad.max()) > 1e3 * MET:
+    if float(bad.max()) > MET:
         worst = conditions[int(np.argmax(bad))]
         raise ConditionError(
             f"{', '.join(worst.names)}: no values meet the condition together with the others"
@@ -281,7 +281,7 @@ def _nearest(
     rest = np.setdiff1d(np.arange(wanted.size), involved)
     shift = np.linalg.pinv(own) @ (wanted[involved] - at[involved])
     wanted[rest] += unknowns.covariance[np.ix_(rest, involved)] @ shift
-    reached = np.array(kinds) | (left < 1e3 * MET)
+    reached = np.array(kinds) | (left < MET)
     if not reached.any():
         return wanted, *none
     return wanted, involved, _slopes(unknowns, wanted, conditions)[reached]

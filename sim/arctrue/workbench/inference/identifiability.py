@@ -84,8 +84,36 @@ def identifiability(
     )
 
 
+def undetermined_share(solution: Solution, columns: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return, for each combination of the coefficients, the share that no row determines, (n,).
+
+    ``columns`` (n, coefficients): factors of the coefficients in each combination, for example the
+    model's columns at an angle. The share is the length of the part in the null space of both
+    channels divided by the length of the combination, each coefficient in units of its weight in
+    the rows.
+    """
+    scale, null = _null_space(solution, columns.shape[1])
+    scaled = columns / scale
+    length = np.linalg.norm(scaled, axis=1)
+    return np.asarray(np.linalg.norm(scaled @ null, axis=1) / np.where(length > 0.0, length, 1.0))
+
+
+def undetermined_names(solution: Solution) -> list[str]:
+    """Return the names of the coefficients that the rows do not determine."""
+    names = coefficient_names(solution)
+    lost = _undetermined(solution, len(names))
+    return [name for name, is_lost in zip(names, lost, strict=True) if is_lost]
+
+
 def _undetermined(solution: Solution, size: int) -> NDArray[np.bool_]:
     """Return True for coefficients that lie mostly in the null space of both channels together."""
+    _, null = _null_space(solution, size)
+    return np.asarray(np.sum(null**2, axis=1) > UNDETERMINED_SHARE)
+
+
+def _null_space(solution: Solution, size: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the scale of each coefficient, (size,), and orthonormal directions of the scaled
+    coefficients that no row of either channel shows, (size, directions)."""
     observations, terms, context = solution.observations, solution.terms, solution.context
     normal = np.zeros((size, size))
     noise = solution.noise
@@ -101,15 +129,13 @@ def _undetermined(solution: Solution, size: int) -> NDArray[np.bool_]:
         if is_capture:
             shrunk = shrunk + 1.0 / noise.index_variance
         normal += own - (cross / shrunk) @ cross.T
-    if size == 0:
-        return np.zeros(0, dtype=bool)
-    scale = np.sqrt(np.maximum(np.diag(normal), 0.0))
-    seen = scale > 1e-9 * float(scale.max(initial=0.0))
-    scaled = normal / np.outer(np.where(seen, scale, 1.0), np.where(seen, scale, 1.0))
-    values, vectors = np.linalg.eigh(np.where(seen[:, None] & seen[None, :], scaled, 0.0))
-    null = values <= RANK_TOLERANCE * max(float(values[-1]), 1e-300)
-    share = np.sum(vectors[:, null] ** 2, axis=1)
-    return np.asarray(~seen | (share > UNDETERMINED_SHARE))
+    weight = np.sqrt(np.maximum(np.diag(normal), 0.0))
+    seen = weight > 1e-9 * float(weight.max(initial=0.0))
+    scale = np.where(seen, weight, 1.0)
+    scaled = np.where(seen[:, None] & seen[None, :], normal / np.outer(scale, scale), 0.0)
+    values, vectors = np.linalg.eigh(scaled)
+    null = values <= RANK_TOLERANCE * max(float(values.max(initial=0.0)), 1e-300)
+    return scale, vectors[:, null]
 
 
 def _pairs(

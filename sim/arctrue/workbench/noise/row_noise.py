@@ -133,8 +133,9 @@ class RowNoise:
     @cached_property
     def stretches(self) -> list[slice]:
         """The rows of each stretch, as a slice."""
-        ends = [*self.starts[1:].tolist(), self.rows]
-        return [slice(start, end) for start, end in zip(self.starts.tolist(), ends, strict=True)]
+        starts = self.starts.tolist()
+        ends = [*starts[1:], self.rows] if starts else []  # a part of a set may have no row
+        return [slice(start, end) for start, end in zip(starts, ends, strict=True)]
 
     @cached_property
     def _factors(self) -> list[Factor]:

@@ -197,6 +197,8 @@ def _normal_p(values: Float) -> float:
     """Return p of skewness and kurtosis (Jarque and Bera, Econ. Lett. 6 (1980) 255)."""
     centred = values - np.mean(values)
     square = float(np.mean(centred**2))
+    if square**2 == 0.0:  # the residual is zero in float64
+        return 1.0
     skewness = float(np.mean(centred**3)) / square**1.5
     kurtosis = float(np.mean(centred**4)) / square**2
     statistic = values.size / 6.0 * (skewness**2 + 0.25 * (kurtosis - 3.0) ** 2)

@@ -50,7 +50,8 @@ def observations_of(
     False, every row is used except the rows that the set masks.
 
     Raises ValueError for a capture without counts_per_rev or head_separation_deg, with another
-    number of heads than the table has angles, or with a count too far from the index.
+    number of heads than the table has angles, or with a count too far from the index, and for a
+    channel whose rows are all masked.
     """
     facts, capture, reference = measurement.table, measurement.capture, measurement.reference
     separation = float(np.radians(facts.head_separation_deg or 0.0))
@@ -61,6 +62,7 @@ def observations_of(
     if capture is not None:
         _require_a_place_each(facts, capture)
         used = used_capture_rows(capture, facts, separation, mask_outliers=mask_outliers)
+        _require_rows("capture", used.rows.run.size, capture.run.size)
         capture, used_capture = used.rows, used.numbers
         masked += used.masked
         outlying_share["capture"] = used.outlying_share
@@ -68,6 +70,7 @@ def observations_of(
         there = used_reference_rows(
             unwrapped(with_spread_times(reference)), facts, mask_outliers=mask_outliers
         )
+        _require_rows("reference", there.rows.error_arcsec.size, reference.error_arcsec.size)
         reference, used_reference = there.rows, there.numbers
         masked += there.masked
         outlying_share["reference"] = there.outlying_share
@@ -118,6 +121,14 @@ def observations_of(
             None if reference is None else reference.standard_uncertainty_arcsec
         ),
     )
+
+
+def _require_rows(channel: str, left: int, rows: int) -> None:
+    if not left:
+        raise ValueError(
+            f"the {channel}: all {rows:,} rows are masked; unmask the good rows (column mask, "
+            f"mask.csv), or take {channel}.csv and its section out of the set"
+        )
 
 
 def _require_a_place_each(facts: Table, columns: Capture) -> None:

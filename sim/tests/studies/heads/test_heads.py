@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from arctrue.base.json_text import plain
 from arctrue.calibration.moved_head import moved_heads
 from arctrue.report.heads_page import heads_page
-from arctrue.report.numbers import plain
 from arctrue.studies.heads.shown import shown
 
 ROOT = Path(__file__).resolve().parents[4]

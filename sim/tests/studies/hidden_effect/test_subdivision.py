@@ -169,7 +169,8 @@ def test_page_and_json(act: SecondAct, folder: Path, tmp_path: Path) -> None:
     failed = dataclasses.replace(act, faults=("it is <worse>",))
     write_second_act_page(failed, tmp_path / "bad.html")
     assert "it is &lt;worse&gt;" in (tmp_path / "bad.html").read_text(encoding="utf-8")
-    stored = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+    text = (folder / "result.json").read_text(encoding="utf-8")
+    stored = json.loads(text, parse_constant=pytest.fail)  # NaN and Infinity are not JSON
     assert stored["added"] == "subdivision_error"
     assert stored["corrected"]["rms_arcsec"] == act.result.corrected.rms_arcsec
 

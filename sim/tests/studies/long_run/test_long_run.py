@@ -13,8 +13,8 @@ import pytest
 from msgspec import structs
 from sim.tests.instrument.sizes import LANES, SAMPLES
 
+from arctrue.base.json_text import plain
 from arctrue.report.long_run_page import long_run_page, plot_long_run
-from arctrue.report.numbers import plain
 from arctrue.studies.long_run.experiment import run_long, shortened
 from arctrue.studies.long_run.learned_model import as_coefficients, learn, telemetry_orders
 from arctrue.studies.long_run.truth import Truth

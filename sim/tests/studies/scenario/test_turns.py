@@ -4,6 +4,7 @@ known."""
 from __future__ import annotations
 
 import dataclasses
+import json
 
 import numpy as np
 import pytest
@@ -153,6 +154,12 @@ def test_a_part_of_a_turn_has_no_orders() -> None:
     assert turn is not None
     assert np.isnan(turn.amplitude_arcsec).all()
     assert np.isfinite(turn.rms_arcsec)
+    # RFC 8259, section 6: JSON has no NaN. What is unknown is null.
+    written = json.loads(json.dumps(turn.as_json() | turn.curve_as_json(), allow_nan=False))
+    assert written["amplitude_arcsec"] == [None] * 64
+    known = [value for value in written["error_arcsec"] if value is not None]
+    assert known == turn.error_arcsec[np.isfinite(turn.error_arcsec)].tolist()
+    assert len(known) < len(written["error_arcsec"]) == BINS
 
 
 def _scenario(*causes: Cause) -> Scenario:

@@ -3,6 +3,8 @@ aliases of orders."""
 
 from __future__ import annotations
 
+import inspect
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -11,9 +13,16 @@ import numpy as np
 import pytest
 from sim.tests.workbench.small_sets import ALPHA, measurement_set
 
+from arctrue.workbench.diagnose import coverage as coverage_module
 from arctrue.workbench.diagnose.aliases import aliases
-from arctrue.workbench.diagnose.coverage import blindness, coverage, effect_or_noise
+from arctrue.workbench.diagnose.coverage import (
+    MOST_UNTESTED,
+    blindness,
+    coverage,
+    effect_or_noise,
+)
 from arctrue.workbench.diagnose.diagnosis import diagnose
+from arctrue.workbench.diagnose.probabilities import NONE, UNKNOWN, prior_weights
 from arctrue.workbench.diagnose.report import diagnosis_data, sentences
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.design_matrix import Term
@@ -47,6 +56,19 @@ def _residuals(slow_arcsec: float = 0.0) -> Residuals:
     assert observations.reference is not None
     noise = replace(noise, reference_law=law, reference=law.on(observations.reference))
     return Residuals(fit([_base()], observations, noise=noise))
+
+
+def test_stated_odds_of_the_largest_untested_share_are_those_of_the_priors() -> None:
+    stated = re.search(
+        r"odds of ([\d.]+)\s+to 1 that nothing is missing", inspect.getsource(coverage_module)
+    )
+    weights = prior_weights(tested=100, untested=round(100 * MOST_UNTESTED / (1 - MOST_UNTESTED)))
+    odds = np.exp(weights[NONE] - weights[UNKNOWN])
+    assert stated is not None
+    assert float(stated[1]) == pytest.approx(odds, abs=0.05)  # one decimal is stated
+    # The docstring also states that the odds are 3 to 1 if five sixths are tested.
+    weights = prior_weights(tested=5, untested=1)
+    assert np.exp(weights[NONE] - weights[UNKNOWN]) == pytest.approx(3.0)
 
 
 def test_smallest_size_is_that_of_dense_least_squares() -> None:

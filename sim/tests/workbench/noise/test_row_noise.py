@@ -43,6 +43,13 @@ def test_whitened_products_are_those_of_the_inverse_covariance(noise: RowNoise) 
     np.testing.assert_allclose(noise.coloured(whitened[:, 0]), values[:, 0], atol=1e-10)
 
 
+def test_a_part_without_a_row_has_no_stretch(noise: RowNoise) -> None:
+    none = noise.part(np.zeros(noise.rows, dtype=bool))
+    assert none.stretches == []
+    assert none.whiten(np.zeros((0, 3))).shape == (0, 3)
+    assert none.log_determinant == 0.0
+
+
 def test_left_out_rows_are_predicted_by_the_conditional_mean(noise: RowNoise) -> None:
     random = np.random.default_rng(3)
     values = random.normal(size=noise.rows)

@@ -121,3 +121,11 @@ def test_autocorrelations_are_those_of_numpy() -> None:
 def test_too_few_rows_and_no_residual_have_no_test() -> None:
     assert whiteness(np.ones(5)) is None
     assert whiteness(np.zeros(100)) is None
+
+
+def test_a_residual_whose_square_underflows_passes_like_one_of_zero() -> None:
+    # 1e-90 squared is 1e-180, whose square is 0 in float64.
+    small = 1e-90 * np.random.default_rng(4).normal(size=400)
+    found = whiteness(small)
+    assert found is not None
+    assert found.normality_p == 1.0
