@@ -610,9 +610,12 @@ def _unknown_within(left: Decision, case: Case) -> bool:
     effects."""
     first = case.best
     assert first is not None
+    if left.oscillation is not None:
+        # An oscillation driven by noise may accompany any effect; if it is larger than the effect,
+        # the effect is probably a part of the same unknown error.
+        return left.oscillation.rms_arcsec > _largest(first)
     if left.seen is not None:
-        # A single event, or an oscillation driven by noise, is no evidence that the effect has
-        # another shape.
+        # A single event is no evidence that the effect has another shape.
         return False
     if left.verdict != "unknown":
         return left.further is not None and _unknown_within(left.further, case)
