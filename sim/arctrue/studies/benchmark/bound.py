@@ -29,6 +29,8 @@ WORK = "arctrue.studies.benchmark.bound:run_bound"
 PROMISED = 0.95
 """Share of sets in which the diagnosis promises to find an effect of the stated size."""
 QUIET = ("adequate", "cannot_tell")
+SAYS_MORE = ("named", "ambiguous", "unknown")
+"""Verdicts that report an error in addition to the model; ``bad_data`` reports the rows only."""
 
 
 def bound_campaign(
@@ -74,7 +76,7 @@ def run_bound(task: Mapping[str, Any]) -> dict[str, Any]:
         "verdict": after["verdict"],
         "named": after.get("named"),
         "class": list(after.get("class") or []),
-        "found": after["verdict"] not in QUIET or effect in names,
+        "found": after["verdict"] in SAYS_MORE or effect in names,
         "by_name": effect in names,
     }
 

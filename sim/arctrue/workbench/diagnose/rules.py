@@ -269,17 +269,7 @@ def contradicts_itself(case: Case) -> Decision | None:
     """The best effect has values that its own physics excludes."""
     best = case.best
     assert best is not None
-    solution = best.solution
-    part = solution.part(len(solution.terms) - 1)
-    why = best.effect.contradiction(
-        solution.coefficients[part],
-        solution.covariance[part, part],
-        best.nonlinear,
-        solution.observations,
-    )
-    if why is None and best.effect.search:
-        found = best.at_maximum.parameters()[-1]
-        why = best.effect.search_contradiction(found, solution.observations)
+    why = best.contradiction
     if why is None:
         return None
     # The product that explains the same error as the best effect describes this error without its
@@ -620,9 +610,12 @@ def _unknown_within(left: Decision, case: Case) -> bool:
     effects."""
     first = case.best
     assert first is not None
+    if left.oscillation is not None:
+        # An oscillation driven by noise may accompany any effect; if it is larger than the effect,
+        # the effect is probably a part of the same unknown error.
+        return left.oscillation.rms_arcsec > _largest(first)
     if left.seen is not None:
-        # A single event, or an oscillation driven by noise, is no evidence that the effect has
-        # another shape.
+        # A single event is no evidence that the effect has another shape.
         return False
     if left.verdict != "unknown":
         return left.further is not None and _unknown_within(left.further, case)

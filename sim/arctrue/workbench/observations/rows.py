@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,9 +28,10 @@ class _Sliceable:
         for item in fields(self):  # type: ignore[arg-type]
             value = getattr(self, item.name)
             if isinstance(value, np.ndarray):
-                view = value.view()
-                view.setflags(write=False)
-                object.__setattr__(self, item.name, view)
+                object.__setattr__(self, item.name, _read_only(value))
+            elif isinstance(value, Mapping):
+                columns = {name: _read_only(column) for name, column in value.items()}
+                object.__setattr__(self, item.name, columns)
 
     def part(self, rows: slice | NDArray[np.bool_] | Integer) -> Self:
         """Return the object with only the given rows."""
@@ -43,6 +44,12 @@ class _Sliceable:
                 value = {name: column[rows] for name, column in value.items()}
             values[item.name] = value
         return type(self)(**values)
+
+
+def _read_only(values: NDArray[Any]) -> NDArray[Any]:
+    view = values.view()
+    view.setflags(write=False)
+    return view
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ import pytest
 from click.testing import CliRunner
 
 from arctrue.cli import main
-from arctrue.studies.benchmark.bound import bound_scores, factor_to_bound
+from arctrue.studies.benchmark.bound import bound_scores, factor_to_bound, run_bound
 from arctrue.studies.benchmark.independent.causes.heads import Slip
 from arctrue.studies.benchmark.independent.injection import INJECTIONS, rms_arcsec
 from arctrue.studies.benchmark.intervals import Rate
@@ -97,3 +97,23 @@ def test_command(tmp_path: Path) -> None:
     assert json.loads(file.read_text())["polygon_eccentricity"]["found"]["of"] <= 1
     # The second call does not repeat finished sets; it reads their results again.
     assert CliRunner().invoke(main, arguments).exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("verdict", "found"), [("unknown", True), ("adequate", False), ("bad_data", False)]
+)
+def test_rows_that_are_refused_are_no_cause_that_is_found(
+    monkeypatch: pytest.MonkeyPatch, verdict: str, found: bool
+) -> None:
+    """Only an answer that reports an error in addition to the model finds the injected cause."""
+    stated = {"rms_arcsec": {"capture": 0.1, "reference": 0.1}}
+    answers = iter(
+        [
+            {"verdict": "adequate", "covers": {"smallest": {"latency": stated}}},
+            {"verdict": verdict, "named": None, "class": []},
+        ]
+    )
+    monkeypatch.setattr("arctrue.studies.benchmark.bound._said", lambda _: next(answers))
+    result = run_bound({"effect": "latency", "seed": 3, "samples": ROWS})
+    assert result["verdict"] == verdict
+    assert result["found"] is found
