@@ -89,8 +89,8 @@ class ThermalLanes:
 
     @property
     def has_default_range(self) -> bool:
-        """Tell whether the temperature range is the default range, which is not written to a
-        file."""
+        """Tell whether the temperature range is the default range, which ``arctrue load`` does not
+        send."""
         span = (self.reference_c - THERMAL_RANGE_K, self.reference_c + THERMAL_RANGE_K)
         return (self.least_c, self.most_c) == tuple(round(limit, 3) for limit in span)
 
