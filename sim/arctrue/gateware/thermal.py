@@ -121,7 +121,7 @@ class ThermalLanes:
         range_c: tuple[float, float] = (math.nan, math.nan),
     ) -> ThermalLanes:
         """Return the lanes for slopes ``{order: (4,)}`` in counts per kelvin and per kelvin
-        squared."""
+        squared. Raises ValueError for a slope that is not finite."""
         values = np.array(list(slopes_counts.values()))
         if not np.all(np.isfinite(values)):
             raise ValueError("slopes: not a finite number")
