@@ -60,7 +60,8 @@ def axis_orbit(
     """Solve for θ, x and y at every sample of one run; ``disc`` is calibrated from this or another
     capture.
 
-    Raises ValueError for fewer than three heads, which do not determine θ, x and y.
+    Raises ValueError for fewer than three heads, which do not determine θ, x and y, and if
+    ``turns`` and ``disc`` have different numbers of heads.
     """
     if disc.heads < LEAST_HEADS or len(turns.heads) != disc.heads:
         raise ValueError(

@@ -131,7 +131,8 @@ def calibrate(
         The capture cannot be used; the text says why.
     ValueError
         The set has no capture, counts per turn or head separation, or the capture lacks a requested
-        run, or the error exceeds the range of the gateware's formats.
+        run, or the requested method or separation cannot be used with this set, or the error
+        exceeds the range of the gateware's formats.
     """
     settings = settings or CalibrationSettings()
     measurement = _without_masked_stations(measurement)
@@ -172,7 +173,8 @@ def calibrate(
 
 def _at_the_temperature_of(measurement: MeasurementSet, coefficients: Coefficients) -> Coefficients:
     """Return the coefficients that the firmware applies at the mean temperature of the reference
-    run, or else of the capture; without temperatures, at the reference temperature."""
+    run or, in a set without a reference run, of the capture; if these rows have no temperatures, at
+    the reference temperature."""
     if coefficients.thermal is None:
         return coefficients
     rows = measurement.reference or measurement.capture
@@ -186,9 +188,9 @@ def objections(measurement: MeasurementSet, coefficients: Coefficients) -> list[
     """Return the reasons why coefficients from another source should not be written for this set's
     table.
 
-    The steepness of the correction and the head separation are always checked. If the set has a
-    reference run, the error in this run also decides; otherwise the estimate from the two heads
-    decides. A capture that cannot be used gives no objection.
+    If the correction is too steep, only this reason is returned. Otherwise the head separation of
+    a capture is checked, and the error in the reference run or, in a set without a reference run,
+    the estimate from the two heads. A capture that cannot be used gives no objection.
     """
     measurement = _without_masked_stations(measurement)
     table, capture, reference = measurement.table, measurement.capture, measurement.reference

@@ -175,8 +175,9 @@ def _cables(places_deg: Float, plan_deg: Float) -> tuple[tuple[int, ...], float,
 class Skew:
     """Delay of each head, and the corrections that make all heads equally late.
 
-    ``late_ns`` (H,): delay of each head relative to head 1; ``u_ns`` (H,): its standard
-    uncertainty; ``delays_clocks`` (H,): delays that ``head_delays`` packs into one parameter.
+    ``late_ns`` (H,): delay of each head relative to head 1, including the delays that the device
+    applied during the turns; ``u_ns`` (H,): its standard uncertainty; ``delays_clocks`` (H,):
+    delays that ``head_delays`` packs into one parameter.
     """
 
     late_ns: Float

@@ -42,7 +42,7 @@ class ReferenceComparison:
     before_arcsec: Float
     after_arcsec: Float
     noise: Extent | None
-    """Scatter of the repeats about the mean of each target; None without repeats."""
+    """Scatter of the repeats about the mean of each target; None if a target has only one row."""
 
 
 def extent(values: Float) -> Extent:

@@ -46,7 +46,7 @@ class Estimate:
     noise_gain : ndarray, shape (orders,)
         |TF| of every order.
     disagreement : ndarray, shape (orders,)
-        χ² per degree of freedom between the runs; 1 where it cannot be judged.
+        χ² per degree of freedom between the runs; 1 where chance explains it, and for one run.
     residual_rms_arcsec : float
         RMS of the residual, arcseconds.
     u_measured_separation_rad : float
@@ -64,7 +64,7 @@ class Estimate:
     noise_gain: Float
     """Noise gain |TF| of every order, (N,)."""
     disagreement: Float
-    """χ² per degree of freedom between the runs at every order, (N,); 1 if it cannot be judged."""
+    """χ² per degree of freedom between the runs at every order, (N,); 1 if chance explains it."""
     residual_rms_arcsec: float
     residual_peaks: tuple[tuple[float, float], ...]
     """Lines that stand out in the residual: (order, amplitude in arcseconds), largest first."""

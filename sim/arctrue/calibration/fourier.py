@@ -68,7 +68,8 @@ def fourier(
     Raises
     ------
     ValueError
-        Samples of a run are masked: a transform needs every sample.
+        Samples of a run are masked (a transform needs every sample), or ``harmonics`` is requested
+        and ``by_harmonics`` has no value.
     """
     for part in turns:
         if part.masked:

@@ -138,8 +138,9 @@ def weight_words(
 ) -> NDArray[np.int32]:
     """Return weights as s1.16 words whose sum is 2¹⁶ exactly, (H,); a weight 0 stays 0.
 
-    Among the words within 2 units of each weight, the words with the smallest share of a
-    translation are selected. Raises WeightsRefusedError for a weight that s1.16 does not hold.
+    Among the words within 2 units of each rounded weight, the words with the smallest share of a
+    translation are selected. Raises WeightsRefusedError for a weight that s1.16 does not hold, and
+    for weights whose sum is not 1.
     """
     values = np.asarray(weights, dtype=np.float64) * WEIGHT_ONE
     columns = translation_columns(places_rad, radius_ratios)

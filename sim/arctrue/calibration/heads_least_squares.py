@@ -46,8 +46,8 @@ LOW_ORDERS = 24
 contains motion of the axis at LOW_MOTION_ORDERS only.
 """
 SEARCH_SAMPLES = 36_000
-"""Largest number of samples used until places and weights have settled; in longer captures every
-k-th sample is used."""
+"""Approximate number of samples used until places and weights have settled; in captures of at least
+twice this number, every k-th sample is used."""
 ROUNDS_MOST = 6
 CONVERGED_ARCSEC = 1e-4
 """Largest change of any prediction, approximately, at which the iteration ends."""
@@ -87,7 +87,8 @@ def heads_least_squares(
 ) -> HeadsEstimate:
     """Fit all ``turns`` together.
 
-    Raises SingularHeadsError for unknowns that these heads do not determine.
+    Raises SingularHeadsError for unknowns that these heads do not determine, and ValueError for a
+    run with another number of heads than places.
     """
     data = _Data(turns, counts_per_rev, np.asarray(nominal_places_rad, dtype=np.float64))
     _refuse_at_once(data, settings)
@@ -212,10 +213,10 @@ class _Data:
         return sum(part.samples for part in self.turns)
 
     def thinned(self, most: int, most_order: int) -> _Data:
-        """Return every k-th sample of each run, about ``most`` in all, or ``self`` if it has no
-        more samples.
+        """Return every k-th sample of each run, in all fewer than twice ``most`` if the turns
+        permit it, or ``self`` if k would be 1.
 
-        A turn keeps four samples for each period of its highest order.
+        A turn keeps at least four samples for each period of its highest order.
         """
         a_turn = min(part.samples // part.turns for part in self.turns)
         step = min(self.samples // most, a_turn // (4 * most_order))

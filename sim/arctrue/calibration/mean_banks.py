@@ -33,8 +33,8 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 ROUNDS = 6
-"""Number of iterations. Each iteration multiplies the error of y_i by |dε/dR| ≤ 10⁻²; after six
-iterations the error is below the resolution of float64."""
+"""Number of iterations. Each iteration multiplies the error of y_i by |dε/dR|; with |dε/dR| below
+10⁻³, the error after six iterations is below the resolution of float64."""
 
 
 @dataclass(frozen=True)

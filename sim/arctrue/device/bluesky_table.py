@@ -90,8 +90,10 @@ class LoadedCoefficients(Device, Movable[Path]):
         ConsoleError
             If no daemon runs, the daemon is read-only, or turns do not test the coefficients within
             JUDGED_S seconds.
+        TimeoutError
+            If the PVs show no later turn within TURN_S seconds.
         ValueError, OSError
-            If the file cannot be read or needs a part that the device does not have.
+            If the file cannot be read or needs a part that no device can load.
         """
         last = await asyncio.to_thread(self._load, Path(value))
         async for number in observe_value(self._turn(), timeout=TURN_S):

@@ -113,7 +113,7 @@ def measure_turn(
 
 def both_directions(device: Parameters, forward: MeasuredTurn, backward: MeasuredTurn) -> Turned:
     """Compute skew and places from a turn in each direction. Raises ValueError for turns in one
-    direction."""
+    direction and for a skew that the device cannot remove."""
     word, heads = int(device.get("head_delays", 0.0)), forward.fit.offsets_rad.size
     skew = skew_of(
         forward.fit,

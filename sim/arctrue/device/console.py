@@ -116,8 +116,8 @@ class Console:
     def dump(self, seconds: float) -> MeasurementSet:
         """Return a capture of the next turn; request damaged rows again.
 
-        Raises ConsoleError if no turn arrives, if rows remain missing, or if the samples have no
-        times.
+        Raises ConsoleError if no turn arrives, if the first line or rows are damaged in every
+        attempt, or if the samples have no times.
         """
         for _ in range(ATTEMPTS):
             self.command("dump")

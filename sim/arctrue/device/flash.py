@@ -2,10 +2,10 @@
 
 The boot ROM starts the first image that it finds: it looks for a header every 32 KB, beginning at
 the start of the flash (UG585, chapter 6). The image at the start is updated; the golden image after
-it is written once and then remains. The signature in the header of the first image is overwritten
-before anything is erased, and the header is written last. Power may therefore be lost at any
-moment, also during an erase: until the header is complete, the golden image starts. The bitstream
-after the images has its own CRC; the firmware starts even if the bitstream is damaged.
+it is written once and then remains. The signature in the header of an image is overwritten before
+the image is erased, and the header is written last. Power may therefore be lost at any moment, also
+during an erase: until the header of the first image is complete, the golden image starts. The
+bitstream after the images has its own CRC; the firmware starts even if the bitstream is damaged.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Reads and writes the coefficient file, which ``arctrue calibrate`` makes for the gateware.
+"""Reads and writes the coefficient file, which ``arctrue calibrate`` and ``arctrue export`` make.
 
 The format is TOML. The gateware loads the integer words; further keys state the values of these
 words in arcseconds and degrees, and the reader checks that keys and words agree. Lanes that are not
@@ -181,8 +181,8 @@ _DECLARED: Mapping[int, type[_File]] = {
 
 
 class CoefficientFileError(ValueError):
-    """Is raised for a coefficient file that cannot be used; the message names the file and the
-    key."""
+    """Is raised for a coefficient file that cannot be used; the message names the file and, if one
+    key is wrong, this key."""
 
 
 def write_coefficient_file(path: Path | str, coefficients: Coefficients, title: str = "") -> None:

@@ -76,8 +76,8 @@ class RampVelocity:
     velocity."""
 
     def clock(self, marker: bool, rate: int, acceleration: int) -> None:
-        """Advance by one clock; the caller first sets ``excess`` to its value in the previous
-        clock."""
+        """Advance by one clock; the caller then sets ``excess``, for which it computes the new
+        value from ``step`` and ``ends``."""
         whole = self.velocity >> VELOCITY_FRACTION
         moved = self.fraction + whole
         is_held = marker or self.was_marker

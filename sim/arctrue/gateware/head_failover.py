@@ -38,10 +38,11 @@ class FailoverInputs:
 class HeadFailover:
     """Registers of the entity with ``failover.enable`` set; one call of ``clock`` is one clock.
 
-    A head remains left out until a prepared set is loaded in which it is not the missing head.
-    While the coefficients that the processor wrote are active, the head returns when two conditions
-    are met: it has found its index again, and either the processor has requested its return or
-    ``return_after`` intervals have passed.
+    A head remains left out until a prepared set is loaded in which it is not the missing head, or
+    until it returns. It returns when two conditions are met: it has found its index again, and
+    either the processor has requested its return, or ``return_after``, if not 0, has passed in
+    units of 2^(``interval_bits`` + 3) clocks. The entity then loads set 0, but loads no set while
+    the coefficients that the processor wrote are active.
     """
 
     heads: int

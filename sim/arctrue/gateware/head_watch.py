@@ -42,7 +42,7 @@ def stepped_head(moved: NDArray[np.int64], limit: int) -> int | None:
 
     ``moved`` (heads,): changes of the readings, all relative to the same reading. Changes count as
     equal if they differ by less than ``limit`` counts. The function returns None if no head or
-    several heads meet this condition.
+    several heads meet this condition, or if ``limit`` is 0.
     """
     candidates = [
         head

@@ -89,7 +89,7 @@ def _index(z: Ints, step: Ints, unsettled: Bools) -> tuple[Bools, Bools, Ints]:
 
 @dataclass(frozen=True)
 class _Verdicts:
-    """Results of the check of each index mark, in arrays (clocks,) at the clock of the check."""
+    """Results of the check of each index mark, in arrays (clocks,), one clock after the check."""
 
     is_judged: Bools
     misplaced: Bools

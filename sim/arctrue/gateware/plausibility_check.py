@@ -44,7 +44,7 @@ def _edges_lost(
     settling: Bools,
 ) -> Bools:
     """Return for each clock whether the check detects that the filter suppressed a whole period of
-    A and B.
+    A and B, or the fourth illegal transition.
 
     ``levels``: A and B before the filter; ``settling``: clocks in which they are ignored.
     """

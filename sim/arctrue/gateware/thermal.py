@@ -89,8 +89,8 @@ class ThermalLanes:
 
     @property
     def has_default_range(self) -> bool:
-        """Tell whether the temperature range is the default range, which is not written to a
-        file."""
+        """Tell whether the temperature range is the default range, which ``arctrue load`` does not
+        send."""
         span = (self.reference_c - THERMAL_RANGE_K, self.reference_c + THERMAL_RANGE_K)
         return (self.least_c, self.most_c) == tuple(round(limit, 3) for limit in span)
 
@@ -121,7 +121,7 @@ class ThermalLanes:
         range_c: tuple[float, float] = (math.nan, math.nan),
     ) -> ThermalLanes:
         """Return the lanes for slopes ``{order: (4,)}`` in counts per kelvin and per kelvin
-        squared."""
+        squared. Raises ValueError for a slope that is not finite."""
         values = np.array(list(slopes_counts.values()))
         if not np.all(np.isfinite(values)):
             raise ValueError("slopes: not a finite number")

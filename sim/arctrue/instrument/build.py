@@ -93,7 +93,8 @@ def tool_versions() -> dict[str, str]:
 
 @cache
 def verilator_include() -> Path:
-    """Return the folder of the C++ runtime sources that Verilator provides."""
+    """Return the folder of the C++ runtime sources that Verilator provides. Raises InstrumentError
+    if the folder does not contain them."""
     done = subprocess.run(
         ["verilator", "--getenv", "VERILATOR_ROOT"], capture_output=True, text=True, check=False
     )

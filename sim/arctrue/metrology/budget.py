@@ -204,8 +204,8 @@ def separation_slope(calibration: Calibration) -> float:
 def reference_budget(measurement: MeasurementSet, correction: Correction) -> Budget:
     """Make the budget of a correction that was fitted to the set's own reference run.
 
-    Raises ValueError for a set without a reference run, or with fewer rows than the correction has
-    coefficients.
+    Raises ValueError for a set without a reference run, or with no more rows than the fit has
+    coefficients (the constant included).
     """
     reference = measurement.reference
     if reference is None:

@@ -39,9 +39,10 @@ from arctrue.workbench.observations.build import observations_of
 Float = NDArray[np.float64]
 
 MOST_UNDETERMINED = 1e-3
-"""Largest share of the model's columns at an angle that no row may determine. The covariance
-contains no uncertainty for this share; directions count as undetermined up to a condition number of
-3e4 (RANK_TOLERANCE), so that small positioning errors of the targets leave a share below 1e-4."""
+"""Largest permitted share of the model's columns at an angle that no row of the set determines. The
+covariance contains no uncertainty for this share; directions count as undetermined above a
+condition number of 3e4 (RANK_TOLERANCE), so that small positioning errors of the targets leave a
+share below 1e-4."""
 SHIFT_ARCSEC = 10.0
 """Change of the head separation from which its sensitivity is computed; it is small against
 mounting errors and large against rounding errors."""
@@ -95,8 +96,8 @@ def certified_error(
     """Fit ``model`` to the set and state its error function at angles (n,), with the uncertainty.
 
     ``conditions``: ``direction``, ``temperature_c`` and others that the model's effects need.
-    Raises ValueError if the set does not state a quantity that U needs, or if a condition is
-    missing.
+    Raises ValueError if the set does not state a quantity that U needs, if a condition is missing,
+    or if the rows of the set do not determine the error function at an angle.
     """
     reference = measurement.reference
     if reference is not None and reference.standard_uncertainty_arcsec is None:

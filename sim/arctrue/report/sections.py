@@ -35,11 +35,10 @@ LEAST_SHARE = 0.005
 LEAST_CARDS candidates are shown.
 """
 _SHOWN_SHARE = 0.005
-"""Smallest share that is printed next to the name of a condition; a share of 0.005 is printed as 1
-%."""
+"""Smallest share that is printed next to the name of a condition; smaller shares round to 0 %."""
 NAMED_P = 0.01
-"""Largest p-value at which an effect is named; the same value as in
-:mod:`arctrue.workbench.diagnose.diagnosis`."""
+"""Limit of the p-value below which an effect is named; the same value as
+:data:`arctrue.workbench.inference.significance.SIGNIFICANCE`."""
 
 
 def words(name: str) -> str:

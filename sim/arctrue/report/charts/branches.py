@@ -1,4 +1,4 @@
-"""Draws the residual over the angle, with one curve for each run or direction."""
+"""Draws the residual over the angle, with one curve for each run (12 at most) or direction."""
 
 from __future__ import annotations
 
@@ -37,8 +37,9 @@ _MARKERS: tuple[Marker, ...] = ("circle", "hollow", "diamond")
 
 
 def branches(residuals: Residuals, noise_arcsec: Mapping[str, float]) -> Chart:
-    """Draw for each run of the capture the mean residual in 180 bins of the angle, and for each row
-    of the reference the residual as a point; the points of each direction have their own colour.
+    """Draw for each of the first 12 runs of the capture the mean residual in 180 bins of the angle,
+    and for each row of the reference the residual as a point; the points of each direction have
+    their own colour.
 
     ``noise_arcsec``: standard deviation of repeated measurements, by channel.
     """

@@ -66,7 +66,7 @@ def candidates_chart(result: Diagnosis) -> Chart:
 
 
 def along(delta_bic: Float) -> Float:
-    """Return the position of each ΔBIC on the axis: x/10 up to ±10, then ±(1 + log₁₀|x|/10)."""
+    """Return the position of each ΔBIC on the axis: x/10 up to ±10, then ±(1 + log₁₀(|x|/10))."""
     size = np.abs(delta_bic) / LINEAR_TO
     return np.asarray(
         np.sign(delta_bic) * np.where(size > 1.0, 1.0 + np.log10(np.maximum(size, 1.0)), size)

@@ -25,8 +25,8 @@ SYMBOLS = {ARCSEC: "″", URAD: "µrad", "deg": "°", "deg/s": "°/s", "1": ""}
 """Symbols of those units whose symbol differs from the unit's key."""
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#b5578c", "#b07d00", "#3c8dbc")
-"""Colours of up to six series, by Okabe and Ito: people with any type of colour vision can
-distinguish them."""
+"""Colours of up to six series. The first three are colours of Okabe and Ito, which people with any
+type of colour vision can distinguish; the other three are similar to further colours of theirs."""
 CHANNEL_COLOUR = {"capture": COLOURS[0], "reference": COLOURS[1]}
 QUIET = "#8a94a0"
 """Colour of elements of minor importance."""

@@ -68,8 +68,11 @@ def _axis(condition: Condition, values: Float) -> Axis:
 
 
 def bins_over(condition: Condition, values: Float, left: Float) -> Bins:
-    """Return the mean residual in bins of a condition; the bins divide the turn, or the range from
-    the lowest to the highest value."""
+    """Return the mean residual in bins of a condition.
+
+    The bins divide the turn, or the range from the lowest to the highest value; a few distinct
+    values have a bin each.
+    """
     if condition.goes_round:
         places = np.unique(np.round(np.mod(values, 2.0 * np.pi), 6)).size
         return AngleWindow.over(values).bins(values, left, min(_ROUND_BINS, max(places, 1)))

@@ -209,7 +209,8 @@ def pool(
     """Yield batches as processes of this machine finish them.
 
     A killed worker breaks the pool: a new pool repeats all unfinished batches. Once ``stopping()``
-    is true, no new batch starts; batches that already run are still finished and yielded.
+    is true, no new batch starts; batches that already run are still finished and yielded. Raises
+    CampaignError if pools break repeatedly without a result in between.
     """
     # numpy in the workers reads this variable; with one thread, sums do not depend on the number of
     # cores.

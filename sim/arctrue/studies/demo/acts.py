@@ -1,5 +1,4 @@
-"""Runs both acts of the demo in parallel: the first act in GHDL, the second act in the compiled
-gateware."""
+"""Runs an act of the demo in the background, so that both acts run in parallel."""
 
 from __future__ import annotations
 

@@ -47,8 +47,8 @@ U_MOUNTING_ARCSEC = MOUNTING_ARCSEC / float(np.sqrt(3.0))
 
 @dataclass(frozen=True)
 class Bench:
-    """Simulated table with several heads; ``seed`` determines the places and index marks of all
-    heads except head 1, within ± 50″ of nominal.
+    """Simulated table with several heads; ``seed`` determines the noise, the radii, and the places
+    and index marks of all heads except head 1, within ± 50″ of nominal.
     """
 
     places_deg: tuple[float, ...] = PLACES_DEG
@@ -92,7 +92,7 @@ class Bench:
         self, number: int, causes: tuple[Cause, ...], turns: int = 1, *, noise: bool = True
     ) -> tuple[Integer, Float]:
         """Return counts (heads, n) and true angles of run ``number``; runs with larger numbers
-        start later."""
+        start at larger angles."""
         table = self.table(*causes)
         motion = Motion.steady(
             SPEED_RAD_S,

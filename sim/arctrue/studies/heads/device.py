@@ -120,7 +120,7 @@ class HeadsDevice:
 
     def calibrate_alone(self, *, on: bool = True) -> None:
         """Set the places of heads 3 and 4 in the firmware, so that the firmware can calibrate the
-        mean by itself."""
+        mean by itself; without ``on``, set them to 0, so that it cannot."""
         for name, place in zip(("head3_deg", "head4_deg"), PLACES_DEG[2:], strict=True):
             self.firmware.set(name, place if on else 0.0)
 

@@ -51,7 +51,8 @@ the part at each of the two speeds."""
 
 
 def with_second_speed(drive: Motion, second_rad_s: float) -> Motion:
-    """Return ``drive`` over the same angle, with a part of each turn at a second speed.
+    """Return ``drive`` over the same angle, rounded up to whole turns, with a part of each turn at
+    a second speed.
 
     Both speeds have the same direction. The ripple of the angle does not change.
     """

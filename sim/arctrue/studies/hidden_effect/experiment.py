@@ -64,7 +64,7 @@ TURNS_BACK = 2.6
 
 @dataclass(frozen=True)
 class HiddenResult:
-    """Result of the experiment; the scores apply to the turns after the last power-up."""
+    """Result of the experiment; the scores apply to the turns that :attr:`Case.fresh` describes."""
 
     case: Case
     settings: HiddenSettings
@@ -439,8 +439,9 @@ class _Run:
         return 4.6 if self._goes_on else 2.0
 
     def _first_run(self) -> Coefficients:
-        """Drive two turns upwards at the usual temperature; return the coefficients that the
-        firmware calibrates from the first turn."""
+        """Capture two turns upwards at the usual temperature, after the reference's turns if the
+        reference takes several; return the coefficients that the firmware calibrates from the first
+        turn."""
         rig = self.rig
         drive = self._drive(RunPlan(), self._first_turns)
         several = self.case.reference_turns > 1

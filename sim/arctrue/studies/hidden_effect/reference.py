@@ -1,7 +1,7 @@
 """Simulates a reference instrument on the table, and reads the gateware's output at its stations.
 
-The output is read while the compensation is off: it then equals the reading of head 1, for which
-the rows of a reference run are defined.
+The rows of a reference run are read while the compensation is off, so that the output equals the
+reading of head 1; a polygon also reads the corrected output.
 """
 
 from __future__ import annotations

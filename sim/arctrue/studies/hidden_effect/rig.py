@@ -69,7 +69,8 @@ class Rig:
 
     @property
     def present_drive(self) -> Motion:
-        """Return the present drive of the table."""
+        """Return the present drive of the table. Raises InstrumentError before the first
+        power-up."""
         if self.drive is None:
             raise InstrumentError("the table is not driven yet: call power_up() first")
         return self.drive

@@ -32,7 +32,7 @@ class DiagnosedModel:
     observations: Observations
     diagnosis: Diagnosis
     effect: str | None
-    """Name of the added effect; None if no effect could be added."""
+    """Name of the effect that the last step added; None if this step could add no effect."""
     effect_file: Path | None
     """File that defines the added effect, if the catalogue does not contain it."""
     before: Model
@@ -91,7 +91,8 @@ def diagnose_and_add(
     """Run ``arctrue diagnose`` and ``arctrue add``, with ``--adopt`` if the diagnosis cannot name
     the effect.
 
-    Both commands run once for each effect to add; the result contains the last diagnosis.
+    Both commands run once for each effect to add, until a diagnosis gives no effect to add; the
+    result contains the last diagnosis.
     ``added``: name and settings of an effect that is added in place of the diagnosed one.
     """
     measurement = read_measurement_set(folder)

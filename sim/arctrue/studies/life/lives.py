@@ -23,8 +23,8 @@ LIMIT_ARCSEC = 1.0
 FIRST_SIZE_ARCSEC = 0.2
 """Largest size of the effect at the beginning of a life."""
 U_ARCSEC = 0.03
-"""Mean standard uncertainty of a fitted size; the uncertainty in one set is 0.7 to 1.5 times this
-value."""
+"""Typical standard uncertainty of a fitted size; the uncertainty in one set is 0.7 to 1.5 times
+this value."""
 SCATTER_ARCSEC = 0.05
 """Standard deviation of the true size between sets, due to mounting and temperature."""
 STEP_DAYS = 0.25
@@ -92,8 +92,8 @@ KINDS: dict[str, Callable[[Float, float, Random], Course]] = {
 
 
 def simulated_life(kind: str, seed: int) -> Life:
-    """Simulate a life of one kind; the size has two components (amplitude and phase) for a bearing,
-    one component with a sign for every other kind."""
+    """Simulate a life of one kind; the size has two components (cosine and sine) for a bearing, one
+    component with a sign for every other kind."""
     random = np.random.default_rng([seed, list(KINDS).index(kind)])
     parts = 2 if kind == "bearing that wears" else 1
     begin = float(random.uniform(100.0, 300.0))

@@ -75,8 +75,8 @@ BLIND_ORDER = 120
 UNLISTED_ARCSEC = {47: 0.05, 77: 0.03}
 """Amplitudes of further orders of the disc, by order; no method fits these orders."""
 UNLISTED_MOTION = {1: -0.3, 9: 0.3, 13: -0.2}
-"""Further circles of the axis by order, relative to the circle of order 2; negative orders turn
-backwards. No method fits orders 9 and 13."""
+"""Further circles of the axis by order, relative to the circle of order 2; those with a negative
+size turn backwards. Only methods that allow motion at every order allow it at orders 9 and 13."""
 BALLS_M, BALLS_ORDER = 0.25e-6, 4.37
 HUB_SHIFT_M = 2e-6
 """Shift of the disc on its hub. After the calibration, this shift and the ball pass of the bearing

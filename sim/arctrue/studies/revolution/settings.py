@@ -42,8 +42,8 @@ GRADUATION_PHASES_RAD = (4.2, 3.1, 4.1, 4.8, 3.9, 4.6)
 
 PAPER_COUNT_ARCSEC = ARCSEC_PER_TURN / (1 << 24)
 _RUN_UP_RAD = float(np.deg2rad(1.0))
-# A capture begins at the first sample after both indices; the calculation and the ramp take place
-# while the table turns by this additional angle.
+# A capture begins at the first sample after both indices. Therefore the motion between the two
+# turns is longer than the calculation and the ramp by twice this angle.
 _SPARE_RAD = float(np.deg2rad(15.0))
 # Assumed number of clocks to read one word of the bank over the bus; 6 were measured.
 _CLOCKS_A_READ = 8

@@ -57,8 +57,8 @@ class Course(Motion):
         """Return a course that starts from rest, passes both indices, and then runs the legs, each
         from rest to rest.
 
-        Travel 0 is the angle after the indices. Raises ValueError if the first leg is a pause or
-        too short for its ramps.
+        Travel 0 is the angle after the indices. Raises ValueError if the first leg is a pause, or
+        if a leg is too short for its ramps.
         """
         if not legs or not legs[0].turns:
             raise ValueError("the first leg must turn the table: both heads need their index")

@@ -20,7 +20,7 @@ from arctrue.studies.scenario.scenario import FLAGS, Scenario
 from arctrue.studies.scenario.seen import seen_by_reference
 
 LOOKS_A_TURN = 36
-"""Number of times per turn at which flags and telemetry are read."""
+"""Number of times at which flags and telemetry are read in a turn at the largest speed."""
 THERMOMETER_STEP_K = 1 / 128
 """Resolution of the simulated thermometer, a TMP117."""
 

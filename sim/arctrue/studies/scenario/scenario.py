@@ -117,7 +117,7 @@ class TemperaturePoint(Struct, frozen=True, forbid_unknown_fields=True):
 
     celsius: Annotated[float, Meta(ge=-50, le=150)]
     at_turn: NotNegative = 0.0
-    """Number of the turn from whose first instant the time ``after_s`` counts."""
+    """Travel, in turns, from whose first instant the time ``after_s`` counts."""
     after_s: Number = 0.0
 
 
@@ -190,7 +190,7 @@ class Limits(Struct, frozen=True, forbid_unknown_fields=True):
     refused_turns_least: Count | None = None
     refused_turns_most: Count | None = None
     reasons_wanted: tuple[Reason, ...] = ()
-    """Reasons for refused captures that must occur."""
+    """Reasons, for refused captures or for kept coefficients, that must occur."""
     flags_wanted: tuple[Flag, ...] = ()
     flags_allowed: tuple[Flag, ...] | None = None
 

@@ -73,11 +73,11 @@ def simulate_set(
 ) -> SimulatedSet:
     """Draw a table by ``seed`` with all wanted causes, and make the measurements of the experiment.
 
-    ``again`` is the number of a repetition with the same table: only the noise and the detection of
-    the index differ from the first measurement, number 0.
+    ``again`` is the number of a repetition with the same table: only the noise, the detection of
+    the index and the angle at which each run begins differ from the first measurement, number 0.
 
     ``further`` names measurements that are made after those of the experiment, on the same table;
-    the runs of the experiment stay identical.
+    the capture runs of the experiment stay identical except for the draws of noise causes.
 
     ``noise`` are noise causes of the registry in addition to the white noise of both heads and the
     reference; they draw from their own streams, so that everything else stays identical.
