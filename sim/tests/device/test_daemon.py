@@ -90,7 +90,16 @@ def test_what_changes_the_device_needs_allow_control(device: Device, tmp_path: P
 
 @pytest.mark.parametrize(
     "line",
-    [b"status", b"dump", b"dump rows 3 10", b"marker12.1", b"", b"help jump", b"show parameters"],
+    [
+        b"status",
+        b"heads",
+        b"dump",
+        b"dump rows 3 10",
+        b"marker12.1",
+        b"",
+        b"help jump",
+        b"show parameters",
+    ],
 )
 def test_lines_that_read_are_passed_on(line: bytes) -> None:
     assert refusal_of(line) is None

@@ -6,7 +6,7 @@ from __future__ import annotations
 import re
 
 _READS = re.compile(
-    rb"\s*(|status|version|help( \w+)?|show \w+|dump( rows \d+ \d+)?|probe( events)?"
+    rb"\s*(|status|version|heads|help( \w+)?|show \w+|dump( rows \d+ \d+)?|probe( events)?"
     rb"|trigger|sync|compare|load status|flash status|telemetry on|marker[\d.]+)\s*"
 )
 

@@ -194,8 +194,8 @@ def adjusted_p_values(
 def find_changes(
     series: Sequence[Series], false_alarms_a_year: float, random: Random
 ) -> list[Change]:
-    """Find the changes of all series, earliest first; return none for fewer than ``FEWEST_SETS``
-    sets.
+    """Find the changes of all series, in the order in which they are found; return none for fewer
+    than ``FEWEST_SETS`` sets.
 
     All series have the same days. After each found change, the function subtracts this change and
     tests the series again, at most ``MOST_CHANGES`` times.
@@ -221,7 +221,7 @@ def find_changes(
         open_ = [i for i, _ in changed]
         if not open_:
             break
-    return sorted(found, key=lambda change: change.day)
+    return found
 
 
 def design_of(days: Float, known: Sequence[Shape]) -> Float:

@@ -87,6 +87,7 @@ def history_of(
         for one in series
         if one.name in limited
     ]
+    changes.sort(key=lambda change: change.day)
     calibrations = [
         Calibration(one, tuple(item for item in changes if _breaks(item, number)))
         for number, one in enumerate(machine.sets)
