@@ -102,23 +102,6 @@ class Candidate:
         """
         return refined(self.solution)
 
-    @cached_property
-    def contradiction(self) -> str | None:
-        """Explanation why the fitted values exclude the effect by its own physics; None if they do
-        not."""
-        solution = self.solution
-        part = solution.part(len(solution.terms) - 1)
-        why = self.effect.contradiction(
-            solution.coefficients[part],
-            solution.covariance[part, part],
-            self.nonlinear,
-            solution.observations,
-        )
-        if why is None and self.effect.search:
-            found = self.at_maximum.parameters()[-1]
-            why = self.effect.search_contradiction(found, solution.observations)
-        return why
-
     @property
     def term(self) -> Term:
         """The effect as a term of a model."""

@@ -46,9 +46,6 @@ SAME_GAIN = 0.01
 search determines the last digits of a gain only approximately."""
 LACK_OF_FIT = 1e-4
 """A lack of fit is sure if its p is below this value."""
-NEARLY_THE_SAME = 0.9
-"""Smallest share of the ΔBIC of an effect that contradicts itself which another effect needs to
-take its place. The value is chosen, not calibrated."""
 REFUSED_P = LACK_OF_FIT
 """An effect that fits but must not be named counts as a lack of fit if its p is below this value,
 which equals the limit of a sure lack of fit."""
@@ -423,23 +420,16 @@ def _contains(best: Candidate, product: Candidate) -> bool:
 
 
 def _large_enough(real: list[Candidate]) -> Candidate | None:
-    """Return the first of ``real``, or a larger effect that contains it, adds more than chance and
-    does not contradict itself.
-
-    If the first contradicts itself, an effect with nearly the same ΔBIC takes its place: faces of a
-    polygon that follow a wave are a motion of the axis.
-    """
+    """Return the first of ``real``, or a larger effect that contains it and adds more than
+    chance."""
     if not real:
         return None
-    best = real[0]
-    if best.contradiction is not None:
-        as_good = (item for item in real if item.delta_bic > NEARLY_THE_SAME * best.delta_bic)
-        best = next((item for item in as_good if item.contradiction is None), best)
-    rest = [item for item in real if item is not best]
+    best, rest = real[0], list(real[1:])
     while rest:
         larger = [item for item in rest if item.rank > best.rank and stands_in(best, item)]
-        ahead = (item for item in larger if adds(item, best) or lead(item, best) > NEAR_TIE)
-        found = next((item for item in ahead if item.contradiction is None), None)
+        found = next(
+            (item for item in larger if adds(item, best) or lead(item, best) > NEAR_TIE), None
+        )
         if found is None:
             break
         best = found

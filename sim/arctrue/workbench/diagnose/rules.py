@@ -269,7 +269,17 @@ def contradicts_itself(case: Case) -> Decision | None:
     """The best effect has values that its own physics excludes."""
     best = case.best
     assert best is not None
-    why = best.contradiction
+    solution = best.solution
+    part = solution.part(len(solution.terms) - 1)
+    why = best.effect.contradiction(
+        solution.coefficients[part],
+        solution.covariance[part, part],
+        best.nonlinear,
+        solution.observations,
+    )
+    if why is None and best.effect.search:
+        found = best.at_maximum.parameters()[-1]
+        why = best.effect.search_contradiction(found, solution.observations)
     if why is None:
         return None
     # The product that explains the same error as the best effect describes this error without its

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,8 +10,6 @@ from scipy.stats import binom
 
 from arctrue.workbench.effects.base import CONTRADICTED_P, Parameter
 from arctrue.workbench.effects.registry import built_in
-from tests.workbench.base_diagnosis import diagnosis_of
-from tests.workbench.small_sets import ALPHA, COUNTS_PER_REV, measurement_set
 
 EFFECTS = built_in()
 FACES = 24
@@ -178,45 +175,3 @@ def test_an_order_that_cannot_be_reported_from_a_half_one_is_no_ball_pass() -> N
 def test_an_effect_without_such_a_rule_is_never_refused() -> None:
     effect = EFFECTS["hysteresis"]()
     assert effect.contradiction(np.array([1.0]), np.eye(1), {}, None) is None  # type: ignore[arg-type]
-
-
-def test_an_effect_that_contradicts_itself_does_not_replace_the_effect_that_it_contains() -> None:
-    """The axis moves by 1″ of order 8, and the polygon's faces have errors of 0.15″: the faces
-    explain the reference best, but follow the wave. The diagnosis puts the motion first."""
-    clean = measurement_set(seed=3)
-    capture, reference = clean.capture, clean.reference
-    assert capture is not None
-    assert capture.head2_counts is not None
-    assert reference is not None
-    assert reference.head1_counts is not None
-    counts_an_arcsec = COUNTS_PER_REV / 1_296_000.0
-
-    def seen(counts: np.ndarray, head_rad: float) -> np.ndarray:
-        """Return what a head sees of a motion of the axis along y, in arcseconds."""
-        return np.cos(head_rad) * np.cos(16.0 * np.pi * counts / COUNTS_PER_REV + 0.3)
-
-    first, second, there = capture.head1_counts, capture.head2_counts, reference.head1_counts
-    at_faces = seen(there, 0.0)
-    faces = np.random.default_rng(8).normal(0.0, 0.15, 24)
-    face = np.round(reference.target_deg / 15.0).astype(np.int64) % 24
-
-    def moved(counts: np.ndarray, arcsec: np.ndarray) -> np.ndarray:
-        return counts + np.round(arcsec * counts_an_arcsec).astype(np.int64)
-
-    found = diagnosis_of(
-        replace(
-            clean,
-            capture=replace(
-                capture,
-                head1_counts=moved(first, seen(first, 0.0)),
-                head2_counts=moved(second, seen(first, ALPHA)),
-            ),
-            reference=replace(
-                reference,
-                head1_counts=moved(there, at_faces),
-                error_arcsec=reference.error_arcsec + at_faces + faces[face],
-            ),
-        )
-    )
-    assert found.decision.first is not None
-    assert found.decision.first.name == "radial_error_motion"
