@@ -64,6 +64,11 @@ which a further cause may explain."""
 LINES = frozenset({"line", "frequency", "unwrapped_order"})
 """Kinds of search that find a line (a sine of one order or frequency); an oscillation that noise
 drives may look like a line."""
+OF_AN_OSCILLATION = 0.75
+"""Smallest share of an oscillation's gain by which a line or a product of parts explains the
+oscillation. A line explains all of a sine whose amplitude or phase changes little, but about a
+third of an oscillation that loses its phase twenty times in the record, which has the width of six
+frequencies that the record separates."""
 LEAST_TAKEN = 0.1
 """Smallest share of the error's mean square above the noise that an effect must remove; an effect
 that removes less does not explain this error."""
@@ -154,8 +159,8 @@ def jumped_once(case: Case) -> Decision | None:
 
 
 def driven_by_noise(case: Case) -> Decision | None:
-    """The noise has a damped oscillation; lines and products of parts explain less, and other
-    effects less than a tenth of what it explains."""
+    """The noise has a damped oscillation; lines and products of parts explain less than three
+    quarters, and other effects less than a tenth of what it explains."""
     best, product = case.best, case.product
     flexible = best is not None and _only_lines(case, best)
     if product is not None and case.ahead > PARTS_ADVANTAGE:
@@ -168,8 +173,10 @@ def driven_by_noise(case: Case) -> Decision | None:
     found = case.oscillation
     if found is None:
         return None
-    most = 2.0 * found.gain
-    if best is not None and best.gain > (most if flexible else LEAST_TAKEN * most):
+    if best is not None and found.channel not in _channels_moved(best, case.survey):
+        return None
+    most = (OF_AN_OSCILLATION if flexible else LEAST_TAKEN) * 2.0 * found.gain
+    if best is not None and best.gain > most:
         return None
     return Decision("unknown", seen=found.words(), oscillation=found)
 
@@ -400,19 +407,17 @@ def _little_taken(
         # Otherwise the remaining error may be slow noise, which no effect removes.
         if rest is not None and rest < LACK_OF_FIT:
             taken[channel] = max(share, 0.0)
-    if not taken or not set(taken) & set(_channels_moved(case)):
+    if case.best is None or not set(taken) & set(_channels_moved(case.best, case.survey)):
         return None
     return " and ".join(f"{100.0 * share:.2g} % in the {name}" for name, share in taken.items())
 
 
-def _channels_moved(case: Case) -> list[str]:
-    """Return the channel that the best effect changes most, in units of the noise of its rows."""
-    best = case.best
-    assert best is not None
-    noise = {name: item.noise_arcsec for name, item in case.survey.channels.items()}
+def _channels_moved(item: Candidate, survey: Survey) -> list[str]:
+    """Return the channel that an effect changes most, in units of the noise of its rows."""
+    noise = {name: fit.noise_arcsec for name, fit in survey.channels.items()}
     return sorted(
-        (name for name in best.moved_arcsec if name in noise),
-        key=lambda name: -best.moved_arcsec[name] / max(noise[name], 1e-12),
+        (name for name in item.moved_arcsec if name in noise),
+        key=lambda name: -item.moved_arcsec[name] / max(noise[name], 1e-12),
     )[:1]
 
 
