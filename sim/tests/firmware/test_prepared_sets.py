@@ -257,6 +257,19 @@ def test_a_mean_without_a_set_for_the_left_out_head_is_refused(running: Firmware
     assert swap not in running.core.writes
 
 
+def test_the_failover_stays_on_after_words_that_do_not_read_back(running: Firmware) -> None:
+    """A refused candidate changes neither the active mean nor its sets, so the failover of this mean
+    goes on."""
+    loaded(running, file_of(1, 2, 3, 4))
+    before = running.core.get("failover")
+    assert load(running, file_of()) == "ok"
+    running.core.broken_lane = 0
+    running.turn(turn(3))
+    assert state(running) == "load refused not_read_back"
+    assert running.core.get("failover") == before
+    assert running.status("set_without_head") == ["1", "2", "3", "4"]
+
+
 def test_a_re_arm_asks_for_every_head(running: Firmware) -> None:
     loaded(running, file_of(1, 2, 3, 4))
     running.core.status(left_out=0b0010, active=2)
