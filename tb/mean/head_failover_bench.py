@@ -199,8 +199,8 @@ async def the_parity_ignores_readings_before_a_jump(dut: Any, moves: str) -> Non
     """Differences that end with a head's first index, or with a swap of the words, do not set the
     flag of the parity; the same differences later do, if the words use all heads.
 
-    The bench changes `is_settled` and the differences as head_mean does: `is_settled` is low from
-    the clock after the jump on for 8 clocks, and the differences are new 6 clocks after the jump.
+    The bench changes `is_settled` and the differences as head_mean does: `is_settled` rises 9 clocks
+    after the jump, and the differences are new 6 clocks after the jump.
     The jump comes in each of the 8 clocks in which parity_sum may take the differences.
     """
     off = 1000 << 4
@@ -217,7 +217,7 @@ async def the_parity_ignores_readings_before_a_jump(dut: Any, moves: str) -> Non
             await RisingEdge(dut.clock)
         for clock in range(60):
             dut.indices_seen.value = ALL
-            if clock in (1, 9):
+            if clock in (0, 9):
                 dut.is_settled.value = int(clock == 9)
             if clock == 6:
                 dut.differences.value = 0
