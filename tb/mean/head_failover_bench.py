@@ -199,9 +199,9 @@ async def the_parity_ignores_readings_before_a_jump(dut: Any, moves: str) -> Non
     """Differences that end with a head's first index, or with a swap of the words, do not set the
     flag of the parity; the same differences later do, if the words use all heads.
 
-    The bench changes `is_settled` and the differences as head_mean does: `is_settled` rises 9 clocks
-    after the jump, and the differences are new 6 clocks after the jump.
-    The jump comes in each of the 8 clocks in which parity_sum may take the differences.
+    The bench changes `is_settled` and the differences as head_mean does: the differences are new 6
+    clocks after the jump, and `is_settled` rises 9 clocks after it. The jump comes in each of the 8
+    clocks in which parity_sum may take the differences.
     """
     off = 1000 << 4
     for first in range(8):
