@@ -676,6 +676,8 @@ void core_failover_off(const struct core_access *core) {
         return;
     }
     core_write(core, AT(failover), 0);
+    /* The parity's weights belong to the present mean; with other words its limit would raise a false alarm. */
+    core_write(core, AT(parity.limit), 0);
     uint32_t looks = 0;
     while ((core_read(core, AT(heads_status)) & BIT(HEADS_STATUS__BUSY)) != 0 &&
            looks < FAILOVER_LOOKS_MOST) {

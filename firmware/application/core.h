@@ -295,8 +295,9 @@ struct table_place core_table_place(const struct core_access *core);
 /* Sets a word that lanes follow, MODULATOR_WORD_A or MODULATOR_WORD_B, to a value from -1 to 1. The gateware moves the
    present value of the word to this value at the rate `slew`. */
 void core_set_word(const struct core_access *core, enum modulator word, double value);
-/* Switches the failover off, in a core that has one, and waits until no set is being loaded. Call it before other
-   coefficients are activated, because the prepared sets do not belong to them. */
+/* Switches the failover and the limit of the parity off, in a core that has them, and waits until no set is being
+   loaded. Call it before other coefficients are activated, because neither the prepared sets nor the weights of the
+   parity belong to them. */
 void core_failover_off(const struct core_access *core);
 bool core_failover_is_on(const struct core_access *core);
 /* State of the failed heads and of the gateware's prepared sets (prepared.h); only in cores with generic FAILOVER. */

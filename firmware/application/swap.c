@@ -65,6 +65,7 @@ enum swap_answer swap_candidate(struct application *application, const struct fo
         !core_verify_followed(core, followed, counts_per_rev, lanes) ||
         !core_verify_real(core, followed, counts_per_rev, lanes) ||
         !local_table_write(application)) {
+        prepared_arm(application);
         return SWAP_NOT_READ_BACK;
     }
     if (application->configuration.has_failover && application->candidate.mean.heads > 2) {

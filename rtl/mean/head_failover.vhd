@@ -27,6 +27,10 @@
 -- set is being loaded or a head is left out, the carrier of the idle words (the head whose reading enters the pipeline)
 -- is a used head. `may_activate` follows its inputs by one clock.
 --
+-- **Parity.** `parity_beyond` rises only while the active words use all heads, every head has seen its index and no head
+-- is left out, and only when PARITY_CLOCKS clocks have passed since the readings settled: until then the parity may
+-- still come from the readings before a zero moved or the words were swapped.
+--
 -- **Latency.** The first angle to which the new set applies comes 2 clocks plus the latency of prepared_sets (`load` to
 -- `swap_out`) after head_watch has reported a failure, or later if the swap has to wait. `read_data` follows
 -- `read_enable` by 1 clock and is 0 for words of other units in the window. head_registers signals `done` for its own
@@ -105,6 +109,9 @@ architecture rtl of head_failover is
   constant PARITY_LIMIT_WORD : natural  := 46;
   constant WRITTEN_BY_HAND   : natural  := 7;
   constant REARM_CLOCKS      : positive := 8;
+  -- The limit of the parity reports readings of up to 20 clocks ago: 5 clocks of the differences, up to 7 clocks until
+  -- parity_sum takes the next differences, and 8 clocks until the next parity. `is_settled` rises 9 clocks after a jump.
+  constant PARITY_CLOCKS     : positive := 16;
   constant WHOLE_WIDTH       : positive := HEAD_DIFFERENCE_WIDTH - HEAD_OFFSET_FRACTION;
 
   subtype heads_bits is std_ulogic_vector(HEADS - 1 downto 0);
@@ -157,6 +164,7 @@ architecture rtl of head_failover is
   signal rearming       : natural range 0 to REARM_CLOCKS := 0;
   signal swap_refused   : std_ulogic                     := '0';
   signal set_refused    : std_ulogic                     := '0';
+  signal parity_waits   : natural range 0 to PARITY_CLOCKS := PARITY_CLOCKS;
 
 begin
 
@@ -360,8 +368,15 @@ begin
 
       read_data <= chosen and (31 downto 0 => read_enable);
 
-      parity_beyond <= (parity_beyond and not clear) or (beyond and is_settled and (and indices_seen) and not (or left_out));
-      swap_refused  <= (swap_refused and not clear) or refused or set_refused;
+      parity_beyond <= parity_beyond and not clear;
+      if is_settled = '0' or (and used) = '0' or (and indices_seen) = '0' or (or left_out) = '1' then
+        parity_waits <= PARITY_CLOCKS;
+      elsif parity_waits > 0 then
+        parity_waits <= parity_waits - 1;
+      elsif beyond = '1' then
+        parity_beyond <= '1';
+      end if;
+      swap_refused <= (swap_refused and not clear) or refused or set_refused;
       if take_snapshot = '1' then
         latched <= parity;
       end if;
@@ -387,6 +402,7 @@ begin
         parity_limit   <= (others => '0');
         weights        <= (others => '0');
         parity_beyond  <= '0';
+        parity_waits   <= PARITY_CLOCKS;
         swap_refused   <= '0';
       end if;
     end if;

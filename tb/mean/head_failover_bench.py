@@ -20,7 +20,9 @@ from arctrue.gateware.head_failover import OWN_WORDS, FailoverInputs, HeadFailov
 HEADS = int(os.environ.get("HEADS", "4"))
 INTERVAL_BITS = int(os.environ.get("INTERVAL_BITS", "5"))
 ALL = (1 << HEADS) - 1
-COMMAND, FAILOVER = 33, 35
+COMMAND, FAILOVER, PARITY_WEIGHT1, PARITY_LIMIT = 33, 35, 40, 46
+WEIGHT_ONE = 1 << 16
+"""Weight 1 in the format s1.16."""
 RETURN_AFTER = 3
 INPUTS = (
     *("read_enable", "write_enable", "address", "write_data", "take_snapshot", "clear"),
@@ -183,3 +185,48 @@ async def decisions_equal_the_model(dut: Any) -> None:
             )
     assert min(happened.values()) > 10, happened
     assert len(happened) == 5
+
+
+async def write(dut: Any, address: int, word: int) -> None:
+    dut.write_enable.value, dut.address.value, dut.write_data.value = 1, address, word
+    await RisingEdge(dut.clock)
+    dut.write_enable.value = 0
+
+
+@cocotb.test()
+@cocotb.parametrize(moves=["index", "words"])
+async def the_parity_ignores_readings_before_a_jump(dut: Any, moves: str) -> None:
+    """Differences that end with a head's first index, or with a swap of the words, do not set the
+    flag of the parity; the same differences later do, if the words use all heads.
+
+    The bench changes `is_settled` and the differences as head_mean does: the differences are new 6
+    clocks after the jump, and `is_settled` rises 9 clocks after it. The jump comes in each of the 8
+    clocks in which parity_sum may take the differences.
+    """
+    off = 1000 << 4
+    for first in range(8):
+        await start(dut, 0)
+        await write(dut, PARITY_WEIGHT1, WEIGHT_ONE)
+        await write(dut, PARITY_LIMIT, 10)
+        dut.used.value = ALL
+        missing = moves == "index"
+        dut.indices_seen.value = ALL & ~1 if missing else ALL
+        dut.is_settled.value = int(missing)
+        dut.differences.value = off
+        for _ in range(40 + first):
+            await RisingEdge(dut.clock)
+        for clock in range(60):
+            dut.indices_seen.value = ALL
+            if clock in (0, 9):
+                dut.is_settled.value = int(clock == 9)
+            if clock == 6:
+                dut.differences.value = 0
+            await RisingEdge(dut.clock)
+        assert dut.parity_beyond.value == 0, f"jump in clock {first} of 8"
+        dut.used.value = ALL & ~1
+        dut.differences.value = off
+        for expected in (0, 1):
+            for _ in range(60):
+                await RisingEdge(dut.clock)
+            assert dut.parity_beyond.value == expected
+            dut.used.value = ALL

@@ -22,12 +22,14 @@ OF_QUALITY_4 = 3.0 / 8.0
 """Half the width, in Hz, of a resonance of 3 Hz and quality 4."""
 
 
-def _log(error_arcsec: np.ndarray, time_s: np.ndarray) -> MeasurementSet:
+def _log(
+    error_arcsec: np.ndarray, time_s: np.ndarray, run: np.ndarray | None = None
+) -> MeasurementSet:
     reference = Reference(
         target_deg=time_s * 360.0 / 86_164.1,
         error_arcsec=error_arcsec,
         time_s=time_s,
-        run=np.zeros(time_s.size, dtype=np.int64),
+        run=np.zeros(time_s.size, dtype=np.int64) if run is None else run,
     )
     return MeasurementSet(Table(), None, reference)
 
@@ -58,6 +60,20 @@ def test_faster_than_the_averaged_rows() -> None:
     shaken = driven_oscillator(random, time_s, 1.0 / 3.0, 4.0)
     found = diagnosis_of(_log(0.5 * shaken + 0.4 * random.normal(size=time_s.size), time_s))
     assert found.verdict == "unknown"
+    oscillation = found.decision.oscillation
+    assert oscillation is not None
+    assert oscillation.hz == pytest.approx(3.0, abs=OF_QUALITY_4)
+    assert oscillation.rms_arcsec == pytest.approx(0.5, rel=0.3)
+
+
+def test_faster_than_the_averaged_rows_of_short_runs() -> None:
+    """The oscillation of the test above is found too in four runs of 1,000 rows, of which the
+    search for lines averages 3 rows."""
+    random = np.random.default_rng(12)
+    run = np.repeat(np.arange(4), 1000)
+    time_s = 0.05 * np.arange(4000.0) + 60.0 * run
+    shaken = driven_oscillator(random, time_s, 1.0 / 3.0, 4.0)
+    found = diagnosis_of(_log(0.5 * shaken + 0.4 * random.normal(size=time_s.size), time_s, run))
     oscillation = found.decision.oscillation
     assert oscillation is not None
     assert oscillation.hz == pytest.approx(3.0, abs=OF_QUALITY_4)

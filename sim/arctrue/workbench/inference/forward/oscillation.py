@@ -209,7 +209,11 @@ def oscillation_in_reference(solution: Solution) -> Oscillation | None:
     if found is None:
         return None
     time_s, left, rows = found
-    return _in_records(_first_rows(time_s, left), "reference", rows)
+    records = [*_first_rows(time_s, left)]
+    if LEAST_ROWS <= time_s.size <= MOST_ROWS < rows:
+        # records_of averages the rows, because all stretches together have too many.
+        records.append(_record(time_s, left))
+    return _in_records(records, "reference", rows)
 
 
 def _in_records(records: Iterable[Record], channel: str, rows: int) -> Oscillation | None:
