@@ -25,7 +25,7 @@ enum { WORDS_A_LANE = 4, WORD_BYTES = 4, HEADS = 2, MODULATOR_PLACE = 16 };
 enum { MEAN_WEIGHTS = 4, MEAN_CHOICE = 8, MEAN_WORDS = 9, USED_SHIFT = 4 };
 #define WEIGHT_ONE (1 << ARCTRUE_COSINE_FRACTION)
 /* Value 1 in the format s1.16 of the words that lanes follow. */
-#define WORD_ONE 65536.0
+#define WORD_ONE ((double)(1 << ARCTRUE_MODULATOR_FRACTION))
 /* Divisor of the turn that gives the margin of an armed compare: the table may move by 1/1024 turn between the reading
    of its position and the write that depends on this position. */
 enum { COMPARE_MARGIN = 1024 };

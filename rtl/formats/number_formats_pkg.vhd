@@ -96,6 +96,33 @@ package number_formats_pkg is
   -- Number of samples in one capture bank: 12,000 samples of a turn at 30 deg/s and 1 kHz, plus a margin.
   constant CAPTURE_DEPTH_DEFAULT      : positive := 12288;
 
+  -- Conditions: the amplitude of a lane is multiplied by a modulator s1.16 of magnitude at most 1. 18 bits are the width
+  -- of the B port of the DSP48E1; 16 fraction bits are what sign and the integer bit of the factor 1 leave.
+  constant MODULATOR_WIDTH            : positive := 18;
+  constant MODULATOR_FRACTION         : positive := 16;
+  -- Clocks in which amplitude_sweep gives all lanes of both banks a new amplitude: 2 * LANES_MAX steps, and 16 steps for
+  -- the square of the speed, which it computes from step 128 on.
+  constant AMPLITUDE_SWEEP_CLOCKS     : positive := 144;
+  -- Format of the width of stop_operator, u20.4 counts. With 4 fraction bits, half a unit is 1/32 count. 20 integer bits
+  -- hold every width below 2**20 counts, which is 22.5 degrees at 2**24 counts per turn.
+  constant STOP_WIDTH                 : positive := 24;
+  constant STOP_FRACTION              : positive := 4;
+  -- Bits of the dead zone of stop_operator, whole counts: a dead zone is at most 255 counts.
+  constant DEAD_ZONE_WIDTH            : positive := 8;
+  -- Largest step of a reading, counts per clock, that stop_operator counts as motion. A decoder makes steps of one count;
+  -- a larger step comes from a change of the carrier or a reset.
+  constant STOP_STEP_MAX              : positive := 8;
+  -- Binary logarithm of the clocks of a window of table_speed: 16,384 clocks. Each end of a window lies within a clock of
+  -- its passage, so the relative error of the speed is at most 1 / 16,384 = 6E-5.
+  constant SPEED_WINDOW_BITS          : positive := 14;
+  -- Binary logarithm of the clocks without an end of a window after which the speed is 0: 168 ms at 100 MHz.
+  constant SPEED_LONGEST_BITS         : positive := 24;
+  -- Travel in counts below which a window of table_speed gives the speed 0: a vibration across one passage moves less.
+  constant SPEED_TREMBLE_COUNTS       : positive := 2;
+  -- Travel in counts that table_speed reports as a bound while no window ends: without a passage the table moves at most
+  -- 4 counts in a window, and the bound comes at the earliest after 2 windows.
+  constant SPEED_BOUND_COUNTS         : positive := 8;
+
   -- Mean of the heads: number of heads, and number formats of offsets, weights, differences and the mean's term.
   constant HEADS_MAX                  : positive := 4;
   constant HEAD_OFFSET_WIDTH          : positive := 28;
