@@ -61,7 +61,6 @@ library ieee;
   use work.axi_lite_pkg.all;
   use work.conditions_pkg.all;
   use work.decoder_pkg.all;
-  use work.local_table_pkg.all;
   use work.number_formats_pkg.all;
 
 entity arctrue_core is

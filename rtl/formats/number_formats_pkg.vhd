@@ -59,6 +59,18 @@ package number_formats_pkg is
   -- x) changes x by at most 8 / 128 = 1/16 unit. The number must be less than TABULATED_ITERATIONS.
   constant Y_SAVED_WIDTH              : positive := 4;
 
+  -- Bits of the folded phase that address the table of table_rotation, one entry per interval: 128 intervals have the
+  -- half width h = 2*pi / 1024, and a line in place of the cosine is wrong by at most h**2 / 4 = 9.5E-6.
+  constant COSINE_ADDRESS_WIDTH       : positive := 7;
+  -- Number of rows of adders in table_rotation; a row multiplies the slope by 2 bits of the place in an interval. 5 rows
+  -- leave 5 bits of the place out, which changes the cosine by at most 2*pi * 2**-20 = 6.0E-6.
+  constant COSINE_ROWS                : positive := 5;
+  -- Fraction bits of the slopes in table_rotation, u3.8 per turn: the rounding of a slope changes the cosine by at most
+  -- 2**-9 times half an interval, 2**-10 turn: 1.9E-6.
+  constant COSINE_SLOPE_FRACTION      : positive := 8;
+  -- Fraction bits of the values in table_rotation, s1.20: their rounding changes the cosine by at most 2**-21 = 4.8E-7.
+  constant COSINE_VALUE_FRACTION      : positive := 20;
+
   -- Latencies in clocks (Table 1 of the paper).
   constant PHASE_LATENCY              : positive := 5;
   constant HARMONIC_LATENCY           : positive := 20;
@@ -122,6 +134,20 @@ package number_formats_pkg is
   -- Travel in counts that table_speed reports as a bound while no window ends: without a passage the table moves at most
   -- 4 counts in a window, and the bound comes at the earliest after 2 windows.
   constant SPEED_BOUND_COUNTS         : positive := 8;
+
+  -- Local table: number of windows of the turn that it covers, a power of two: with 1, 2 or 4 windows, the upper bits of
+  -- an index select the window.
+  constant LOCAL_WINDOWS              : positive := 4;
+  -- Bits of the index of a point. 4,096 points of 18 bits in two banks fill 4 block RAMs of 36 Kbit (RAMB36).
+  constant LOCAL_INDEX_WIDTH          : positive := 12;
+  -- Bits of a point, s(17 - F).F counts with F = 4, 6, 8 or 10: the width of a word of a RAMB36 with its parity bits.
+  constant LOCAL_POINT_WIDTH          : positive := 18;
+  -- Format of the interpolated value, s13.22 counts: 10 fraction bits of a point plus 12 of the place between two points,
+  -- so the interpolation is not rounded; 13 integer bits hold the largest point, 2**17 - 1 with F = 4.
+  constant LOCAL_VALUE_WIDTH          : positive := 36;
+  constant LOCAL_VALUE_FRACTION       : positive := 22;
+  -- Clocks from an angle to its value: 4 to find the window, 5 for the place in it, 3 to read and 5 to interpolate.
+  constant LOCAL_TABLE_LATENCY        : positive := 17;
 
   -- Mean of the heads: number of heads, and number formats of offsets, weights, differences and the mean's term.
   constant HEADS_MAX                  : positive := 4;

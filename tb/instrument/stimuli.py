@@ -12,6 +12,7 @@ from arctrue.generated.number_formats import (
     AMPLITUDE_WIDTH,
     COUNTS_PER_REV_MAX,
     HEADS_MAX,
+    LOCAL_VALUE_WIDTH,
     MEAN_TERM_FRACTION,
     MEAN_TERM_WIDTH,
     PAIR_WIDTH,
@@ -102,10 +103,6 @@ def cordic_rotation(random: np.random.Generator) -> Stimulus:
 
 def table_rotation(random: np.random.Generator) -> Stimulus:
     return {"folded": bits(random, 22, 2000)}
-
-
-LOCAL_VALUE_WIDTH = 36
-"""Width of the local table's value, s13.22 counts (local_table_pkg)."""
 
 
 def error_compensation(random: np.random.Generator) -> Stimulus:

@@ -13,6 +13,8 @@ from arctrue.gateware.mean_set import MeanSet
 from arctrue.generated.number_formats import (
     ANGLE_WIDTH,
     DEAD_ZONE_WIDTH,
+    LOCAL_INDEX_WIDTH,
+    LOCAL_POINT_WIDTH,
     ORDER_WIDTH,
     PHASE_STEP_WIDTH,
     PHASE_WIDTH,
@@ -28,8 +30,10 @@ MODULATORS: Final = ("one", "direction", "speed", "speed_squared", "word_a", "wo
 PHASE_SOURCES: Final = ("operator", "heads", "probe")
 """Origins of the phase of a lane whose order is not an integer (a real order); the index of an
 origin is its number in the device."""
-POINTS: Final = 4096
-POINT_LIMIT: Final = 1 << 17
+POINTS: Final = 1 << LOCAL_INDEX_WIDTH
+"""Number of points of a local table."""
+POINT_LIMIT: Final = 1 << (LOCAL_POINT_WIDTH - 1)
+"""Limit of a point's word: from −POINT_LIMIT to POINT_LIMIT − 1."""
 FRACTION_BITS: Final = (4, 6, 8, 10)
 WINDOW_EXPONENT_MOST: Final = 6
 WIDTH_ONE: Final = 1 << STOP_FRACTION
