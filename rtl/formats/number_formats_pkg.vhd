@@ -83,6 +83,12 @@ package number_formats_pkg is
   constant DIFFERENCE_LATENCY         : positive := 3;
   constant MEAN_LATENCY               : positive := 10;
 
+  -- Bits of a part of a phase step or turn step that one multiplier takes: the narrow port of the DSP48E1 takes 17
+  -- unsigned bits.
+  constant PHASE_PART_WIDTH           : positive := 17;
+  -- Clocks per lane of a sweep of turn_offset_sweep: 3 parts of the turn step for 3 turns, for both banks.
+  constant TURN_SWEEP_CLOCKS_A_LANE   : positive := 18;
+
   -- Clocks from the clock in which the phase unit gets an angle to the clock in which it gets the phase offset; the
   -- adder of the first multiplier adds this offset.
   constant PHASE_OFFSET_CLOCK         : positive := 2;
@@ -90,6 +96,20 @@ package number_formats_pkg is
   -- Clocks from the clock in which the harmonic unit gets a phase to the clock in which it gets the amplitude, which it
   -- multiplies by the finished cosine.
   constant AMPLITUDE_CLOCK            : positive := 16;
+
+  -- Registers in series after each pin: a register that samples a changing pin has one clock to settle.
+  constant SYNCHRONISER_STAGES_DEFAULT : positive := 2;
+  -- Counts in a period of A and B: each of the four levels of (A, B) is one count.
+  constant COUNTS_PER_PERIOD          : positive := 4;
+  -- Value at which the counters of faults saturate: they have 16 bits.
+  constant FAULT_COUNT_MAX            : positive := 65535;
+  -- Largest spacing of edges that is measured, clocks: the register minimum_edge_spacing has 16 bits.
+  constant EDGE_SPACING_MAX           : positive := 65535;
+  -- Clocks from the detection of an index (stage 2 of index_zero) to its check (stage 5).
+  constant INDEX_JUDGED_AFTER         : positive := 3;
+  -- Bits of a slip of the zero, counts, that is put back: -2**14 to 2**14 - 1 counts, 0.35 degrees at 2**24 counts per
+  -- turn. A larger slip is not put back.
+  constant INDEX_HEAL_WIDTH           : positive := 15;
 
   -- Largest number of clocks by which Z may change before or after its edge of A or B.
   constant INDEX_SKEW                 : positive := 3;
@@ -101,6 +121,19 @@ package number_formats_pkg is
   -- If the coefficient file states no range, lanes follow the temperature up to this many kelvins above and below T0,
   -- the temperature at which the lanes have their loaded values.
   constant THERMAL_RANGE_K            : positive := 10;
+
+  -- Ramp of the correction: binary logarithm of the clocks between two changes of its velocity. In the last 16
+  -- of these 256 clocks the ramp reads its remainder and chooses the next velocity.
+  constant RAMP_TICK_WIDTH            : positive := 8;
+  -- Fraction bits of the ramp's velocity below those of its rate: one step of the velocity at the smallest acceleration,
+  -- 2**-59 count per clock and clock, times 256 clocks is 2**-51 count per clock, 16 bits below 2**-35.
+  constant RAMP_VELOCITY_FRACTION     : positive := 16;
+  -- Margin of the braking distance: 2**-3 of the distance of 256 clocks, which is 32 clocks and covers the 15 clocks from
+  -- the reading of the remainder to the change of the velocity.
+  constant RAMP_MARGIN_BITS           : positive := 3;
+  -- Clock, out of 256, in which the ramp reads its remainder: 15 clocks before the velocity changes in the last clock. The
+  -- comparison of the remainder with the braking distances takes 4 of them.
+  constant RAMP_LOOK_CLOCK            : positive := 240;
 
   constant LANES_MAX                  : positive := 64;
   constant LANES_DEFAULT              : positive := 32;
@@ -158,6 +191,23 @@ package number_formats_pkg is
   constant HEAD_DIFFERENCE_WIDTH      : positive := 21;
   constant MEAN_TERM_WIDTH            : positive := 40;
   constant MEAN_TERM_FRACTION         : positive := 20;
+
+  -- head_watch: binary logarithm of the clocks between two stored readings, 164 us at 100 MHz. A step is searched over 7 to
+  -- 8 such intervals; head_failover counts return_after in units of 8 intervals.
+  constant WATCH_INTERVAL_BITS        : positive := 14;
+  -- Number of readings that head_watch stores, addressed by 3 bits; a reading is compared with the oldest of them.
+  constant WATCH_READINGS             : positive := 8;
+  -- Clocks after a restart until head_watch stores readings: more than DIFFERENCE_LATENCY + 1, after which every
+  -- difference comes from readings after the restart.
+  constant WATCH_SETTLE_CLOCKS        : positive := 16;
+  -- Largest number of counts by which head_watch counts one head as ahead of another: the largest missing_counts, u8.0.
+  constant WATCH_AHEAD_MAX            : positive := 255;
+  -- Clocks for which head_failover clears the index of a head that is left out: more than INDEX_JUDGED_AFTER, so that an
+  -- index from before is no longer being checked at the end.
+  constant FAILOVER_REARM_CLOCKS      : positive := 8;
+  -- Value of heads_status.set, u3.0, while the words that the processor wrote are active: no prepared set, 0 to HEADS_MAX,
+  -- has this number.
+  constant OWN_WORDS_SET              : positive := 7;
 
   constant TURN_NUMBER_WIDTH          : positive := 24;
 
