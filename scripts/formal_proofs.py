@@ -318,8 +318,8 @@ FAILOVER = (
             ),
             Break(
                 "a swap of the processor ends a failover",
-                "        set_in_force <= to_unsigned(WRITTEN_BY_HAND, 3);\n      end if;\n\n",
-                "        set_in_force <= to_unsigned(WRITTEN_BY_HAND, 3);\n"
+                "        set_in_force <= to_unsigned(OWN_WORDS_SET, 3);\n      end if;\n\n",
+                "        set_in_force <= to_unsigned(OWN_WORDS_SET, 3);\n"
                 "        left_out     <= (others => '0');\n      end if;\n\n",
             ),
             Break(

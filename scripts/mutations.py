@@ -86,8 +86,8 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "a_swap_ends_a_failover",
         "a swap of the processor clears the heads that are left out",
         "rtl/mean/head_failover.vhd",
-        "        set_in_force <= to_unsigned(WRITTEN_BY_HAND, 3);\n      end if;\n\n",
-        "        set_in_force <= to_unsigned(WRITTEN_BY_HAND, 3);\n"
+        "        set_in_force <= to_unsigned(OWN_WORDS_SET, 3);\n      end if;\n\n",
+        "        set_in_force <= to_unsigned(OWN_WORDS_SET, 3);\n"
         "        left_out     <= (others => '0');\n      end if;\n\n",
         "tb/mean/test_head_failover.py",
     ),

@@ -4,6 +4,7 @@
 
 #include <math.h>
 
+#include "arctrue_number_formats.h"
 #include "assertion.h"
 #include "moved_head.h"
 #include "units.h"
@@ -15,7 +16,7 @@
    weights. */
 #define LEAK_LIMIT 1e-3
 /* One count as a u24.4 word. */
-#define OFFSET_ONE 16.0
+#define OFFSET_ONE ((double)(1 << ARCTRUE_HEAD_OFFSET_FRACTION))
 
 static double place_deg(const struct application *application, uint32_t head) {
     const struct parameters *parameters = &application->parameters;

@@ -23,9 +23,9 @@ enum { WORDS_A_LANE = 4, WORD_BYTES = 4, HEADS = 2, MODULATOR_PLACE = 16 };
 /* Numbers of the words in the registers of the mean. The offsets begin at word 0; the weights and the choice of heads
    follow. */
 enum { MEAN_WEIGHTS = 4, MEAN_CHOICE = 8, MEAN_WORDS = 9, USED_SHIFT = 4 };
-#define WEIGHT_ONE (1 << ARCTRUE_COSINE_FRACTION)
+#define WEIGHT_ONE (1 << ARCTRUE_HEAD_WEIGHT_FRACTION)
 /* Value 1 in the format s1.16 of the words that lanes follow. */
-#define WORD_ONE 65536.0
+#define WORD_ONE ((double)(1 << ARCTRUE_MODULATOR_FRACTION))
 /* Divisor of the turn that gives the margin of an armed compare: the table may move by 1/1024 turn between the reading
    of its position and the write that depends on this position. */
 enum { COMPARE_MARGIN = 1024 };
@@ -689,8 +689,8 @@ void core_failover_off(const struct core_access *core) {
    last word. */
 enum { SET_BYTES = 0x1000, SET_MEAN = 0x800, SET_OFFSET = SET_MEAN + 15 * WORD_BYTES };
 #define SET_AT(set) (AT(prepared_sets) + (uint32_t)(set) * SET_BYTES)
-/* Clocks in a unit of the register for the return of a head, 2^17. */
-#define RETURN_UNIT 0x1p17
+/* Clocks in a unit of the register for the return of a head: 8 intervals of head_watch. */
+#define RETURN_UNIT ((double)(8 << ARCTRUE_WATCH_INTERVAL_BITS))
 #define RETURN_MOST 65535.0
 enum { COMMAND_SET = 4, COMMAND_TAKE = 1 << 7, COMMAND_COME_BACK = 8 };
 

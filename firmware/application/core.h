@@ -12,6 +12,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "arctrue_number_formats.h"
 #include "capture.h"
 #include "coefficients.h"
 #include "followed.h"
@@ -316,7 +317,7 @@ struct core_failover {
     bool parity_beyond;
 };
 
-enum { CORE_OWN_WORDS = 7 };
+enum { CORE_OWN_WORDS = ARCTRUE_OWN_WORDS_SET };
 
 struct core_failover core_failover(const struct core_access *core);
 

@@ -9,10 +9,14 @@
 #include "units.h"
 
 #define NOMINAL_STEPS 4294967296.0
-#define WIDTH_COUNTS(word) ((word) / 16.0)
+#define WIDTH_COUNTS(word) ((word) / (double)(1 << ARCTRUE_STOP_FRACTION))
 #define AMPLITUDE_COUNTS(word) (fabs((double)(word)) / (1 << ARCTRUE_AMPLITUDE_FRACTION))
 
-enum { WIDTH_WORDS = 1 << 24, DEAD_ZONE_MOST = 255, ORDERS = 1 << 16 };
+enum {
+    WIDTH_WORDS = 1 << ARCTRUE_STOP_WIDTH,
+    DEAD_ZONE_MOST = (1 << ARCTRUE_DEAD_ZONE_WIDTH) - 1,
+    ORDERS = 1 << ARCTRUE_ORDER_WIDTH
+};
 
 const char *followed_modulator_name(uint32_t modulator) {
     static const char *const names[MODULATORS] = {

@@ -375,7 +375,11 @@ enum load_answer load_conditions(struct load *load, uint32_t width, uint32_t dea
 }
 
 enum { TABLE_WINDOWS_SHIFT = 4, TABLE_WIDTH_SHIFT = 8, TABLE_FRACTION_SHIFT = 12 };
-enum { TABLE_WIDTH_MOST = 6, TABLE_CHOICE_BITS = 0x373F, POINT_MOST = 1 << 17 };
+enum {
+    TABLE_WIDTH_MOST = 6,
+    TABLE_CHOICE_BITS = 0x373F,
+    POINT_MOST = 1 << (ARCTRUE_LOCAL_POINT_WIDTH - 1)
+};
 
 uint32_t load_table_windows(const struct table_place *place) {
     return 1U << (place->choice >> TABLE_WINDOWS_SHIFT & 3U);

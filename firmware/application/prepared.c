@@ -10,8 +10,8 @@
 #include "assertion.h"
 #include "units.h"
 
-enum { OFFSET_ONE = 16, PARITY_HEADS = 4 };
-#define PARITY_ONE 65536.0
+enum { OFFSET_ONE = 1 << ARCTRUE_HEAD_OFFSET_FRACTION, PARITY_HEADS = 4 };
+#define PARITY_ONE ((double)(1 << ARCTRUE_HEAD_WEIGHT_FRACTION))
 
 void prepared_forget(struct application *application) {
     application->prepared.sets = 0;

@@ -9,7 +9,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-enum { TABLE_POINTS = 4096, TABLE_WINDOWS = 4 };
+#include "arctrue_number_formats.h"
+
+enum { TABLE_POINTS = 1 << ARCTRUE_LOCAL_INDEX_WIDTH, TABLE_WINDOWS = ARCTRUE_LOCAL_WINDOWS };
 
 /* Word `choice` and the first count of each window, as in the register map. Choice 0: no window is enabled. */
 struct table_place {

@@ -8,8 +8,8 @@
 #include "assertion.h"
 #include "cholesky.h"
 
-#define WEIGHT_ONE ((double)(1 << ARCTRUE_COSINE_FRACTION))
-#define WEIGHT_LIMIT (1 << (ARCTRUE_COSINE_WIDTH - 1))
+#define WEIGHT_ONE ((double)(1 << ARCTRUE_HEAD_WEIGHT_FRACTION))
+#define WEIGHT_LIMIT (1 << (ARCTRUE_HEAD_WEIGHT_WIDTH - 1))
 /* Least length of the parity vector before it is scaled to length 1; a shorter one shows that the four heads stand at
    only two places. The elements of this vector are twice the areas of the four triangles of three heads. */
 #define LEAST_PARITY 1e-6

@@ -10,8 +10,8 @@
 
 /* Number of readings per turn: more than 16 per wave of the highest order. */
 enum { READINGS = 1024, ROUNDS = 6 };
-#define WEIGHT_ONE ((double)(1 << ARCTRUE_COSINE_FRACTION))
-#define OFFSET_ONE 16.0
+#define WEIGHT_ONE ((double)(1 << ARCTRUE_HEAD_WEIGHT_FRACTION))
+#define OFFSET_ONE ((double)(1 << ARCTRUE_HEAD_OFFSET_FRACTION))
 #define AMPLITUDE_ONE ((double)(1 << ARCTRUE_AMPLITUDE_FRACTION))
 
 struct mean_error {

@@ -4,6 +4,7 @@
 
 #include <math.h>
 
+#include "arctrue_number_formats.h"
 #include "assertion.h"
 #include "units.h"
 #include "vector.h"
@@ -20,7 +21,7 @@
 /* Largest standard uncertainty of c divided by |c|: twice this uncertainty is then a quarter of the line's
    amplitude. */
 #define LARGEST_SHARE 0.125
-#define TURN_STEPS ((double)(1ULL << 48))
+#define TURN_STEPS ((double)(1ULL << ARCTRUE_PHASE_STEP_WIDTH))
 
 /* LEAST_TURNS is the number of turns before a phase counts as known; two turns determine K and c. */
 enum { LEAST_TURNS = 4, RE_K = 0, RE_C = 2, IM_C = 3 };

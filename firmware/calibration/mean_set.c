@@ -7,8 +7,11 @@
 #include "arctrue_number_formats.h"
 #include "assertion.h"
 
-enum { WEIGHT_ONE = 1 << ARCTRUE_COSINE_FRACTION, OFFSET_ONE = 16 };
-#define WEIGHT_LIMIT (1 << (ARCTRUE_COSINE_WIDTH - 1))
+enum {
+    WEIGHT_ONE = 1 << ARCTRUE_HEAD_WEIGHT_FRACTION,
+    OFFSET_ONE = 1 << ARCTRUE_HEAD_OFFSET_FRACTION
+};
+#define WEIGHT_LIMIT (1 << (ARCTRUE_HEAD_WEIGHT_WIDTH - 1))
 #define ERROR_LIMIT (1 << (ARCTRUE_AMPLITUDE_WIDTH - 1))
 
 bool mean_set_is_valid(const struct mean_set *set, uint32_t heads, uint32_t counts_per_rev) {

@@ -10,7 +10,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-enum { HEADS_MOST = 4 };
+#include "arctrue_number_formats.h"
+
+enum { HEADS_MOST = ARCTRUE_HEADS_MAX };
 
 struct mean_set {
     /* Number of heads; 0: no mean is formed, head 1 alone is corrected. */

@@ -4,6 +4,7 @@
 
 #include <stddef.h>
 
+#include "arctrue_number_formats.h"
 #include "assertion.h"
 #include "units.h"
 
@@ -16,7 +17,7 @@ enum {
     LIST_DECIMALS = 6
 };
 /* One count as an s19.11 word. */
-#define PARITY_ONE 2048.0
+#define PARITY_ONE ((double)(1 << ARCTRUE_CORRECTION_FRACTION))
 
 static void key(const struct text_sink *sink, const char *name) {
     text_word(sink, ",\"");

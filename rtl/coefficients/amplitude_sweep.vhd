@@ -8,14 +8,15 @@
 -- other. (The pipeline reads the active bank; the processor writes the idle bank, see coefficient_memory.) The entity
 -- stores the nominal amplitude and the choice of the modulator for each lane of both banks.
 --
--- **Sweep.** A sweep lasts SWEEP_CLOCKS clocks, in which `sweep_step` counts from 0 to SWEEP_CLOCKS - 1; sweeps follow
--- one another without a pause. Steps 0 to 63 process the lanes of bank 0, steps 64 to 127 the lanes of bank 1; steps of
--- lanes that are not built write nothing. The last step latches the modulators for the whole next sweep. In SQUARE_STEP
--- the entity multiplies the speed by itself, which gives the modulator `speed_squared`.
+-- **Sweep.** A sweep lasts AMPLITUDE_SWEEP_CLOCKS clocks, in which `sweep_step` counts from 0 to
+-- AMPLITUDE_SWEEP_CLOCKS - 1; sweeps follow one another without a pause. Steps 0 to 63 process the lanes of bank 0,
+-- steps 64 to 127 the lanes of bank 1; steps of lanes that are not built write nothing. The last step latches the
+-- modulators for the whole next sweep. In SQUARE_STEP the entity multiplies the speed by itself, which gives the
+-- modulator `speed_squared`.
 --
 -- **Swap.** `swept` is high from the end of the first whole sweep after the last write of a nominal word until the next
 -- write; during this time the effective amplitudes of the idle bank are complete. After a write it is high again within
--- 2 · SWEEP_CLOCKS + 1 clocks.
+-- 2 · AMPLITUDE_SWEEP_CLOCKS + 1 clocks.
 --
 -- **Latency.** The effective amplitude of a step is written 5 clocks after `sweep_step`; the memory holds it a clock
 -- later.
@@ -185,7 +186,7 @@ begin
       -- First clock: store the step; in the last step of a sweep, latch the modulators.
       step_1_to_4 := sweep_step & step_1_to_4(1 to 3);
 
-      if sweep_step = SWEEP_CLOCKS - 1 then
+      if sweep_step = AMPLITUDE_SWEEP_CLOCKS - 1 then
         held_direction := direction;
         held_speed     := speed;
         held_square    := square;
@@ -206,7 +207,7 @@ begin
     if rising_edge(clock) then
       if sweep_step = 0 then
         is_whole := '1';
-      elsif sweep_step = SWEEP_CLOCKS - 1 then
+      elsif sweep_step = AMPLITUDE_SWEEP_CLOCKS - 1 then
         swept <= is_whole;
       end if;
       if (write_amplitude or write_choice) = '1' then

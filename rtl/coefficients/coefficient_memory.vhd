@@ -39,7 +39,7 @@
 -- **Modulators.** With MODULATORS bits 18 to 16 of word 1 choose the modulator of the lane's amplitude
 -- (amplitude_sweep). `amplitudes` then carries the effective amplitudes; reads and the copy into the idle bank use the
 -- nominal amplitudes. A swap also waits until a whole sweep has run since the last write and since the fill, which
--- takes at most 2 · SWEEP_CLOCKS clocks.
+-- takes at most 2 · AMPLITUDE_SWEEP_CLOCKS clocks.
 --
 -- **Real orders.** With REAL_ORDERS each lane also has a turn step of two words. `write_turn_step` writes a word,
 -- `read_turn_step` reads one; the address is lane * 2 + word, word 0 holds bits 31..0, word 1 bits 47..32.

@@ -72,15 +72,13 @@ architecture rtl of turn_offset_sweep is
 
   constant BUILT        : positive := LANES / FOLD;
   constant PARTS        : positive := 3;
-  constant SWEEP_CLOCKS : positive := 3 * PARTS * 2 * LANES;
+  constant SWEEP_CLOCKS : positive := TURN_SWEEP_CLOCKS_A_LANE * LANES;
   -- Clocks from the first of the three items of a sweep's last offset until the memory has this offset, plus two.
   constant TAIL_CLOCKS  : positive := 10;
 
-  -- The multiplier's narrow port takes 17 unsigned bits.
-  constant PART_WIDTH   : positive := 17;
-  constant SUM_WIDTH    : positive := TURN_NUMBER_WIDTH + PART_WIDTH + 1;
-  constant HIGH_WIDTH   : positive := PHASE_STEP_WIDTH - 2 * PART_WIDTH;
-  constant LOWEST_BIT   : positive := PHASE_STEP_WIDTH - PHASE_WIDTH - PART_WIDTH;
+  constant SUM_WIDTH    : positive := TURN_NUMBER_WIDTH + PHASE_PART_WIDTH + 1;
+  constant HIGH_WIDTH   : positive := PHASE_STEP_WIDTH - 2 * PHASE_PART_WIDTH;
+  constant LOWEST_BIT   : positive := PHASE_STEP_WIDTH - PHASE_WIDTH - PHASE_PART_WIDTH;
 
   subtype word is std_ulogic_vector(31 downto 0);
 
@@ -225,14 +223,14 @@ begin
     -- Registers; the number in a name is the number of clocks from `now` until the register is valid.
     variable item_1_to_4 : items(1 to 4)                              := (others => FIRST);
     variable turn_2      : turn_number                                := (others => '0');
-    variable part_2      : u_signed(PART_WIDTH downto 0)              := (others => '0');
+    variable part_2      : u_signed(PHASE_PART_WIDTH downto 0)        := (others => '0');
     variable offset_2    : offset_of_phase                            := (others => '0');
     variable low_turn_3  : u_unsigned(1 downto 0)                     := (others => '0');
     variable product_3   : product                                    := (others => '0');
     variable offset_3    : offset_of_phase                            := (others => '0');
     variable low_turn_4  : u_unsigned(1 downto 0)                     := (others => '0');
     variable sum_4       : product                                    := (others => '0');
-    variable middle_4    : u_unsigned(PART_WIDTH - LOWEST_BIT downto 0) := (others => '0');
+    variable middle_4    : u_unsigned(PHASE_PART_WIDTH - LOWEST_BIT downto 0) := (others => '0');
     variable offset_4    : offset_of_phase                            := (others => '0');
 
     -- The turn m of this sweep and the turns next to it
@@ -262,13 +260,13 @@ begin
 
       -- Fourth clock. The low 17 bits of a part are final bits of the product; the upper bits are added to the next
       -- part.
-      middle_4   := u_unsigned(sum_4(PART_WIDTH - 1 downto LOWEST_BIT - 1));
+      middle_4   := u_unsigned(sum_4(PHASE_PART_WIDTH - 1 downto LOWEST_BIT - 1));
       low_turn_4 := low_turn_3;
       offset_4   := offset_3;
       if item_1_to_4(3).part = 0 then
         sum_4 := product_3;
       else
-        sum_4 := product_3 + shift_right(sum_4, PART_WIDTH);
+        sum_4 := product_3 + shift_right(sum_4, PHASE_PART_WIDTH);
       end if;
 
       -- Third clock: multiply.
@@ -282,13 +280,13 @@ begin
       case item_1_to_4(1).part is
 
         when 0 =>
-          part_2 := '0' & u_signed(low_1(PART_WIDTH - 1 downto 0));
+          part_2 := '0' & u_signed(low_1(PHASE_PART_WIDTH - 1 downto 0));
 
         when 1 =>
-          part_2 := '0' & u_signed(high_1(2 * PART_WIDTH - 33 downto 0)) & u_signed(low_1(31 downto PART_WIDTH));
+          part_2 := '0' & u_signed(high_1(2 * PHASE_PART_WIDTH - 33 downto 0)) & u_signed(low_1(31 downto PHASE_PART_WIDTH));
 
         when others =>
-          part_2 := resize('0' & u_signed(high_1(high_1'high downto 2 * PART_WIDTH - 32)), part_2'length);
+          part_2 := resize('0' & u_signed(high_1(high_1'high downto 2 * PHASE_PART_WIDTH - 32)), part_2'length);
 
       end case;
 

@@ -54,7 +54,6 @@ library ieee;
   use ieee.numeric_std.all;
 
   use work.carry_save_pkg.all;
-  use work.local_table_pkg.all;
   use work.number_formats_pkg.all;
 
 entity error_compensation is

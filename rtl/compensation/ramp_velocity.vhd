@@ -58,19 +58,15 @@ end entity ramp_velocity;
 
 architecture rtl of ramp_velocity is
 
-  constant WIDTH             : positive := 23 + PAIR_FRACTION;
-  constant VELOCITY_FRACTION : positive := 16; -- bits of the velocity below those of the rate
-  constant VELOCITY_WIDTH    : positive := 32 + VELOCITY_FRACTION;
-  constant TICK_WIDTH        : positive := 8;  -- 256 clocks
-  constant MARGIN            : positive := 3;  -- the margin is an eighth
+  constant WIDTH          : positive := 23 + PAIR_FRACTION;
+  constant VELOCITY_WIDTH : positive := 32 + RAMP_VELOCITY_FRACTION;
 
   -- Numbers of the clocks, out of 256, in which the entity reads the remainder, makes it positive, compares it, chooses
   -- and changes the velocity.
-  constant LOOK    : natural := 240;
-  constant MEASURE : natural := 241;
-  constant COMPARE : natural := 242;
-  constant CHOOSE  : natural := 243;
-  constant DECIDE  : natural := 255;
+  constant MEASURE : natural := RAMP_LOOK_CLOCK + 1;
+  constant COMPARE : natural := RAMP_LOOK_CLOCK + 2;
+  constant CHOOSE  : natural := RAMP_LOOK_CLOCK + 3;
+  constant DECIDE  : natural := 2 ** RAMP_TICK_WIDTH - 1;
 
   -- Action of a clock. It is decoded one clock earlier and stored in a register, because many bits depend on it.
   type moment_of_tick is (ADD, LIMIT_BOTH, ADD_WAY, ADD_MARGIN, LOOK_NOW, MEASURE_NOW, COMPARE_NOW, CHOOSE_NOW, DECIDE_NOW, NOTHING);
@@ -97,7 +93,7 @@ architecture rtl of ramp_velocity is
       when 2 =>
         return ADD_MARGIN;
 
-      when LOOK - 1 =>
+      when RAMP_LOOK_CLOCK - 1 =>
         return LOOK_NOW;
 
       when MEASURE - 1 =>
@@ -126,7 +122,7 @@ begin
 
   choose_velocity : process (clock) is
 
-    variable tick           : u_unsigned(TICK_WIDTH - 1 downto 0)     := (others => '0');
+    variable tick           : u_unsigned(RAMP_TICK_WIDTH - 1 downto 0) := (others => '0');
     variable moment         : moment_of_tick                          := ADD;
     variable whole          : u_unsigned(31 downto 0);
     variable limit          : u_unsigned(VELOCITY_WIDTH - 1 downto 0);
@@ -166,8 +162,8 @@ begin
   begin
 
     if rising_edge(clock) then
-      whole := velocity(velocity'high downto VELOCITY_FRACTION);
-      limit := rate & (VELOCITY_FRACTION - 1 downto 0 => '0');
+      whole := velocity(velocity'high downto RAMP_VELOCITY_FRACTION);
+      limit := rate & (RAMP_VELOCITY_FRACTION - 1 downto 0 => '0');
       ends  <= '0';
 
       case moment is
@@ -183,11 +179,11 @@ begin
           is_too_fast   := is_less(signed('0' & limit), signed('0' & velocity));
 
         when ADD_WAY =>
-          way_straight := way + faster(faster'high downto VELOCITY_FRACTION);
-          way_same     := way + whole(whole'high downto MARGIN);
+          way_straight := way + faster(faster'high downto RAMP_VELOCITY_FRACTION);
+          way_same     := way + whole(whole'high downto RAMP_MARGIN_BITS);
 
         when ADD_MARGIN =>
-          way_faster := way_straight + faster(faster'high downto VELOCITY_FRACTION + MARGIN);
+          way_faster := way_straight + faster(faster'high downto RAMP_VELOCITY_FRACTION + RAMP_MARGIN_BITS);
 
         when LOOK_NOW =>
           is_stale := '0';
@@ -208,7 +204,7 @@ begin
           speeds := is_for_faster and may_be_faster and not brakes;
           is_end := (not moves and not is_for_faster) or (is_zero and is_slow);
           way_less := way - whole;
-          way_more := way + faster(velocity'high downto VELOCITY_FRACTION);
+          way_more := way + faster(velocity'high downto RAMP_VELOCITY_FRACTION);
 
         when DECIDE_NOW =>
           is_unknown := is_stale or marker;
@@ -270,18 +266,18 @@ begin
   -- the excess is added in the next clock.
   hand_out : process (clock) is
 
-    variable fraction : u_unsigned(TICK_WIDTH - 1 downto 0) := (others => '0');
+    variable fraction : u_unsigned(RAMP_TICK_WIDTH - 1 downto 0) := (others => '0');
     variable sum      : u_unsigned(32 downto 0);
     variable was_marker : std_ulogic := '0';
 
   begin
 
     if rising_edge(clock) then
-      sum      := resize(fraction, sum'length) + resize(velocity(velocity'high downto VELOCITY_FRACTION), sum'length);
+      sum      := resize(fraction, sum'length) + resize(velocity(velocity'high downto RAMP_VELOCITY_FRACTION), sum'length);
       fraction := sum(fraction'range);
       -- A negative step is the complement of the sum; the entity that adds `step` also adds the missing unit
       -- (step_rises is low).
-      step       <= u_signed('0' & sum(sum'high downto TICK_WIDTH)) xor (step'range => falling);
+      step       <= u_signed('0' & sum(sum'high downto RAMP_TICK_WIDTH)) xor (step'range => falling);
       step_rises <= not falling;
       if reset = '1' or marker = '1' or was_marker = '1' then
         fraction   := (others => '0');

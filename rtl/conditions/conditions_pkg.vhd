@@ -3,45 +3,36 @@
 -- # conditions_pkg
 --
 -- Declares the formats of the conditions (direction, speed, words of the processor) that multiply the amplitudes of
--- lanes, and the steps of a sweep: in SWEEP_CLOCKS clocks each lane of both banks gets a new effective amplitude
--- (amplitude_sweep).
+-- lanes, and the steps of a sweep: in AMPLITUDE_SWEEP_CLOCKS clocks each lane of both banks gets a new effective
+-- amplitude (amplitude_sweep).
 
 library ieee;
   use ieee.std_logic_1164.all;
   use ieee.numeric_std.all;
 
-package conditions_pkg is
+  use work.number_formats_pkg.all;
 
-  constant MODULATOR_WIDTH    : positive := 18; -- s1.16
-  constant MODULATOR_FRACTION : positive := 16;
+package conditions_pkg is
 
   subtype modulator is u_signed(MODULATOR_WIDTH - 1 downto 0);
 
-  constant MODULATOR_ONE      : modulator := to_signed(2 ** MODULATOR_FRACTION, MODULATOR_WIDTH);
+  constant MODULATOR_ONE    : modulator := to_signed(2 ** MODULATOR_FRACTION, MODULATOR_WIDTH);
 
   -- Numbers of the modulators in bits 18 to 16 of word 1 of a lane; other numbers act as UNMODULATED.
-  constant UNMODULATED        : natural := 0;
-  constant BY_DIRECTION       : natural := 1;
-  constant BY_SPEED           : natural := 2;
-  constant BY_SPEED_SQUARED   : natural := 3;
-  constant BY_WORD_A          : natural := 4;
-  constant BY_WORD_B          : natural := 5;
+  constant UNMODULATED      : natural := 0;
+  constant BY_DIRECTION     : natural := 1;
+  constant BY_SPEED         : natural := 2;
+  constant BY_SPEED_SQUARED : natural := 3;
+  constant BY_WORD_A        : natural := 4;
+  constant BY_WORD_B        : natural := 5;
 
   -- A sweep of amplitude_sweep: steps 0 to 127 process the lanes of both banks.
-  constant SWEEP_CLOCKS       : positive := 144;
-  constant DIRECTION_STEP     : natural  := 0;   -- step in which the division of the direction begins
-  constant SPEED_STEP         : natural  := 32;  -- step in which the division of the speed begins
-  constant SQUARE_STEP        : natural  := 128; -- step in which the speed is multiplied by itself
-
-  -- Formats of stop_operator
-  constant STOP_FRACTION      : positive := 4;
-  constant STOP_WIDTH         : positive := 24;  -- u20.4 counts
-  constant DEAD_ZONE_WIDTH    : positive := 8;
-  constant MOST_STEP          : positive := 8;   -- counts per clock; a larger step does not count as motion
+  constant DIRECTION_STEP   : natural := 0;   -- step in which the division of the direction begins
+  constant SPEED_STEP       : natural := 32;  -- step in which the division of the speed begins
+  constant SQUARE_STEP      : natural := 128; -- step in which the speed is multiplied by itself
 
   -- Formats of table_speed
-  constant TRAVEL_WIDTH       : positive := 31;  -- u20.11 counts
-  constant NOMINAL_WIDTH      : positive := 56;  -- u24.32 counts
-  constant WINDOW_BITS        : positive := 14;  -- log2 of the clocks of a window: 16,384 clocks
+  constant TRAVEL_WIDTH     : positive := 31; -- u20.11 counts
+  constant NOMINAL_WIDTH    : positive := 56; -- u24.32 counts
 
 end package conditions_pkg;

@@ -18,6 +18,7 @@ library ieee;
 
   use work.carry_save_pkg.all;
   use work.conditions_pkg.all;
+  use work.number_formats_pkg.all;
 
 entity slewed_word is
   port (

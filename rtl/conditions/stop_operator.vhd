@@ -15,7 +15,7 @@
 -- Two operators begin at these ends; once their places are equal, the place is known. That takes at most 2·width counts
 -- of motion to one side, plus the dead zone.
 --
--- **Motion** is the sum of the counted edges: `position` without `put_back`. A step of more than MOST_STEP counts in a
+-- **Motion** is the sum of the counted edges: `position` without `put_back`. A step of more than STOP_STEP_MAX counts in a
 -- clock comes from a change of the head that gives `position` (the carrier of the mean), or from a reset of the
 -- decoder; it is ignored. Counts that this head lost are missing in the sum, even if they are put back.
 --
@@ -122,7 +122,7 @@ begin
 
       -- Third clock: ignore steps that are too large for a motion of the table.
       step_3 := step_2(step_3'range);
-      if step_2 > MOST_STEP or step_2 < -MOST_STEP then
+      if step_2 > STOP_STEP_MAX or step_2 < -STOP_STEP_MAX then
         step_3 := (others => '0');
       end if;
 

@@ -32,8 +32,8 @@ library ieee;
 
 entity table_conditions is
   generic (
-    WINDOW     : positive range 4 to 20 := WINDOW_BITS; -- see table_speed
-    LONGEST    : positive range 6 to 24 := 24           -- see table_speed
+    WINDOW     : positive range 4 to 20 := SPEED_WINDOW_BITS; -- see table_speed
+    LONGEST    : positive range 6 to 24 := SPEED_LONGEST_BITS -- see table_speed
   );
   port (
     clock              : in    std_ulogic;
@@ -51,7 +51,7 @@ entity table_conditions is
     done               : out   std_ulogic := '0';                       -- pulse: the word is read or written
     read_data          : out   std_ulogic_vector(31 downto 0);
     -- To amplitude_sweep
-    sweep_step         : out   u_unsigned(7 downto 0);                  -- 0 to SWEEP_CLOCKS - 1
+    sweep_step         : out   u_unsigned(7 downto 0);                  -- 0 to AMPLITUDE_SWEEP_CLOCKS - 1
     direction          : out   modulator;
     speed              : out   modulator;
     word_a             : out   modulator;
@@ -266,7 +266,7 @@ begin
         speed_size <= ratio;
       end if;
 
-      if step = SWEEP_CLOCKS - 1 then
+      if step = AMPLITUDE_SWEEP_CLOCKS - 1 then
         step          <= (others => '0');
         has_caught_up <= is_known and (has_caught_up or (reached and was_known));
         was_known     := is_known;

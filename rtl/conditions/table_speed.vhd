@@ -45,8 +45,8 @@ library ieee;
 
 entity table_speed is
   generic (
-    WINDOW         : positive range 4 to 20 := WINDOW_BITS; -- log2 of the clocks of a window
-    LONGEST        : positive range 6 to 24 := 24           -- log2 of the clocks without a passage after which the table counts as standing
+    WINDOW         : positive range 4 to 20 := SPEED_WINDOW_BITS; -- log2 of the clocks of a window
+    LONGEST        : positive range 6 to 24 := SPEED_LONGEST_BITS -- log2 of the clocks without a passage after which the table stands
   );
   port (
     clock          : in    std_ulogic;
@@ -65,9 +65,9 @@ end entity table_speed;
 architecture rtl of table_speed is
 
   constant FINE_WIDTH : positive := TRAVEL_WIDTH + 1;
-  -- 2 counts and 8 counts, in units of 2⁻¹¹ count
-  constant TREMBLE    : positive := 2 * 2 ** CORRECTION_FRACTION;
-  constant MOST_QUIET : positive := 8 * 2 ** CORRECTION_FRACTION;
+  -- SPEED_TREMBLE_COUNTS and SPEED_BOUND_COUNTS in units of 2⁻¹¹ count
+  constant TREMBLE    : positive := SPEED_TREMBLE_COUNTS * 2 ** CORRECTION_FRACTION;
+  constant MOST_QUIET : positive := SPEED_BOUND_COUNTS * 2 ** CORRECTION_FRACTION;
 
   subtype fine_count is u_signed(FINE_WIDTH - 1 downto 0);
 

@@ -17,6 +17,7 @@ library ieee;
   use ieee.numeric_std.all;
 
   use work.conditions_pkg.all;
+  use work.number_formats_pkg.all;
 
 entity unit_divider is
   port (

@@ -61,7 +61,6 @@ library ieee;
   use work.axi_lite_pkg.all;
   use work.conditions_pkg.all;
   use work.decoder_pkg.all;
-  use work.local_table_pkg.all;
   use work.number_formats_pkg.all;
 
 entity arctrue_core is
@@ -139,8 +138,8 @@ architecture rtl of arctrue_core is
 
   -- Clocks from an edge at a pulse input to the strobe of this edge, and clocks from an edge of head 1 to the position
   -- that counts it, both with the filter off.
-  constant PULSE_CLOCKS    : positive := 4;
-  constant POSITION_CLOCKS : positive := 5;
+  constant PULSE_CLOCKS    : positive := SYNCHRONISER_STAGES_DEFAULT + 2;
+  constant POSITION_CLOCKS : positive := SYNCHRONISER_STAGES_DEFAULT + 3;
 
   -- Clocks from the strobe of the probe to the corrected position that belongs to its edge.
   constant PROBE_DELAY : positive := POSITION_CLOCKS + CORE_LATENCY - PULSE_CLOCKS;

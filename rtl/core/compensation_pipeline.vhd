@@ -68,7 +68,6 @@ library ieee;
   use ieee.numeric_std.all;
 
   use work.conditions_pkg.all;
-  use work.local_table_pkg.all;
   use work.number_formats_pkg.all;
 
 entity compensation_pipeline is

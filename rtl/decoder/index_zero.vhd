@@ -105,12 +105,6 @@ end entity index_zero;
 
 architecture rtl of index_zero is
 
-  -- Number of clocks from the detection of an index to its check.
-  constant JUDGED_AFTER : positive := 3;
-
-  -- Number of bits of a slip that can be put back.
-  constant HEAL_WIDTH : positive := 15;
-
   -- A count within the turn. It carries flags for the first and the last count, so that a step needs no comparison.
   type turn_place is record
     count   : u_unsigned(ANGLE_WIDTH - 1 downto 0);
@@ -307,7 +301,7 @@ begin
     -- the index was detected
     variable from_zero       : few_counts                              := "0000";
     variable from_index      : few_counts; -- counts from the zero of the index that is detected now
-    variable since_index     : natural range 0 to JUDGED_AFTER + 1     := 0;
+    variable since_index     : natural range 0 to INDEX_JUDGED_AFTER + 1 := 0;
     -- The angle before the step of the previous clock, and the counts from the zero of an index that was detected in
     -- that clock to this angle
     variable angle_then      : u_unsigned(ANGLE_WIDTH - 1 downto 0)    := (others => '0');
@@ -322,7 +316,7 @@ begin
     variable slip            : u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0) := (others => '0');
     variable slip_then       : u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0);
     -- One bit for each of the last clocks, high if an index was latched in that clock; the latest clock is the low bit
-    variable index_then      : std_ulogic_vector(JUDGED_AFTER - 1 downto 0) := (others => '0');
+    variable index_then      : std_ulogic_vector(INDEX_JUDGED_AFTER - 1 downto 0) := (others => '0');
     variable is_small        : std_ulogic;
     variable passed_index    : std_ulogic                              := '0';
     variable passed_up       : std_ulogic                              := '1';
@@ -345,7 +339,7 @@ begin
       still_in_doubt := (is_in_doubt or is_off) and not moves_zero;
       is_in_doubt    <= still_in_doubt;
       index_trusted  <= is_latest and not still_in_doubt and not rearm;
-      is_small       := (and slip(slip'high downto HEAL_WIDTH - 1)) or not (or slip(slip'high downto HEAL_WIDTH - 1));
+      is_small       := (and slip(slip'high downto INDEX_HEAL_WIDTH - 1)) or not (or slip(slip'high downto INDEX_HEAL_WIDTH - 1));
 
       -- Stages 5 and 4: check the index.
       judged     <= to_judge;
@@ -409,7 +403,7 @@ begin
         index_seen  <= '1';
       else
         from_zero := WITH_STEP(to_integer(u_unsigned(std_ulogic_vector(from_zero) & not edge.stands & edge.up)));
-        if (since_index <= JUDGED_AFTER) then
+        if (since_index <= INDEX_JUDGED_AFTER) then
           since_index := since_index + 1;
         end if;
       end if;
@@ -528,8 +522,8 @@ begin
       meets_index <= meets;
 
       is_old_enough <= '0';
-      if (since_index = JUDGED_AFTER) then
-        is_old_enough <= index_then(JUDGED_AFTER - 1);
+      if (since_index = INDEX_JUDGED_AFTER) then
+        is_old_enough <= index_then(INDEX_JUDGED_AFTER - 1);
       end if;
 
       counters        <= places;

@@ -18,10 +18,12 @@
 library ieee;
   use ieee.std_logic_1164.all;
 
+  use work.number_formats_pkg.all;
+
 entity input_synchroniser is
   generic (
     WIDTH  : positive              := 3; -- pins
-    STAGES : positive range 2 to 4 := 2  -- number of registers per pin
+    STAGES : positive range 2 to 4 := SYNCHRONISER_STAGES_DEFAULT -- number of registers per pin
   );
   port (
     clock        : in    std_ulogic;

@@ -31,6 +31,7 @@ library ieee;
   use ieee.numeric_std.all;
 
   use work.decoder_pkg.all;
+  use work.number_formats_pkg.all;
 
 entity plausibility_check is
   port (
@@ -56,9 +57,6 @@ end entity plausibility_check;
 
 architecture rtl of plausibility_check is
 
-  constant LARGEST : positive := 2 ** 16 - 1;
-  constant PERIOD  : positive := 4; -- counts of a period of A and B
-
   constant LONGEST_FILTER : u_unsigned(7 downto 0) := (others => '1'); -- clocks
 
   -- A small number of counts. Its sums are a table, because they are too narrow for a carry chain.
@@ -69,7 +67,7 @@ architecture rtl of plausibility_check is
   -- Returns the table of the counts by which the unfiltered levels are ahead of the filtered levels, after a step of
   -- one or both. Index: these counts before the step (bits 6 to 4); the unfiltered levels make a step (bit 3), the step
   -- is up (bit 2); the filtered levels make a step (bit 1), the step is up (bit 0). A period or more, up or down, is
-  -- PERIOD in the table.
+  -- COUNTS_PER_PERIOD in the table.
   function ahead_after_steps return tables is
 
     variable table : tables(0 to 127);
@@ -85,8 +83,8 @@ architecture rtl of plausibility_check is
       if (bits / 2 mod 2 = 1) then
         ahead := ahead - 2 * (bits mod 2) + 1;
       end if;
-      table(bits) := to_signed(PERIOD, 4);
-      if (abs ahead < PERIOD) then
+      table(bits) := to_signed(COUNTS_PER_PERIOD, 4);
+      if (abs ahead < COUNTS_PER_PERIOD) then
         table(bits) := to_signed(ahead, 4);
       end if;
     end loop;
@@ -100,7 +98,7 @@ architecture rtl of plausibility_check is
   function saturating_increment (count : u_unsigned(15 downto 0)) return u_unsigned is
   begin
 
-    if (count = LARGEST) then
+    if (count = FAULT_COUNT_MAX) then
       return count;
     end if;
     return count + 1;
@@ -124,11 +122,11 @@ begin
     -- that the filter hides
     variable ahead         : u_signed(2 downto 0)            := "000";
     variable ahead_now     : few_counts;
-    variable hidden_breaks : natural range 0 to PERIOD - 1   := 0;
+    variable hidden_breaks : natural range 0 to COUNTS_PER_PERIOD - 1 := 0;
     variable edges_lost    : std_ulogic                      := '0';
     -- Clocks since the last counted edge. It is an integer, because a vector that counts in every clock makes an idle
     -- simulation 4 times slower.
-    variable spacing       : natural range 0 to LARGEST      := LARGEST;
+    variable spacing       : natural range 0 to EDGE_SPACING_MAX := EDGE_SPACING_MAX;
     variable too_near      : std_ulogic                      := '0';
     variable too_fast      : std_ulogic;
 
@@ -170,7 +168,7 @@ begin
           too_near := '1';
         end if;
         spacing := 1;
-      elsif (spacing /= LARGEST) then
+      elsif (spacing /= EDGE_SPACING_MAX) then
         spacing := spacing + 1;
       end if;
 
@@ -184,10 +182,10 @@ begin
         ahead_now  := AHEAD_AFTER(to_integer(u_unsigned(std_ulogic_vector(ahead) & raw_moves & raw_up
                                                         & not edge.stands & not edge.down)));
         ahead      := ahead_now(ahead'range);
-        edges_lost := ahead_now ?= PERIOD;
+        edges_lost := ahead_now ?= COUNTS_PER_PERIOD;
         if (edge.breaks_order = '1') then
           hidden_breaks := 0;
-        elsif (raw_breaks = '1' and hidden_breaks = PERIOD - 1) then
+        elsif (raw_breaks = '1' and hidden_breaks = COUNTS_PER_PERIOD - 1) then
           edges_lost := '1';
         elsif (raw_breaks = '1') then
           hidden_breaks := hidden_breaks + 1;
@@ -214,7 +212,7 @@ begin
       raw_before := a & b;
 
       if (reset = '1') then
-        spacing           := LARGEST;
+        spacing           := EDGE_SPACING_MAX;
         too_near          := '0';
         edges_lost        := '0';
         index_error       <= '0';

@@ -53,23 +53,19 @@ end entity table_rotation;
 
 architecture rtl of table_rotation is
 
-  constant ADDRESS_WIDTH  : positive := 7;
-  constant OFFSET_WIDTH   : positive := folded'length - ADDRESS_WIDTH; -- bits of the place in an interval
-  constant ROWS           : positive := 5;
-  constant DIGITS_WIDTH   : positive := 2 * ROWS;                      -- bits of the place that the rows multiply
-  constant SLOPE_FRACTION : positive := 8;
-  constant SLOPE_WIDTH    : positive := SLOPE_FRACTION + 3;
-  constant VALUE_FRACTION : positive := 20;
-  constant VALUE_WIDTH    : positive := VALUE_FRACTION + 2;
+  constant OFFSET_WIDTH : positive := folded'length - COSINE_ADDRESS_WIDTH; -- bits of the place in an interval
+  constant DIGITS_WIDTH : positive := 2 * COSINE_ROWS;                      -- bits of the place that the rows multiply
+  constant SLOPE_WIDTH  : positive := COSINE_SLOPE_FRACTION + 3;
+  constant VALUE_WIDTH  : positive := COSINE_VALUE_FRACTION + 2;
   -- Number of fraction bits of the last row: every row except the first drops two fraction bits of the product.
-  constant ROW_FRACTION   : positive := SLOPE_FRACTION + PHASE_WIDTH - OFFSET_WIDTH + DIGITS_WIDTH - 2 * (ROWS - 1);
+  constant ROW_FRACTION : positive := COSINE_SLOPE_FRACTION + PHASE_WIDTH - OFFSET_WIDTH + DIGITS_WIDTH - 2 * (COSINE_ROWS - 1);
   -- The last row is below 4 slopes.
-  constant ROW_WIDTH      : positive := SLOPE_WIDTH + 2;
+  constant ROW_WIDTH    : positive := SLOPE_WIDTH + 2;
 
-  constant WORKING : positive := ROWS + 3;
+  constant WORKING : positive := COSINE_ROWS + 3;
   constant WAITING : positive := CORDIC_ITERATIONS - 1 - WORKING;
 
-  subtype table_address is natural range 0 to 2 ** ADDRESS_WIDTH - 1;
+  subtype table_address is natural range 0 to 2 ** COSINE_ADDRESS_WIDTH - 1;
 
   subtype slope_count is u_unsigned(SLOPE_WIDTH - 1 downto 0);
 
@@ -77,7 +73,7 @@ architecture rtl of table_rotation is
 
   subtype value_count is u_signed(VALUE_WIDTH - 1 downto 0);
 
-  subtype place is u_unsigned(ADDRESS_WIDTH + DIGITS_WIDTH - 1 downto 0);
+  subtype place is u_unsigned(COSINE_ADDRESS_WIDTH + DIGITS_WIDTH - 1 downto 0);
 
   type slope_table is array (table_address) of slope_count;
 
@@ -89,7 +85,7 @@ architecture rtl of table_rotation is
 
   type digits_line is array (natural range <>) of u_unsigned(DIGITS_WIDTH - 1 downto 0);
 
-  type address_line is array (natural range <>) of u_unsigned(ADDRESS_WIDTH - 1 downto 0);
+  type address_line is array (natural range <>) of u_unsigned(COSINE_ADDRESS_WIDTH - 1 downto 0);
 
   type place_line is array (natural range <>) of place;
 
@@ -97,15 +93,15 @@ architecture rtl of table_rotation is
   function middle_of (address : table_address) return real is
   begin
 
-    return (real(address) + 0.5) * MATH_PI_OVER_2 / 2.0 ** ADDRESS_WIDTH;
+    return (real(address) + 0.5) * MATH_PI_OVER_2 / 2.0 ** COSINE_ADDRESS_WIDTH;
 
   end function middle_of;
 
-  -- Returns the slope of the cosine without its sign, in 2**-SLOPE_FRACTION per turn.
+  -- Returns the slope of the cosine without its sign, in 2**-COSINE_SLOPE_FRACTION per turn.
   function slope_of (address : table_address) return real is
   begin
 
-    return round(MATH_2_PI * sin(middle_of(address)) * 2.0 ** SLOPE_FRACTION);
+    return round(MATH_2_PI * sin(middle_of(address)) * 2.0 ** COSINE_SLOPE_FRACTION);
 
   end function slope_of;
 
@@ -137,9 +133,9 @@ architecture rtl of table_rotation is
   begin
 
     for address in table'range loop
-      begins         := SCALE * cos(middle_of(address)) + slope_of(address) / 2.0 ** SLOPE_FRACTION * (REACH - UNIT);
+      begins         := SCALE * cos(middle_of(address)) + slope_of(address) / 2.0 ** COSINE_SLOPE_FRACTION * (REACH - UNIT);
       begins         := begins - 2.0 ** (-ROW_FRACTION - 1);
-      table(address) := to_signed(integer(round(begins * 2.0 ** VALUE_FRACTION)), VALUE_WIDTH);
+      table(address) := to_signed(integer(round(begins * 2.0 ** COSINE_VALUE_FRACTION)), VALUE_WIDTH);
     end loop;
 
     return table;
@@ -160,16 +156,16 @@ begin
   look_up : process (clock) is
 
     -- Registers in the order of the data path
-    variable waits        : place_line(1 to WAITING)       := (others => (others => '0'));
-    variable first_slope  : slope_count                    := (others => '0');
+    variable waits        : place_line(1 to WAITING)           := (others => (others => '0'));
+    variable first_slope  : slope_count                        := (others => '0');
     variable first_digits : u_unsigned(DIGITS_WIDTH - 1 downto 0) := (others => '0');
-    variable first_address : u_unsigned(ADDRESS_WIDTH - 1 downto 0) := (others => '0');
-    variable slope        : slope_line(0 to ROWS - 1)      := (others => (others => '0'));
-    variable triple       : row_line(0 to ROWS - 1)        := (others => (others => '0'));
-    variable digits       : digits_line(0 to ROWS - 1)     := (others => (others => '0'));
-    variable address      : address_line(0 to ROWS - 1)    := (others => (others => '0'));
-    variable row          : row_line(1 to ROWS)            := (others => (others => '0'));
-    variable value        : value_count                    := (others => '0');
+    variable first_address : u_unsigned(COSINE_ADDRESS_WIDTH - 1 downto 0) := (others => '0');
+    variable slope        : slope_line(0 to COSINE_ROWS - 1)   := (others => (others => '0'));
+    variable triple       : row_line(0 to COSINE_ROWS - 1)     := (others => (others => '0'));
+    variable digits       : digits_line(0 to COSINE_ROWS - 1)  := (others => (others => '0'));
+    variable address      : address_line(0 to COSINE_ROWS - 1) := (others => (others => '0'));
+    variable row          : row_line(1 to COSINE_ROWS)         := (others => (others => '0'));
+    variable value        : value_count                        := (others => '0');
 
     variable before     : row_count;
     variable multiple   : row_count;
@@ -180,13 +176,13 @@ begin
 
     if rising_edge(clock) then
       -- The code begins with the last register, so that each variable is read before it takes its new value.
-      product    := signed(shift_left(resize(row(ROWS), VALUE_WIDTH), VALUE_FRACTION - ROW_FRACTION));
+      product    := signed(shift_left(resize(row(COSINE_ROWS), VALUE_WIDTH), COSINE_VALUE_FRACTION - ROW_FRACTION));
       difference := value - product;
-      cosine     <= difference(difference'high downto VALUE_FRACTION - (COSINE_WIDTH - 2 + GUARD_WIDTH));
+      cosine     <= difference(difference'high downto COSINE_VALUE_FRACTION - (COSINE_WIDTH - 2 + GUARD_WIDTH));
 
-      value := VALUES(to_integer(address(ROWS - 1)));
+      value := VALUES(to_integer(address(COSINE_ROWS - 1)));
 
-      for i in ROWS - 1 downto 0 loop
+      for i in COSINE_ROWS - 1 downto 0 loop
         before := (others => '0');
         if i > 0 then
           before := shift_right(row(i), 2);
@@ -210,7 +206,7 @@ begin
 
         row(i + 1) := before + multiple;
 
-        if i < ROWS - 1 then
+        if i < COSINE_ROWS - 1 then
           slope(i + 1)   := slope(i);
           triple(i + 1)  := triple(i);
           digits(i + 1)  := shift_right(digits(i), 2);

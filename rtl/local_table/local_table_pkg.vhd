@@ -2,8 +2,7 @@
 --
 -- # local_table_pkg
 --
--- Declares the widths of the local table's numbers, and the record that states, for one bank, which windows of the turn
--- the table covers.
+-- Declares the record that states, for one bank of the local table, which windows of the turn the table covers.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -12,13 +11,6 @@ library ieee;
   use work.number_formats_pkg.all;
 
 package local_table_pkg is
-
-  constant LOCAL_WINDOWS        : positive := 4;
-  constant LOCAL_INDEX_WIDTH    : positive := 12; -- 4,096 points
-  constant LOCAL_POINT_WIDTH    : positive := 18;
-  constant LOCAL_VALUE_FRACTION : positive := 22; -- 10 of a point plus 12 of the place between two points
-  constant LOCAL_VALUE_WIDTH    : positive := 36; -- s13.22
-  constant LOCAL_TABLE_LATENCY  : positive := 17;
 
   type local_place is record
     enable   : std_ulogic_vector(LOCAL_WINDOWS - 1 downto 0);     -- one bit per window

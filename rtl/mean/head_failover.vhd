@@ -51,7 +51,7 @@ entity head_failover is
   generic (
     LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;
     HEADS         : positive range 3 to HEADS_MAX := 4;
-    INTERVAL_BITS : positive range 5 to 20        := 14 -- as in head_watch; the unit of return_after is 2**(INTERVAL_BITS + 3) clocks
+    INTERVAL_BITS : positive range 5 to 20        := WATCH_INTERVAL_BITS -- as in head_watch; return_after: 2**(INTERVAL_BITS + 3) clocks
   );
   port (
     clock            : in    std_ulogic;
@@ -107,8 +107,6 @@ architecture rtl of head_failover is
   constant VALUE_WORD        : natural  := 44;
   constant STEP_LIMIT_WORD   : natural  := 45;
   constant PARITY_LIMIT_WORD : natural  := 46;
-  constant WRITTEN_BY_HAND   : natural  := 7;
-  constant REARM_CLOCKS      : positive := 8;
   -- The limit of the parity reports readings of up to 20 clocks ago: 5 clocks of the differences, up to 7 clocks until
   -- parity_sum takes the next differences, and 8 clocks until the next parity. `is_settled` rises 9 clocks after a jump.
   constant PARITY_CLOCKS     : positive := 16;
@@ -155,13 +153,13 @@ architecture rtl of head_failover is
   signal failed         : heads_bits;
   signal causes         : std_ulogic_vector(5 downto 0);
   signal last_causes    : std_ulogic_vector(5 downto 0)  := (others => '0');
-  signal set_in_force   : u_unsigned(2 downto 0)         := to_unsigned(WRITTEN_BY_HAND, 3);
+  signal set_in_force   : u_unsigned(2 downto 0)         := to_unsigned(OWN_WORDS_SET, 3);
   signal wants_set      : std_ulogic                     := '0';
   signal wanted_set     : u_unsigned(2 downto 0)         := "000";
   signal wants_return   : heads_bits                     := (others => '0');
   signal waited         : u_unsigned(15 downto 0)        := (others => '0');
   signal tick           : u_unsigned(INTERVAL_BITS + 2 downto 0) := (others => '0');
-  signal rearming       : natural range 0 to REARM_CLOCKS := 0;
+  signal rearming       : natural range 0 to FAILOVER_REARM_CLOCKS := 0;
   signal swap_refused   : std_ulogic                     := '0';
   signal set_refused    : std_ulogic                     := '0';
   signal parity_waits   : natural range 0 to PARITY_CLOCKS := PARITY_CLOCKS;
@@ -275,7 +273,7 @@ begin
             end if;
           end loop;
 
-        elsif may_return = '1' and set_in_force /= WRITTEN_BY_HAND then
+        elsif may_return = '1' and set_in_force /= OWN_WORDS_SET then
           load   <= '1';
           number <= "000";
         elsif may_return = '1' then
@@ -291,14 +289,14 @@ begin
         waited       <= (others => '0');
         tick         <= (others => '0');
         wants_return <= (others => '0');
-        rearming     <= REARM_CLOCKS;
+        rearming     <= FAILOVER_REARM_CLOCKS;
 
         for head in 0 to HEADS - 1 loop
           left_out(head) <= '1' when number = head + 1 else '0';
         end loop;
 
       elsif swap_comes = '1' then
-        set_in_force <= to_unsigned(WRITTEN_BY_HAND, 3);
+        set_in_force <= to_unsigned(OWN_WORDS_SET, 3);
       end if;
 
       if write_enable = '1' and address = COMMAND_WORD then
@@ -316,7 +314,7 @@ begin
         watching     <= '0';
         restart      <= '1';
         changed      <= '0';
-        set_in_force <= to_unsigned(WRITTEN_BY_HAND, 3);
+        set_in_force <= to_unsigned(OWN_WORDS_SET, 3);
         left_out     <= (others => '0');
         last_causes  <= (others => '0');
         wants_set    <= '0';

@@ -46,7 +46,7 @@ library ieee;
 entity head_watch is
   generic (
     HEADS         : positive range 3 to HEADS_MAX := 4;
-    INTERVAL_BITS : positive range 5 to 20        := 14 -- the readings are stored every 2**INTERVAL_BITS clocks
+    INTERVAL_BITS : positive range 5 to 20        := WATCH_INTERVAL_BITS -- the readings are stored every 2**INTERVAL_BITS clocks
   );
   port (
     clock          : in    std_ulogic;
@@ -78,9 +78,6 @@ architecture rtl of head_watch is
 
   constant READING_WIDTH : positive := HEAD_DIFFERENCE_WIDTH - HEAD_OFFSET_FRACTION;
   constant MOVED_WIDTH   : positive := READING_WIDTH + 2;
-  constant SETTLE_CLOCKS : positive := 16;
-  constant RING          : positive := 8;
-  constant AHEAD_MOST    : positive := 255;
   constant PAIRS         : positive := HEADS * (HEADS - 1) / 2;
 
   subtype heads_bits is std_ulogic_vector(HEADS - 1 downto 0);
@@ -89,7 +86,7 @@ architecture rtl of head_watch is
 
   type moved_counts is array (0 to HEADS - 1) of moved_count;
 
-  type stored_readings is array (0 to RING - 1) of std_ulogic_vector(HEADS * READING_WIDTH - 1 downto 0);
+  type stored_readings is array (0 to WATCH_READINGS - 1) of std_ulogic_vector(HEADS * READING_WIDTH - 1 downto 0);
 
   type pair is record
     first  : natural range 0 to HEADS - 1;
@@ -167,7 +164,7 @@ begin
 
   missing_edges : process (clock) is
 
-    subtype way is integer range -AHEAD_MOST to AHEAD_MOST;
+    subtype way is integer range -WATCH_AHEAD_MAX to WATCH_AHEAD_MAX;
 
     type ways is array (0 to HEADS - 1) of way;
 
@@ -195,7 +192,7 @@ begin
           elsif steps(other) = '1' then
             -- One adder counts both up and down.
             one  := 1 when steps_up(other) = '1' else -1;
-            last := AHEAD_MOST when steps_up(other) = '1' else -AHEAD_MOST;
+            last := WATCH_AHEAD_MAX when steps_up(other) = '1' else -WATCH_AHEAD_MAX;
             if ahead(head)(other) /= last then
               ahead(head)(other) := ahead(head)(other) + one;
             end if;
@@ -220,7 +217,7 @@ begin
     variable is_full     : std_ulogic                         := '0';
     variable is_begun    : std_ulogic                         := '0';
     variable elapsed     : u_unsigned(INTERVAL_BITS - 1 downto 0) := (others => '0');
-    variable settling    : natural range 0 to SETTLE_CLOCKS   := SETTLE_CLOCKS;
+    variable settling    : natural range 0 to WATCH_SETTLE_CLOCKS := WATCH_SETTLE_CLOCKS;
     -- Comparison: its clock, the changes of the readings, and one bit per head, high if all other heads agree
     variable phase       : natural range 0 to PAIRS + 1       := 0;
     variable moved       : moved_counts                       := (others => (others => '0'));
@@ -297,7 +294,7 @@ begin
         settling := settling - 1;
       end if;
       if restart = '1' or watching = '0' or reset = '1' then
-        settling := SETTLE_CLOCKS;
+        settling := WATCH_SETTLE_CLOCKS;
         place    := "000";
         is_full  := '0';
         is_begun := '0';

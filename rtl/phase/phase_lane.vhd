@@ -40,13 +40,11 @@ end entity phase_lane;
 
 architecture rtl of phase_lane is
 
-  -- The multiplier's narrow port takes 17 unsigned bits.
-  constant PART_WIDTH   : positive := 17;
-  constant LOW_WIDTH    : positive := ANGLE_WIDTH + PART_WIDTH;
-  constant MIDDLE_WIDTH : positive := PHASE_STEP_WIDTH - PART_WIDTH;
-  constant HIGH_WIDTH   : positive := PHASE_STEP_WIDTH - 2 * PART_WIDTH;
+  constant LOW_WIDTH    : positive := ANGLE_WIDTH + PHASE_PART_WIDTH;
+  constant MIDDLE_WIDTH : positive := PHASE_STEP_WIDTH - PHASE_PART_WIDTH;
+  constant HIGH_WIDTH   : positive := PHASE_STEP_WIDTH - 2 * PHASE_PART_WIDTH;
   -- The lowest bit of the middle sum that belongs to the phase.
-  constant LOWEST_BIT   : natural  := PHASE_STEP_WIDTH - PHASE_WIDTH - PART_WIDTH;
+  constant LOWEST_BIT   : natural  := PHASE_STEP_WIDTH - PHASE_WIDTH - PHASE_PART_WIDTH;
   -- Half a unit of the phase, added for rounding.
   constant REST_WIDTH   : positive := PHASE_STEP_WIDTH - PHASE_WIDTH;
   constant HALF         : u_unsigned(REST_WIDTH - 1 downto 0) := (REST_WIDTH - 1 => '1', others => '0');
@@ -60,7 +58,7 @@ begin
     variable step_1           : u_unsigned(PHASE_STEP_WIDTH - 1 downto 0) := (others => '0');
     variable low_product_2    : u_unsigned(LOW_WIDTH - 1 downto 0)        := (others => '0');
     variable angle_2          : u_unsigned(ANGLE_WIDTH - 1 downto 0)      := (others => '0');
-    variable middle_step_2    : u_unsigned(PART_WIDTH - 1 downto 0)       := (others => '0');
+    variable middle_step_2    : u_unsigned(PHASE_PART_WIDTH - 1 downto 0) := (others => '0');
     variable high_step_2      : u_unsigned(HIGH_WIDTH - 1 downto 0)       := (others => '0');
     variable low_3            : u_unsigned(PHASE_STEP_WIDTH - 1 downto 0) := (others => '0');
     variable middle_product_3 : u_unsigned(LOW_WIDTH - 1 downto 0)        := (others => '0');
@@ -74,12 +72,12 @@ begin
     if rising_edge(clock) then
       -- Fifth clock: the third sum is the high part of the phase.
       phase(PHASE_WIDTH - 1 downto PHASE_WIDTH - HIGH_WIDTH) <= high_product_4(HIGH_WIDTH - 1 downto 0)
-                                                                + middle_4(MIDDLE_WIDTH - 1 downto PART_WIDTH);
-      phase(PHASE_WIDTH - HIGH_WIDTH - 1 downto 0)           <= middle_4(PART_WIDTH - 1 downto LOWEST_BIT);
+                                                                + middle_4(MIDDLE_WIDTH - 1 downto PHASE_PART_WIDTH);
+      phase(PHASE_WIDTH - HIGH_WIDTH - 1 downto 0)           <= middle_4(PHASE_PART_WIDTH - 1 downto LOWEST_BIT);
 
       -- Fourth clock. Bits that would only add whole turns are not computed.
       high_product_4 := high_step_3 * angle_3;
-      middle_4       := middle_product_3(MIDDLE_WIDTH - 1 downto 0) + low_3(PHASE_STEP_WIDTH - 1 downto PART_WIDTH);
+      middle_4       := middle_product_3(MIDDLE_WIDTH - 1 downto 0) + low_3(PHASE_STEP_WIDTH - 1 downto PHASE_PART_WIDTH);
 
       -- Third clock.
       angle_3          := angle_2(HIGH_WIDTH - 1 downto 0);
@@ -89,9 +87,9 @@ begin
 
       -- Second clock.
       angle_2       := angle_1;
-      high_step_2   := step_1(PHASE_STEP_WIDTH - 1 downto 2 * PART_WIDTH);
-      middle_step_2 := step_1(2 * PART_WIDTH - 1 downto PART_WIDTH);
-      low_product_2 := step_1(PART_WIDTH - 1 downto 0) * angle_1;
+      high_step_2   := step_1(PHASE_STEP_WIDTH - 1 downto 2 * PHASE_PART_WIDTH);
+      middle_step_2 := step_1(2 * PHASE_PART_WIDTH - 1 downto PHASE_PART_WIDTH);
+      low_product_2 := step_1(PHASE_PART_WIDTH - 1 downto 0) * angle_1;
 
       -- First clock.
       angle_1 := angle;

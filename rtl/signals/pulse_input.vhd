@@ -17,9 +17,11 @@ library ieee;
   use ieee.std_logic_1164.all;
   use ieee.numeric_std.all;
 
+  use work.number_formats_pkg.all;
+
 entity pulse_input is
   generic (
-    SYNCHRONISER_STAGES : positive range 2 to 4 := 2
+    SYNCHRONISER_STAGES : positive range 2 to 4 := SYNCHRONISER_STAGES_DEFAULT
   );
   port (
     clock         : in    std_ulogic;

@@ -13,11 +13,12 @@ from cocotb.clock import Clock
 from cocotb.triggers import RisingEdge
 
 from arctrue.gateware.turn_offset_sweep import PLACES, ready_clocks, turn_offsets
+from arctrue.generated.number_formats import TURN_SWEEP_CLOCKS_A_LANE
 
 LANES = int(os.environ.get("LANES", "8"))
 FOLD = int(os.environ.get("FOLD", "1"))
 BUILT = LANES // FOLD
-SWEEP_CLOCKS = 18 * LANES
+SWEEP_CLOCKS = TURN_SWEEP_CLOCKS_A_LANE * LANES
 COPY_CLOCKS = SWEEP_CLOCKS + 4
 PULSES = ("write_low", "write_high", "write_offset", "take_over")
 

@@ -17,8 +17,13 @@ from arctrue.gateware.error_compensation import add_pairs, correction_limit, sub
 from arctrue.gateware.extension import MODULATORS, Conditions, Extension
 from arctrue.gateware.harmonic_unit import harmonic_unit
 from arctrue.gateware.phase_unit import phase_unit
-from arctrue.gateware.table_conditions import MODULATOR_ONE, SWEEP_CLOCKS
-from arctrue.generated.number_formats import AMPLITUDE_CLOCK, PAIR_FRACTION, PHASE_LATENCY
+from arctrue.gateware.table_conditions import MODULATOR_ONE
+from arctrue.generated.number_formats import (
+    AMPLITUDE_CLOCK,
+    AMPLITUDE_SWEEP_CLOCKS,
+    PAIR_FRACTION,
+    PHASE_LATENCY,
+)
 from tb.core.compensation_pipeline_bench import (
     COUNTS_PER_REV,
     FOLD,
@@ -92,11 +97,11 @@ class Sweep:
         while True:
             self.dut.sweep_step.value = step
             self.steps.append(step)
-            if step == SWEEP_CLOCKS - 1:
+            if step == AMPLITUDE_SWEEP_CLOCKS - 1:
                 self.held.append(self.now)
             await RisingEdge(self.dut.clock)
             self.clock += 1
-            step = (step + 1) % SWEEP_CLOCKS
+            step = (step + 1) % AMPLITUDE_SWEEP_CLOCKS
             if self.moves and step == 7:
                 self.put(self.random())
 
@@ -115,7 +120,7 @@ class Sweep:
 
     async def settle(self) -> None:
         while True:
-            for _ in range(LATENCY + 3 * SWEEP_CLOCKS):
+            for _ in range(LATENCY + 3 * AMPLITUDE_SWEEP_CLOCKS):
                 await RisingEdge(self.dut.clock)
             if self.dut.ramp_busy.value == 0 and self.dut.swap_busy.value == 0:
                 return
@@ -144,7 +149,7 @@ async def held_modulators(dut: Any) -> None:
         waited = await sweep.load(bank)
         # The swap waits for the end of the present sweep and for one more sweep; the clocks until
         # the acknowledge of the last write are subtracted.
-        assert SWEEP_CLOCKS - 8 <= waited <= 2 * SWEEP_CLOCKS + FOLD + 8
+        assert AMPLITUDE_SWEEP_CLOCKS - 8 <= waited <= 2 * AMPLITUDE_SWEEP_CLOCKS + FOLD + 8
         await sweep.settle()
         angles = rng.integers(0, COUNTS_PER_REV, 150)
         await align(dut)
@@ -230,7 +235,7 @@ async def moving_modulators(dut: Any) -> None:
 
 def effective_history(sweep: Sweep, bank: Coefficients) -> np.ndarray[Any, Any]:
     """Return the amplitudes that a read of bank 1 would give in each clock, (clocks, lanes)."""
-    clocks = len(sweep.steps) + SWEEP_CLOCKS
+    clocks = len(sweep.steps) + AMPLITUDE_SWEEP_CLOCKS
     found = np.zeros((clocks, LANES), dtype=np.int64)
     now = np.zeros(LANES, dtype=np.int64)
     held, sweeps = Modulators(), iter(sweep.held)
@@ -241,7 +246,7 @@ def effective_history(sweep: Sweep, bank: Coefficients) -> np.ndarray[Any, Any]:
             number = bank.modulator_numbers[lane]
             word = effective_amplitudes(bank.amplitudes[lane], held.values[number])
             writes[clock + WRITE_CLOCKS] = (lane, int(word))
-        if step == SWEEP_CLOCKS - 1:
+        if step == AMPLITUDE_SWEEP_CLOCKS - 1:
             held = next(sweeps)
     for clock in range(clocks):
         if clock in writes:

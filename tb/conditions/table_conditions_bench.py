@@ -9,7 +9,8 @@ import cocotb
 from cocotb.clock import Clock
 from cocotb.triggers import RisingEdge
 
-from arctrue.gateware.table_conditions import MODULATOR_ONE, SWEEP_CLOCKS, slewed, unit_quotient
+from arctrue.gateware.table_conditions import MODULATOR_ONE, slewed, unit_quotient
+from arctrue.generated.number_formats import AMPLITUDE_SWEEP_CLOCKS
 
 WIDTH, DEAD_ZONE, NOMINAL, WORD_A, WORD_B, SLEW, DIRECTION, SPEED, SQUARED = range(9)
 WINDOW = 1 << 8
@@ -98,15 +99,15 @@ async def words_come_by_slew(dut: Any) -> None:
     await window.start()
     await window.write(SLEW, 1 << 26)
     await window.write(WORD_A, 30_000)
-    while int(dut.sweep_step.value) != SWEEP_CLOCKS - 1:
+    while int(dut.sweep_step.value) != AMPLITUDE_SWEEP_CLOCKS - 1:
         await window.clock()
     fine = int(dut.word_a.value) << 16
     for _ in range(40):
         await window.clock(3)
         fine = slewed(fine, 30_000, 1 << 26)
         assert dut.word_a.value.to_signed() == fine >> 16
-        await window.clock(SWEEP_CLOCKS - 3)
-        assert int(dut.sweep_step.value) == SWEEP_CLOCKS - 1
+        await window.clock(AMPLITUDE_SWEEP_CLOCKS - 3)
+        assert int(dut.sweep_step.value) == AMPLITUDE_SWEEP_CLOCKS - 1
     assert fine == 30_000 << 16
 
 
@@ -119,7 +120,7 @@ async def direction_follows_and_is_led_in(dut: Any) -> None:
     width = 400
     await window.write(WIDTH, 16 * width)
     await window.write(SLEW, 1 << 28)
-    await window.clock(2 * SWEEP_CLOCKS)
+    await window.clock(2 * AMPLITUDE_SWEEP_CLOCKS)
     assert dut.direction.value.to_signed() == 0
     assert not await window.read(DIRECTION) & KNOWN
     window.speed = 0.25
@@ -128,7 +129,7 @@ async def direction_follows_and_is_led_in(dut: Any) -> None:
         await window.clock()
         seen.append(dut.direction.value.to_signed())
     assert seen[8 * width - 10] == 0, "not before the table has moved by 2 W"
-    for _ in range(40 * SWEEP_CLOCKS):
+    for _ in range(40 * AMPLITUDE_SWEEP_CLOCKS):
         await window.clock()
         seen.append(dut.direction.value.to_signed())
     assert seen[-1] == MODULATOR_ONE
@@ -166,10 +167,10 @@ async def speed_of_a_table(dut: Any) -> None:
     assert dut.speed.value.to_signed() == MODULATOR_ONE, "limited"
     window.speed = 0.0
     stopped = []
-    for _ in range(LONGEST + 4 * SWEEP_CLOCKS):
+    for _ in range(LONGEST + 4 * AMPLITUDE_SWEEP_CLOCKS):
         await window.clock()
         stopped.append(dut.speed.value.to_signed())
-    after = stopped[3 * WINDOW + SWEEP_CLOCKS]
+    after = stopped[3 * WINDOW + AMPLITUDE_SWEEP_CLOCKS]
     assert after <= unit_quotient(8 * 2**32, nominal * 2 * WINDOW)
     falls = [a - b for a, b in pairwise(stopped)]
     assert min(falls[WINDOW:]) >= 0

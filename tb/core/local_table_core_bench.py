@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.compensation_pipeline import compensate
-from arctrue.gateware.local_table import POINTS, LocalTable
+from arctrue.gateware.extension import POINTS
+from arctrue.gateware.local_table import LocalTable
 from arctrue.generated import registers
 from arctrue.generated.number_formats import CORRECTION_FRACTION, PIPELINE_LATENCY
 from tb.core import arctrue_core_table as table

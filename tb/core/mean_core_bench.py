@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.mean_set import WEIGHT_ONE, MeanSet
+from arctrue.gateware.quadrature_decoder import latency_clocks
 from arctrue.gateware.register_access import RegisterMap
 from arctrue.generated import number_formats
 from tb.core import arctrue_core_table as table
@@ -212,7 +213,7 @@ At six clocks per count, no head counts a second time while the ramp holds the c
 swap. Without the ramp, a change of the carrier would step the output by the difference of the
 heads, 4 to 9 counts.
 """
-POSITION_CLOCKS = 5
+POSITION_CLOCKS = latency_clocks()
 """Number of clocks from the pins to a head's position."""
 
 

@@ -20,9 +20,10 @@ from arctrue.gateware.error_compensation import add_pairs, correction_limit, sub
 from arctrue.gateware.extension import Conditions, Extension
 from arctrue.gateware.harmonic_unit import harmonic_unit
 from arctrue.gateware.phase_unit import phase_unit
-from arctrue.gateware.table_conditions import MODULATOR_ONE, SWEEP_CLOCKS
+from arctrue.gateware.table_conditions import MODULATOR_ONE
 from arctrue.generated.number_formats import (
     AMPLITUDE_CLOCK,
+    AMPLITUDE_SWEEP_CLOCKS,
     PAIR_FRACTION,
     PHASE_LATENCY,
     PIPELINE_LATENCY,
@@ -110,7 +111,7 @@ def amplitudes_read(seen: dict[str, NDArray[np.int64]], loaded: Coefficients) ->
             found[clock + WRITE_CLOCKS :, lane] = effective_amplitudes(
                 loaded.amplitudes[lane], modulator
             )
-        if step == SWEEP_CLOCKS - 1:
+        if step == AMPLITUDE_SWEEP_CLOCKS - 1:
             held = Modulators(
                 *(int(seen[name][clock]) for name in ("direction", "speed", "word_a"))
             )
@@ -153,7 +154,7 @@ async def every_clock_is_the_models(dut: Any) -> None:
     seen = log.columns()
     amplitudes = amplitudes_read(seen, loaded)
     # The amplitudes are known only after a whole sweep.
-    clock = np.arange(2 * SWEEP_CLOCKS, seen["sweep_step"].size - PIPELINE_LATENCY)
+    clock = np.arange(2 * AMPLITUDE_SWEEP_CLOCKS, seen["sweep_step"].size - PIPELINE_LATENCY)
     angles, positions = seen["angle_in"][clock], seen["healed"][clock]
     phases = phase_unit(angles, loaded.phase_steps, loaded.phase_offsets)
     products = harmonic_unit(phases, amplitudes[clock + READ_CLOCKS], rotation=ROTATION)
@@ -174,7 +175,7 @@ async def every_clock_is_the_models(dut: Any) -> None:
     assert set(seen["direction"][:turned_at]) == {MODULATOR_ONE}
     assert set(seen["direction"][settled:]) == {-MODULATOR_ONE}
     assert set(seen["word_a"]) == {WORD_A}
-    assert np.unique(amplitudes[SWEEP_CLOCKS * 2 :, 1]).size > 5, "over the reversal"
+    assert np.unique(amplitudes[AMPLITUDE_SWEEP_CLOCKS * 2 :, 1]).size > 5, "over the reversal"
     # A window of 2^14 clocks averages the speed over some 5.5 turns; the ripple of the speed has 7
     # periods per turn.
     speed = seen["speed"][turned_at - 1] / MODULATOR_ONE

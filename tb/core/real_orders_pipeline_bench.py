@@ -16,7 +16,11 @@ from arctrue.gateware.coefficients import Coefficients, phase_step
 from arctrue.gateware.compensation_pipeline import compensate, compensate_clocks
 from arctrue.gateware.extension import Extension
 from arctrue.gateware.turn_counter import turn_numbers
-from arctrue.generated.number_formats import PHASE_STEP_WIDTH, PHASE_WIDTH
+from arctrue.generated.number_formats import (
+    PHASE_STEP_WIDTH,
+    PHASE_WIDTH,
+    TURN_SWEEP_CLOCKS_A_LANE,
+)
 from tb.core.compensation_pipeline_bench import (
     COUNTS_PER_REV,
     FOLD,
@@ -29,7 +33,7 @@ from tb.core.compensation_pipeline_bench import (
 )
 
 TURN = 1 << PHASE_STEP_WIDTH
-SWEEP_CLOCKS = 18 * LANES
+SWEEP_CLOCKS = TURN_SWEEP_CLOCKS_A_LANE * LANES
 HALF_ORDERS = (0.5, 71.4, 3.0, 0.398, 70.4, 7.875, 12.5, 1.0)
 """Orders of a belt, of a gear with a side harmonic, of a bearing's cage, and four other orders, two
 of them integers."""

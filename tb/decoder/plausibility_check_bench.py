@@ -10,7 +10,8 @@ from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge
 
 from arctrue.gateware.edge_counter import counted_edges
-from arctrue.gateware.plausibility_check import COUNTER_MAX, PERIOD, plausibility_check
+from arctrue.gateware.plausibility_check import plausibility_check
+from arctrue.generated.number_formats import COUNTS_PER_PERIOD, FAULT_COUNT_MAX
 from tb.decoder.drive import edge_ports, follows
 
 CLOCKS = 12_000
@@ -65,14 +66,14 @@ async def a_period_ahead(dut: Any) -> None:
     for _ in range(4):
         await FallingEdge(dut.clock)
     dut.settling.value = dut.reset.value = 0
-    for count in range(1, PERIOD + 1):
+    for count in range(1, COUNTS_PER_PERIOD + 1):
         dut.a.value = count % 4 in (1, 2)
         dut.b.value = count % 4 in (2, 3)
         # The fault appears 3 clocks after the levels.
         for _ in range(6):
             await FallingEdge(dut.clock)
-        assert int(dut.swallowed.value) == (count == PERIOD), f"after {count} counts"
-        assert int(dut.overspeed_count.value) == (count == PERIOD)
+        assert int(dut.swallowed.value) == (count == COUNTS_PER_PERIOD), f"after {count} counts"
+        assert int(dut.overspeed_count.value) == (count == COUNTS_PER_PERIOD)
 
 
 @cocotb.test()
@@ -89,7 +90,7 @@ async def counters_stop_at_their_end(dut: Any) -> None:
     for _ in range(3):
         await FallingEdge(dut.clock)
     dut.reset.value = 0
-    await clock.cycles(COUNTER_MAX + 100)
+    await clock.cycles(FAULT_COUNT_MAX + 100)
     await FallingEdge(dut.clock)
     for name in ("illegal_count", "overspeed_count", "index_error_count"):
-        assert int(getattr(dut, name).value) == COUNTER_MAX, name
+        assert int(getattr(dut, name).value) == FAULT_COUNT_MAX, name

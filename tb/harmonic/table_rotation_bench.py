@@ -10,12 +10,11 @@ from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, RisingEdge
 
 from arctrue.gateware.table_rotation import (
-    ADDRESS_WIDTH,
     DIGITS_WIDTH,
     OFFSET_WIDTH,
     table_rotation,
 )
-from arctrue.generated.number_formats import CORDIC_ITERATIONS
+from arctrue.generated.number_formats import CORDIC_ITERATIONS, COSINE_ADDRESS_WIDTH
 
 LATENCY = CORDIC_ITERATIONS - 1
 """Latency in clocks, equal to that of cordic_rotation."""
@@ -28,7 +27,7 @@ async def every_place(dut: Any) -> None:
     """The outputs equal the model's for all 2**17 values of the used bits, in random order, one per
     clock; the unused low bits are random."""
     random = np.random.default_rng(5)
-    places = random.permutation(1 << (ADDRESS_WIDTH + DIGITS_WIDTH)).astype(np.int32)
+    places = random.permutation(1 << (COSINE_ADDRESS_WIDTH + DIGITS_WIDTH)).astype(np.int32)
     angles = (places << UNUSED_WIDTH) + random.integers(0, 1 << UNUSED_WIDTH, places.size)
     angles = angles.astype(np.int32)
     Clock(dut.clock, 10, unit="ns", impl="gpi").start()

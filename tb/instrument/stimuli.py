@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from arctrue.gateware.table_conditions import SWEEP_CLOCKS
 from arctrue.generated.number_formats import (
+    AMPLITUDE_SWEEP_CLOCKS,
     AMPLITUDE_WIDTH,
     COUNTS_PER_REV_MAX,
     HEADS_MAX,
+    LOCAL_VALUE_WIDTH,
     MEAN_TERM_FRACTION,
     MEAN_TERM_WIDTH,
     PAIR_WIDTH,
@@ -102,10 +103,6 @@ def cordic_rotation(random: np.random.Generator) -> Stimulus:
 
 def table_rotation(random: np.random.Generator) -> Stimulus:
     return {"folded": bits(random, 22, 2000)}
-
-
-LOCAL_VALUE_WIDTH = 36
-"""Width of the local table's value, s13.22 counts (local_table_pkg)."""
 
 
 def error_compensation(random: np.random.Generator) -> Stimulus:
@@ -310,7 +307,7 @@ def coefficient_memory(random: np.random.Generator, apart: int = 60) -> Stimulus
         "swap_allowed": [int(clock % 3 != 1) for clock in range(clocks)],
         "slot": [0] * clocks,
         "swap": np.eye(apart, dtype=int)[random.integers(0, 11, clocks // apart)].ravel().tolist(),
-        "sweep_step": (np.arange(clocks) % SWEEP_CLOCKS).tolist(),
+        "sweep_step": (np.arange(clocks) % AMPLITUDE_SWEEP_CLOCKS).tolist(),
         "write_turn_step": [0] * clocks,
         "read_turn_step": random.integers(0, 2, clocks).tolist(),
         "turn": held(bits(random, TURN_NUMBER_WIDTH, clocks // 500 + 1), 500)[:clocks],
@@ -332,7 +329,7 @@ def folded_coefficient_memory(random: np.random.Generator) -> Stimulus:
 def modulated_coefficient_memory(random: np.random.Generator) -> Stimulus:
     """Return inputs with so much time between writes that a swap can wait for a whole sweep, and
     the next write for the swap."""
-    return coefficient_memory(random, 3 * SWEEP_CLOCKS)
+    return coefficient_memory(random, 3 * AMPLITUDE_SWEEP_CLOCKS)
 
 
 def real_order_coefficient_memory(random: np.random.Generator) -> Stimulus:

@@ -12,11 +12,13 @@ from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge
 from numpy.typing import NDArray
 
-from arctrue.gateware.local_table import LATENCY, POINTS, LocalTable, local_table
+from arctrue.gateware.extension import POINTS
+from arctrue.gateware.local_table import LocalTable, local_table
+from arctrue.generated.number_formats import LOCAL_TABLE_LATENCY
 from tb.local_table.local_table_bench import random_table
 
 COUNTS_PER_REV = int(os.environ["COUNTS_PER_REV"])
-COPY_CLOCKS = LATENCY + 2 * POINTS + 1
+COPY_CLOCKS = LOCAL_TABLE_LATENCY + 2 * POINTS + 1
 """Largest number of clocks for which an access waits for the copy, as the header of the entity
 states; the access itself takes two or three clocks more."""
 STEADY = 3
@@ -117,13 +119,14 @@ class Unit:
         return points, place
 
     def judge(self) -> None:
-        """Check that every output value equals the model's value LATENCY clocks after its angle."""
+        """Check that every output value equals the model's value LOCAL_TABLE_LATENCY clocks after
+        its angle."""
         expected = np.zeros(len(self.angles), dtype=np.int64)
         angles = np.array(self.angles)
         for table in {id(one): one for one in self.tables if one is not None}.values():
             met = np.array([one is table for one in self.tables])
             expected[met] = local_table(angles[met], table)
-        found = np.array(self.values)[LATENCY - 1 :]
+        found = np.array(self.values)[LOCAL_TABLE_LATENCY - 1 :]
         apart = np.flatnonzero(found != expected[: found.size])
         assert not apart.size, (apart[:5], angles[apart[:5]], found[apart[:5]], expected[apart[:5]])
 

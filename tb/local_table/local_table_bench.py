@@ -10,7 +10,9 @@ import numpy as np
 from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge
 
-from arctrue.gateware.local_table import FRACTIONS, LATENCY, POINTS, LocalTable, local_table
+from arctrue.gateware.extension import FRACTION_BITS, POINTS
+from arctrue.gateware.local_table import LocalTable, local_table
+from arctrue.generated.number_formats import LOCAL_TABLE_LATENCY
 
 COUNTS_PER_REV = int(os.environ["COUNTS_PER_REV"])
 ANGLES = 4000
@@ -23,7 +25,7 @@ def random_table(random: np.random.Generator, windows: int, width: int) -> Local
     first = COUNTS_PER_REV - 3 if width else int(random.integers(COUNTS_PER_REV))
     starts = tuple((first + number * spacing) % COUNTS_PER_REV for number in range(windows))
     points = random.integers(-(2**17), 2**17, POINTS)
-    fraction = int(random.choice(FRACTIONS))
+    fraction = int(random.choice(FRACTION_BITS))
     return LocalTable(COUNTS_PER_REV, starts, width, fraction, points)
 
 
@@ -45,7 +47,7 @@ async def load(dut: Any, bank: int, table: LocalTable) -> None:
         ("enable", (1 << len(table.starts)) - 1),
         ("windows", len(table.starts).bit_length() - 1),
         ("width", table.width),
-        ("fraction", FRACTIONS.index(table.fraction)),
+        ("fraction", FRACTION_BITS.index(table.fraction)),
         ("step", table.step),
     ):
         getattr(dut, f"bank{bank}_{name}").value = value
@@ -79,13 +81,18 @@ async def follows_the_model(dut: Any, kind: int) -> None:
     for bank, table in enumerate(tables):
         await load(dut, bank, table)
     seen = []
-    for clock in range(angles.size + LATENCY):
+    for clock in range(angles.size + LOCAL_TABLE_LATENCY):
         at = min(clock, angles.size - 1)
         dut.angle.value = int(angles[at])
         dut.bank.value = int(banks[at])
         await FallingEdge(dut.clock)
         seen.append(dut.value.value)
-    found = np.array([word.to_signed() for word in seen[LATENCY - 1 : LATENCY - 1 + angles.size]])
+    found = np.array(
+        [
+            word.to_signed()
+            for word in seen[LOCAL_TABLE_LATENCY - 1 : LOCAL_TABLE_LATENCY - 1 + angles.size]
+        ]
+    )
     expected = np.where(banks == 0, *(local_table(angles, table) for table in tables))
     wrong = np.flatnonzero(found != expected)
     assert not wrong.size, (

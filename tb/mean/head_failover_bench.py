@@ -15,7 +15,8 @@ import cocotb
 from cocotb.clock import Clock
 from cocotb.triggers import RisingEdge
 
-from arctrue.gateware.head_failover import OWN_WORDS, FailoverInputs, HeadFailover
+from arctrue.gateware.head_failover import FailoverInputs, HeadFailover
+from arctrue.generated.number_formats import OWN_WORDS_SET
 
 HEADS = int(os.environ.get("HEADS", "4"))
 INTERVAL_BITS = int(os.environ.get("INTERVAL_BITS", "5"))
@@ -162,7 +163,7 @@ async def decisions_equal_the_model(dut: Any) -> None:
             happened["left out"] += bool(model.load and model.number and wanted is None)
             happened["refused"] += shown.refused
             happened["own words, a head out"] += bool(
-                model.set_in_force == OWN_WORDS and model.left_out
+                model.set_in_force == OWN_WORDS_SET and model.left_out
             )
             before = model.left_out
             model.clock(

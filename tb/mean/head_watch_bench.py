@@ -12,7 +12,8 @@ from cocotb.clock import Clock
 from cocotb.triggers import RisingEdge
 from numpy.typing import NDArray
 
-from arctrue.gateware.head_watch import SETTLE_CLOCKS, Cause, MissingEdges, StepSearch
+from arctrue.gateware.head_watch import Cause, MissingEdges, StepSearch
+from arctrue.generated.number_formats import WATCH_SETTLE_CLOCKS
 from tb.support.flat import flat
 
 HEADS = int(os.environ.get("HEADS", "4"))
@@ -179,7 +180,7 @@ async def a_step_of_twice_the_limit_is_always_found(dut: Any) -> None:
         dut.differences.value = flat(row, WIDTH)
         await RisingEdge(dut.clock)
         dut.restart.value = 0
-        for _ in range(SETTLE_CLOCKS + 20):
+        for _ in range(WATCH_SETTLE_CLOCKS + 20):
             await RisingEdge(dut.clock)
         steps = motion.copy()
         for jump, expected in ((0, 0), (step, 1 << head)):

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.calibration.heads_on_device import OnDevice
+from arctrue.gateware.mean_set import DELAY_MOST_CLOCKS
 
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
@@ -29,7 +30,6 @@ PLACE_TOLERANCE_DEG = 1.0
 """Largest distance from a planned place at which a head counts as the planned head, degrees. The
 device accepts 0.25°.
 """
-DELAY_MOST_CLOCKS = 255
 
 
 @dataclass(frozen=True)

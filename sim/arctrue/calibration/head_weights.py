@@ -19,8 +19,8 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from arctrue.gateware.capability import HEADS_MOST
 from arctrue.gateware.mean_set import WEIGHT_LIMIT, WEIGHT_ONE
+from arctrue.generated.number_formats import HEADS_MAX
 
 Float = NDArray[np.float64]
 
@@ -93,7 +93,7 @@ def parity_weights(places_rad: ArrayLike, radius_ratios: ArrayLike | None = None
     combination.
     """
     places = np.asarray(places_rad, dtype=np.float64)
-    if places.size != HEADS_MOST:
+    if places.size != HEADS_MAX:
         raise WeightsRefusedError(
             f"{places.size} heads have no parity: the table's turn and the two directions of the "
             "axis take three readings; a parity needs four"

@@ -30,7 +30,7 @@ from arctrue.calibration.heads_columns import HeadSees, Layout, State
 from arctrue.calibration.heads_estimate import HeadsEstimate
 from arctrue.calibration.heads_gain import MotionOrders, order_gain
 from arctrue.calibration.noise import ResidualSpectrum
-from arctrue.gateware.capability import HEADS_MOST
+from arctrue.generated.number_formats import HEADS_MAX
 
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
@@ -544,7 +544,7 @@ def _noise(data: _Data, state: State) -> float:
     """Return the standard deviation of one reading, from the residuals of the combinations that
     motion affects least."""
     combinations = _combinations_of_rotation(data.heads)
-    if data.heads == HEADS_MOST:
+    if data.heads == HEADS_MAX:
         combinations = parity_weights(state.places_rad(0), state.radius_ratios)[None, :]
     residuals = np.concatenate(_residuals(data, state, combinations))
     return float(np.sqrt(np.mean(np.var(residuals, axis=0))))

@@ -19,16 +19,16 @@ import numpy as np
 
 from arctrue.device.console import Console, ConsoleError
 from arctrue.device.refusal import explained, reason_of
-from arctrue.gateware.capability import HEADS_MOST, Capability
+from arctrue.gateware.capability import Capability
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.extension import MODULATORS
 from arctrue.gateware.local_table import LocalTable
 from arctrue.gateware.mean_set import MeanSet
 from arctrue.gateware.table_conditions import condition_registers
-from arctrue.generated.number_formats import CLOCK_HZ
+from arctrue.generated.number_formats import CLOCK_HZ, HEADS_MAX
 
 DEVICE_LOADS = Capability(
-    heads=HEADS_MOST,
+    heads=HEADS_MAX,
     mean=True,
     modulators=True,
     real_orders=True,

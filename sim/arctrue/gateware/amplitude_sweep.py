@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from arctrue.gateware.coefficients import AMPLITUDE_WORD_MAX, Coefficients
-from arctrue.gateware.table_conditions import MODULATOR_FRACTION, MODULATOR_ONE
+from arctrue.gateware.table_conditions import MODULATOR_ONE
+from arctrue.generated.number_formats import MODULATOR_FRACTION
 
 
 class Modulators(NamedTuple):

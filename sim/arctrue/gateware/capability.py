@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import Final
 
-HEADS_MOST: Final = 4
+from arctrue.generated.number_formats import HEADS_MAX
 
 
 @dataclass(frozen=True)
@@ -37,5 +37,5 @@ class Capability:
         return found
 
 
-EVERYTHING: Final = Capability(HEADS_MOST, True, True, True, True, True)
+EVERYTHING: Final = Capability(HEADS_MAX, True, True, True, True, True)
 """Capability that satisfies every file, for a reader that only displays a file."""

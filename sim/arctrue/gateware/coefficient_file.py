@@ -33,6 +33,7 @@ from arctrue.gateware.coefficients import (
 from arctrue.gateware.extension import (
     POINT_LIMIT,
     POINTS,
+    WIDTH_ONE,
     WINDOW_EXPONENT_MOST,
     Conditions,
     Extension,
@@ -311,7 +312,7 @@ def _extension_lines(extension: Extension | None) -> list[str]:
         lines += [
             "",
             "[conditions]",
-            f"width_counts = {conditions.width / OFFSET_ONE!r}",
+            f"width_counts = {conditions.width / WIDTH_ONE!r}",
             f"dead_zone_counts = {conditions.dead_zone_counts}",
             f"nominal_deg_per_s = {conditions.nominal_deg_per_s!r}",
         ]
@@ -457,7 +458,7 @@ def _extension(file: _ExtendedFile, lanes: Mapping[int, _Lane]) -> Extension:
     mean = _mean(file.mean) if file.mean else None
     conditions = table = None
     if file.conditions:
-        width = file.conditions.width_counts * OFFSET_ONE
+        width = file.conditions.width_counts * WIDTH_ONE
         if width != round(width):
             raise ContentError("conditions.width_counts: expected sixteenths of a count")
         conditions = Conditions(

@@ -10,18 +10,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.base.units import ARCSEC_PER_TURN
-from arctrue.generated.number_formats import CLOCK_HZ, PAIR_FRACTION
+from arctrue.generated.number_formats import (
+    CLOCK_HZ,
+    CORRECTION_FRACTION,
+    CORRECTION_WIDTH,
+    PAIR_FRACTION,
+    RAMP_LOOK_CLOCK,
+    RAMP_MARGIN_BITS,
+    RAMP_TICK_WIDTH,
+    RAMP_VELOCITY_FRACTION,
+)
 
 RATE_MAX = 2**32 - 1
 ACCELERATION_MAX = 2**32 - 1
-TICK_BITS = 8
-"""Binary logarithm of the number of clocks between two changes of the velocity. The sum of the
-velocities of successive clocks has TICK_BITS fraction bits; r changes by the whole part of this
-sum, in 2⁻ᶠ count."""
-VELOCITY_FRACTION = 16
-MARGIN_BITS = 3
-LOOK, COMPARE, DECIDE = 240, 241, 255
-TOTAL_MOST = 2**19
+COMPARE = RAMP_LOOK_CLOCK + 1
+"""Clock of a tick in which the remainder, read in the clock before it, is compared."""
+DECIDE = 2**RAMP_TICK_WIDTH - 1
+"""Clock of a tick in which the velocity changes: the last."""
+TOTAL_MOST = 1 << (CORRECTION_WIDTH - 1 - CORRECTION_FRACTION)
 """Limit of the total correction, s19.F, in counts: the total is at least −TOTAL_MOST and below
 TOTAL_MOST."""
 HOLD = 3
@@ -78,22 +84,25 @@ class RampVelocity:
     def clock(self, marker: bool, rate: int, acceleration: int) -> None:
         """Advance by one clock; the caller then sets ``excess``, for which it computes the new
         value from ``step`` and ``ends``."""
-        whole = self.velocity >> VELOCITY_FRACTION
+        whole = self.velocity >> RAMP_VELOCITY_FRACTION
         moved = self.fraction + whole
         is_held = marker or self.was_marker
-        self.step = 0 if is_held else (moved >> TICK_BITS) * (-1 if self.falling else 1)
-        self.fraction = 0 if is_held else moved % 2**TICK_BITS
+        self.step = 0 if is_held else (moved >> RAMP_TICK_WIDTH) * (-1 if self.falling else 1)
+        self.fraction = 0 if is_held else moved % 2**RAMP_TICK_WIDTH
         self.was_marker = marker
         faster = self.velocity + acceleration
-        more = faster >> VELOCITY_FRACTION
+        more = faster >> RAMP_VELOCITY_FRACTION
         velocity, self.ends = self.velocity, False
-        if self.tick == LOOK:
+        if self.tick == RAMP_LOOK_CLOCK:
             self.is_stale = False
             size = self.excess if self.excess >= 0 else ~self.excess
             away = self.moves and self.falling == (self.excess < 0)
             self.seen = size, self.excess == 0, away
         elif self.tick == COMPARE:
-            enough = self.way + more + (more >> MARGIN_BITS), self.way + (whole >> MARGIN_BITS)
+            enough = (
+                self.way + more + (more >> RAMP_MARGIN_BITS),
+                self.way + (whole >> RAMP_MARGIN_BITS),
+            )
             self.fits = self.seen[0] >= enough[0], self.seen[0] >= enough[1]
         elif self.tick == DECIDE and (self.is_stale or marker):
             # While the remainder is unknown, the ramp brakes.
@@ -101,7 +110,7 @@ class RampVelocity:
             if velocity <= 0:
                 self.moves, velocity, self.way = False, 0, 0
         elif self.tick == DECIDE:
-            limit = rate << VELOCITY_FRACTION
+            limit = rate << RAMP_VELOCITY_FRACTION
             if (not self.moves and not self.fits[0]) or (self.seen[1] and whole <= 1):
                 self.ends, self.moves, velocity, self.way = True, False, 0, 0
             elif velocity > limit or self.seen[2] or not self.fits[1]:
@@ -111,7 +120,7 @@ class RampVelocity:
             elif self.fits[0] and faster <= limit:
                 self.falling = self.falling if self.moves else self.excess >= 0
                 velocity, self.way, self.moves = faster, self.way + more, True
-        self.tick = (self.tick + 1) % 2**TICK_BITS
+        self.tick = (self.tick + 1) % 2**RAMP_TICK_WIDTH
         self.is_stale |= marker
         self.velocity = velocity
 
@@ -215,7 +224,7 @@ def _jumped(held: int, counts: int, limit: int) -> tuple[int, bool]:
 def _decayed(caught: int, ages: NDArray[np.int64], ramp_rate: int) -> NDArray[np.int64]:
     if caught == 0:
         return np.zeros(ages.size, dtype=np.int64)
-    lost = (np.maximum(ages - DECAY_START, 0) * ramp_rate) >> TICK_BITS
+    lost = (np.maximum(ages - DECAY_START, 0) * ramp_rate) >> RAMP_TICK_WIDTH
     left: NDArray[np.int64] = np.maximum(abs(caught) - lost, 0)
     return left if caught > 0 else -left
 

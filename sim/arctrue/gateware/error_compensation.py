@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.gateware.correction_ramp import RampState, correction_ramp
-from arctrue.gateware.local_table import VALUE_FRACTION
 from arctrue.generated.number_formats import (
     AMPLITUDE_FRACTION,
     CORRECTION_FRACTION,
     CORRECTION_WIDTH,
+    LOCAL_VALUE_FRACTION,
     MEAN_TERM_FRACTION,
     PAIR_FRACTION,
     POSITION_WIDTH,
@@ -71,7 +71,7 @@ def add_pairs(
     aligned = np.asarray(offset, dtype=np.int64) << (PAIR_FRACTION - AMPLITUDE_FRACTION)
     total: NDArray[np.int64] = pair_sums.sum(axis=-1, dtype=np.int64) + aligned
     if local_value is not None:
-        total += local_value << (PAIR_FRACTION - VALUE_FRACTION)
+        total += local_value << (PAIR_FRACTION - LOCAL_VALUE_FRACTION)
     return total
 
 

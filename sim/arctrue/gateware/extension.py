@@ -12,9 +12,14 @@ from arctrue.gateware.capability import Capability
 from arctrue.gateware.mean_set import MeanSet
 from arctrue.generated.number_formats import (
     ANGLE_WIDTH,
+    DEAD_ZONE_WIDTH,
+    LOCAL_INDEX_WIDTH,
+    LOCAL_POINT_WIDTH,
     ORDER_WIDTH,
     PHASE_STEP_WIDTH,
     PHASE_WIDTH,
+    STOP_FRACTION,
+    STOP_WIDTH,
 )
 
 if TYPE_CHECKING:
@@ -25,10 +30,16 @@ MODULATORS: Final = ("one", "direction", "speed", "speed_squared", "word_a", "wo
 PHASE_SOURCES: Final = ("operator", "heads", "probe")
 """Origins of the phase of a lane whose order is not an integer (a real order); the index of an
 origin is its number in the device."""
-POINTS: Final = 4096
-POINT_LIMIT: Final = 1 << 17
+POINTS: Final = 1 << LOCAL_INDEX_WIDTH
+"""Number of points of a local table."""
+POINT_LIMIT: Final = 1 << (LOCAL_POINT_WIDTH - 1)
+"""Limit of a point's word: from −POINT_LIMIT to POINT_LIMIT − 1."""
 FRACTION_BITS: Final = (4, 6, 8, 10)
 WINDOW_EXPONENT_MOST: Final = 6
+WIDTH_ONE: Final = 1 << STOP_FRACTION
+"""Word of a width of one count, u20.4 counts."""
+DEAD_ZONE_MOST: Final = (1 << DEAD_ZONE_WIDTH) - 1
+"""Largest dead zone, counts."""
 
 
 @dataclass(frozen=True)
@@ -43,10 +54,14 @@ class Conditions:
 
     def __post_init__(self) -> None:
         """Raise ValueError for values outside the registers' range."""
-        if not 1 <= self.width < 1 << 24:
-            raise ValueError(f"width: word {self.width}, expected 1 to 2^24 - 1 (1/16 count)")
-        if not 0 <= self.dead_zone_counts <= 255:
-            raise ValueError(f"dead_zone_counts: {self.dead_zone_counts}, expected 0 to 255")
+        if not 1 <= self.width < 1 << STOP_WIDTH:
+            raise ValueError(
+                f"width: word {self.width}, expected 1 to 2^{STOP_WIDTH} - 1 (1/{WIDTH_ONE} count)"
+            )
+        if not 0 <= self.dead_zone_counts <= DEAD_ZONE_MOST:
+            raise ValueError(
+                f"dead_zone_counts: {self.dead_zone_counts}, expected 0 to {DEAD_ZONE_MOST}"
+            )
         if not 0.0 < self.nominal_deg_per_s <= 36_000.0:
             raise ValueError(
                 f"nominal_deg_per_s: {self.nominal_deg_per_s:g}, expected above 0, up to 36000"

@@ -4,13 +4,12 @@ loaded, and the heads that are left out of the mean."""
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
 
-OWN_WORDS: Final = 7
-"""Value of ``heads_status.set`` while no prepared set is active, but the coefficients that the
-processor wrote."""
-REARM_CLOCKS: Final = 8
-"""Number of clocks for which the index of a head is cleared when the head is left out."""
+from arctrue.generated.number_formats import (
+    FAILOVER_REARM_CLOCKS,
+    OWN_WORDS_SET,
+    WATCH_INTERVAL_BITS,
+)
 
 
 @dataclass(frozen=True)
@@ -47,11 +46,11 @@ class HeadFailover:
 
     heads: int
     return_after: int = 0
-    interval_bits: int = 14
+    interval_bits: int = WATCH_INTERVAL_BITS
     load: bool = False
     number: int = 0
     left_out: int = 0
-    set_in_force: int = OWN_WORDS
+    set_in_force: int = OWN_WORDS_SET
     may_activate: bool = False
     changed: bool = False
     last_causes: int = 0
@@ -115,17 +114,17 @@ class HeadFailover:
             elif now.failed and self.watching:
                 self.load, self.last_causes = True, now.causes
                 number = (now.failed & -now.failed).bit_length()
-            elif returns and self.set_in_force != OWN_WORDS:
+            elif returns and self.set_in_force != OWN_WORDS_SET:
                 self.load, number = True, 0
             elif returns:
                 self.left_out, self._wants_return, self.changed = 0, 0, True
         if now.loaded:
             self.set_in_force, self.changed = self.number, True
             self._waited = self._tick = self._wants_return = 0
-            self._rearming = REARM_CLOCKS
+            self._rearming = FAILOVER_REARM_CLOCKS
             self.left_out = 1 << self.number >> 1
         elif now.swap_comes:
-            self.set_in_force = OWN_WORDS
+            self.set_in_force = OWN_WORDS_SET
         self._wants_return |= now.come_back
         if now.take_set is not None and now.take_set <= self.heads:
             self._wanted = now.take_set

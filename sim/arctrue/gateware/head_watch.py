@@ -10,11 +10,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-SETTLE_CLOCKS: Final = 16
-"""Number of clocks after a jump of the readings in which the entity does not search for a step."""
-STORED: Final = 8
-"""Number of stored readings; a reading is compared with the one 7 to 8 intervals earlier."""
-MISSING_MOST: Final = 255
+from arctrue.generated.number_formats import (
+    WATCH_AHEAD_MAX,
+    WATCH_INTERVAL_BITS,
+    WATCH_READINGS,
+    WATCH_SETTLE_CLOCKS,
+)
+
 STEP_COUNTS: Final = 32
 """Limit of a step for heads on a radius of 100 mm at 2²⁴ counts. An axis that moves by 0.5 µm
 changes a reading by 0.5 µm / 100 mm = 1.03″ = 13.4 counts, and a difference of two readings by 26.8
@@ -61,10 +63,10 @@ class StepSearch:
     """Compares the readings with those of 7 to 8 intervals earlier; one call is one clock."""
 
     heads: int
-    interval_bits: int = 14
+    interval_bits: int = WATCH_INTERVAL_BITS
     stored: list[NDArray[np.int64]] = field(default_factory=list)
     elapsed: int = 0
-    settling: int = SETTLE_CLOCKS
+    settling: int = WATCH_SETTLE_CLOCKS
     phase: int = 0
     moved: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
@@ -83,11 +85,11 @@ class StepSearch:
             found = stepped_head(self.moved, limit)
             self.phase = 0
         if self.settling == 1 or (begun and self.elapsed == (1 << self.interval_bits) - 1):
-            self.stored = [*self.stored, differences.copy()][-STORED:]
+            self.stored = [*self.stored, differences.copy()][-WATCH_READINGS:]
         self.elapsed = (self.elapsed + 1) % (1 << self.interval_bits)
         self.settling = max(self.settling - 1, 0)
         if restart:
-            self.stored, self.settling, self.elapsed, self.phase = [], SETTLE_CLOCKS, 0, 0
+            self.stored, self.settling, self.elapsed, self.phase = [], WATCH_SETTLE_CLOCKS, 0, 0
             return None
         return found
 
@@ -109,6 +111,6 @@ class MissingEdges:
         reached = (np.abs(self.ahead) >= limit) | np.eye(self.heads, dtype=bool)
         looks = watching and limit > 0
         dead: NDArray[np.bool_] = np.logical_and(reached.all(axis=1), looks)
-        self.ahead = np.clip(self.ahead + steps, -MISSING_MOST, MISSING_MOST)
+        self.ahead = np.clip(self.ahead + steps, -WATCH_AHEAD_MAX, WATCH_AHEAD_MAX)
         self.ahead[(steps != 0) | (not watching)] = 0
         return dead

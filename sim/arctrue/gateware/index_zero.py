@@ -17,14 +17,11 @@ from arctrue.gateware.latest import (
     was,
     wrapped,
 )
-from arctrue.generated.number_formats import INDEX_SKEW
+from arctrue.generated.number_formats import INDEX_HEAL_WIDTH, INDEX_JUDGED_AFTER, INDEX_SKEW
 
-JUDGED_AFTER = 3
-"""Number of clocks from the detection of an index to its check."""
-
-HEALED_MOST = 2**14
+HEALED_MOST = 1 << (INDEX_HEAL_WIDTH - 1)
 """Limit of a slip (the distance of a new zero from the previous zero) that is healed, that is,
-whose counts are put back: from −2¹⁴ to 2¹⁴ − 1 counts."""
+whose counts are put back: from −HEALED_MOST to HEALED_MOST − 1 counts."""
 
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
@@ -114,7 +111,7 @@ def _moved_zeros(verdicts: _Verdicts) -> tuple[Bools, Bools]:
         if last_forgotten[clock] >= in_doubt_since:
             in_doubt_since = -1
         # ``is_last``: no other mark has been detected since the checked one.
-        follows = verdicts.detected[max(clock - JUDGED_AFTER, 0) : clock + 1].any()
+        follows = verdicts.detected[max(clock - INDEX_JUDGED_AFTER, 0) : clock + 1].any()
         is_last = verdicts.is_judged[clock] and not follows and not verdicts.forgotten[clock]
         is_proven = (verdicts.agrees[clock] and in_doubt_since >= 0) or (
             verdicts.misplaced[clock] and verdicts.other_agrees[clock]
@@ -217,8 +214,9 @@ def index_zero(
     )
     moved_zero, trusted = _moved_zeros(verdicts)
     at = np.flatnonzero(moved_zero)
-    # The new zero is that of the checked mark, which was detected JUDGED_AFTER + 1 clocks earlier.
-    zero[at] = zero[at - JUDGED_AFTER - 1]
+    # The new zero is that of the checked mark, which was detected INDEX_JUDGED_AFTER + 1 clocks
+    # earlier.
+    zero[at] = zero[at - INDEX_JUDGED_AFTER - 1]
     slip = np.zeros(clocks.size, dtype=np.int64)
     slip[at] = _slips(zero, at, forgotten | first_index, turn_in_force)
     is_healed = heal & (np.abs(slip + 0.5) < HEALED_MOST)

@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-STAGES_DEFAULT = 2
-"""Default number of registers in series after each pin."""
+from arctrue.generated.number_formats import SYNCHRONISER_STAGES_DEFAULT
 
 
-def input_synchroniser(asynchronous: ArrayLike, stages: int = STAGES_DEFAULT) -> NDArray[Any]:
+def input_synchroniser(
+    asynchronous: ArrayLike, stages: int = SYNCHRONISER_STAGES_DEFAULT
+) -> NDArray[Any]:
     """Return the levels delayed by ``stages`` clocks, with 0 in the first clocks; the first axis is
     the clock.
 

@@ -8,20 +8,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from arctrue.gateware.extension import FRACTION_BITS, POINT_LIMIT, POINTS, WINDOW_EXPONENT_MOST
 from arctrue.gateware.phase_lane import phase_lane
-from arctrue.generated.number_formats import PHASE_STEP_WIDTH, PHASE_WIDTH
+from arctrue.generated.number_formats import (
+    LOCAL_INDEX_WIDTH,
+    LOCAL_POINT_WIDTH,
+    LOCAL_VALUE_FRACTION,
+    LOCAL_WINDOWS,
+    PHASE_STEP_WIDTH,
+    PHASE_WIDTH,
+)
 
 if TYPE_CHECKING:
     from arctrue.gateware import extension
 
-POINTS = 4096
-FRACTIONS = (4, 6, 8, 10)
-VALUE_FRACTION = 22
-LINE_WIDTH = 12
+LINE_WIDTH = LOCAL_INDEX_WIDTH
 """Number of bits of the position between two points."""
-LATENCY = 17
-"""Latency in clocks."""
-WIDTHS = range(7)
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,13 +48,13 @@ class LocalTable:
             raise ValueError(
                 f"starts {self.starts}: expected 0 to {self.counts_per_rev - 1} counts"
             )
-        if self.width not in WIDTHS or self.fraction not in FRACTIONS:
+        if not (0 <= self.width <= WINDOW_EXPONENT_MOST and self.fraction in FRACTION_BITS):
             raise ValueError(
                 f"a window of 2^-{self.width} turn with {self.fraction} fraction bits: expected "
-                f"2^-0 to 2^-6 turn and one of {FRACTIONS}"
+                f"2^-0 to 2^-{WINDOW_EXPONENT_MOST} turn and one of {FRACTION_BITS}"
             )
-        if self.points.shape != (POINTS,) or np.abs(self.points + 0.5).max() > 2**17:
-            raise ValueError(f"points: expected {POINTS} words of 18 bits")
+        if self.points.shape != (POINTS,) or np.abs(self.points + 0.5).max() > POINT_LIMIT:
+            raise ValueError(f"points: expected {POINTS} words of {LOCAL_POINT_WIDTH} bits")
 
     @classmethod
     def of_file(cls, table: extension.LocalTable, counts_per_rev: int) -> LocalTable:
@@ -73,9 +75,9 @@ class LocalTable:
             ((1 << windows) - 1)
             | (windows.bit_length() - 1) << 4
             | self.width << 8
-            | FRACTIONS.index(self.fraction) << 12
+            | FRACTION_BITS.index(self.fraction) << 12
         )
-        starts = [*self.starts, *[0] * (4 - windows)]
+        starts = [*self.starts, *[0] * (LOCAL_WINDOWS - windows)]
         return [choice, *starts, self.step & 0xFFFF_FFFF, self.step >> 32]
 
     @property
@@ -109,5 +111,5 @@ def local_table(angle: ArrayLike, table: LocalTable) -> NDArray[np.int64]:
     first = table.points[window * number + index]
     second = table.points[window * number + (index + 1) % number]
     line = (first << LINE_WIDTH) + (second - first) * part
-    value = line << (VALUE_FRACTION - LINE_WIDTH - table.fraction)
+    value = line << (LOCAL_VALUE_FRACTION - LINE_WIDTH - table.fraction)
     return np.where(inside.any(axis=1), value, 0)

@@ -6,17 +6,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from arctrue.gateware.capability import HEADS_MOST
-from arctrue.generated.number_formats import COSINE_FRACTION, COSINE_WIDTH
+from arctrue.generated.number_formats import (
+    HEAD_OFFSET_FRACTION,
+    HEAD_OFFSET_WIDTH,
+    HEAD_WEIGHT_FRACTION,
+    HEAD_WEIGHT_WIDTH,
+    HEADS_MAX,
+)
 
-WEIGHT_FRACTION: Final = COSINE_FRACTION
-"""Number of fraction bits of a weight, s1.16 like a cosine."""
-WEIGHT_WIDTH: Final = COSINE_WIDTH
-WEIGHT_ONE: Final = 1 << WEIGHT_FRACTION
-WEIGHT_LIMIT: Final = 1 << (WEIGHT_WIDTH - 1)
-OFFSET_FRACTION: Final = 4
-"""Number of fraction bits of an offset, u24.4 counts."""
-OFFSET_ONE: Final = 1 << OFFSET_FRACTION
+WEIGHT_ONE: Final = 1 << HEAD_WEIGHT_FRACTION
+WEIGHT_LIMIT: Final = 1 << (HEAD_WEIGHT_WIDTH - 1)
+OFFSET_ONE: Final = 1 << HEAD_OFFSET_FRACTION
 DELAY_MOST_CLOCKS: Final = 255
 
 
@@ -42,8 +42,8 @@ class MeanSet:
         mean."""
         if not self.delays_clocks:
             object.__setattr__(self, "delays_clocks", (0,) * self.heads)
-        if not 2 <= self.heads <= HEADS_MOST:
-            raise ValueError(f"heads: {self.heads}, the gateware has 2 to {HEADS_MOST}")
+        if not 2 <= self.heads <= HEADS_MAX:
+            raise ValueError(f"heads: {self.heads}, the gateware has 2 to {HEADS_MAX}")
         if not len(self.offsets) == len(self.delays_clocks) == self.heads:
             raise ValueError(
                 f"one weight, offset and delay a head: found {self.heads} weights, "
@@ -66,8 +66,10 @@ class MeanSet:
         if not 1 <= self.carrier <= self.heads or self.carrier == self.missing:
             raise ValueError(f"carrier: head {self.carrier} is not there, or is missing")
         for head, offset in enumerate(self.offsets, start=1):
-            if not 0 <= offset < 1 << 28:
-                raise ValueError(f"offset of head {head}: word {offset}, expected 0 to 2^28 - 1")
+            if not 0 <= offset < 1 << HEAD_OFFSET_WIDTH:
+                raise ValueError(
+                    f"offset of head {head}: word {offset}, expected 0 to 2^{HEAD_OFFSET_WIDTH} - 1"
+                )
         for head, delay in enumerate(self.delays_clocks, start=1):
             if not 0 <= delay <= DELAY_MOST_CLOCKS:
                 raise ValueError(
@@ -87,7 +89,7 @@ class MeanSet:
     def words(self) -> list[int]:
         """Return the words of the register window ``mean`` up to ``choice``, as unsigned 32-bit
         numbers."""
-        empty = [0] * (HEADS_MOST - self.heads)
+        empty = [0] * (HEADS_MAX - self.heads)
         used = sum(1 << place for place, is_used in enumerate(self.used) if is_used)
         return [
             *self.offsets,

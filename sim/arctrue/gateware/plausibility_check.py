@@ -9,15 +9,7 @@ from numpy.typing import NDArray
 
 from arctrue.gateware.edge_counter import CountedEdges
 from arctrue.gateware.latest import clock_before, earlier, latest, outputs, value_at, was
-
-COUNTER_MAX = 2**16 - 1
-"""Largest value of the fault counters, at which they saturate."""
-
-PERIOD = 4
-"""Number of counts in a period of A and B."""
-
-SPACING_MAX = 2**16 - 1
-"""Largest spacing of edges that is measured, clocks; a larger spacing counts as this value."""
+from arctrue.generated.number_formats import COUNTS_PER_PERIOD, EDGE_SPACING_MAX, FAULT_COUNT_MAX
 
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
@@ -71,7 +63,7 @@ def _edges_lost(
         before = clock
         ahead += gained
         hidden = 0 if is_reported else hidden + is_broken
-        if abs(ahead) >= PERIOD or hidden == PERIOD:
+        if abs(ahead) >= COUNTS_PER_PERIOD or hidden == COUNTS_PER_PERIOD:
             lost[clock] = True
             ahead = hidden = 0
     return lost
@@ -83,7 +75,7 @@ def _sticky(event: Bools, clear: Bools, reset: Bools) -> tuple[Ints, Ints]:
     total = np.cumsum(event)
     gone = np.where(reset, total, total - event)
     count = total - value_at(latest(clear | reset), gone, 0)
-    return (count > 0).astype(np.int64), np.minimum(count, COUNTER_MAX)
+    return (count > 0).astype(np.int64), np.minimum(count, FAULT_COUNT_MAX)
 
 
 def plausibility_check(
@@ -106,8 +98,8 @@ def plausibility_check(
     last_move = latest(moves)
     move_before = clock_before(last_move)
     # The spacing of edges is measured one clock after the position changes.
-    spacing = np.minimum(np.arange(clear.size) - move_before, SPACING_MAX)
-    spacing = np.where(move_before > latest(reset), spacing, SPACING_MAX)
+    spacing = np.minimum(np.arange(clear.size) - move_before, EDGE_SPACING_MAX)
+    spacing = np.where(move_before > latest(reset), spacing, EDGE_SPACING_MAX)
     too_near = moves & (spacing < minimum_edge_spacing)
 
     illegal, illegal_count = _sticky(was(edges.breaks_order) & ~reset, clear, reset)

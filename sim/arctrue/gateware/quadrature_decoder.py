@@ -14,12 +14,13 @@ from numpy.typing import ArrayLike
 from arctrue.gateware.edge_counter import EdgeCounterTrace, counted_edges, edge_counter
 from arctrue.gateware.glitch_filter import glitch_filter
 from arctrue.gateware.index_zero import IndexZeroTrace, index_zero
-from arctrue.gateware.input_synchroniser import STAGES_DEFAULT, input_synchroniser
+from arctrue.gateware.input_synchroniser import input_synchroniser
 from arctrue.gateware.latest import clock_before, latest
 from arctrue.gateware.plausibility_check import PlausibilityTrace, plausibility_check
+from arctrue.generated.number_formats import SYNCHRONISER_STAGES_DEFAULT
 
 
-def latency_clocks(filter_length: int = 1, stages: int = STAGES_DEFAULT) -> int:
+def latency_clocks(filter_length: int = 1, stages: int = SYNCHRONISER_STAGES_DEFAULT) -> int:
     """Return the number of clocks from the change of a pin to the change of the position."""
     return stages + max(filter_length, 1) + 2
 
@@ -58,7 +59,9 @@ class DecoderTrace(EdgeCounterTrace, IndexZeroTrace, PlausibilityTrace):
 
 
 def quadrature_decoder(
-    inputs: DecoderInputs, synchroniser_stages: int = STAGES_DEFAULT, reset_position: int = 0
+    inputs: DecoderInputs,
+    synchroniser_stages: int = SYNCHRONISER_STAGES_DEFAULT,
+    reset_position: int = 0,
 ) -> DecoderTrace:
     """Run the decoder over all clocks of ``inputs``, from power-up on.
 

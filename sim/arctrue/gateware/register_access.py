@@ -14,14 +14,13 @@ from typing import Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.gateware.capability import HEADS_MOST
 from arctrue.gateware.extension import Conditions
 from arctrue.gateware.local_table import LocalTable
 from arctrue.gateware.mean_set import MeanSet
 from arctrue.gateware.register_types import Register
 from arctrue.gateware.table_conditions import condition_registers
 from arctrue.generated import registers
-from arctrue.generated.number_formats import CLOCK_HZ, CORRECTION_FRACTION
+from arctrue.generated.number_formats import CLOCK_HZ, CORRECTION_FRACTION, HEADS_MAX
 
 ReadWords = Callable[[int, int], Awaitable[Sequence[int]]]
 """Type of ``await read_words(address, count)``, which returns ``count`` words of 32 bits from the
@@ -271,7 +270,7 @@ class RegisterMap:
         """Write weights, offsets and carrier of the mean to the idle bank; they become active with
         ``command("swap")``."""
         for number, word in enumerate(mean.words()):
-            if number >= 2 * HEADS_MOST or number % HEADS_MOST < mean.heads:
+            if number >= 2 * HEADS_MAX or number % HEADS_MAX < mean.heads:
                 address = self._base + registers.MEAN_ADDRESS + 4 * number
                 await self._write_words(address, [word])
 
@@ -300,7 +299,7 @@ class RegisterMap:
         first = self._base + registers.PREPARED_SETS_ADDRESS + SET_BYTES * number
         await self._write_words(first, coefficient_words(coefficients))
         for place, word in enumerate(mean.words()):
-            if place >= 2 * HEADS_MOST or place % HEADS_MOST < mean.heads:
+            if place >= 2 * HEADS_MAX or place % HEADS_MAX < mean.heads:
                 await self._write_words(first + SET_MEAN + 4 * place, [word])
         await self._write_words(first + SET_OFFSET, [coefficients.offset & _WORD])
 

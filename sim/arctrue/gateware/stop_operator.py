@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from typing import Final
 
-STOP_FRACTION: Final = 4
-"""Number of fraction bits of width and place, which are in 1/16 count."""
+from arctrue.generated.number_formats import STOP_FRACTION, STOP_STEP_MAX
+
 STOP_LATENCY: Final = 7
 """Number of clocks from a position to its place."""
-MOST_STEP: Final = 8
-"""Largest step in counts per clock; a larger step does not count as motion."""
 
 
 class StopOperator:
@@ -33,7 +31,7 @@ class StopOperator:
         count = position - put_back
         step = 0 if self._before is None else count - self._before
         self._before = count
-        moved = self._slack + (step if abs(step) <= MOST_STEP else 0)
+        moved = self._slack + (step if abs(step) <= STOP_STEP_MAX else 0)
         self._slack = min(max(moved, 0), self._dead_zone)
         way = (moved - self._slack) << STOP_FRACTION
         self._low = min(max(self._low + way, -self.width), self.width)

@@ -7,14 +7,16 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Final
 
-from arctrue.generated.number_formats import CLOCK_HZ
+from arctrue.generated.number_formats import (
+    AMPLITUDE_SWEEP_CLOCKS,
+    CLOCK_HZ,
+    MODULATOR_FRACTION,
+)
 
 if TYPE_CHECKING:
     from arctrue.gateware.extension import Conditions
 
-MODULATOR_FRACTION: Final = 16
 MODULATOR_ONE: Final = 1 << MODULATOR_FRACTION
-SWEEP_CLOCKS: Final = 144
 SLEW_FRACTION: Final = 32
 
 
@@ -50,9 +52,9 @@ def nominal_speed_word(
 
 
 def slew_word(seconds: float, clock_hz: float = CLOCK_HZ) -> int:
-    """Return the slew per sweep (SWEEP_CLOCKS clocks), u0.32, with which a word changes from 0 to 1
-    in ``seconds``."""
-    sweeps = max(seconds * clock_hz / SWEEP_CLOCKS, 1.0)
+    """Return the slew per sweep (AMPLITUDE_SWEEP_CLOCKS clocks), u0.32, with which a word changes
+    from 0 to 1 in ``seconds``."""
+    sweeps = max(seconds * clock_hz / AMPLITUDE_SWEEP_CLOCKS, 1.0)
     return min(math.ceil((1 << SLEW_FRACTION) / sweeps), (1 << SLEW_FRACTION) - 1)
 
 

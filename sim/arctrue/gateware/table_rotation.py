@@ -8,16 +8,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.generated.number_formats import COSINE_WIDTH, PHASE_WIDTH
+from arctrue.generated.number_formats import (
+    COSINE_ADDRESS_WIDTH,
+    COSINE_ROWS,
+    COSINE_SLOPE_FRACTION,
+    COSINE_VALUE_FRACTION,
+    COSINE_WIDTH,
+    PHASE_WIDTH,
+)
 
 FOLDED_WIDTH = PHASE_WIDTH - 2
-ADDRESS_WIDTH = 7
-OFFSET_WIDTH = FOLDED_WIDTH - ADDRESS_WIDTH
-ROWS = 5
-DIGITS_WIDTH = 2 * ROWS
-SLOPE_FRACTION = 8
-VALUE_FRACTION = 20
-ROW_FRACTION = SLOPE_FRACTION + PHASE_WIDTH - OFFSET_WIDTH + DIGITS_WIDTH - 2 * (ROWS - 1)
+OFFSET_WIDTH = FOLDED_WIDTH - COSINE_ADDRESS_WIDTH
+DIGITS_WIDTH = 2 * COSINE_ROWS
+ROW_FRACTION = (
+    COSINE_SLOPE_FRACTION + PHASE_WIDTH - OFFSET_WIDTH + DIGITS_WIDTH - 2 * (COSINE_ROWS - 1)
+)
 """Number of fraction bits of the last row of adders; every row except the first drops two bits."""
 
 
@@ -37,14 +42,16 @@ class TangentTable:
 def tangent_table() -> TangentTable:
     """Compute the lines (1 − h²/4)·cos m − sin m·z of 128 intervals with middle m and half width h;
     z is the distance from the middle, radians."""
-    middles = (np.arange(1 << ADDRESS_WIDTH) + 0.5) * (np.pi / 2) / (1 << ADDRESS_WIDTH)
-    slopes = np.floor(2 * np.pi * np.sin(middles) * 2.0**SLOPE_FRACTION + 0.5)
+    intervals = 1 << COSINE_ADDRESS_WIDTH
+    middles = (np.arange(intervals) + 0.5) * (np.pi / 2) / intervals
+    slopes = np.floor(2 * np.pi * np.sin(middles) * 2.0**COSINE_SLOPE_FRACTION + 0.5)
     reach_turn = 2.0 ** (OFFSET_WIDTH - 1 - PHASE_WIDTH)
     half_unit_turn = 2.0 ** (OFFSET_WIDTH - DIGITS_WIDTH - 1 - PHASE_WIDTH)
     scale = 1 - (2 * np.pi * reach_turn) ** 2 / 4
-    values = scale * np.cos(middles) + slopes / 2.0**SLOPE_FRACTION * (reach_turn - half_unit_turn)
+    slopes_per_turn = slopes / 2.0**COSINE_SLOPE_FRACTION
+    values = scale * np.cos(middles) + slopes_per_turn * (reach_turn - half_unit_turn)
     values -= 2.0 ** (-ROW_FRACTION - 1)
-    rounded = np.floor(values * 2.0**VALUE_FRACTION + 0.5)
+    rounded = np.floor(values * 2.0**COSINE_VALUE_FRACTION + 0.5)
     return TangentTable(slopes.astype(np.int32), rounded.astype(np.int32))
 
 
@@ -60,9 +67,9 @@ def error_bound() -> float:
     return float(
         half_width**2 / 4
         + half_width**3 / 6
-        + 2.0 ** (-SLOPE_FRACTION - 1) * 2.0 ** (OFFSET_WIDTH - 1 - PHASE_WIDTH)
+        + 2.0 ** (-COSINE_SLOPE_FRACTION - 1) * 2.0 ** (OFFSET_WIDTH - 1 - PHASE_WIDTH)
         + 2 * np.pi * 2.0 ** (OFFSET_WIDTH - DIGITS_WIDTH - 1 - PHASE_WIDTH)
-        + 2.0 ** (-VALUE_FRACTION - 1)
+        + 2.0 ** (-COSINE_VALUE_FRACTION - 1)
         + 2.0 ** (-ROW_FRACTION - 1)
         + 2 * np.pi * 2.0**-PHASE_WIDTH
         + 2.0 ** -(COSINE_WIDTH - 1)
@@ -79,9 +86,9 @@ def table_rotation(folded: NDArray[np.int32]) -> NDArray[np.int32]:
     digits = (folded >> (OFFSET_WIDTH - DIGITS_WIDTH)) & ((1 << DIGITS_WIDTH) - 1)
     slope = table.slopes.take(address)
     row = np.zeros_like(folded)
-    for place in range(ROWS):
+    for place in range(COSINE_ROWS):
         row >>= 2
         row += ((digits >> (2 * place)) & 3) * slope
-    value = table.values.take(address) - (row << (VALUE_FRACTION - ROW_FRACTION))
-    cosine: NDArray[np.int32] = value >> (VALUE_FRACTION - COSINE_WIDTH)
+    value = table.values.take(address) - (row << (COSINE_VALUE_FRACTION - ROW_FRACTION))
+    cosine: NDArray[np.int32] = value >> (COSINE_VALUE_FRACTION - COSINE_WIDTH)
     return cosine

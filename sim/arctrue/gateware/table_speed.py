@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from typing import Final, NamedTuple
 
-from arctrue.generated.number_formats import CORRECTION_FRACTION
+from arctrue.generated.number_formats import (
+    CORRECTION_FRACTION,
+    SPEED_BOUND_COUNTS,
+    SPEED_LONGEST_BITS,
+    SPEED_TREMBLE_COUNTS,
+    SPEED_WINDOW_BITS,
+)
 
-WINDOW_BITS: Final = 14
-"""Binary logarithm of the number of clocks in a window: 2^14 clocks."""
-LONGEST_BITS: Final = 24
-"""Binary logarithm of a number of clocks; if no window ends in this time, the travel counts as
-0."""
 SPEED_LATENCY: Final = 3
 """Number of clocks from a position to the speed for which this position was used."""
 _ONE = 1 << CORRECTION_FRACTION
-_TREMBLE = 2 * _ONE
-_MOST_QUIET = 8 * _ONE
+_TREMBLE = SPEED_TREMBLE_COUNTS * _ONE
+_MOST_QUIET = SPEED_BOUND_COUNTS * _ONE
 
 
 class Measured(NamedTuple):
@@ -35,7 +36,7 @@ class TableSpeed:
     the latency of the entity."""
 
     def __init__(
-        self, nominal: int, window: int = WINDOW_BITS, longest: int = LONGEST_BITS
+        self, nominal: int, window: int = SPEED_WINDOW_BITS, longest: int = SPEED_LONGEST_BITS
     ) -> None:
         """Store ``nominal`` in 2⁻³² count a clock; ``window`` and ``longest`` are log2 of
         clocks."""

@@ -13,6 +13,7 @@ from arctrue.generated.number_formats import (
     PHASE_WIDTH,
     REAL_ORDER_COUNTS_A_LANE,
     REAL_ORDER_COUNTS_BESIDE,
+    TURN_SWEEP_CLOCKS_A_LANE,
 )
 
 PLACES: Final = 4
@@ -23,7 +24,7 @@ _CUT_OFF = PHASE_STEP_WIDTH - PHASE_WIDTH
 def ready_clocks(lanes: int) -> int:
     """Return the number of clocks from a wrap, at which a turn begins, until the offsets of the
     following turn are ready."""
-    return 36 * lanes + 12
+    return 2 * TURN_SWEEP_CLOCKS_A_LANE * lanes + 12
 
 
 def least_counts(lanes: int) -> int:

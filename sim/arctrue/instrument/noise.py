@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.generated.number_formats import HEADS_MAX
 from arctrue.table import Cause, TableState
 
 Float = NDArray[np.float64]
 
-HEADS_MOST = 4
 _KNOTS = 1 << 18
 """Number of knots in a block."""
 _KEPT_BLOCKS = 4
@@ -55,7 +55,7 @@ class ReadingNoise(Cause):
             # the same seed.
             own = 2 * number if number >= 0 else -2 * number - 1
             seed = [self.seed, own] if own else self.seed
-            values = np.random.default_rng(seed).normal(0.0, 1.0, (HEADS_MOST, _KNOTS))
+            values = np.random.default_rng(seed).normal(0.0, 1.0, (HEADS_MAX, _KNOTS))
             # The sum of the squared basis functions has the mean 151/315 over an interval.
             self._blocks[number] = self.rms_rad / np.sqrt(151 / 315) * values
         return self._blocks[number]

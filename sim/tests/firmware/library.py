@@ -96,5 +96,7 @@ def _declarations(text: str) -> str:
 def firmware() -> tuple[FFI, Any]:
     """Return cffi's interface with the declarations of all headers, and the loaded library."""
     ffi = FFI()
+    formats = (GENERATED / "arctrue_number_formats.h").read_text("utf-8")
+    ffi.cdef("\n".join(re.findall(r"^#define \w+ \d+$", formats, re.MULTILINE)))
     ffi.cdef("\n".join(_declarations(path.read_text("utf-8")) for path in _headers_in_order()))
     return ffi, ffi.dlopen(str(shared_library()))

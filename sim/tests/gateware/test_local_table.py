@@ -8,7 +8,9 @@ import pytest
 
 from arctrue.gateware import extension
 from arctrue.gateware.coefficients import Coefficients
-from arctrue.gateware.local_table import POINTS, VALUE_FRACTION, LocalTable, line_bound, local_table
+from arctrue.gateware.extension import POINTS
+from arctrue.gateware.local_table import LocalTable, line_bound, local_table
+from arctrue.generated.number_formats import LOCAL_VALUE_FRACTION
 
 TURN = 2**24
 
@@ -39,7 +41,7 @@ def test_lines_within_the_bound(windows: int, width: int, counts_per_rev: int) -
     points = random.integers(-(2**17), 2**17, POINTS)
     table = LocalTable(counts_per_rev, starts, width, 8, points)
     angle = random.integers(0, counts_per_rev, 50_000)
-    found = local_table(angle, table) * 2.0**-VALUE_FRACTION
+    found = local_table(angle, table) * 2.0**-LOCAL_VALUE_FRACTION
     off = np.abs(found - lines_counts(angle, table)).max()
     assert off <= line_bound(table)
     assert np.abs(found).max() > 400
@@ -61,7 +63,7 @@ def test_a_scratch_is_taken_away() -> None:
     points = np.round(scratch(places) * 2**8).astype(np.int64)
     table = LocalTable(TURN, (start,), 6, 8, points)
     angle = np.arange(0, TURN, 101)
-    left = scratch(angle) - local_table(angle, table) * 2.0**-VALUE_FRACTION
+    left = scratch(angle) - local_table(angle, table) * 2.0**-LOCAL_VALUE_FRACTION
     # The bump has 259 counts; only the errors of the rounded points and of the interpolation
     # remain.
     assert np.abs(left).max() < 0.05

@@ -19,14 +19,13 @@ from sim.tests.gateware.quadrature_decoder_scenarios import (
     stimuli_of,
 )
 
-from arctrue.gateware.plausibility_check import COUNTER_MAX, PERIOD
 from arctrue.gateware.quadrature_decoder import (
     DecoderInputs,
     DecoderTrace,
     latency_clocks,
     quadrature_decoder,
 )
-from arctrue.generated.number_formats import INDEX_SKEW
+from arctrue.generated.number_formats import COUNTS_PER_PERIOD, FAULT_COUNT_MAX, INDEX_SKEW
 
 
 def played(name: str) -> tuple[Scenario, Stimuli, DecoderTrace]:
@@ -361,7 +360,10 @@ def test_edges_that_the_filter_swallows_are_reported() -> None:
     assert trace.overspeed[-1]
     # The overspeed count equals the number of lost periods, except possibly for the last period, in
     # which the levels came to rest.
-    lost = abs(int(given.count[cleared] - given.count[2] - trace.position[cleared])) // PERIOD
+    lost = (
+        abs(int(given.count[cleared] - given.count[2] - trace.position[cleared]))
+        // COUNTS_PER_PERIOD
+    )
     assert lost >= 8
     assert abs(int(trace.overspeed_count[cleared - 1]) - lost) <= 1
 
@@ -621,11 +623,11 @@ def test_position_wraps_and_its_readers_do_not() -> None:
 
 
 def test_counters_stop_at_their_end() -> None:
-    clock = np.arange(COUNTER_MAX + 100)
+    clock = np.arange(FAULT_COUNT_MAX + 100)
     both = clock % 2
     trace = quadrature_decoder(DecoderInputs(both, both, reset=clock < 3))
-    assert trace.illegal_count[-1] == COUNTER_MAX
-    assert trace.illegal_count[COUNTER_MAX // 2] == COUNTER_MAX // 2 - 2 - latency_clocks()
+    assert trace.illegal_count[-1] == FAULT_COUNT_MAX
+    assert trace.illegal_count[FAULT_COUNT_MAX // 2] == FAULT_COUNT_MAX // 2 - 2 - latency_clocks()
 
 
 @pytest.mark.parametrize("name", RANDOM_SEEDS)

@@ -10,17 +10,21 @@ import pytest
 
 from arctrue.gateware.harmonic_lane import lane_cosine
 from arctrue.gateware.table_rotation import (
-    ADDRESS_WIDTH,
     DIGITS_WIDTH,
     OFFSET_WIDTH,
     ROW_FRACTION,
-    SLOPE_FRACTION,
-    VALUE_FRACTION,
     error_bound,
     table_rotation,
     tangent_table,
 )
-from arctrue.generated.number_formats import COSINE_FRACTION, COSINE_WIDTH, PHASE_WIDTH
+from arctrue.generated.number_formats import (
+    COSINE_ADDRESS_WIDTH,
+    COSINE_FRACTION,
+    COSINE_SLOPE_FRACTION,
+    COSINE_VALUE_FRACTION,
+    COSINE_WIDTH,
+    PHASE_WIDTH,
+)
 from arctrue.studies.paper.appendix import cosine_bound
 
 TURN = 1 << PHASE_WIDTH
@@ -57,8 +61,8 @@ def test_rows_are_a_product() -> None:
         address, offset = divmod(angle, 1 << OFFSET_WIDTH)
         place = offset >> (OFFSET_WIDTH - DIGITS_WIDTH)
         turns = Fraction(place, 2 ** (PHASE_WIDTH - OFFSET_WIDTH + DIGITS_WIDTH))
-        product = Fraction(int(table.slopes[address]), 2**SLOPE_FRACTION) * turns
-        exact = Fraction(int(table.values[address]), 2**VALUE_FRACTION) - product
+        product = Fraction(int(table.slopes[address]), 2**COSINE_SLOPE_FRACTION) * turns
+        exact = Fraction(int(table.values[address]), 2**COSINE_VALUE_FRACTION) - product
         below = exact - Fraction(found, 2**COSINE_WIDTH)
         assert -unit < below < Fraction(1, 2**COSINE_WIDTH)
 
@@ -66,7 +70,7 @@ def test_rows_are_a_product() -> None:
 def test_lines_meet_their_neighbours() -> None:
     """At the border of two intervals, the values of both lines differ by at most twice the bound of
     the error."""
-    last = np.arange(1, 1 << ADDRESS_WIDTH, dtype=np.int32) << OFFSET_WIDTH
+    last = np.arange(1, 1 << COSINE_ADDRESS_WIDTH, dtype=np.int32) << OFFSET_WIDTH
     step = table_rotation(last - 1) - table_rotation(last)
     assert np.abs(step).max() * 2.0**-COSINE_WIDTH <= 2 * error_bound()
 

@@ -12,7 +12,8 @@ from sim.tests.instrument.sizes import DEPTH, EXTENSIONS, LANES
 
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.extension import Conditions, Extension
-from arctrue.gateware.table_conditions import MODULATOR_ONE, SWEEP_CLOCKS
+from arctrue.gateware.table_conditions import MODULATOR_ONE
+from arctrue.generated.number_formats import AMPLITUDE_SWEEP_CLOCKS
 from arctrue.instrument import BusError, Instrument
 
 COUNTS = 1 << 18
@@ -235,7 +236,7 @@ def test_reversal_error_at_the_papers_scale(modulated: Instrument, modulator: st
         assert abs(up - down) <= 2.0 * FULL_HALF_REVERSAL / 20.0
         # The bound also holds during the reversals, as in the test with fewer counts.
         slope = FULL_HALF_REVERSAL / FULL_WIDTH
-        bound = 1.0 + slope * (2.0 + 1.0 + pace * (2 * SWEEP_CLOCKS + 20))
+        bound = 1.0 + slope * (2.0 + 1.0 + pace * (2 * AMPLITUDE_SWEEP_CLOCKS + 20))
         assert np.ptp(error[clock - start > 70_000]) / 2.0 <= bound
 
 
@@ -272,7 +273,7 @@ def test_reversal_error_is_taken_away(modulated: Instrument) -> None:
     two sweeps and a division of 20 clocks.
     """
     slope = HALF_REVERSAL / WIDTH
-    bound = 1.0 + slope * (2.0 + 1.0 + 0.1 * (2 * SWEEP_CLOCKS + 20))
+    bound = 1.0 + slope * (2.0 + 1.0 + 0.1 * (2 * AMPLITUDE_SWEEP_CLOCKS + 20))
     error = reversal_errors(modulated, "direction")
     assert np.ptp(error) / 2.0 <= bound
     without = reversal_errors(modulated, None)

@@ -12,9 +12,11 @@
 #include <string>
 #include <vector>
 
+#include "arctrue_number_formats.h"
+
 namespace instrument {
 
-constexpr int HEADS_MOST = 4;
+constexpr int HEADS_MOST = ARCTRUE_HEADS_MAX;
 constexpr int PINS_A_HEAD = 3;
 
 // Levels of the pins: heads 1 and 2 in bits 0 to 5, sync_in 6, probe_in 7, heads 3 and 4 in 8 to 13.

@@ -19,8 +19,7 @@ from arctrue.base.units import arcsec_per_count
 from arctrue.calibration.harmonics import as_function_of_reading
 from arctrue.calibration.selection import significance_factor
 from arctrue.gateware.coefficients import ORDER_MAX, Coefficients
-from arctrue.gateware.extension import Conditions, Extension
-from arctrue.gateware.mean_set import OFFSET_ONE
+from arctrue.gateware.extension import WIDTH_ONE, Conditions, Extension
 from arctrue.gateware.thermal import ORDERS_MOST, ThermalLanes
 from arctrue.generated.number_formats import THERMAL_RANGE_K
 from arctrue.workbench.effects.base import ConditionedLane, Effect, RealLane
@@ -599,7 +598,7 @@ class _FollowedLanes:
             )
         names = tuple((first_lane + at, self._modulator(one)) for at, one in enumerate(self.lanes))
         conditions = Conditions(
-            max(round(width_counts * OFFSET_ONE), 1),
+            max(round(width_counts * WIDTH_ONE), 1),
             self.settings.dead_zone_counts,
             float(f"{np.degrees(self.nominal_rad_s):.9g}"),
         )

@@ -16,9 +16,10 @@ from arctrue.gateware.extension import (
     WINDOW_EXPONENT_MOST,
     LocalTable,
 )
-from arctrue.gateware.local_table import VALUE_FRACTION, local_table
 from arctrue.gateware.local_table import LocalTable as Bank
+from arctrue.gateware.local_table import local_table
 from arctrue.gateware.mean_set import OFFSET_ONE, WEIGHT_ONE, MeanSet
+from arctrue.generated.number_formats import LOCAL_VALUE_FRACTION
 from arctrue.workbench.effects.base import Effect, LocalError
 from arctrue.workbench.model.model import Model
 
@@ -161,4 +162,4 @@ def taken_off_arcsec(table: LocalTable, counts_per_rev: int, reading_rad: Float)
     turn = np.asarray(reading_rad, dtype=np.float64) / (2.0 * np.pi)
     counts = np.rint(turn * counts_per_rev).astype(np.int64) % counts_per_rev
     value = local_table(counts, Bank.of_file(table, counts_per_rev))
-    return np.asarray(value * 2.0**-VALUE_FRACTION * arcsec_per_count(counts_per_rev))
+    return np.asarray(value * 2.0**-LOCAL_VALUE_FRACTION * arcsec_per_count(counts_per_rev))
