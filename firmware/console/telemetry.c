@@ -15,7 +15,7 @@ enum {
     PARITY_DECIMALS = 3,
     LIST_DECIMALS = 6
 };
-/* One count as an s19.11 word. */
+/* One count as an s20.11 word. */
 #define PARITY_ONE 2048.0
 
 static void key(const struct text_sink *sink, const char *name) {
