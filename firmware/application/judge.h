@@ -60,8 +60,8 @@ uint32_t judge_measure_followed(const struct judge *judge, const struct coeffici
 
 /* Judges, after a start, the lanes in `candidate` that were judged before: no lane may be wrong, and all together must
    be confirmed. `unjudged`: lanes of `set` that no turn has judged before, one bit per lane. If a lane of the
-   calibration (an order that `set` does not have) is wrong but leaves less error than `small_arcsec`, it is removed from
-   `candidate`, and the next turn determines it anew. */
+   calibration (an order that `set` does not have) is wrong but leaves less error than `small_arcsec`, it is removed
+   from `candidate`, and the next turn determines it anew. */
 enum judgement judge_again(const struct judge *judge, const struct coefficients *set,
                            uint64_t unjudged, double small_arcsec, struct coefficients *candidate);
 

@@ -37,8 +37,8 @@ enum loaded_state {
     LOADED_AT_WORK,
     /* No turn has judged the loaded set again yet. */
     LOADED_PENDING,
-    /* The loaded set belongs to another table, a turn contradicts the set, or the points of its local table are lost. The
-       firmware keeps the set, and turns judge it again after the next start. */
+    /* The loaded set belongs to another table, a turn contradicts the set, or the points of its local table are lost.
+       The firmware keeps the set, and turns judge it again after the next start. */
     LOADED_REJECTED,
 };
 
@@ -120,8 +120,8 @@ struct load {
     struct load_without without;
     /* True if the received set is complete and not yet judged. */
     bool whole;
-    /* True if the phase of a lane of a real order has become known or unknown, or has changed, and the core does not yet
-       have the new words. */
+    /* True if the phase of a lane of a real order has become known or unknown, or has changed, and the core does not
+       yet have the new words. */
     bool phase_given;
     /* `forced`: the operator accepts orders of the received set that no turn has judged. `unseen_taken`: the operator
        accepts only orders that no turn of two heads can show. */

@@ -17,7 +17,8 @@ void application_recover(struct application *application, bool after_fault);
    active, the firmware calibrates nothing until application_rearm() and leaves the core unchanged. */
 void application_begin(struct application *application);
 
-/* Discards the results of all turns, finds the core and sets it up; afterwards `phase` shows whether a core was found. */
+/* Discards the results of all turns, finds the core and sets it up; afterwards `phase` shows whether a core was
+   found. */
 void application_start(struct application *application);
 
 /* Restarts the core on request of the operator and forgets earlier faults. */

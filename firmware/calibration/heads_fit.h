@@ -51,8 +51,8 @@ struct heads_found {
     /* RMS of each head's reading minus the mean of all heads, after subtraction of the disc's error. */
     double residual_arcsec[HEADS_MOST];
     /* Radius of the circular motions of the axis by order, in the direction of the table and against it, arcsec at the
-       disc. The forward circle of order 1 cannot be distinguished from an eccentric disc and is 0 here. Three heads show
-       only the backward circle of order 1; the other values are then 0. */
+       disc. The forward circle of order 1 cannot be distinguished from an eccentric disc and is 0 here. Three heads
+       show only the backward circle of order 1; the other values are then 0. */
     double forward_arcsec[CIRCLE_ORDERS];
     double backward_arcsec[CIRCLE_ORDERS];
 };
