@@ -36,7 +36,7 @@ OPEN_PIPELINES = 16
 
 
 def boards() -> list[str]:
-    """Return the boards that have a pin file in constraints/."""
+    """Return the names that ``--board`` accepts: those of the pin files in constraints/."""
     files = (path for path in CONSTRAINTS.glob("*.xdc") if not path.stem.startswith("vivado"))
     return sorted(path.stem for path in files if not path.stem.endswith(".template"))
 

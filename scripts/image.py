@@ -137,10 +137,10 @@ def flash_image(program: bytes, entry: int, bitstream: bytes | None, source: str
 
 
 def program_of(elf: Path) -> tuple[bytes, int]:
-    """Return the bytes of the on-chip memory from address 0 on, and its start address.
+    """Return the bytes of the on-chip memory from address 0 on, and the firmware's start address.
 
     Raises:
-        ImageError: there is no such file, or it is not an ELF of the firmware.
+        ImageError: there is no such file, it is not an ELF of the firmware, or objcopy fails.
     """
     if not elf.is_file():
         raise ImageError(f"{elf}: there is no such file; make firmware makes it")

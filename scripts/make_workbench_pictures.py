@@ -1,7 +1,8 @@
-"""Makes the pictures of docs/tutorial.md and docs/real-data.md with the commands in these pages.
+"""Makes the pictures of docs/tutorial.md and two pictures of docs/real-data.md.
 
-Run ``python -m scripts.make_workbench_pictures``. The pictures are committed; a test runs the pages
-and thereby checks the figures in the pictures.
+The tutorial's pictures are made with the commands of that page, the other two with functions of
+this script. Run ``python -m scripts.make_workbench_pictures``. The pictures are committed; a test
+runs the pages and thereby checks the figures in the pictures.
 """
 
 from __future__ import annotations

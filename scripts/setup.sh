@@ -1,8 +1,10 @@
 #!/usr/bin/env bash
 # Installs everything that the Makefile's targets need, and changes nothing else on the machine:
-#   1. missing system packages: GHDL, Verilator, Yosys, Python's venv and shared library, gcc for the
-#      host and the Cortex-A9, QEMU, and the keys of Debian's archive, which step 3 needs;
-#   2. the Python environment .venv, with exactly the packages of requirements.lock (with hashes);
+#   1. missing system packages (PACKAGES), among them GHDL, Verilator, Yosys, gcc for the host and the
+#      Cortex-A9, QEMU, and the keys of Debian's archive, which step 3 needs; on a system other than
+#      Debian 12, Debian 13 and Ubuntu 24.04 the script only names what is missing;
+#   2. the Python environment .venv, with exactly the packages of requirements.lock (with hashes) and
+#      with this package in editable mode;
 #   3. a GHDL for netlists in build/ghdl5, if the system's GHDL is too old;
 #   4. a link to LLVM's library in build/llvm_names, with the name that Ubuntu's GHDL loads.
 # The script may run any number of times: if nothing is missing, it prints nothing and ends at once.

@@ -64,7 +64,7 @@ def report(
 ) -> tuple[str, list[Crowded], float]:
     """Return the text of timing.md, the paths that break the rule, and the longest path in ns.
 
-    Raises ValueError for an unknown cell.
+    Raises ValueError for an unknown cell, and for logic that feeds itself.
     """
     design = Netlist.read(netlist, top)
     found = design.reached()

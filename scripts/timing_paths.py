@@ -15,7 +15,7 @@ from typing import Any, Final
 
 from scripts.cell_delays import Arc, timing_of, wire_ns
 
-# Smallest number of CARRY4 in the carry chain of a wide adder (16 bits or more).
+# Smallest number of CARRY4 in the carry chain of a wide adder (13 bits or more).
 WIDE_CARRY4: Final = 4
 
 # Pattern of net names that tools have made; names from the VHDL are preferred.

@@ -16,7 +16,8 @@
 #
 # debootstrap makes each system once, and the script keeps it; the tree in it is a new clone every
 # time. DIR/results/SYSTEM.toml states for each system which targets ran, with which versions, and
-# how they ended; the logs are in the same folder. Exit code 0: every target passed. 1: otherwise.
+# how they ended; the logs are in the same folder. Exit code 0: every target passed. 2: a tool is
+# missing, or the user is not root. 1: any other failure.
 #
 # The script needs root, debootstrap and the archives. It runs in its own namespaces, so that its
 # mounts and processes end with the script, however it ends.

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 #
-# Constrains the timing at the pins of arctrue_zynq_top and arctrue_zynq_differential_top on every board; only Vivado
-# reads this file. It names only ports, no cells, and is not scoped. The constraints of a unit are in a scoped file with
-# the unit's name, which any other design can read too. The open tools get the clock's frequency as an option and do not
-# time paths that leave the fabric.
+# Constrains the timing at the pins of arctrue_zynq_top, arctrue_zynq_heads_top and arctrue_zynq_differential_top on
+# every board; only Vivado reads this file. It names only ports, no cells, and is not scoped. The constraints of a unit
+# are in a scoped file with the unit's name, which any other design can read too. The open tools get the clock's
+# frequency as an option and do not time paths that leave the fabric.
 
 # Asynchronous inputs: Vivado does not time a path from a pin that has no input delay. So each pin gets an input delay
 # of 0.

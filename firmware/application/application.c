@@ -52,7 +52,7 @@ void application_use_flash(struct application *application, struct save *save) {
 }
 
 /* Sets the core up again if it was reset. A disabled output shows a reset, because the output of a core in use is
-   always enabled. After a reset the line drivers stay on for a few milliseconds only. */
+   always enabled. After a reset the line drivers stay on for 2^20 clocks (10 ms) only. */
 static void watch_reset(struct application *application) {
     if (!core_output_enabled(&application->core)) {
         application_start(application);

@@ -16,8 +16,9 @@ void bank_watch(struct application *application);
 /* Fills `header` and `capture` from the bank that is ready. */
 void bank_take(struct application *application);
 
-/* Copies the capture that bank_take() has filled for the console, which needs seconds to print it. The copy contains
-   the present temperature of the die. */
+/* Copies the capture that bank_take() has filled, because the console needs seconds to print a capture. The copy
+   contains the present temperature of the die. Sets `dump` to DUMP_COPIED, or to DUMP_NOT_COPIED if the copy is
+   impossible. */
 void bank_copy(struct application *application);
 
 #endif

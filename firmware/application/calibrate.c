@@ -144,8 +144,8 @@ static bool calibrate_has_dropped(const struct coefficients *active,
 #define CHANGED 18.0
 
 /* Returns the larger of two estimates of the error's change since earlier turns. The first is the largest difference
-   between a measured order of the calibration and its active lane. The second is the change that the thermal model
-   gives, since the previous turn, for the loaded orders that follow the temperature. */
+   between a measured order of the calibration and its active lane, reduced by the noise (CHANGED). The second is the
+   change that the thermal model gives, since the previous turn, for the loaded orders that follow the temperature. */
 static double calibrate_change_arcsec(const struct application *application) {
     const struct estimate *estimate = &application->measured;
     const struct coefficients *active = calibrate_active_of_head1(application);
@@ -374,7 +374,7 @@ static enum load_answer calibrate_judge_table(struct application *application,
     return load->table_evidence >= EVIDENCE_ENOUGH || load->forced ? of_lanes : LOAD_NOT_YET;
 }
 
-/* Judges the received set. In this turn only this set may use the idle bank. */
+/* Judges the received set. Call it only if no saved set has become the candidate of this turn. */
 static void calibrate_judge_load(struct application *application, const struct turn *turn) {
     struct load *load = &application->load;
     struct judge judge = calibrate_judge(application, turn);
@@ -435,8 +435,8 @@ static void calibrate_judge_pending(struct application *application, const struc
     }
 }
 
-/* Reports head 1's error while a mean is active that this turn did not calibrate, because the mean was loaded or
-   because a set waits to be judged. Makes no candidate for head 1. */
+/* Reports head 1's error and the places of the heads while a mean is active that this turn did not calibrate, for
+   example because the mean was loaded or because a set waits to be judged. Makes no candidate for head 1. */
 static enum refusal calibrate_watch_mean(struct application *application, const struct turn *turn) {
     (void)calibrate_judge_mean(application, turn, &application->active.mean);
     application->estimate = application->measured;

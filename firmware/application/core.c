@@ -607,7 +607,7 @@ int32_t core_turn_number(const struct core_access *core) {
 }
 
 /* Distance of an angle from 0 within which its turn is uncertain: the count of turns and the latched angle come from
-   different stages of the pipeline. The pipeline has a latency of at most 33 clocks, and in each clock the angle moves
+   different stages of the pipeline. The pipeline has a latency of at most 37 clocks, and in each clock the angle moves
    by at most one count. */
 enum { TURN_UNCERTAIN_COUNTS = 64 };
 

@@ -84,7 +84,8 @@ struct core_setup {
     /* The following members are words of the registers. */
     uint32_t head1_input;
     uint32_t head2_input;
-    /* The next three members are used only for cores with heads 3 and 4 or with delays. */
+    /* `head3_input` and `head4_input` are used only for cores with these heads, `head_delays` only for cores that can
+       form a mean. */
     uint32_t head3_input;
     uint32_t head4_input;
     uint32_t head_delays;
@@ -129,7 +130,7 @@ struct core_probe {
 struct core_event {
     /* Bit 0: an edge of the probe; bit 1: a pulse of the position compare. */
     uint32_t kind;
-    /* Number of events since the reset of the core, including lost events, modulo 2^16. */
+    /* Number of this event: the core counts its events from 0 since its reset, including lost events, modulo 2^16. */
     uint32_t number;
     uint64_t time;
     int32_t position;

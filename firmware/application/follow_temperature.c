@@ -8,8 +8,8 @@
 #include "alarms.h"
 #include "swap.h"
 
-/* Makes a loaded lane whose order is not an integer (a real order) active, if its phase has become known or has changed
-   since the last call. Returns false if there is no such lane. */
+/* Writes the loaded lanes whose orders are not integers (real orders) again, if the phase of one of them has become
+   known or unknown, or has changed, since the last call. Returns false if there is no such lane. */
 static bool follow_given_phase(struct application *application) {
     struct load *load = &application->load;
     if (!load->phase_given || !application->has_active || load_at_work(load) == NULL) {

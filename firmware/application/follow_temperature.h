@@ -8,8 +8,9 @@
 #include "state.h"
 
 /* Computes the loaded lanes for the table's temperature and makes them active by a swap, if this changes the correction
-   by more than the parameter temperature_step_counts. Also makes a lane of a real order active whose phase has become
-   known or has changed. It runs between two turns; a turn that is ready is processed first. */
+   by more than the parameter temperature_step_counts. Also writes the words of a lane of a real order again if its
+   phase has become known or unknown, or has changed. It runs between two turns; a turn that is ready is processed
+   first. */
 void follow_between_turns(struct application *application);
 
 /* Reads the table's thermometer, and removes its lag with the time constant of the thermal model in use. */

@@ -38,7 +38,8 @@ struct followed {
        above. */
     struct real_lane real[REAL_LANES_MAX];
     uint32_t real_lanes;
-    /* Words of the registers `conditions`: u20.4 counts, counts, u0.32 counts a clock. */
+    /* Words of the registers `conditions`: width in u20.4 counts, dead zone in counts, nominal speed in u0.32 counts
+       per clock. */
     uint32_t width;
     uint32_t dead_zone;
     uint32_t nominal_speed;

@@ -74,7 +74,7 @@ enum image_answer image_store_write(struct image_store *store, uint32_t address,
 enum image_answer image_store_check(struct image_store *store, uint32_t address, uint32_t bytes,
                                     uint32_t *crc);
 
-/* Checks whether the operation in progress has ended. */
+/* If the operation in progress has ended, compares the written words with the flash and stores the result. */
 void image_store_step(struct image_store *store);
 
 #endif

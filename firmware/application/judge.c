@@ -17,8 +17,8 @@
 /* Least difference of a modulator (the factor of a lane that follows a condition, -1 to 1) with which two conditions
    count as different. */
 #define OTHER_CONDITION 0.2
-/* Largest share of an order's change between two conditions that may remain with the correction of a lane; at this
-   limit the lane removes as much as remains. */
+/* Limit of the change of an order that remains between two conditions, as a share of the change that its lanes compute.
+   At this limit, in the worst case, as much remains as without the lanes. */
 #define CHANGE_LEFT 0.5
 /* Amplitude in counts below which an order is less than the rounding of the output. */
 #define NOTHING_COUNTS 0.5

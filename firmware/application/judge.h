@@ -53,15 +53,15 @@ enum load_answer judge_received(const struct judge *judge, struct load *load,
 struct vector judge_value(const struct judge *judge, const struct coefficients *set,
                           uint32_t order);
 
-/* Writes to `measured` the turn's result for each lane of `judge->followed` that turns can show; `set` holds the lanes
+/* Writes to `measured` the turn's result for each lane of `judge->followed` that this turn shows; `set` holds the lanes
    without a condition. Returns the number of entries, at most FOLLOWED_LANES_MAX. */
 uint32_t judge_measure_followed(const struct judge *judge, const struct coefficients *set,
                                 struct followed_measured *measured);
 
 /* Judges, after a start, the lanes in `candidate` that were judged before: no lane may be wrong, and all together must
    be confirmed. `unjudged`: lanes of `set` that no turn has judged before, one bit per lane. If a lane of the
-   calibration (an order that `set` does not have) is wrong but small, it is removed from `candidate`, and the next turn
-   determines it anew. */
+   calibration (an order that `set` does not have) is wrong but leaves less error than `small_arcsec`, it is removed
+   from `candidate`, and the next turn determines it anew. */
 enum judgement judge_again(const struct judge *judge, const struct coefficients *set,
                            uint64_t unjudged, double small_arcsec, struct coefficients *candidate);
 

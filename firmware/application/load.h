@@ -37,8 +37,8 @@ enum loaded_state {
     LOADED_AT_WORK,
     /* No turn has judged the loaded set again yet. */
     LOADED_PENDING,
-    /* The loaded set belongs to another table, or a turn contradicts the set. The firmware keeps the set until the next
-       start. */
+    /* The loaded set belongs to another table, a turn contradicts the set, or the points of its local table are lost.
+       The firmware keeps the set, and turns judge it again after the next start. */
     LOADED_REJECTED,
 };
 
@@ -120,7 +120,8 @@ struct load {
     struct load_without without;
     /* True if the received set is complete and not yet judged. */
     bool whole;
-    /* True if the phase of a lane of a real order has become known but is not yet in the core. */
+    /* True if the phase of a lane of a real order has become known or unknown, or has changed, and the core does not
+       yet have the new words. */
     bool phase_given;
     /* `forced`: the operator accepts orders of the received set that no turn has judged. `unseen_taken`: the operator
        accepts only orders that no turn of two heads can show. */
@@ -155,7 +156,8 @@ struct load {
     uint32_t probe_edges;
 };
 
-/* Tells whether lanes wait for a turn in the other direction, or for a turn at another speed. */
+/* Tells whether lanes of the received set wait for a turn in the other direction (`other_direction` true) or at another
+   speed (false). */
 bool load_waits_for(const struct load *load, bool other_direction);
 
 const char *load_state_name(enum load_state state);
@@ -270,7 +272,8 @@ void load_own_lanes(const struct load *load, const struct coefficients *active,
                     struct coefficients *own);
 
 /* Fills `candidate` with the lanes of `set` (NULL: none), at the temperature `celsius` if `thermal` is not NULL,
-   and then with the lanes of `own` (NULL: none) whose orders `set` does not have, as many as fit. */
+   and then with the lanes of `own` (NULL: none) whose orders `set` does not have, as many as fit. If `set` has a mean,
+   uses no lane of `own`. */
 void load_combine(const struct coefficients *set, const struct thermal *thermal, double celsius,
                   const struct coefficients *own, uint32_t lanes, struct coefficients *candidate);
 

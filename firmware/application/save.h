@@ -89,8 +89,8 @@ void save_prepare(struct save *save, const struct flash_access *flash, uint32_t 
 bool save_find(struct save *save);
 
 /* Searches the records if the flash was silent before. Returns SAVE_DONE if the records are known and another record
-   may be written. Returns SAVE_NOT_READ_AT_START once if it finds a record only now, because that record is not in
-   use. */
+   may be written, SAVE_NO_FLASH if the flash is still silent. Returns SAVE_NOT_READ_AT_START once if it finds a record
+   only now, because that record is not in use. */
 enum save_answer save_look_again(struct save *save);
 
 /* Begins to write `content`; no save may be in progress (the function asserts this). Returns SAVE_DONE if the write has
@@ -98,7 +98,8 @@ enum save_answer save_look_again(struct save *save);
    `least` is 0 if the operator allows fewer lanes. */
 enum save_answer save_begin(struct save *save, uint32_t least);
 
-/* Reads points of the latest record. Returns false if the flash does not answer. */
+/* Reads points of the latest record, from point `first` on. Returns false if there is no whole record or the flash does
+   not answer. */
 bool save_read_points(struct save *save, uint32_t first, uint32_t words[FLASH_PAGE_WORDS]);
 
 /* Returns the number of sectors that failed since the start. */

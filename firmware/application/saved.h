@@ -5,7 +5,7 @@
    Little-endian words:
      0  magic, "ATSV"
      1  version of this form, 1
-     2  sequence number; the later record has one more, modulo 2^32
+     2  sequence number; a later record has a greater number, modulo 2^32
      3  number of words of the content
      4  switches: frozen 1, bypassed 2, telemetry 4, 8 if lanes follow a condition, 16 if there are sets for a
         missing head, 32 if there is a local table, and 64 if there are lanes of real orders
@@ -23,8 +23,8 @@
      then the number of loaded lanes that follow the temperature, T0 in 0.001 degC, the time constant in ms, and for
      each: order, cosine and sine of c1, cosine and sine of c2; thermal.h
      then, if such lanes exist and their range of temperature is not the preset one: its limits in 0.001 degC
-     then, if the loaded lanes correct a mean: heads, carrier, used heads, offset, delays, four weights and
-     four offsets; mean_set.h
+     then, if the loaded lanes correct a mean: heads, carrier, used heads, constant part of the error, delays, and
+     for each of four heads: weight, offset; mean_set.h
      last  CRC-32 of all words before */
 
 #ifndef ARCTRUE_SAVED_H

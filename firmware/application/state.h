@@ -35,8 +35,8 @@ enum settings_origin {
     SETTINGS_PRESET,
     /* After a fault: the settings that the operator had ordered before the fault. */
     SETTINGS_KEPT,
-    /* After a fault that destroyed the settings in memory: the saved settings or presets, with bypass on if no
-       correction is active. */
+    /* After a fault that destroyed the settings in memory: the saved parameters or presets, preset switches, and bypass
+       on if no correction is active. */
     SETTINGS_LOST,
     /* At power-on: the saved settings. */
     SETTINGS_SAVED,

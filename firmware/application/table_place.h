@@ -27,8 +27,8 @@ struct load_table {
     /* Number of the next point, and CRC of the points so far. */
     uint32_t next;
     uint32_t crc;
-    /* The first point of the present window, the previous point, and the largest step between neighbours and from 0
-       to the first point of a window, units of a point. */
+    /* The first point of the present window; the previous point; the largest step between neighbours (`rise`); and the
+       largest step from 0 to the first point of a window (`leap`); all in units of a point. */
     int32_t first;
     int32_t previous;
     uint32_t rise;

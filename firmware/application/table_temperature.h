@@ -38,7 +38,7 @@ struct table_temperature {
     /* NULL: there is no thermometer. */
     temperature_read *read;
     void *context;
-    /* Temperature that the thermometer showed last. */
+    /* Last accepted reading of the thermometer, or temperature from the host. */
     double shown_c;
     /* Observer of the thermometer with this time constant. Its state: temperature of the thermometer; temperature of
        the table minus temperature of the thermometer; slope of the table's temperature, K/s. */

@@ -87,7 +87,7 @@ struct lane thermal_lane_at(const struct thermal *thermal, const struct lane *la
     double amplitude = rint(vector_length(value) * AMPLITUDE_STEPS);
     made.phase_offset =
         (uint32_t)rint((turns - floor(turns)) * PHASE_STEPS) & ((1U << ARCTRUE_PHASE_WIDTH) - 1U);
-    /* thermal_extent() has refused every model whose amplitudes exceed the range of a lane's word. */
+    /* load_end() has refused every set whose amplitudes exceed the range of a lane's word within the model's range. */
     made.amplitude = (int32_t)fmin(amplitude, AMPLITUDE_WORD_MAX);
     return made;
 }

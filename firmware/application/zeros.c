@@ -10,7 +10,8 @@
 /* Number of turns without two agreeing index marks after which the zeros are searched again. Normally two marks agree
    within two turns; otherwise head 1 loses counts in every turn or has lost its index. */
 enum { DOUBT_TURNS = 4 };
-/* Largest loss of counts of head 1 between two indices, in turns, that sets no other fault. */
+/* Largest angle of head 1 at its index, in turns, that counts as a loss of counts; a mark further from the zero is
+   probably a false pulse. */
 #define LOST_TURNS_MOST (1.0 / 1024.0)
 
 int32_t zeros_look(const struct application *application, uint32_t head, int32_t known) {

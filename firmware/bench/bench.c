@@ -2,7 +2,7 @@
 
 /* Runs both methods of the calibration, and a plain version of each, on the capture in the core's capture memory; it is
    a separate image for scripts/bench_firmware.py. It prints the ticks of each run. For each plain version it also
-   prints the largest difference between its values and the values of the method, as a share of the largest value. */
+   prints the largest difference between its values and the values of the method, in 1e-9 of the largest value. */
 
 #include <math.h>
 #include <stddef.h>

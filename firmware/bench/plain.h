@@ -29,8 +29,8 @@ void plain_fourier(struct plain_workspace *workspace, const struct turn *turn,
 bool plain_least_squares(struct plain_workspace *workspace, const struct turn *turn,
                          const struct estimate *estimate, double nominal_rad, double *values);
 
-/* Computes the sums of further_orders_look() for the orders in `made`; returns the largest difference from the sums in
-   `made`, as a share of the largest sum of the same kind. */
+/* Computes the sums of further_orders_look() for the orders in `made`; returns the largest difference from the sums
+   `head1` and `head2` in `made`, as a share of the largest sum of head 1. */
 double plain_further_orders(const struct further_workspace *made, const struct turn *turn,
                             const struct estimate *estimate);
 

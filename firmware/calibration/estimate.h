@@ -22,7 +22,8 @@ struct harmonic {
        so averaging does not reduce it. */
     double by_separation_cosine;
     double by_separation_sine;
-    /* |TF| with two heads, heads_gain() with more; INFINITY for an order that the heads cannot observe. */
+    /* |TF| with two heads; with more, heads_gain() (1 for order 1), which heads_estimate_of_mean() multiplies by the
+       factor of the order in the mean. INFINITY for an order that the heads cannot observe. */
     double noise_gain;
     /* True if the heads can observe the order: its error differs from head to head. */
     bool seen;
@@ -41,8 +42,8 @@ struct estimate {
     double u_measured_separation_rad;
     enum separation_choice separation_choice;
     double residual_rms_arcsec;
-    /* `noise_arcsec`: standard deviation of the noise of head 2 minus head 1. `colour`: ratio of the residual's power
-       near the orders to its mean power. */
+    /* `noise_arcsec`: standard deviation of the noise of head 2 minus head 1; from heads_estimate(), of one reading.
+       `colour`: ratio of the residual's power near the orders to its mean power. */
     double noise_arcsec;
     double colour;
 };

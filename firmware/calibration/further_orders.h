@@ -2,8 +2,8 @@
 
 /* Estimates, from one turn, the orders that the calibration does not fit.
 
-   After the fit, the rest r of head 2 minus head 1 contains, at order m, Re(G2 e^{jmR2} - G1 e^{jmR1}) with G = cosine
-   - j sine of each head. Three sums over the turn form the normal equations
+   After the fit, the residual r of head 2 minus head 1 contains, at order m, Re(G2 e^{jmR2} - G1 e^{jmR1}) with G =
+   cosine - j sine of each head. Three sums over the turn form the normal equations
 
        A1 = 2 <r e^{-jmR1}> = D G2 - G1,   A2 = 2 <r e^{-jmR2}> = G2 - D* G1,   D = <e^{jm(R2 - R1)}>
 

@@ -50,9 +50,9 @@ struct heads_found {
     double u_ratio[HEADS_MOST];
     /* RMS of each head's reading minus the mean of all heads, after subtraction of the disc's error. */
     double residual_arcsec[HEADS_MOST];
-    /* Four heads: radius of the circular motions of the axis by order, in the direction of the table and against it,
-       arcsec at the disc. The forward circle of order 1 cannot be distinguished from an eccentric disc and is 0
-       here. */
+    /* Radius of the circular motions of the axis by order, in the direction of the table and against it, arcsec at the
+       disc. The forward circle of order 1 cannot be distinguished from an eccentric disc and is 0 here. Three heads
+       show only the backward circle of order 1; the other values are then 0. */
     double forward_arcsec[CIRCLE_ORDERS];
     double backward_arcsec[CIRCLE_ORDERS];
 };
@@ -86,12 +86,14 @@ struct heads_workspace {
     double of_places[PLACE_UNKNOWNS * (PLACE_UNKNOWNS + 1) / 2];
     struct vector columns[COMBINATIONS_MOST][ORDERS_MAX];
     struct lines lines;
-    /* Sums over a pass, where x is a head's residual minus head 1's: x times e^{-jkR1}; x alone; and squares. */
+    /* Sums over a pass, where x is a head's residual minus head 1's: x times e^{-jkR1}; x alone; and the squares of x
+       minus its mean over the heads. */
     struct vector line[CIRCLE_ORDERS][HEADS_MOST];
     double sum[HEADS_MOST];
     double head_squares[HEADS_MOST];
     /* Sums of the products of 1, cosine and sine of R1. */
     double density[LINE_PARTS * (LINE_PARTS + 1) / 2];
+    /* Sum of the squares of all combinations of the residuals. */
     double squares;
 };
 

@@ -53,7 +53,7 @@ void console_prepare(struct console *console, struct application *application,
 /* Accepts one character from the port; `character` is 0 if the port lost characters. */
 void console_receive(struct console *console, uint8_t character);
 
-/* Prints output without a command: telemetry, and a part of a dump. */
+/* Prints output without a command: telemetry, a part of a dump, and the answers of flash operations that have ended. */
 void console_step(struct console *console);
 /* Tells whether the console has more to print at once. */
 bool console_busy(const struct console *console);

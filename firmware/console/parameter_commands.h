@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Shows and sets parameters. The pins trigger, sync, probe and compare have commands of their own, which also
-   print the state of their unit in the core. */
+/* Shows and sets parameters. The pins trigger, sync, probe and compare have commands of their own; `probe` and
+   `compare` also print the state of their unit in the core. */
 
 #ifndef ARCTRUE_PARAMETER_COMMANDS_H
 #define ARCTRUE_PARAMETER_COMMANDS_H

@@ -16,7 +16,7 @@ enum {
     PARITY_DECIMALS = 3,
     LIST_DECIMALS = 6
 };
-/* One count as an s19.11 word. */
+/* One count as an s20.11 word. */
 #define PARITY_ONE ((double)(1 << ARCTRUE_CORRECTION_FRACTION))
 
 static void key(const struct text_sink *sink, const char *name) {

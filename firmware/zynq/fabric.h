@@ -23,7 +23,7 @@ enum fabric_state {
     FABRIC_SEND,
     FABRIC_SENDING,
     FABRIC_WAIT_FOR_DONE,
-    /* Final states: configured by this firmware, or before it started. */
+    /* Final states: configured by this firmware, or otherwise (before its start, or later over JTAG). */
     FABRIC_LOADED,
     FABRIC_CONFIGURED,
     /* Final states in which the fabric is not configured; each names the reason. */

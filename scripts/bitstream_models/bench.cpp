@@ -2,8 +2,9 @@
 //
 // Compares a design with the netlist that was decoded from its bitstream. Both get the same random levels and, if a
 // list of accesses is given, the same accesses; the bench compares all outputs before and after every rising edge. It
-// prints one line for each difference and a last line with counts; the exit code is 1 if an output differs. The
-// generated file lines.h describes the inputs.
+// prints a line for each of the first SHOWN differences, for each block and for each output that did not change, and a
+// last line with counts. Exit code 1: an output differs. 2: the arguments are wrong, or an access has no answer. The
+// generated file lines.h describes inputs and outputs.
 
 #include <cinttypes>
 #include <cstdint>

@@ -26,8 +26,8 @@ CLOCKS = 40_000
 
 
 def answered(accesses: list[Access]) -> list[Answer]:
-    """Return the answers that a correct core would give: stored coefficients, a correction,
-    samples."""
+    """Return answers that a correct core could give: the stored coefficients, and for every other
+    word the number of the access, except the sequence number of a capture."""
     held = dict.fromkeys(CORE.coefficients, 0)
     sequence = 0
     answers = []

@@ -49,7 +49,7 @@ def relabelled(texts: Mapping[str, str]) -> dict[str, str]:
 
 
 def cells_of(texts: Mapping[str, str], entity: str, above: str = "") -> Iterator[Cell]:
-    """Yield all cells below an instance of ``entity``; ``above`` is the path of the instance."""
+    """Yield all cells below an instance of ``entity``; ``above`` is its path with a final ``/``."""
     text = texts[entity]
     kinds = dict(SIGNAL.findall(text)) | {name: kind for name, kind, _ in PORT.findall(text)}
     registers = {

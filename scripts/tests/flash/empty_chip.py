@@ -35,7 +35,7 @@ class EmptyChip:
 
 @contextmanager
 def empty_chip(folder: Path, *options: str) -> Iterator[EmptyChip]:
-    """Start the emulator, and stop it when the ``with`` block ends."""
+    """Start the emulator with further ``options``, and stop it when the ``with`` block ends."""
     console, debugger = folder / "console", folder / "debugger"
     command = ["qemu-system-arm", "-M", "xilinx-zynq-a9", "-m", "2G", "-nographic"]
     command += ["-monitor", "none", "-serial", f"unix:{console},server=on,wait=on"]

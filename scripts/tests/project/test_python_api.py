@@ -1,4 +1,5 @@
-"""Tests that ``import arctrue as at`` loads few modules, and that the notebooks in docs/ run."""
+"""Tests the Python interface, ``import arctrue as at``: which modules the import loads, which data
+it accepts, and that the notebooks in docs/ run."""
 
 from __future__ import annotations
 

@@ -97,7 +97,7 @@ class Firmware:
         name : str
             Name of the parameter.
         value : float
-            Its value, in the unit of ``help parameters``.
+            Its value, as the command ``set`` of the console takes it.
 
         Raises
         ------

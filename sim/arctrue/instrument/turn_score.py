@@ -40,8 +40,8 @@ class TurnScore:
     degree, the noise of the readings and the steps of the counts. NaN if no single edge was
     kept."""
     amplitude_arcsec: Float
-    """Amplitudes of orders 1, 2, …, shape ``(64,)`` unless more orders are requested; NaN if a half
-    degree has no edge."""
+    """Amplitudes of orders 1, 2, …, shape ``(64,)`` unless another number of orders is requested.
+    NaN if a half degree has no edge."""
     edges: int
 
     @classmethod
