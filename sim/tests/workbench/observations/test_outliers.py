@@ -62,7 +62,7 @@ def test_each_single_wrong_row_is_masked_and_no_other() -> None:
     assert seen.capture is not None
     assert seen.capture.run.size == ROWS - wrong.size
     # The stated distance equals the added spike within five standard deviations of R₂ − R₁. The
-    # prediction of a row with neighbours on one side scatters 1.3 times as much.
+    # distance of a row that is predicted from one side scatters 1.3 times as much.
     for item in seen.masked:
         assert item.away_arcsec == pytest.approx(SPIKE_ARCSEC, abs=1.3 * 5.0 * 0.1 * np.sqrt(2.0))
 
