@@ -1,5 +1,4 @@
-"""Simulates logs of an hour that contain noise of many kinds and regular lines (sine waves in
-time).
+"""Simulates logs that contain noise of many kinds and regular lines (sine waves in time).
 
 The module uses plain numpy, and draws no noise from a kernel of the workbench.
 """

@@ -53,7 +53,7 @@ LACKING = {"cannot_be_tested", "look_alikes"}
 
 
 def tasks() -> list[Task]:
-    """Return the tasks of the first sets of the tier ``quick``, at least four of each world."""
+    """Return the tasks of the first sets of the tier ``quick``, six or seven of each world."""
     tier = TIERS["quick"]
     assert tier.seed is not None
     return set_tasks(tier.sets, tier.samples, tier.seed, "")[:SETS]

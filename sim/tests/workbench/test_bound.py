@@ -30,8 +30,8 @@ from arctrue.workbench.observations.build import observations_of
 Float = NDArray[np.float64]
 EFFECTS = built_in()
 TESTS = 19
-"""Number of effects that a diagnosis tests: the effects of the catalogue, except those of the
-model."""
+"""Number of effects that a diagnosis tests: the effects of the catalogue, except that of the model
+and the geometry of a mount, which needs a second axis."""
 SETS = 12
 LEAST = 9
 """Smallest accepted number of sets, of 12, in which the effect is found. At a rate of 95 %, fewer

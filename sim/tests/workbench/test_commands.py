@@ -237,7 +237,8 @@ def test_a_channel_without_an_unmasked_row_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_reference_of_one_row_is_diagnosed(tmp_path: Path) -> None:
-    """A part of the rows that the fit leaves out has no row if there is only one row."""
+    """The diagnosis leaves out a quarter of the rows at a time; with one row, some quarters are
+    empty."""
     rows = Reference(target_deg=np.array([15.0]), error_arcsec=np.array([2.0]))
     write_measurement_set(tmp_path / "one", MeasurementSet(Table(), reference=rows))
     done = _run("diagnose", tmp_path / "one", "--json", tmp_path / "one.json")

@@ -46,7 +46,7 @@ def test_hysteresis_is_named_with_the_reversal_error() -> None:
 
 
 def test_timing_skew_is_named_from_the_speeds() -> None:
-    # A skew of 2 µs causes 0.65″ at 90°/s, ten times the scatter of the index.
+    # A skew of 2 µs causes 0.65″ at 90°/s, seven times the assumed scatter of a run's offset.
     result = diagnosis_of(
         measurement_set(head2_only=lambda time, speed: speed * 2e-6 / np.pi * 648_000.0 + 0 * time)
     )
@@ -68,8 +68,8 @@ def test_an_effect_in_no_catalogue_is_unknown_with_its_parts() -> None:
 
 
 def test_too_small_to_matter_is_said_not_named() -> None:
-    # In 2,880 rows a small reversal error is significant, although it is less than half a count;
-    # the diagnosis lists the error as negligible.
+    # In 2,880 rows a reversal error of ±0.025″ is significant, although 0.025″ is less than half a
+    # count; the diagnosis lists the error as negligible.
     result = diagnosis_of(measurement_set(reversal_arcsec=0.05, cycles=60))
     assert result.verdict == "adequate"
     assert [item.name for item in result.negligible] == ["hysteresis"]

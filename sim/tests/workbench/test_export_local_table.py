@@ -152,8 +152,8 @@ def test_a_scratch_is_written_and_read_back(folder: Path, model: Path, tmp_path:
     reading = np.radians(np.linspace(PLACE_DEG - 3.0, PLACE_DEG + 3.0, 2001))
     taken = taken_off_arcsec(held.extension.local_table, TURN, reading)
     true = scratched(reading, reading, 0.0) - paper_error(reading, reading, 0.0)
-    # The fit has about 16 samples with 0.1″ of noise across the scratch, and the reading differs
-    # from the angle by 0.025°.
+    # In each turn the fit has about 16 samples with 0.1″ of noise across the scratch, and the
+    # reading differs from the angle by 0.025°.
     assert np.abs(taken - true).max() < 0.1 * abs(HEIGHT_ARCSEC)
     frames = [frame.split() for frame in load_frames(held) if frame.startswith("load points ")]
     points = [int(word) for frame in frames for word in frame[3:-1]]

@@ -110,7 +110,7 @@ def test_the_gateware_takes_the_model_away_in_every_turn(
     found = compensate(angles, angles, held, turns=turns).correction / 2048.0
     total_rad = 2.0 * np.pi * (turn + angles / COUNTS)
     exact = error_arcsec(total_rad) / ARCSEC_PER_COUNT
-    # Phases (to 2⁻²⁴ turn), cosines and amplitudes are rounded; with amplitudes of 24 counts in
+    # Phases (to 2⁻²⁴ turn), cosines and amplitudes are rounded; with amplitudes of 27 counts in
     # total, the error stays far below a tenth of a count.
     assert np.abs(found - exact).max() < 0.02
     seen = held.error_counts(angles + turn * COUNTS)
@@ -125,7 +125,7 @@ def test_the_bank_of_another_turn(observations: Observations) -> None:
     moved = held.from_turn(5)
     later = compensate(angles, angles, moved, turns=np.full(angles.size, 5))
     # If turn 0 is another turn, the gateware rounds the phase offset twice, by up to 2⁻²⁵ turn, at
-    # an amplitude of 12 counts.
+    # amplitudes of 27 counts in total.
     assert np.abs(first.correction - later.correction).max() <= 1
 
 

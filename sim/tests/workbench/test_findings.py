@@ -53,8 +53,8 @@ def test_two_causes_both_stand_by_themselves() -> None:
     # No finding's share includes the share of another finding, so that the sum of the shares is at
     # most about 1.
     assert sum(item.share_beyond for item in alone.values()) < 1.1
-    # An error of 0.8″ in each head is 0.64 arcsec² in the difference; the warming causes 1.9″ in
-    # one of the four runs.
+    # An error of 0.8″ in each head is 0.64 arcsec² in the difference; the warming causes a wave of
+    # 0.9″ in the difference, in one of the four runs.
     assert all(item.share_beyond > 0.1 for item in phases)
 
 

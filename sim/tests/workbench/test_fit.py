@@ -54,8 +54,8 @@ def test_noise_of_both_channels_and_the_truth_are_found() -> None:
     disc = np.linspace(0.0, 2.0 * np.pi, 100)
     found = solution.context.error_arcsec(disc)
     left = found - paper_error(disc, disc, 0.0)
-    # At 33° the heads magnify the noise of order 11 by a factor of 19, and of order 12 by a factor
-    # of 5; the reference run determines these orders.
+    # At 33° the heads magnify the noise of order 11 by a factor of 19; the reference run determines
+    # this order.
     assert np.max(np.abs(left - left.mean())) < 0.05
 
 

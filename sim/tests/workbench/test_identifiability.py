@@ -54,7 +54,7 @@ def test_weak_orders_are_the_weakest() -> None:
     reported = identifiability(
         fit([_graduation()], observations_of(measurement_set(reference=False)))
     )
-    # At 33° the heads magnify order 11 by a factor of 19, and orders 10 and 12 by a factor of 5.
+    # At 33° the heads magnify order 11 by a factor of 19, and the other 19 orders by less than 2.
     assert {name.split()[-1] for name in list(reported.weakest)[:2]} == {"11"}
     sigma = next(iter(reported.weakest.values()))
     rows = len(RUNS) * SAMPLES_A_TURN * TURNS
@@ -97,7 +97,7 @@ def test_smallest_effect_is_found_in_nearly_all_sets_and_half_of_it_in_fewer() -
             # As in the diagnosis, the noise is estimated again with the effect in the model.
             null = Null(residuals)
             found[size] += evidence(null, EFFECTS["hysteresis"](), {}).gain > 6.635
-    # 95 % of 25 are 23.75; fewer than 20 have p = 1/3,000. At 0.4 of the size 19 % are expected.
+    # 95 % of 25 are 23.75; fewer than 20 have p = 1/800. At 0.4 of the size 19 % are expected.
     assert found[1.0] >= 20
     assert found[0.4] <= 14
 

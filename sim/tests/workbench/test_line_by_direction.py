@@ -97,7 +97,7 @@ def test_a_line_that_is_the_same_both_ways_stays_one_line(order: float) -> None:
     effect, place, residuals = _found(_log(order, (6.0, 30.0), (6.0, 30.0), seed=2))
     assert effect.settings == {"by_direction": False}
     # The order of one line over one turn has the uncertainty √6·σ/(π·a·√n·turns) (Rife and
-    # Boorstyn). The tolerance contains five σ, and a hundredth of the resolution of a turn, to
+    # Boorstyn). The tolerance is nine σ; it is also a hundredth of the resolution of a turn, to
     # which the search finds the order.
     assert place["order"] == pytest.approx(order, abs=0.01)
     assert residuals.score(effect, place).gain > 100.0

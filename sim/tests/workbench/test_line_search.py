@@ -55,7 +55,7 @@ def _mount(seed: int, rows: int = 3000, step_s: float = 0.65) -> tuple[np.ndarra
 @pytest.mark.parametrize("size_arcsec", [3.0, 40.0, 400.0])
 def test_a_rate_is_known_to_its_own_uncertainty(size_arcsec: float) -> None:
     """A sine in white noise has σ_f = √6·σ/(π·T·A·√N) (Rife and Boorstyn, IEEE Trans. Inf. Theory
-    20 (1974) 591): the frequency of a line of 400 σ is known to 10⁻⁵ of 1/T."""
+    20 (1974) 591): the frequency of a line of 400 σ is known to 5·10⁻⁵ of 1/T."""
     random = np.random.default_rng(11)
     rows, step_s, rate = 1500, 0.4, 0.0731
     time_s = np.arange(rows) * step_s

@@ -25,8 +25,7 @@ TRUTH = {"frequency": FREQUENCY, "order": ORDER, "place": PLACE, "width": WIDTH}
 
 
 def _error(disc, temperature, speed):  # type: ignore[no-untyped-def]
-    # The amplitudes of the orders are small, so that reading and true angle differ by less than
-    # 0.001°.
+    # The errors are small, so that reading and true angle differ by little more than 0.001°.
     away = np.degrees((disc - np.radians(PLACE) + np.pi) % (2.0 * np.pi) - np.pi)
     return 1.0 * np.cos(disc) + HEIGHT * np.exp(-0.5 * (away / WIDTH) ** 2)
 

@@ -156,8 +156,8 @@ def test_calibration_error_of_a_known_curve() -> None:
     assert len(reliability([0.5] * 4, [True] * 4)) == 4
     found = calibration_error(stated, right)
     assert found.value == pytest.approx((0.9 - 1 / 3) / 10)
-    # A resample distributes the right answers unevenly over the bins, which can only increase such
-    # a small calibration error.
+    # A resample distributes the right answers unevenly over the bins, which nearly always increases
+    # such a small calibration error.
     assert 0.0 < found.low < found.high < 0.5
 
 
@@ -290,8 +290,8 @@ def test_page_tells_goals_of_probabilities_and_the_words_of_an_error() -> None:
     text = benchmark_page(header_of(sets=2), scored([right, failed]))
     assert "0.900 of all that the oracle sees, 0.900 of that in the catalogue (goal ≥ 0.470" in text
     assert "| calibration error, simulated | ≤ 0.03 | **0.100** (0.100 … 0.100) |" in text
-    # The only answer is right, but the best constant states a higher probability than this answer:
-    # the gain is log 0.9 − log 0.999.
+    # The only answer with a probability is right, but the best constant states a higher probability
+    # than this answer: the gain is log 0.9 − log 0.999.
     assert "constant, simulated | > 0 | **-0.104** (-0.104 … -0.104) |" in text
     assert "(0.900, goal ≥ 0.470)" in text.split("Missed:")[0]
     assert "calibration error, simulated (0.100, goal ≤ 0.03)" in text.split("Missed:")[1]

@@ -123,7 +123,7 @@ def test_subdivision_is_that_of_its_harmonics() -> None:
 
 def test_noise_is_that_of_the_transfer_function() -> None:
     """The simulated noise equals the noise that the transfer function predicts. The mean comes from
-    8 draws; the bound is 4 standard deviations of the mean square, of which two thirds come from
+    8 draws; the bound is 4 standard deviations of the mean square, nearly all of which comes from
     order 11."""
     gain = noise_gain(ORDERS, HEAD_SEPARATION_RAD)
     expected = NOISE_ARCSEC**2 * 4.0 / SAMPLES * np.sum(gain**2)

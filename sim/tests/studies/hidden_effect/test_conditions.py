@@ -29,8 +29,9 @@ enlarges the latency, so that the error has 28 counts at the small scale too."""
 LAG_CLOCKS = 1.5 * (1 << 14) + 9 + 600
 """Largest lag of the modulator in clocks.
 
-docs/entities/table_speed.md gives one and a half windows and a period of A and B (9 clocks at half
-the speed); docs/entities/table_conditions.md gives the division and two sweeps, below 600 clocks.
+docs/entities/table_speed.md gives one and a half windows, a period of A and B (9 clocks at half the
+speed) and a division; docs/entities/table_conditions.md gives two sweeps. Division and sweeps
+together take at most 600 clocks.
 """
 
 
@@ -93,8 +94,8 @@ def test_three_of_them_and_heat_at_once(tmp_path: Path) -> None:
     """In a warm backward turn with a changing speed, the error of the corrected output is at most
     the sum of the bounds of the single effects.
 
-    The lobes follow the speed squared with the same lag as the latency; their error is a sixth of
-    the latency's error and changes twice as fast with the speed.
+    The lobes follow the speed squared with the same lag as the latency; their error is a quarter
+    of the latency's error and changes twice as fast with the speed.
     """
     result = run_small("all_at_once", tmp_path)
     added = [step.effect for step in result.diagnosed.ladder if step.action == "add"]

@@ -69,8 +69,7 @@ def test_an_input_is_drawn_alike_in_every_case() -> None:
 def test_white_noise_alone_is_covered_and_what_is_not_stated_is_not() -> None:
     trials = [run_trial(task("noise", seed)) for seed in range(25)]
     # χ² of two components has the mean 2, and the mean of 25·32 values scatters by 2/√800 = 0.07.
-    # Because only eight lines of the spectrum determine the noise at each order, the mean rises by
-    # about a tenth.
+    # Because 96 lines of the spectrum determine the noise at each order, the mean rises by 1/95.
     assert np.mean([item["square"] for item in trials]) == pytest.approx(2.0, abs=0.5)
     moved = [run_trial(task("radial_motion", seed))["square"] for seed in range(25)]
     # 0.03 µm at a radius of 54 mm are 0.1″, about the noise of an order; the calibration does not

@@ -65,8 +65,8 @@ def test_a_pause_is_short_for_the_motion_and_long_for_the_heat() -> None:
 
 def test_the_side_of_approach() -> None:
     course = Course.over(LEGS)
-    # The reversal is at the end of the pause. Five degrees later the friction acts in the other
-    # direction.
+    # The table reverses after the pause at turn 1.5; 15° later its side of approach is the other
+    # one.
     instants = [course.time_at_turn(turn) for turn in (0.5, 1.49, 1.5, 1.5 + 15 / 360, 1.9)]
     direction = course.state(np.array(instants)).direction
     assert direction == pytest.approx([1, 1, 1, -1, -1])

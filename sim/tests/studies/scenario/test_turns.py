@@ -70,9 +70,9 @@ def test_score_of_edges_at_uneven_places_is_that_of_their_cosines() -> None:
     score = TurnScore.of_edges(angle, 3.0 + waves, 1.0)
     expected = np.zeros(64)
     expected[[1, 63]] = 1.5, 0.25
-    # In a part of half a degree, the mean place of about 550 edges differs from the centre by 0.004
-    # of the part. This difference causes an error of 1.5 · 2 · 4e-5 for order 2 and of 0.25 · 64 ·
-    # 4e-5 for order 64; the signs of the differences halve it.
+    # In a part of half a degree, the mean place of about 550 edges differs from the centre by 0.012
+    # of the part, 1.1e-4 rad. This difference changes the mean error of a part by up to 0.25 · 64 ·
+    # 1.1e-4 = 1.7e-3 (order 64); the 720 differences largely cancel in an amplitude.
     np.testing.assert_allclose(score.amplitude_arcsec, expected, atol=1e-3)
     assert score.mean_arcsec == pytest.approx(2.0, abs=5e-3)
     # The RMS is taken about the mean of the parts, which differs by 0.0023 from the mean of the
@@ -185,8 +185,8 @@ def test_a_gain_of_the_autocollimator() -> None:
 @pytest.mark.parametrize(
     ("offset_m", "tilt_arcsec", "amplitude_arcsec"),
     [
-        # The value follows from equation (14) of the paper. An encoder with the same offset from
-        # its axis would have an error of 2.06″.
+        # The value follows from equation (14) of the paper. An encoder of 30 mm radius with the
+        # same offset from its axis would have an error of 2.06″.
         (0.3e-6, 0.0, 8 * 0.3e-6 * 0.03e-6 / 10e-3**2 * 206_265),
         (0.0, 60.0, 60.0 * np.sin(np.deg2rad(2.0))),
     ],

@@ -1,7 +1,7 @@
 """Tests of each physical cause against a first-order formula derived by hand.
 
 The formulas neglect (e/R)², where e is the largest displacement and R the radius of the disc. The
-neglected part is 7e-5″ at 1 µm; it is the bound of each test that states no other bound.
+neglected part is 7e-5″ at 1 µm; tests of such formulas therefore allow ``TOLERANCE_RAD``, 1e-4″.
 """
 
 from __future__ import annotations
@@ -276,7 +276,7 @@ def test_a_polygon_before_a_rolled_autocollimator_by_the_law_of_reflection() -> 
 
 def test_an_autocollimator_does_not_see_that_the_polygon_is_off_the_axis() -> None:
     """An autocollimator does not see a polygon off the axis: equation (14) gives 8sh/H²·ρ =
-    0.00015″ for an offset of 0.3 µm; an encoder with this offset would have 2.06″."""
+    0.00015″ for an offset of 0.3 µm; an encoder of 30 mm radius would then have 2.06″."""
     cause = PolygonMounting(0.3e-6, 0.03e-6, 10e-3, 0.0, np.deg2rad(1.0), 0.0)
     still = np.zeros(ANGLE.size)
     made = cause.instrument_error_rad(Stations(conditions(), np.zeros(ANGLE.size, int)), still)

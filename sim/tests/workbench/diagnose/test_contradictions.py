@@ -139,7 +139,7 @@ def test_a_line_that_keeps_to_the_schedule_of_the_visits_is_none_in_time() -> No
     assert "192 s" in reported
     assert _of_line(3.0 / 192.0 + 0.1 / 1920.0) is not None
     # The rule accepts a line that is half a resolution of ten visits away from this frequency,
-    # because the line drifts against the visits. It refuses a much slower line.
+    # because the line drifts against the visits. It also accepts a much slower line.
     assert _of_line(1.0 / 192.0 + 0.5 / 1920.0) is None
     assert _of_line(0.1 / 1920.0) is None
     # If the visits are in mixed order, or each station is visited once, the visits have no

@@ -178,8 +178,8 @@ def test_noise_with_many_columns_is_little_known(
     gain: float, rank: int, freedom: float, is_named: bool
 ) -> None:
     """The noise of a channel with many columns is hardly known: with 48 readings, 23 face errors
-    leave 25 degrees of freedom, and F(23, 25) = 2.2 has a probability of 3 %; with known noise it
-    would be 10⁻⁴."""
+    leave 25 degrees of freedom, and F(23, 25) = 2.3 has a probability of 2 %; with known noise it
+    would be 2·10⁻⁴."""
     item: Any = SimpleNamespace(
         name="x",
         evidence=SimpleNamespace(score=SimpleNamespace(gain=gain, rank=rank)),

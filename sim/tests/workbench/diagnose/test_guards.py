@@ -1,4 +1,4 @@
-"""Tests each guard of the diagnosis alone; ``make mutate`` removes a guard and runs this file.
+"""Tests each guard of the diagnosis alone; ``make mutate`` removes a guard and runs its test.
 
 Small numbers and small sets keep each test below a few seconds.
 """

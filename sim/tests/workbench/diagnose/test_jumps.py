@@ -63,9 +63,9 @@ def test_a_knock_of_the_stand_with_a_capture(size_arcsec: float) -> None:
     (jump,) = found.findings.steps
     assert jump.time_s == pytest.approx(4.0 * int(0.6 * count), abs=8.0)
     assert abs(jump.size_arcsec - size_arcsec) < WITHIN_U * jump.sigma_arcsec
-    # Only 115 of the 288 readings with 0.15″ of noise come after the step, and a drift is fitted
-    # together with the step. The search for the noise stops at a ten-thousandth of the scatter that
-    # was estimated without the step.
+    # Only about 115 of the 288 readings with 0.15″ of noise come after the step, and a drift is
+    # fitted together with the step. The search for the noise stops at a ten-thousandth of the
+    # scatter that was estimated without the step.
     most = max(3.0 * REFERENCE_NOISE / np.sqrt(115.0), 2e-4 * abs(size_arcsec))
     assert jump.sigma_arcsec < most
     assert any("something jumped at" in text for text in sentences(found)[:1])

@@ -1,5 +1,5 @@
-"""Tests that the measurement that a diagnosis requests separates the effects of the class; each
-test simulates this measurement and adds it to the set."""
+"""Tests that the measurement that a diagnosis requests separates the effects of the class once its
+simulated rows are added to the set; tests of the rows and kinds of such measurements."""
 
 from __future__ import annotations
 

@@ -61,7 +61,8 @@ def test_orders_of_one_pattern(orders: list[float], is_one: bool) -> None:
 
 @pytest.mark.parametrize(("orders", "is_one"), [([30.0, 42.0], True), ([30.0, 34.0], False)])
 def test_two_orders_and_a_local_defect(orders: list[float], is_one: bool) -> None:
-    """Two orders form one pattern if their common divisor is five or more."""
+    """Two orders and a local defect form one pattern if the common divisor of the orders is five or
+    more."""
     assert (one_pattern(orders, places=1) is not None) == is_one
     assert one_pattern(orders) is None
 

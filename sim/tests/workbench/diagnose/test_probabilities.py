@@ -254,7 +254,8 @@ def test_verdicts_without_a_name_agree_with_their_probabilities() -> None:
     strange = _posterior("unknown", fits, product=_candidate("product_of_parts", 950.0, 1e-12))
     assert max(strange, key=strange.__getitem__) == "unknown"
     silent = _posterior("cannot_tell", fits)
-    # The set cannot test two of the three effects, which therefore keep their prior probability.
+    # With this verdict every effect keeps its prior probability; here the catalogue has three
+    # effects, two of which the set cannot test.
     assert silent["latency"] == pytest.approx(prior(3))
     assert silent["none"] == pytest.approx(PRIOR_NONE)
 
@@ -325,8 +326,8 @@ def test_no_verdict_contradicts_its_probabilities() -> None:
 
 
 def test_a_class_of_one_effect_with_one_percent_is_no_class() -> None:
-    """A vibration with one percent of the probability forms no class: at a single speed, a
-    half-integer order, which is unknown to the catalogue, is a hundred times as likely."""
+    """A vibration with less than one percent of the probability forms no class: at a single speed,
+    a half-integer order, which the catalogue lacks, is over a hundred times as likely."""
     said = {"vibration": 0.0063, "unknown": 0.9937, "none": 0.0}
     assert _verdict("ambiguous", ["vibration"], said) == "unknown"
     # The more probable of the two becomes the answer; several similar effects share their

@@ -137,7 +137,7 @@ def test_a_jump_is_reported_as_a_jump() -> None:
     assert found.verdict != "adequate"
     assert found.findings.causes == ()
     (jump,) = found.findings.steps
-    # The search averages rows, so that the instant is known only to one averaged row.
+    # The jump lies between two rows, which are 1.2 s apart; the tolerance is two rows.
     assert jump.time_s == pytest.approx(700.0, abs=2.0 * STEP_S)
     assert jump.size_arcsec == pytest.approx(3.0, abs=0.1)
     assert any("jumped at" in text for text in sentences(found))

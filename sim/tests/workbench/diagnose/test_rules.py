@@ -113,7 +113,7 @@ def test_rows_that_are_off_at_the_end_of_a_run_are_no_slip(rows: int) -> None:
 
 def test_many_faces_win_over_the_one_order_that_they_contain() -> None:
     """The diagnosis names the faces of a polygon, whose errors by chance contain a part of order 4;
-    the other 19 sizes cannot be explained by chance."""
+    the other sizes cannot be explained by chance."""
     found = _weak("polygon_face_error", 0.1, 50_000)
     assert found.named is not None
     assert found.named.name == "polygon_face_error"
@@ -121,8 +121,8 @@ def test_many_faces_win_over_the_one_order_that_they_contain() -> None:
 
 def test_weak_distortions_are_not_charged_for_multiples_that_are_not_there() -> None:
     """Weak distortions get no penalty for multiples that the set does not contain; it contains only
-    the first two multiples. With four multiples, the effect would have four more columns, which fit
-    noise."""
+    the first two multiples. With four multiples, the effect would have eight more columns, which
+    fit noise."""
     found = _weak("subdivision_error", 0.015, 50_000)
     assert found.named is not None
     assert found.named.name == "subdivision_error"

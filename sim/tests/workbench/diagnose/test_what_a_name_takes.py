@@ -237,8 +237,8 @@ def test_a_line_that_other_blocks_predict_keeps_its_name_where_slow_noise_is_lar
 
 
 def test_a_fall_in_one_channel_makes_up_for_a_rise_in_another() -> None:
-    """The rule compares the sum over both channels: if two causes are missing, a model with one of
-    them may leave a larger residual in the channel of the other."""
+    """The rule averages the relative change over both channels: if two causes are missing, a model
+    with one of them may leave a larger residual in the channel of the other."""
     before, after = _left(1.254, reference=3.63), _left(0.144, reference=4.41)
     assert makes_it_worse(_case(before, after)) is None
 

@@ -2,8 +2,8 @@
 
 The disc's centre C moves in the frame. Head i stands at R·(cos pᵢ, −sin pᵢ). When the disc has
 turned by θ, the head reads it at ψᵢ = θ − arg(hᵢ − C), which is θ + pᵢ without motion. The reading
-is ψᵢ plus the disc's error there, in whole counts from the index; each run's zero is wrong by −1, 0
-or +1 count.
+is ψᵢ plus the disc's error there, in whole counts from the index; in each run the zero of each head
+is wrong by −1, 0 or +1 count.
 """
 
 from __future__ import annotations

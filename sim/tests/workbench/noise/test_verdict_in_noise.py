@@ -65,8 +65,8 @@ def test_a_wandering_reference_gets_no_name(seed: int) -> None:
 
 
 def test_a_reversal_stands_out_of_a_wandering_reference() -> None:
-    """The diagnosis names the reversal error although a pass over 24 stations is about as long as
-    the correlation time of the noise."""
+    """The diagnosis names the reversal error although a pass over 24 stations takes half of the
+    correlation time of the noise."""
     made = measurement_set(reversal_arcsec=0.8, cycles=10)
     result = diagnosis_of(_with_wandering_reference(made, 3))
     assert result.named is not None
@@ -74,8 +74,8 @@ def test_a_reversal_stands_out_of_a_wandering_reference() -> None:
 
 
 def test_a_slip_is_not_taken_for_slow_noise() -> None:
-    """The diagnosis names a slip if half of a run lies 12 counts higher. Slow noise that is
-    estimated without the slip would also explain these rows."""
+    """The diagnosis names a slip if 2,100 of the 3,600 rows of a run lie 12 counts higher. Slow
+    noise that is estimated without the slip would also explain these rows."""
     made = _with_slow_capture(measurement_set(), 5)
     assert made.capture is not None
     run = made.capture.run

@@ -51,7 +51,8 @@ def test_a_good_set_keeps_every_row() -> None:
 
 
 def test_each_single_wrong_row_is_masked_and_no_other() -> None:
-    # The first and the last seven rows of a run have neighbours on only one side.
+    # The first and the last five rows of a run are predicted from one side only, and the next two
+    # rows from fewer rows than the others.
     run = ROWS // 4
     ends = np.array([0, 2, 6, run - 7, run - 2, 2 * run - 1, 2 * run + 1])
     wrong = np.random.default_rng(3).choice(ROWS // 10, 40, replace=False) * 10 + 9
@@ -61,7 +62,7 @@ def test_each_single_wrong_row_is_masked_and_no_other() -> None:
     assert seen.capture is not None
     assert seen.capture.run.size == ROWS - wrong.size
     # The stated distance equals the added spike within five standard deviations of R₂ − R₁. The
-    # prediction of a row with neighbours on one side scatters 1.3 times as much.
+    # distance of a row that is predicted from one side scatters 1.3 times as much.
     for item in seen.masked:
         assert item.away_arcsec == pytest.approx(SPIKE_ARCSEC, abs=1.3 * 5.0 * 0.1 * np.sqrt(2.0))
 
@@ -141,8 +142,8 @@ def test_outliers_of_both_signs_do_not_vouch_for_each_other() -> None:
 
 
 def test_what_comes_again_at_the_same_angle_is_kept() -> None:
-    """Rows with dirt on the disc are kept: dirt that is narrower than the distance of two rows
-    shows in both heads in every revolution."""
+    """Rows with dirt on the disc are kept: dirt that spoils only a few rows (its standard deviation
+    is one row) shows in both heads in every revolution."""
 
     def dirty(disc: NDArray[np.float64], temperature: object, speed: object) -> object:
         away = np.angle(np.exp(1j * (disc - 1.0)))

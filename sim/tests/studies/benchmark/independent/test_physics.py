@@ -60,8 +60,8 @@ SWEEP = Sweep(0, 100.0, 0.4, OMEGA, np.linspace(0.0, 24.0, 1500, endpoint=False)
 THETA = 0.4 + OMEGA * SWEEP.time_s
 TIME_S = 100.0 + SWEEP.time_s
 SECOND_ORDER = 1e-6
-"""Tolerance in arcseconds for terms of second order, which the equations neglect: 1″ is 5·10⁻⁶ rad,
-so that the product of two such errors is about 10⁻⁵ of one of them."""
+"""Tolerance in arcseconds where the terms of second order, which the equations neglect, are smaller
+than this."""
 Float = NDArray[np.float64]
 
 
@@ -107,7 +107,7 @@ def test_axis_motion_is_seen_as_x_sin_alpha_and_y_cos_alpha() -> None:
     x = 0.8 * (np.cos(2 * THETA) - 0.3 * np.sin(5 * THETA))
     y = 0.8 * (-0.5 * np.sin(2 * THETA) + np.cos(5 * THETA))
     expected = arcsec_of_um(x * np.sin(ALPHA) + y * (np.cos(ALPHA) - 1))
-    # 1 µm divided by the radius is 2·10⁻⁵, so that the equations neglect up to 10⁻⁴ of 4″.
+    # 1 µm divided by the radius is 2·10⁻⁵; the equations neglect up to 2.5 times this share of 4″.
     np.testing.assert_allclose(difference(cause), expected, rtol=0, atol=2e-4)
     np.testing.assert_allclose(
         (reading(1, [cause]) - THETA) / ARCSEC, arcsec_of_um(y), rtol=0, atol=2e-4
@@ -211,7 +211,7 @@ def test_a_defect_is_seen_twice_alpha_apart_with_opposite_signs() -> None:
 def test_sectors_and_fast_lobes_are_on_the_disc() -> None:
     wave = np.sign(np.sin(5 * (THETA + ALPHA) + 0.3)) - np.sign(np.sin(5 * THETA + 0.3))
     found = difference(Sectors(0.6, 5, 0.3))
-    # A row within 2″ of an edge may be on either side of the edge.
+    # A row within 2″ of an edge could be on either side of the edge; the sweep has no such row.
     np.testing.assert_allclose(found, 0.6 * wave, rtol=0, atol=SECOND_ORDER)
     fast = replace(SWEEP, speed_rad_s=3 * OMEGA)
     angle = 0.4 + 3 * OMEGA * SWEEP.time_s

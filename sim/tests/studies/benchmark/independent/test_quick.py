@@ -65,8 +65,8 @@ def tasks() -> list[Task]:
 def judged_tasks(world: str) -> list[Task]:
     """Return the tasks of a world except those in NOT_YET.
 
-    In every second world a set with a cause comes first; in the other worlds a set without a cause
-    comes first.
+    In every second world the order is reversed, so that a set with a cause comes first; in the
+    other worlds a set without a cause comes first, if the world permits such sets.
     """
     found = [task for task in tasks() if task["world"] == world and task["seed"] not in NOT_YET]
     return found[::-1] if list(independent_worlds()).index(world) % 2 == 0 else found

@@ -139,7 +139,7 @@ def test_a_driven_oscillation_is_unknown_with_its_frequency(
     answer: dict[str, Any], expected: str, falsely_named: bool
 ) -> None:
     """The right answer to a driven oscillation of 0.1 Hz, with half power at ± 0.01 Hz, is
-    "unknown", because every name of the catalogue is wrong."""
+    "unknown" with a frequency in this range; every name of the catalogue is wrong."""
     found = judged(answer, oscillation(0.1, 0.01))
     assert (found.outcome, found.falsely_named) == (expected, falsely_named)
 
