@@ -288,7 +288,7 @@ def test_vivado_constraints_are_whole_tcl(top: str, expected: set[str]) -> None:
 
 def test_the_clock_of_the_identifier_is_the_one_that_the_entity_makes() -> None:
     """Vivado's file states the same divided clock as the entity's generic, and the limit of each
-    path is less than half a period of this clock."""
+    path is at most a quarter of this clock's period."""
     entity = (ROOT / "rtl" / "top" / "chip_dna.vhd").read_text(encoding="utf-8")
     found = re.search(r"CLOCKS_PER_HALF\s*: positive[^:]*:= (\d+)", entity)
     assert found is not None

@@ -348,6 +348,6 @@ def test_a_ram_with_all_its_pins_driven_is_counted(tmp_path: Path) -> None:
 def test_only_the_lowest_dsp_of_a_column_has_no_cascade(
     tile: str, name: str, pin: str, none: bool
 ) -> None:
-    """A cascade input has no source only in the lowest DSP of a column, because the DSP below
-    drives it (UG479)."""
+    """A cascade input has no source only in the lowest DSP of a column; in every other DSP, the DSP
+    below drives it (UG479)."""
     assert has_no_source(tile, name, pin) is none

@@ -13,7 +13,7 @@ PLACES = np.deg2rad([0.0, 64.3, 177.0, 257.9])
 
 
 def test_parity_holds_no_motion() -> None:
-    """For random motions of the axis with 54 counts (2 µm) RMS in each direction, the parity
+    """For random motions of the axis with 54 counts (1.1 µm) RMS in each direction, the parity
     contains only the rounding of readings and weights."""
     weights = parity_weights(PLACES)
     assert weights.sum() == 0
@@ -33,7 +33,7 @@ def test_three_heads_have_no_parity() -> None:
 
 
 def test_a_motion_of_half_a_micrometre_is_no_step_and_64_counts_are() -> None:
-    """A motion of the axis of 13.4 counts (half a micrometre) and an eccentricity of 1.9 counts,
+    """A motion of the axis of 13.4 counts (0.27 µm) and an eccentricity of 1.9 counts,
     each in a random direction, are no step. An additional step of one head by at least
     2·STEP_COUNTS is attributed to this head."""
     rng = np.random.default_rng(2)
