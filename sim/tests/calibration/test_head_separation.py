@@ -14,7 +14,7 @@ from arctrue.measurement import Capture, MeasurementSet
 from .synthetic import ARCSEC, COUNTS, Disc, capture_of, polygon_of, set_of, turn_angles
 
 MOVED_COUNTS = 492
-"""Shift of the index by 10 µm at a radius of 53.975 mm, in counts: 38.2″ at 2²⁴ counts per turn."""
+"""Shift of the index in counts: 38.0″ at 2²⁴ counts per turn, about 10 µm at the disc's radius."""
 DISC = Disc({1: (95.0, -1.9), 2: (0.8, 2.0), 8: (0.3, 1.0), 11: (0.6, 0.7)})
 STRONG = Disc({1: (95.0, -1.9), 11: (12.0, 0.7)})
 """A disc with 12″ of order 11, large enough for the harmonics to determine α."""

@@ -48,7 +48,7 @@ QUANTISED_ARCSEC = 0.005
 The error has four sources. Weights are rounded to 2⁻¹⁷ of readings that differ by 285″ (0.002″),
 and offsets to 1/32 count per head (0.0024″). The lanes (one per harmonic), with 5″ at order 2, are
 evaluated at the reading of the carrier, the head whose counts the output follows; this reading is
-rounded to a count (10⁻⁶″). The 8 lanes are rounded to 2⁻¹² count each.
+rounded to a count (10⁻⁶″). Each of the up to 12 lanes is rounded to 2⁻¹² count.
 """
 
 

@@ -22,8 +22,8 @@ SECTORS = 4
 
 
 class DeviceWithFlash(Device):
-    """A device with a flash. The flash controller's clock advances by 20 ms with each output of the
-    device, so that an erase (520 ms) ends soon."""
+    """A device with a flash. The flash controller's clock advances by 20 ms in each round of the
+    device's loop, so that an erase (520 ms) ends soon."""
 
     chip: Chip
 

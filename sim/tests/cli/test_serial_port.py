@@ -52,8 +52,8 @@ class Device(threading.Thread):
 
 
 def firmware_like(line: str) -> tuple[float, str]:
-    """Return ``ok`` for the console's commands load and help, and the console's error message for
-    every other line."""
+    """Return the console's answer: the state for ``load status``, ``ok`` for every other load
+    command and for help, and the error message for any other line."""
     if line == "load status":
         return 0.0, "load active\r\nloaded_order 3\r\nok\r\n"
     if line.startswith(("load", "help")):

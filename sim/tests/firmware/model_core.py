@@ -191,7 +191,7 @@ class ModelCore:
         self.set("snapshot.head2_angle", angle)
 
     def stand_at(self, position: int, angle: int) -> None:
-        """Set the corrected position and angle; set head 1 to the same position and angle."""
+        """Set the corrected position and angle, and the position of head 1."""
         for head in ("head1", "corrected"):
             self.set(f"snapshot.{head}_position", position)
         self.set("snapshot.corrected_angle", angle)

@@ -712,8 +712,8 @@ def test_it_waits_for_the_index_of_further_heads() -> None:
 
 
 def test_a_further_head_without_an_index_holds_nothing_up_for_long() -> None:
-    """The firmware does not wait long for head 4, which shows no index. After a whole turn of head
-    1 the firmware corrects head 1 alone, as with two heads."""
+    """The firmware does not wait long for heads 3 and 4, which show no index. After a whole turn of
+    head 1 the firmware corrects head 1 alone, as with two heads."""
     firmware = four_heads()
     firmware.core.set("heads_status", 0b0011 << 8)
     firmware.step(3)

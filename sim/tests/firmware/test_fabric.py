@@ -13,7 +13,7 @@ from sim.tests.firmware.library import firmware
 from sim.tests.firmware.zynq_model import AT, CONFIGURED, ZynqModel, bitstream, image
 
 STEPS_MOST = 3_000_000
-"""Largest number of steps of 1 µs; the loader's longest wait is 2 s."""
+"""Largest number of steps. A register read takes 5 µs; the loader's longest wait is 2 s."""
 
 
 def load(model: ZynqModel) -> tuple[str, Any]:

@@ -130,8 +130,7 @@ def _random(seed: int, clocks: int, marker_rate: float, limit: int, rate: int) -
     )
 
 
-# LARGEST is the largest sum of 64 lanes and the offset, if the error of each cosine is one unit of
-# its last bit.
+# LARGEST is the largest sum of 64 lanes and the offset, if each cosine is larger than 1 by 2⁻¹⁴.
 LARGEST = 64 * (8192 * COUNT + COUNT // 2) + 8192 * COUNT
 
 SCENARIOS = [

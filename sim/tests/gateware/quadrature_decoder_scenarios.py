@@ -55,7 +55,7 @@ class Scenario:
     segments: list[Segment]
     counts_per_rev: int
     start: int = 0
-    """Place of the disc at the start, in counts from the index."""
+    """Place of the disc at the start, in counts from the edge at count 0."""
     index_at: Fraction = Fraction(0)
     """Distance in counts from the edge of A or B at count 0 to the index edge; 0: both coincide."""
     index_width: Fraction = Fraction(1)
@@ -77,7 +77,7 @@ class Stimuli:
     """Inputs of the entity by name."""
     timestamp: NDArray[np.uint64] = field(repr=False)
     place: NDArray[np.int64] = field(repr=False)
-    """Place of the disc in each clock, from the index of turn 0, in 1 / UNITS count."""
+    """Place of the disc in each clock, from the edge at count 0, in 1 / UNITS count."""
 
     mark_scatter: NDArray[np.int64] = field(
         repr=False, default_factory=lambda: np.zeros(0, np.int64)
@@ -86,8 +86,8 @@ class Stimuli:
 
     @property
     def count(self) -> NDArray[np.int64]:
-        """Return the true count: the number of edges of A and B between the index of turn 0 and the
-        place."""
+        """Return the true count: the number of edges of A and B after the edge at count 0, up to
+        the place."""
         return self.place // UNITS
 
 

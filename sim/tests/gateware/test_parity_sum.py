@@ -13,8 +13,8 @@ PLACES = np.deg2rad([0.0, 64.3, 177.0, 257.9])
 
 
 def test_parity_holds_no_motion() -> None:
-    """For random motions of the axis with 54 counts (2 µm) RMS in each direction, the parity
-    contains only the rounding of readings and weights."""
+    """For random motions of the axis with 54 counts (2 µm at a radius of 100 mm) RMS in each
+    direction, the parity contains only the rounding of readings and weights."""
     weights = parity_weights(PLACES)
     assert weights.sum() == 0
     assert np.abs(weights).max() <= WEIGHT_ONE
@@ -33,8 +33,8 @@ def test_three_heads_have_no_parity() -> None:
 
 
 def test_a_motion_of_half_a_micrometre_is_no_step_and_64_counts_are() -> None:
-    """A motion of the axis of 13.4 counts (half a micrometre) and an eccentricity of 1.9 counts,
-    each in a random direction, are no step. An additional step of one head by at least
+    """A motion of the axis of 13.4 counts (0.5 µm at a radius of 100 mm) and an eccentricity of 1.9
+    counts, each in a random direction, are no step. An additional step of one head by at least
     2·STEP_COUNTS is attributed to this head."""
     rng = np.random.default_rng(2)
     for _ in range(2000):

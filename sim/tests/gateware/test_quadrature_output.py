@@ -272,7 +272,7 @@ def test_cannot_keep_up_is_set_beyond_the_limit_and_stays() -> None:
     flag = trace.cannot_keep_up
     assert not flag[:70].any()
     assert flag[75:110].all()
-    # The clear in clock 110 resets the flag. A lag of 9 counts is permitted; a lag of -10 counts
+    # The clear in clock 110 resets the flag. A lag of -9 counts is permitted; a lag of -10 counts
     # sets the flag.
     assert not flag[111:190].any()
     assert flag[-1]

@@ -1,5 +1,5 @@
-"""Tests the correction tables for other controllers; each test uses a model of the controller's
-interpolation, which this module contains.
+"""Tests the correction tables for other controllers, with models of the controllers' interpolation,
+which this module contains.
 
 The models follow the controllers' own sources step by step, one angle at a time: LinuxCNC's
 compute_screw_comp (src/emc/motion/control.c) and the sign of type 0 (docs, ini-config: "actual

@@ -77,8 +77,8 @@ def test_false_findings_are_as_frequent_as_stated() -> None:
     most = stats.binom.ppf(1.0 - SURE, number, alpha)
     least = stats.binom.ppf(SURE, number, alpha)
     assert false <= most
-    # Bonferroni's bound for five independent series exceeds the true rate by about α². ``least``
-    # shows that the true rate is not far below the stated one.
+    # Bonferroni's bound for five independent series exceeds the true rate by less than α².
+    # ``least`` shows that the true rate is not far below the stated one.
     assert false >= least
 
 

@@ -57,7 +57,7 @@ U_CIRCLE_ARCSEC = 0.4
 
 A count of 19.8″ has a rounding of 5.7″ RMS. Four heads give x and y of a sample to 5.7″ · √(2/4) =
 4.0″. The component of a circle over 1,200 samples, which has √2 of the uncertainty of a mean, is
-then known to 4.0″ · √(2/1,200) = 0.17″. The drift of the disc during the turn adds as much, so that
+then known to 4.0″ · √(2/1,200) = 0.16″. The drift of the disc during the turn adds as much, so that
 the value is about twice as large.
 """
 
@@ -141,7 +141,7 @@ def test_drift_heat_orbit_and_a_fault_of_the_compiled_instrument(
         expect(row).to_contain_text(f"{first_order['size_arcsec']:.3f}″")
         expect(row).to_contain_text("changed")
         expect(page.locator("#changed tbody")).to_contain_text(f"temperature, table{WARM_K:.1f} °C")
-        # The error of 34″ exceeds the 2″ at which the firmware raises the alarm.
+        # The error is far above the 2″ at which the firmware raises the alarm.
         expect(page.locator("#alarm-list")).to_contain_text("error")
         expect(page.locator("#events")).to_contain_text("new alarm: error")
         # The firmware finds the circles of the axis only after it has found the places of all
