@@ -105,6 +105,8 @@ def oscillation_of(found: LineSearch, channel: str) -> Oscillation | None:
     if best is None or part is None:
         return None
     best, part, sigma_hz = _sharpened(rows, best, part)
+    if not _is_shown(part, record):
+        return None
     gain = best.score - plain.score
     if _quality(part) < LEAST_QUALITY or gain <= LEAST_GAIN_LOGS * float(np.log(rows.clock.size)):
         return None
@@ -129,12 +131,15 @@ def _with_a_peak(rows: Rows, noise: KernelNoise) -> Iterator[KernelNoise]:
 
 
 def _is_shown(part: Part | None, record: Record) -> bool:
-    """Return whether the record shows the frequency of an oscillator; a mean of several readings
-    may show the alias of a faster one."""
+    """Return whether the record shows the frequency of an oscillation.
+
+    Single rows show at most half their sampling rate. A mean of several readings may show the alias
+    of a faster oscillation above the highest rate that is searched.
+    """
     if part is None:
         return False
-    averaged = bool(np.any(record.readings > 1.0))
-    return not averaged or part.frequency * record.step <= 1.0 / ROWS_A_PERIOD
+    least = ROWS_A_PERIOD if np.any(record.readings > 1.0) else 2.0
+    return part.frequency * record.step <= 1.0 / least
 
 
 def _largest(fit: KernelFit) -> Part | None:
