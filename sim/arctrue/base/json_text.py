@@ -1,4 +1,4 @@
-"""Converts results to JSON, which has no NaN and no infinity (RFC 8259, section 6)."""
+"""Converts results to JSON, which has no NaN and no infinity (RFC 8259)."""
 
 from __future__ import annotations
 
