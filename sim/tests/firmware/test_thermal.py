@@ -382,8 +382,10 @@ def test_a_lane_at_a_temperature(
     )
     turned = 2.0 * np.pi * made.phase_offset / 2**24
     found = made.amplitude / 2048 * np.cos(3 * angle + turned)
-    # The bound is two words of the amplitude (2⁻¹¹ count each), plus 0.2 % of the amplitude.
-    assert np.abs(found - expected).max() < 2 / 2048 + 1e-6 * abs(made.amplitude)
+    # The bound is two words of the amplitude (2⁻¹¹ count each), plus two words of the phase (2⁻²⁴
+    # turn each) times the amplitude in counts.
+    of_phase = 2.0 * 2.0 * np.pi * 2.0**-24 * abs(made.amplitude) / 2048
+    assert np.abs(found - expected).max() < 2 / 2048 + of_phase
     host = cold.at(COLD_C + warmth)
     assert abs(int(host.amplitudes[0]) - made.amplitude) <= 1
 
