@@ -92,10 +92,12 @@ module arctrue_core_rules #(
     end
 
     // Transfers that another unit answers.
-    wire probe_capture_read, probe_capture_valid, probe_write_acknowledge;
+    wire probe_capture_read, probe_capture_valid, probe_write_acknowledge, probe_local_done;
     wire probe_coefficient_read, probe_coefficient_write;
     wire probe_offset_read, probe_offset_write;
-    wire [1:0] probe_read_under_way;
+    wire [1:0] probe_read_under_way, probe_turns_under_way;
+    wire probe_mean_read_then, probe_to_mean, probe_to_heads, probe_to_conditions, probe_to_sets;
+    wire probe_to_local, probe_to_turns;
     wire [31:0] probe_capture_data, probe_coefficient_data, probe_offset_data;
     reg [3:0] capture_reads = 0;
     reg [1:0] coefficient_reads = 0;
@@ -150,6 +152,8 @@ module arctrue_core_rules #(
         assume (!ar_waits || (arvalid && araddr == araddr_before));
         assume (probe_capture_valid == capture_reads[3]);
         assume (!probe_write_acknowledge || write_waits);
+        // The core has no local table (LOCAL_TABLE = false), whose word would answer.
+        assume (!probe_local_done);
         if (running) begin
             assert (!b_waits || (bvalid && bresp == bresp_before));
             assert (!r_waits || (rvalid && {rdata, rresp} == r_before));
@@ -206,6 +210,10 @@ module arctrue_core_rules #(
             assert (!(capture_reads || coefficient_reads) || !probe_is_write);
             assert (probe_read_under_way == coefficient_reads);
             assert (!from_unit || (probe_state == ANSWER && !probe_is_write));
+            // The core has no mean, conditions, prepared sets, local table or real orders: nothing reads their words.
+            assert (!probe_mean_read_then && probe_turns_under_way == 0);
+            assert (!is_out || !(probe_to_mean || probe_to_heads || probe_to_conditions || probe_to_sets
+                                 || probe_to_local || probe_to_turns));
             // An overtaken transfer still waits, and is accepted next.
             assert (before_read == 0 || (arvalid && probe_taken != probe_is_write));
             assert (before_write == 0 || (awvalid && wvalid && probe_taken == probe_is_write));

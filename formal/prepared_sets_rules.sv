@@ -37,7 +37,8 @@ module prepared_sets_rules #(
         .clock(clock), .reset(reset), .access_read(access_read), .access_write(access_write),
         .access_set(access_set), .access_word(access_word), .access_data(access_data),
         .access_done(access_done), .access_answer(access_answer), .write_lane(write_lane),
-        .write_offset(write_offset), .write_mean(write_mean), .write_address(write_address),
+        .write_offset(write_offset), .write_mean(write_mean), .write_turn_step(1'b0),
+        .write_address(write_address),
         .write_data(write_data), .acknowledge_lane(acknowledge_lane),
         .acknowledge_mean(acknowledge_mean), .swap(swap), .load(load), .number(number),
         .busy(busy), .loaded(loaded), .lane_out(lane_out), .offset_out(offset_out),
@@ -49,7 +50,7 @@ module prepared_sets_rules #(
     wire [2:0] probe_now;
     wire [6:0] probe_base, probe_ram_place;
     wire [4:0] probe_place;
-    wire [1:0] probe_waiting, probe_in_flight;
+    wire [2:0] probe_waiting, probe_in_flight;
     wire [31:0] probe_ram_word;
     wire probe_own_write, probe_ram_writes;
 
@@ -137,6 +138,8 @@ module prepared_sets_rules #(
 
             // What the induction needs.
             assert (probe_now <= WAIT_FOR_SWAP);
+            // No turn step is written.
+            assert (probe_waiting <= OF_MEAN && probe_in_flight <= OF_MEAN);
             assert (busy == (probe_now != IDLE));
             assert (!busy || probe_base == number * SET_WORDS);
             assert (!busy || probe_place <= LANE_WORDS + 8 || probe_place == LANE_WORDS + 15);

@@ -231,7 +231,7 @@ FAILOVER = (
         ),
         generics={"LANES": 1, "HEADS": 3},
         limits="one bus access at a time; the banks acknowledge a write at least one clock after "
-        "its start, and none while a swap waits; one load at a time",
+        "its start, and none while a swap waits; one load at a time; no turn step is written",
         depth=4,
         cover_depth=34,
         quick=False,
@@ -655,6 +655,9 @@ PROOFS = (
             "probe_coefficient_read": "core.coefficient_read",
             "probe_coefficient_write": "core.coefficient_write",
             "probe_coefficient_data": "core.coefficient_data",
+            "probe_local_done": "core.local_done",
+            "probe_mean_read_then": "core.mean_read_then",
+            "probe_turns_under_way": "core.turns_under_way",
             "probe_offset_read": "core.offset_read",
             "probe_offset_write": "core.offset_write",
             "probe_offset_data": "core.offset_data",
@@ -668,6 +671,10 @@ PROOFS = (
             "probe_address": "core.processor.bus_port.address",
             "probe_data": "core.processor.bus_port.write_data",
             "probe_strobes": "core.processor.bus_port.write_strobes",
+            **{
+                f"probe_to_{unit}": f"core.processor.guard.to_{unit}"
+                for unit in ("mean", "heads", "conditions", "sets", "local", "turns")
+            },
             "probe_to_registers": "core.processor.guard.to_registers",
             "probe_to_coefficients": "core.processor.guard.to_coefficients",
             "probe_to_offset": "core.processor.guard.to_offset",

@@ -151,7 +151,7 @@ def commit_of(root: Path) -> str:
 
 def run(check: Check, *, sample: bool, commit: str, root: Path, logs: Path) -> Outcome:
     """Run one check and write its output into ``logs``; the outcome keeps the last line of the
-    output."""
+    output, with paths relative to ``root``."""
     part = check.sample_is if sample else ""
     command = check.sample if part else check.command
     logs.mkdir(parents=True, exist_ok=True)
@@ -171,7 +171,7 @@ def run(check: Check, *, sample: bool, commit: str, root: Path, logs: Path) -> O
         part=part,
         passed=done.returncode == 0,
         minutes=round(minutes, 1),
-        last_line=last.strip().strip("= ")[:140],
+        last_line=last.replace(f"{root}/", "").strip().strip("= ")[:140],
     )
 
 

@@ -36,6 +36,13 @@ def test_a_check_keeps_exit_code_and_last_line(tmp_path: Path) -> None:
     assert (outcome.passed, outcome.last_line) == (False, "broken")
 
 
+def test_the_page_has_no_path_of_the_machine(tmp_path: Path) -> None:
+    """The last line names a file in the tree by its path from the root of the tree."""
+    check = Check("demo", ("sh", "-c", "echo Page: $PWD/build/page.html"), "")
+    outcome = run(check, sample=False, commit="abc", root=tmp_path, logs=tmp_path)
+    assert outcome.last_line == "Page: build/page.html"
+
+
 def test_a_sample_is_run_and_named(tmp_path: Path) -> None:
     check = Check("one", ("sh", "-c", "echo all"), "", ("sh", "-c", "echo part"), "a sixth")
     outcome = run(check, sample=True, commit="abc", root=tmp_path, logs=tmp_path)
