@@ -18,7 +18,7 @@ import numpy as np
 from arctrue.base.typed_content import read_json
 from arctrue.base.whole_file import write_whole_text
 
-HEADINGS = ("", "Unit", "Median", "Quartiles", "Least to most", "Runs", "Beside: peer or limit")
+HEADINGS = ("", "Unit", "Median", "Quartiles", "Least to most", "Runs", "Peer or limit")
 
 
 @dataclass(frozen=True, slots=True)

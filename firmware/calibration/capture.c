@@ -98,7 +98,8 @@ static int32_t step_of_rank(const struct capture *capture, uint32_t head, struct
             shift++;
         }
         count_steps(capture, head, extent, shift, bins);
-        while (rank >= bins[bin]) {
+        /* The last interval ends the search also if words of the capture change while they are read. */
+        while (bin < BINS - 1 && rank >= bins[bin]) {
             rank -= bins[bin++];
         }
         uint32_t low = (uint32_t)extent.low + (bin << shift);

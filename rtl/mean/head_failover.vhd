@@ -63,7 +63,7 @@ entity head_failover is
     write_data       : in    std_ulogic_vector(31 downto 0);                            -- the word
     read_data        : out   std_ulogic_vector(31 downto 0) := (others => '0');         -- the word
     take_snapshot    : in    std_ulogic;                                                -- pulse
-    clear            : in    std_ulogic;                                                -- pulse: clears the sticky flags of the parity and of a refused swap
+    clear            : in    std_ulogic;                                                -- pulse: clears the sticky flags
     -- From the decoders, one bit per head, see head_watch
     steps            : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- strobe
     steps_up         : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- strobe
@@ -221,6 +221,7 @@ begin
     variable may_return : std_ulogic;
     variable has_index  : std_ulogic;
     variable barred     : heads_bits;
+    variable asked      : heads_bits;
 
   begin
 
@@ -250,6 +251,7 @@ begin
       end if;
 
       has_index  := '1' when rearming = 0 and (indices_seen and left_out) = left_out else '0';
+      asked      := wants_return;
       may_return := '1' when (or left_out) = '1' and has_index = '1'
                              and ((or (wants_return and left_out)) = '1' or ((or return_after) = '1' and waited >= return_after)) else
                     '0';
@@ -277,9 +279,9 @@ begin
           load   <= '1';
           number <= "000";
         elsif may_return = '1' then
-          left_out     <= (others => '0');
-          wants_return <= (others => '0');
-          changed      <= '1';
+          left_out <= (others => '0');
+          asked    := (others => '0');
+          changed  <= '1';
         end if;
       end if;
 
@@ -288,7 +290,7 @@ begin
         changed      <= '1';
         waited       <= (others => '0');
         tick         <= (others => '0');
-        wants_return <= (others => '0');
+        asked        := (others => '0');
         rearming     <= FAILOVER_REARM_CLOCKS;
 
         for head in 0 to HEADS - 1 loop
@@ -300,12 +302,14 @@ begin
       end if;
 
       if write_enable = '1' and address = COMMAND_WORD then
-        wants_return <= wants_return or write_data(HEADS + 7 downto 8);
+        asked := asked or write_data(HEADS + 7 downto 8);
         if write_data(7) = '1' and u_unsigned(write_data(6 downto 4)) <= HEADS then
           wants_set  <= '1';
           wanted_set <= u_unsigned(write_data(6 downto 4));
         end if;
       end if;
+
+      wants_return <= asked;
 
       if reset = '1' then
         load         <= '0';

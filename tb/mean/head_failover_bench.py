@@ -131,11 +131,11 @@ async def decisions_equal_the_model(dut: Any) -> None:
             seen &= ~model.rearm_heads
             if choose.random() < 0.01:
                 seen = ALL
-            command = choose.random() < 0.02
+            shown = banks.clock(model.load, model.number, model.may_activate)
+            command = choose.random() < (0.5 if shown.loaded else 0.02)
             wanted = choose.randrange(8) if choose.random() < 0.3 else None
             back = choose.randrange(ALL + 1) if choose.random() < 0.5 else 0
             clear = choose.random() < 0.02
-            shown = banks.clock(model.load, model.number, model.may_activate)
             dut.illegals.value = illegals
             dut.indices_seen.value = seen
             dut.clear.value = int(clear)
