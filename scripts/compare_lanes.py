@@ -141,10 +141,11 @@ def table_lane() -> str:
 def verilog_table(
     name: str, inputs: int, outputs: int, values: Sequence[int] | NDArray[np.int64]
 ) -> str:
-    """Return a Verilog function that looks ``values`` up by ``inputs`` bits.
+    """Return a Verilog function that returns the element of ``values`` at an index of ``inputs``
+    bits.
 
-    The function's result has ``outputs`` bits, two's complement; beyond the end of ``values`` it is
-    0.
+    The function's result has ``outputs`` bits, two's complement; it is 0 for an index beyond the
+    end of ``values``.
     """
     mask = (1 << outputs) - 1
     cases = "\n".join(
