@@ -311,8 +311,8 @@ def latency_and_errors(outputs: Integers) -> tuple[int, float, float]:
 
     The first error is the largest |cosine - exact| at the phases of the sweep. The second error is
     the largest at these phases and at angles half of the phase's last bit above and below them. The
-    latency is the delay with which the outputs fit the phases. Raises WrongOutputError if no delay
-    fits.
+    latency is one clock more than the delay after which the outputs fit the phases best. Raises
+    WrongOutputError if no delay fits.
     """
     phases = _phases()
     errors = {

@@ -102,7 +102,7 @@ CHECKS = (
     Check(
         "bench",
         ("make", "bench"),
-        "calibration, firmware, instrument and page keep their limits",
+        "calibration, firmware and workbench keep their limits",
     ),
     Check(
         "bitstream",
@@ -223,8 +223,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         metavar="NAME",
         help=f"run these checks: {', '.join(names)}",
     )
-    parser.add_argument("--sample", action="store_true", help="run the stated part where one is")
-    parser.add_argument("--again", action="store_true", help="run ended checks too")
+    parser.add_argument("--sample", action="store_true", help="run only a check's sample")
+    parser.add_argument("--again", action="store_true", help="also run checks that have ended")
     options = parser.parse_args(arguments)
     try:
         commit = commit_of(ROOT)
