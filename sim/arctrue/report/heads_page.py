@@ -57,12 +57,12 @@ FAULT_TABLE = (
     "it removes head k if the readings of all other heads changed equally, within the limit,",
     "and if head k is the only head for which this is true. Axis motion of 0.5 µm changes the "
     "difference of two heads on a radius of 100 mm by up to 26.7 counts (at 2²⁴ counts per turn, "
-    "on a radius r, by 2671 counts · mm / r); eccentricity adds 3.8 counts",
+    "on a radius r, by 2670 counts · mm / r); eccentricity adds 3.8 counts",
     "in 1.31 ms at 90°/s. Under these conditions, with a limit of 32 counts, the gateware never "
     "removes a wrong head and always detects a slip of 2 · 32 counts or more;",
     "whether it detects a slip of 32 to 64 counts depends on the motion. Faster tables, larger "
     "motions and smaller discs need a larger `failover_step_counts`: 64 for r = 54 mm, where the "
-    "axis motion causes 49.5 counts.",
+    "axis motion causes 49.4 counts.",
     "",
     "A removed head returns to the mean on request (console command `come_back`) or after the time "
     "`failover.return_after`, as soon as it has seen its next index; the ramp spreads the",
