@@ -55,7 +55,7 @@ prediction by less than half a count RMS does not count as visible.
     arctrue benchmark make FOLDER --tier sealed  # seals generator and scoring, then draws the seed
     arctrue benchmark run FOLDER                 # --workers N, --scheduler ADDRESS, --shard i/n
     arctrue benchmark score FOLDER               # every rate; --answers FILE: other answers
-    arctrue benchmark bound FOLDER               # each effect at the size that is said to be found
+    arctrue benchmark bound FOLDER               # each effect at its stated detectable size
     make peers                                   # the rivals on the 200 public sets: PUBLIC
     arctrue benchmark score FOLDER --keep        # its failures become cases, for TIER=cases
     arctrue benchmark page FOLDER --peers PUBLIC --to docs/benchmark.md --out docs/images
