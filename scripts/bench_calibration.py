@@ -49,7 +49,7 @@ def table() -> RotaryTable:
 
 
 def bound_arcsec() -> float:
-    """Return the Cramér–Rao bound for the RMS error over the turn of unbiased estimates of the
+    """Return the Cramér–Rao bound of the RMS error over the turn, for unbiased estimates of the
     orders in ``ORDERS``.
 
     Noise and rounding to a count give each reading of a head the variance s². Each of the K

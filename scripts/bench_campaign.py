@@ -90,7 +90,7 @@ HEADINGS = (
     "tasks",
     "CPU s a task",
     "CPU s of all processes",
-    "tasks' share of it, %",
+    "tasks' share of this time, %",
     "tasks a second on free cores",
     "tasks a second, measured",
 )
@@ -126,8 +126,8 @@ def table(found: Sequence[Measured], load: float) -> list[str]:
         f"The load of the machine's {os.cpu_count()} cores was {load:.0f} during the measurement, "
         "so the measured rate contains waiting for other work. The rate on free cores is computed "
         "from the CPU time, which is assumed not to change; this holds for one process a core (one "
-        f"BLAS thread each). The runner takes {1e3 * message_s:.2g} ms of CPU time per task for "
-        f"its message and lines, and {start_s:.2g} s per process for start and imports.",
+        f"BLAS thread each). The runner takes {1e3 * message_s:.2g} ms of CPU time per task to "
+        f"send it and to write its lines, and {start_s:.2g} s per process for start and imports.",
         "",
         f"Computed time for {CLUSTER_SETS:,} sets on {CLUSTER_CORES} cores: {CLUSTER_SETS:,} · "
         f"{own_s:.2f} s / {CLUSTER_CORES} + {start_s:.2g} s = {whole_s / 60:.0f} min. One process "
@@ -149,7 +149,7 @@ def row(runs: Sequence[Measured]) -> Row:
         f"{'process' if first.workers == 1 else 'processes'}, {first.tasks:,} tasks",
         "CPU ms a task, all processes",
         tuple(1e3 * item.whole_cpu_s / item.tasks for item in runs),
-        f"the work alone in a plain process {1e3 * own:.3g} ms, {100 * share:.0f} %",
+        f"the work of the tasks alone {1e3 * own:.3g} ms, {100 * share:.0f} %",
     )
 
 
@@ -167,7 +167,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--empty", type=int, default=2000, help="number of empty tasks")
     parser.add_argument("--runs", type=int, default=3, help="runs of each campaign")
-    parser.add_argument("--write", action="store_true", help=f"into {PAGE}")
+    parser.add_argument("--write", action="store_true", help=f"write the table into {PAGE}")
     add_option(parser)
     given = parser.parse_args(arguments)
     tier = TIERS["dev"]

@@ -65,8 +65,8 @@ def turn(samples: int) -> NDArray[np.int64]:
 
 
 def instructions(samples: int, orders: int) -> dict[str, float]:
-    """Count the instructions of every part of the bench image. Raises AssertionError if the result
-    of a plain implementation differs."""
+    """Return the number of instructions of every part of the bench image. Raises AssertionError if
+    the result of a plain implementation differs."""
     window = bytearray(core_window(turn(samples)))
     scratch = register_named("scratch").address
     window[scratch : scratch + 4] = word(orders)

@@ -84,7 +84,7 @@ class Ran:
     text: str
     """Output of the bench."""
     facts: Mapping[str, str]
-    """Date, commit, load before and after, and duration."""
+    """Date, commit, load before and after, duration, and options, if there are any."""
 
 
 def page(facts: Sequence[tuple[str, str]], benches: Mapping[str, Ran]) -> str:
@@ -165,7 +165,7 @@ def run(module: str, rows: Path, options: Sequence[str] = ()) -> Ran:
         )  # fmt: skip
         code, text = done.returncode, done.stdout
     except subprocess.TimeoutExpired:
-        code, text = 1, f"not at its end after {BENCH_S} s"
+        code, text = 1, f"not finished after {BENCH_S} s"
     print(text, end="", flush=True)
     facts["load after"] = _load()
     facts["minutes"] = f"{(time.monotonic() - begun) / 60:.1f}"
@@ -178,9 +178,9 @@ def _load() -> str:
 
 def _first_line(command: Sequence[str]) -> str:
     if shutil.which(command[0]) is None:
-        return "not there"
+        return "missing"
     done = subprocess.run(command, capture_output=True, text=True, check=False)
-    return (done.stdout or done.stderr).splitlines()[0] if done.returncode == 0 else "not there"
+    return (done.stdout or done.stderr).splitlines()[0] if done.returncode == 0 else "missing"
 
 
 def _processor() -> str:

@@ -237,7 +237,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--most-rows", type=int, default=max(LONG_ROWS), help="leave out sets of more rows"
     )
-    parser.add_argument("--runs", type=int, default=3, help="of each command on each set")
+    parser.add_argument("--runs", type=int, default=3, help="runs of each command on each set")
     add_option(parser)
     options = parser.parse_args(arguments)
     if options.one:

@@ -78,7 +78,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--top", choices=TWO_HEADS_TOPS, default="arctrue_zynq_top", help="top level"
     )
-    parser.add_argument("--lanes", type=int, help="harmonics (the generic's default: all)")
+    parser.add_argument("--lanes", type=int, help="number of lanes (the generic's default: 32)")
     parser.add_argument("--fold", type=int, choices=FOLDS, help="lanes that share a pipeline")
     parser.add_argument("--rotation", choices=ROTATIONS, help="how a lane finds its cosine")
     parser.add_argument(
@@ -110,10 +110,10 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--mean",
         choices=("true", "false"),
-        help="correct the weighted mean of both heads; of more it is in any case",
+        help="correct the weighted mean of both heads; three and four heads always have their mean",
     )
     parser.add_argument("--seed", type=int, help="seed of nextpnr, which gives another placement")
-    parser.add_argument("--capture-depth", type=int, help="samples a bank (the generic's default)")
+    parser.add_argument("--capture-depth", type=int, help="samples a bank (default: 12288)")
     parser.add_argument("--output", type=Path, help="folder, made anew (build/bitstream/<board>)")
     return parser
 
@@ -128,7 +128,7 @@ def main(arguments: list[str] | None = None) -> int:
     if chosen.fold and lanes % chosen.fold:
         parser.error(f"--fold: {chosen.fold} lanes a pipeline do not divide {lanes} lanes")
     if chosen.heads > 2 and chosen.top not in HEADS_TOPS:
-        parser.error(f"--heads: {chosen.top} has two heads; more have {', '.join(HEADS_TOPS)}")
+        parser.error(f"--heads: {chosen.top} has two heads; take {' or '.join(HEADS_TOPS)}")
     if chosen.heads > 2 and chosen.mean == "false":
         parser.error("--mean: more than two heads always have their mean; leave MEAN out")
     if chosen.failover == "true" and chosen.heads == 2:

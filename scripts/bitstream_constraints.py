@@ -96,7 +96,7 @@ def check_pins(path: Path, ports: Iterable[str]) -> dict[str, str]:
         if "LOC" in given:
             pin, line = given["LOC"]
             if not PIN.fullmatch(pin):
-                faults.append(f"{path}:{line}: expected a pin of the package as Y18, found '{pin}'")
+                faults.append(f"{path}:{line}: expected a pin such as Y18, found '{pin}'")
             elif pin in owners:
                 faults.append(f"{path}:{line}: {pin} is the pin of {owners[pin]} already")
             owners.setdefault(pin, port)

@@ -52,8 +52,8 @@ def check_rams(name: str, features: frozenset[str]) -> None:
         )
     if shifts:
         raise ToolError(
-            f"{name}: {rams[0]}LUT is a RAM beside {shifts[0]}LUT, a shift register, "
-            "which is not decoded"
+            f"{name}: {rams[0]}LUT is a RAM and {shifts[0]}LUT is a shift register; a slice with "
+            "both is not decoded"
         )
     small = [letter for letter in rams if is_small(features, letter)]
     deep = [feature for feature, _, _ in (ADDRESS_7, ADDRESS_8) if feature in features]

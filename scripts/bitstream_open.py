@@ -129,7 +129,7 @@ def check_timing(log: str, path: Path, asked_mhz: float) -> None:
         worst = ", ".join(f"{clock} {reached:g} MHz" for clock, reached in late.items())
         raise TimingError(
             f"nextpnr's estimate is below {asked_mhz} MHz: {worst}. "
-            f"Take fewer LANES or more FOLD. See {path}."
+            f"Take fewer LANES or a larger FOLD. See {path}."
         )
     early = hold_violations(log)
     if early:

@@ -1,8 +1,8 @@
 """Writes a configured slice as Verilog: look-up tables, carry chain, wide multiplexers, registers.
 
 The 7 Series Configurable Logic Block User Guide defines the features of a slice (UG474, figures 2-3
-to 2-5, and "Shift Registers"). scripts/bitstream_lut_rams.py writes look-up tables as RAM. The
-program refuses latches and asynchronous resets, because the gateware has none.
+to 2-5, and "Shift Registers"). scripts/bitstream_lut_rams.py writes the look-up tables that are
+used as RAM. The program refuses latches and asynchronous resets, because the gateware has none.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Text:
         return name
 
     def register(self, name: str, bits: int, initial: int) -> str:
-        """Declare a register with an initial level; return its name."""
+        """Declare a register of ``bits`` bits with an initial value; return its name."""
         self.declarations.append(f"reg [{bits - 1}:0] {name} = {bits}'d{initial};")
         return name
 
@@ -127,7 +127,7 @@ class Slice:
         init = vector(self.features, f"{letter}LUT.INIT") & ((1 << (1 << inputs)) - 1)
         pins = [self._pin(f"{letter}{place}") for place in range(1, inputs + 1)]
         free: list[str] = []
-        # Insert constant inputs first, so that the remaining table has only variable inputs.
+        # Remove the constant inputs from the table, so that only variable inputs index it.
         for place in reversed(range(inputs)):
             if pins[place] in ("1'b0", "1'b1"):
                 init = _halve(init, place, len(free) + place + 1, pins[place] == "1'b1")
@@ -196,7 +196,7 @@ class Slice:
     def _shift_end(self, letter: str) -> str:
         if not self._is_shift(letter):
             raise ToolError(
-                f"{self.name}: MC31 of {letter}LUT is used, which is not a shift register"
+                f"{self.name}: MC31 of {letter}LUT is used, but {letter}LUT is not a shift register"
             )
         return f"{self._long_shift(letter)}[31]"
 
@@ -211,7 +211,7 @@ class Slice:
 
     def _f7(self, letter: str) -> str:
         """Return the net of the wide multiplexer of A and B (``letter`` A), or of C and D
-        (``letter`` C); at X = 1 the multiplexer selects the first table."""
+        (``letter`` C); if the pin AX (or CX) is 1, the multiplexer selects table A (or C)."""
         upper = LETTERS[LETTERS.index(letter) + 1]
 
         def make() -> str:
@@ -260,7 +260,8 @@ class Slice:
         def make() -> str:
             initial = int(f"{register}.ZINI" not in self.features)
             full = self._text.register(f"{self.name}_{register}", 1, initial)
-            # Store the name before the data are read, because the data may depend on this memory.
+            # Store the register's name before its data are written, because the data may depend on
+            # the register itself.
             self._made[register] = full
             self._text.at(self._edge(), self._update(register, letter, full))
             return full

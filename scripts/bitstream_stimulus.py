@@ -3,8 +3,8 @@
 Random levels at the bus rarely form a legal access. Therefore this module lists accesses, most of
 them legal and a few illegal. First, the accesses fill and read banks of the capture. Then each
 round writes new settings; writes, reads and swaps every word of coefficients; and reads snapshots
-and captured samples and gives commands in random order. Each round has another number of counts per
-turn, so that the angles after a backward pass through zero have other upper bits. From the answers,
+and captured samples and gives commands in random order. Each round draws the counts per turn anew,
+so that the angles after a backward pass through zero have other upper bits. From the answers,
 ``shortfalls`` lists the parts that the accesses did not reach.
 """
 
@@ -32,8 +32,8 @@ MIXED: Final = 220
 COUNTS_A_TURN: Final = 96
 """Counts per turn of the encoders of bench.cpp."""
 FILLINGS: Final = 8
-"""Number of times that a bank is filled; after so many, positions of both signs have reached every
-part of both banks."""
+"""Number of times that a bank is filled; after so many fillings, positions of both signs have
+reached every part of both banks."""
 FEWEST_CORRECTIONS: Final = 50
 """Smallest number of different corrections that must be read; every lane contributes to some of
 these."""
@@ -140,8 +140,8 @@ class Stimulus:
         return Access("r", BASE + address, beats=beats, together=self._one_in(2))
 
     def _full_banks(self) -> Iterator[Access]:
-        """Yield accesses that fill a bank several times, one sample per clock, and read random
-        words of it."""
+        """Yield accesses that fill the banks several times, one sample per clock, and read random
+        words of each filled bank."""
         yield self._write(registers.COUNTS_PER_REV_ADDRESS, 1 << 24)
         yield self._write(registers.FILTER_LENGTH_ADDRESS, 2)
         yield self._write(registers.SAMPLE_PERIOD_ADDRESS, 1)
@@ -168,7 +168,7 @@ class Stimulus:
         return max(4, self._of_any_size(24))
 
     def _setting(self) -> dict[int, int]:
-        """Return a random value of every setting with which the core still counts correctly."""
+        """Return, for every setting, a random value with which the core still counts correctly."""
         draw = self._random
         pins = [draw.getrandbits(4) if self._one_in(2) else 0 for _ in range(3)]
         filters = [self._random.randrange(8) << 8 if self._one_in(3) else 0 for _ in range(2)]

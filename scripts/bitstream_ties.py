@@ -1,4 +1,5 @@
-"""Ties the constant pins of every DSP48E1 that place and route leaves open.
+"""Ties the constant pins of all DSP48E1 cells, because place and route leaves some of these pins
+without a tie.
 
 nextpnr-himbaechel 0.11.1 (and nextpnr-xilinx: openXC7/nextpnr-xilinx, pull request 159) writes
 neither a tie-off nor an inverter bit for constants at INMODE, ALUMODE2, ALUMODE3 and OPMODE6. A

@@ -149,7 +149,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--logs", type=int, default=6, help="logs of each kind (default: 6)")
     parser.add_argument("--kinds", default="", help="only kinds whose name has this word")
     parser.add_argument(
-        "--oscillator", action="store_true", help="print gains beside an oscillator, threshold 0"
+        "--oscillator", action="store_true", help="list lines with their gains over an oscillator"
     )
     parser.add_argument("--short", action="store_true", help="steps in stations and short logs")
     parser.add_argument(

@@ -141,10 +141,11 @@ def table_lane() -> str:
 def verilog_table(
     name: str, inputs: int, outputs: int, values: Sequence[int] | NDArray[np.int64]
 ) -> str:
-    """Return a Verilog function that looks ``values`` up by ``inputs`` bits.
+    """Return a Verilog function that returns the element of ``values`` at an index of ``inputs``
+    bits.
 
-    The function's result has ``outputs`` bits, two's complement; beyond the end of ``values`` it is
-    0.
+    The function's result has ``outputs`` bits, two's complement; it is 0 for an index beyond the
+    end of ``values``.
     """
     mask = (1 << outputs) - 1
     cases = "\n".join(
@@ -310,8 +311,8 @@ def latency_and_errors(outputs: Integers) -> tuple[int, float, float]:
 
     The first error is the largest |cosine - exact| at the phases of the sweep. The second error is
     the largest at these phases and at angles half of the phase's last bit above and below them. The
-    latency is the delay with which the outputs fit the phases. Raises WrongOutputError if no delay
-    fits.
+    latency is one clock more than the delay after which the outputs fit the phases best. Raises
+    WrongOutputError if no delay fits.
     """
     phases = _phases()
     errors = {

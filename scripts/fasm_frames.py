@@ -133,8 +133,8 @@ def _indices(found: re.Match[str]) -> list[int | None]:
 
 
 def frames_of(fasm: Path, chip: Chip) -> Frames:
-    """Return the frames of a FASM file, plus the features that the part requires. Raises
-    ToolError."""
+    """Return the frames of a FASM file, plus the features that the part requires. Raises ToolError
+    like ``Frames.add``."""
     frames = Frames(chip)
     required = chip.family / chip.part / "required_features.fasm"
     for path in (fasm, required):

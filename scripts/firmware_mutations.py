@@ -12,7 +12,7 @@ _TESTS = "sim/tests/firmware"
 FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "reset_of_the_core_unseen",
-        "a core that was reset is left with the registers of the reset",
+        "the firmware does not set up a core again that was reset",
         "firmware/application/application.c",
         "    if (!core_output_enabled(&application->core)) {\n",
         "    if (false && !core_output_enabled(&application->core)) {\n",
@@ -28,7 +28,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "release_without_an_end",
-        "only a release by the output's own fault can be ended",
+        "the command ends only a release that the output's own fault caused",
         "firmware/application/release.c",
         "!before.cannot_keep_up && before.release_causes == 0",
         "!before.cannot_keep_up",
@@ -44,7 +44,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "angle_of_the_first_sample",
-        "the angle at which a capture begins is off by the travel since then",
+        "the angle at which a capture begins is wrong by twice the travel since then",
         "firmware/application/bank.c",
         "(int64_t)position->head1_angle - travel;",
         "(int64_t)position->head1_angle + travel;",
@@ -334,7 +334,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "one_turn_is_an_alarm",
-        "an order is at fault after one turn",
+        "a loaded order raises the alarm after one turn",
         "firmware/application/loaded_watch.h",
         "enum { WATCH_TURNS = 3 };",
         "enum { WATCH_TURNS = 1 };",
@@ -366,7 +366,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "a_re_arm_forgets_the_loaded_set",
-        "a re-arm drops what is loaded",
+        "a re-arm discards the loaded set",
         "firmware/application/load.c",
         "load->loaded_state = LOADED_PENDING;",
         "load->loaded = (struct coefficients){0};",
@@ -382,7 +382,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "fewer_orders_are_written",
-        "a save does not look at how many orders it has to keep",
+        "a save does not check how many orders it must keep",
         "firmware/application/save.c",
         "if (saved_lanes(&save->content) < least) {",
         "if (least > 1000) {",
@@ -390,7 +390,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "steepness_at_t0_only",
-        "a file is checked in the middle of its range alone",
+        "the slope of a file is checked only in the middle of its temperature range",
         "firmware/application/thermal.c",
         "uint32_t step = 0; step <= RANGE_STEPS; step++",
         "uint32_t step = RANGE_STEPS / 2; step <= RANGE_STEPS / 2; step++",
@@ -406,7 +406,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "stale_sets_after_a_swap",
-        "the failover goes on with the prepared sets of the coefficients before",
+        "after a swap the failover continues with the prepared sets of the previous coefficients",
         "firmware/application/swap.c",
         "    core_failover_off(core);\n",
         "",
@@ -414,7 +414,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "stale_sets_after_forget",
-        "the failover goes on with the prepared sets of forgotten coefficients",
+        "the failover continues with the prepared sets of forgotten coefficients",
         "firmware/application/restart.c",
         "        core_failover_off(&application->core);\n",
         "",
@@ -431,7 +431,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "former_sets_stay_open",
-        "the sets of the file before can still be taken while others are being received",
+        "the sets of the previous file can still be activated while other sets are being received",
         "firmware/application/prepared.c",
         "        core_write_prepared(&application->core, set, &nothing, true);\n",
         "        (void)nothing;\n",
@@ -440,7 +440,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "lost_sets_are_used",
-        "the failover is switched on though the gateware's windows hold other words",
+        "the failover is switched on although the gateware's windows hold other words",
         "firmware/application/prepared.c",
         "    if (crc != prepared->crc) {\n",
         "    if (crc != prepared->crc && crc == 0) {\n",
@@ -464,7 +464,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "a_line_never_slips",
-        "the filter of a line of no whole order lets its phase take no step",
+        "the filter of a real order does not let the phase slip",
         "firmware/calibration/line_phase.c",
         "line->amplitude_arcsec * line->amplitude_arcsec : slip * slip;",
         "line->amplitude_arcsec * line->amplitude_arcsec : 0.0 * slip;",
@@ -472,7 +472,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "index_of_the_drive_downwards",
-        "an edge of the drive's index counts while the table goes down, at the pulse's other end",
+        "an edge of the drive's index is used while the readings fall, at the pulse's other end",
         "firmware/application/real_follow.c",
         "    if (since <= 0) {\n",
         "    if (since == 0) {\n",
@@ -480,7 +480,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "given_phase_alarms",
-        "the swap for a phase that became known raises the alarm of coefficients",
+        "a swap that applies a newly known phase raises the alarm for coefficients",
         "firmware/application/follow_temperature.c",
         "    if (swap_candidate(application, &followed) == SWAP_NOT_READ_BACK) {\n",
         "    if (swap_candidate(application, &followed) == SWAP_ASKED) {\n",

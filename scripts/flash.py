@@ -38,7 +38,7 @@ ADVICE = (
 
 
 class FlashError(Exception):
-    """Raised if a command fails; the message tells the user at the board what failed."""
+    """Raised if a command fails; the message states what failed, for the user at the board."""
 
 
 def tool(names: tuple[str, ...], package: str) -> str:

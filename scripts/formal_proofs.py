@@ -101,8 +101,9 @@ COEFFICIENT_MEMORY = (
             "acknowledged writes and no part of another write",
             "a swap takes place as soon as the idle bank is filled, a write under way is finished "
             "and a new angle may enter",
-            "a write is acknowledged 3 clocks after its start, or at most the largest delay + 4 * "
-            "LANES + 5 clocks after the last swap",
+            "a write is acknowledged 3 clocks after its start; if a swap waits or the idle bank is "
+            "being filled after a swap, the write is acknowledged at most the largest delay + 4 * "
+            "LANES + 5 clocks after this swap has taken place",
             "a read returns a word of the idle bank",
         ),
         generics={"LANES": 2, "FOLD": 1, **_SHORT_DELAYS},
@@ -224,14 +225,15 @@ FAILOVER = (
         claims=(
             "a prepared set is activated whole: from its first angle on, every word of lanes, mean "
             "and offset is the set's",
-            "a swap of a set or of the processor is refused and reported while its words must not "
-            "become active",
+            "a swap that a set or the processor requests is refused and reported while its words "
+            "must not become active",
             "each write of the processor reaches the bank unchanged before it is acknowledged, "
-            "also while a set is loaded",
+            "also if it comes while a set is being loaded",
         ),
         generics={"LANES": 1, "HEADS": 3},
         limits="one bus access at a time; the banks acknowledge a write at least one clock after "
-        "its start, and none while a swap waits; one load at a time; no turn step is written",
+        "its start, and none while a swap waits; one load at a time; the processor writes no turn "
+        "steps",
         depth=4,
         cover_depth=34,
         quick=False,
@@ -250,19 +252,19 @@ FAILOVER = (
                 "            elsif place /= OFFSET_PLACE then\n              place <= place + 1;\n",
             ),
             Break(
-                "a word is handed over before the memory has read it",
+                "a word is handed over while the memory has not acknowledged the last one",
                 "          if in_flight = NOTHING or acknowledged = '1' then\n"
                 "            own_write",
                 "          if in_flight = NOTHING or acknowledged = '1' or own_write = '1' then\n"
                 "            own_write",
             ),
             Break(
-                "a swap of the processor takes place while a set is written",
+                "a swap that the processor requests takes place while a set is being written",
                 "              swap when now = IDLE else\n",
                 "              swap when now = IDLE or now = HAND_OVER else\n",
             ),
             Break(
-                "the processor writes into a set that is loaded",
+                "a set is handed over while a write of the processor is not finished",
                 "          if in_flight = NOTHING then\n            now <= HAND_OVER;\n",
                 "          if true then\n            now <= HAND_OVER;\n",
             ),
@@ -302,33 +304,33 @@ FAILOVER = (
         },
         breaks=(
             Break(
-                "a swap of the processor uses a left-out head again",
+                "a swap that the processor requests uses a left-out head again",
                 "      may_activate <= not (or (idle_used and barred))",
                 "      may_activate <= not (or (idle_used and barred and (barred'range => busy)))",
             ),
             Break(
-                "a set that uses the missing head is taken",
+                "a set that uses the head that it should leave out is activated",
                 "      may_activate <= not (or (idle_used and barred))",
                 "      may_activate <= (busy or not (or (idle_used and barred)))",
             ),
             Break(
-                "a missing head carries the output",
+                "a left-out head is the carrier",
                 " and (idle_carrier_used or not (busy or (or left_out)));\n",
                 ";\n",
             ),
             Break(
-                "a swap of the processor ends a failover",
+                "a swap that the processor requests ends a failover",
                 "        set_in_force <= to_unsigned(OWN_WORDS_SET, 3);\n      end if;\n\n",
                 "        set_in_force <= to_unsigned(OWN_WORDS_SET, 3);\n"
                 "        left_out     <= (others => '0');\n      end if;\n\n",
             ),
             Break(
-                "a set uses a head before its index",
+                "a set uses a left-out head that has not seen its index again",
                 "          if uses_one(wanted_set, left_out) and has_index = '0' then\n",
                 "          if uses_one(wanted_set, left_out) and rearming /= 0 then\n",
             ),
             Break(
-                "a head comes back with an earlier index",
+                "a head comes back because of an index from before the failover",
                 "when rearming = 0 and (indices_seen and left_out) = left_out else",
                 "when (indices_seen and left_out) = left_out else",
             ),
@@ -364,8 +366,9 @@ PROOFS = (
         entity="quadrature_output",
         claims=(
             "A and B never change in the same clock, for any inputs",
-            "successive edges keep `minimum_spacing`, which may have any value and change in any "
-            "clock",
+            "successive edges without a reset between them are at least `minimum_spacing` clocks "
+            "apart, with the value at the decision of the first edge; `minimum_spacing` may have "
+            "any value and change in any clock",
             "A and B always have the levels of the output's count, also through a reset",
             "Z never rises before an index has set the angle's zero, and a gated Z never rises "
             "outside its state",
@@ -392,7 +395,7 @@ PROOFS = (
                 " & referenced_then(0) & referenced;\n",
             ),
             Break(
-                "with A and B exchanged, one pin repeats the other",
+                "while A and B are exchanged, both pins show the same signal",
                 "        b <= a_level xor invert_b;\n",
                 "        b <= b_level xor invert_b;\n",
             ),
@@ -417,7 +420,7 @@ PROOFS = (
                 "      b_level := phase_then(0);\n",
             ),
             Break(
-                "the phase is not held while disabled",
+                "the phase is not held while `enable` is low",
                 "      if following = '1' then\n        phase := ",
                 "      if following = '0' then\n"
                 "        phase := u_unsigned(corrected_position(1 downto 0));\n"
@@ -501,10 +504,11 @@ PROOFS = (
         name="quadrature_decoder",
         entity="quadrature_decoder",
         claims=(
-            "the position equals that of a reference, which uses the pins' samples and a table",
+            "the position equals that of a reference model, which computes it from the samples of "
+            "the pins and a table",
             "the position never moves by more than one count per clock",
-            "the zero never moves without `zero_again`; lost counts are put back only with `heal` "
-            "and when the zero moves",
+            "the zero never moves without `zero_again`; lost counts are put back only with `heal`, "
+            "and only when the zero moves",
         ),
         limits="filter_length is at most 7 clocks and may change in any clock",
         depth=7,
@@ -521,7 +525,7 @@ PROOFS = (
                 entity="edge_counter",
             ),
             Break(
-                "the other head alone moves the zero",
+                "the zero moves because the other head agrees, without `zero_again`",
                 "                and zero_again and is_latest and ",
                 "                and (zero_again or other_head_agrees) and is_latest and ",
                 entity="index_zero",
@@ -577,7 +581,7 @@ PROOFS = (
         },
         breaks=(
             Break(
-                "a bank is handed over although the other is not released",
+                "a bank is handed over although the processor has not released the other bank",
                 "          if owned = '1' then\n",
                 "          if owned = '1' and overrun = '1' then\n",
             ),
@@ -602,7 +606,7 @@ PROOFS = (
                 "      if is_inside and ready_bank = '0' then\n",
             ),
             Break(
-                "the header changes with the turn being captured",
+                "the header of the processor's bank changes while the next turn is captured",
                 "        samples      := samples + 1;\n",
                 "        samples      := samples + 1;\n"
                 "        header_sample_count <= resize(samples, 16);\n",
@@ -615,14 +619,15 @@ PROOFS = (
         entity="arctrue_core",
         claims=(
             "on the core's AXI4-Lite port an answer stays valid and unchanged until it is taken; "
-            "none is valid after a reset; each belongs to an access taken before it",
+            "no answer is valid after a reset; each answer belongs to an access that was taken "
+            "before it",
             "coefficient memory and capture are accessed only at legal words of the access that "
             "was taken, and a read returns the word that they supply",
             "a read waits for one write at most, and a write for one read",
         ),
         generics={"LANES": 1, "CAPTURE_DEPTH": 2},
-        limits="the master follows AXI4-Lite; units answer the register block as their proofs "
-        "state, with any value",
+        limits="the master follows AXI4-Lite; the other units answer as their proofs state, and "
+        "the words that they return may have any value",
         depth=3,
         cover_depth=12,
         quick=False,
@@ -713,7 +718,7 @@ PROOFS = (
                 entity="axi_lite_access",
             ),
             Break(
-                "the check of an access follows the bank's state while a word is read",
+                "the verdict on an access changes with the state of the bank while a word is read",
                 "      if judge = '1' then\n",
                 "      if judge = '1' or is_write = '0' then\n",
                 entity="access_guard",
@@ -757,12 +762,12 @@ PROOFS = (
         cover_depth=8,
         breaks=(
             Break(
-                "half a turn counts as the shorter way up",
+                "a difference of exactly +half a turn is not folded to −half a turn",
                 "above_2    := twice - turn;",
                 "above_2    := twice - turn - 1;",
             ),
             Break(
-                "half a turn down is folded",
+                "a turn is subtracted from a difference of exactly −half a turn",
                 "above_2(above_2'high) = '0' then",
                 "above_2(above_2'high) = '0' or below_2 = 0 then",
             ),
@@ -782,8 +787,8 @@ PROOFS = (
         name="turn_counter",
         entity="turn_counter",
         claims=(
-            "from one accepted angle to the next, turn number and angle together move by the "
-            "angle's shorter way round: a wrap adds no step",
+            "from one accepted angle to the next, turn number and angle together change by the "
+            "shorter way from the old angle to the new angle, also if the angle wraps",
             "`turn_select` of an angle is its turn number modulo 4, one clock later",
         ),
         limits="angles are below counts_per_rev, which is constant",

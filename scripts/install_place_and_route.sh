@@ -18,7 +18,7 @@ LOG=$PWD/build/logs/install_place_and_route.log
 TAG=place_and_route
 # shellcheck source=scripts/debian_packages.sh
 . scripts/debian_packages.sh
-BY_HAND=("By other means: docs/device.md, 'Open tools', tells where each program is looked for.")
+BY_HAND=("By other means: docs/device.md, 'Open tools', states where each program is searched.")
 
 # Prints the version line of nextpnr; fails if one of the programs or databases is missing.
 version() {

@@ -71,9 +71,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Evaluate the lives and print the table; with ``--write`` update the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--lives", type=int, default=300, help="lives, of all kinds together")
-    parser.add_argument("--seed", type=int, default=1, help="of the first life")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the first life")
     parser.add_argument("--workers", type=int, default=1, help="processes")
-    parser.add_argument("--write", action="store_true", help=f"into {PAGE}")
+    parser.add_argument("--write", action="store_true", help=f"write the table into {PAGE}")
     given = parser.parse_args(arguments)
     with tempfile.TemporaryDirectory() as place:
         work = "arctrue.studies.life.judge:run_lives"

@@ -27,7 +27,7 @@ WORKBENCH = Path("docs/workbench.md")
 RULES, END_OF_RULES = "<!-- The rules: made by scripts/make_docs.py -->\n", "<!-- End -->\n"
 NUMBER_FORMATS = Path("rtl/formats/number_formats_pkg.vhd")
 
-# Folders of rtl/, in the order in which data pass through them.
+# Folders of rtl/ that data pass through, in this order; all other folders follow them.
 WAY = (
     "decoder",
     "sampler",
@@ -49,8 +49,11 @@ MODE = re.compile(r"^(?P<mode>inout|in|out|buffer)\s+(?P<type>.+)$", re.IGNORECA
 
 @dataclass(frozen=True)
 class Item:
-    """Generic or port of an entity; ``mode`` is empty for a generic, ``heading`` is the heading of
-    its group."""
+    """Generic or port of an entity, or element of a record.
+
+    ``mode`` is empty except for a port; ``heading`` is the heading of the group that begins with
+    this item, or empty.
+    """
 
     names: str
     mode: str
@@ -111,8 +114,10 @@ def _clause(text: str, keyword: str) -> str | None:
 
 
 def read_items(clause: str, source: Path) -> tuple[Item, ...]:
-    """Return the declarations of a generic or port clause, each on one line and with its
-    comment."""
+    """Return the declarations of a generic clause, port clause or record, each with its comment.
+
+    Raises ValueError unless each declaration is on a line of its own.
+    """
     items: list[Item] = []
     heading = ""
     for line in clause.splitlines():
@@ -167,14 +172,17 @@ def find_records(root: Path) -> dict[str, tuple[Item, ...]]:
 
 
 def find_entities(root: Path) -> list[Entity]:
-    """Return all entities below rtl/, in the order in which data pass through their folders."""
+    """Return all entities below rtl/: first the folders of WAY in its order, then the other
+    folders; within a folder by name."""
     entities: list[Entity] = []
     for path in sorted((root / "rtl").rglob("*.vhd")):
         if re.search(
             rf"^entity\s+{path.stem}\s+is\b", path.read_text(encoding="utf-8"), re.M | re.I
         ):
             entities.append(read_entity(root, path.relative_to(root)))
-    return sorted(entities, key=lambda entity: (_place(entity), entity.name))
+    return sorted(
+        entities, key=lambda entity: (_place(entity), entity.source.parts[1], entity.name)
+    )
 
 
 def _place(entity: Entity) -> int:
@@ -275,9 +283,10 @@ def entities_index(entities: list[Entity]) -> str:
         "",
         "# Entities",
         "",
-        "One page an entity, made from the head of its source. The order is the data's way",
-        "([architecture](../architecture.md)); the formats of the numbers are in",
-        "[number formats](../number-formats.md).",
+        "Each entity has one page, which is made from the header of its source. The folders stand",
+        "in the order in which data pass through them ([architecture](../architecture.md)), then",
+        "the other folders. The page [number formats](../number-formats.md) lists the formats of",
+        "the numbers.",
     ]
     folder = ""
     for entity in entities:

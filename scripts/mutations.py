@@ -28,7 +28,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "speed_chatters",
-        "tremble over one edge at standstill is a speed",
+        "tremble over one edge at standstill counts as a speed",
         "rtl/conditions/table_speed.vhd",
         "        if size < TREMBLE then\n",
         "        if size < 0 then\n",
@@ -68,7 +68,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "a_wrong_head_steps",
-        "a step names the first head without which others agree, though it is not the only one",
+        "a step is attributed to one of several heads without each of which the others agree",
         "rtl/mean/head_watch.vhd",
         "if agree = alone and",
         "if (agree and alone) = alone and",
@@ -76,7 +76,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "a_mixed_set_is_swapped",
-        "a swap of the processor passes while a prepared set is being loaded",
+        "a swap that the processor requests takes place while a prepared set is being loaded",
         "rtl/mean/prepared_sets.vhd",
         "              swap when now = IDLE else\n              '0';\n",
         "              swap;\n",
@@ -84,7 +84,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "a_swap_ends_a_failover",
-        "a swap of the processor clears the heads that are left out",
+        "a swap that the processor requests takes all left-out heads back",
         "rtl/mean/head_failover.vhd",
         "        set_in_force <= to_unsigned(OWN_WORDS_SET, 3);\n      end if;\n\n",
         "        set_in_force <= to_unsigned(OWN_WORDS_SET, 3);\n"
@@ -165,7 +165,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "sweep_of_two_turns",
-        "a sweep of phase offsets takes the turn of each moment: a tremble leaves a turn out",
+        "each lane of a sweep takes the turn of its own moment, so a sweep may mix two turns",
         "rtl/coefficients/turn_offset_sweep.vhd",
         "      if now = FIRST then\n",
         "      if now.part = 0 then\n",
@@ -229,7 +229,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "compare_waits_as_long_as_the_probe",
-        "a pulse of the compare has the position that the table had before it",
+        "an event of the compare states the position that the table had before the pulse",
         "rtl/core/arctrue_core.vhd",
         "COMPARE_DELAY => PROBE_DELAY + PULSE_CLOCKS + 1",
         "COMPARE_DELAY => PROBE_DELAY",
@@ -253,7 +253,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "release_needs_two_clears",
-        "a clear meets the fault that the same clear ends a clock later",
+        "a clear does not end a release whose fault the same clear ends one clock later",
         "rtl/signals/fault_outputs.vhd",
         "      cleared := clear;\n",
         "      cleared := clear and not (or (present and release_sources));\n",
@@ -261,7 +261,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "index_before_step",
-        "an index passed downwards is latched after the step instead of before it",
+        "an index that is passed downwards is latched after the step instead of before the step",
         "rtl/decoder/index_zero.vhd",
         "(position'range => leaves_inside), not meets_up);",
         "(position'range => leaves_inside), '0');",
@@ -381,7 +381,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "first_clock_is_long",
-        "an interval of equal time has no first clock in which it may end",
+        "with a sample period of one clock, an interval does not end in its first clock",
         "rtl/sampler/sample_trigger.vhd",
         "        ends := not (or sample_period(31 downto 1));\n",
         "        ends := '0';\n",
@@ -429,7 +429,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "folded_sum_of_two_angles",
-        "the sums of an angle are added to those of the one before it",
+        "the sums of an angle are added to the sums of the previous angle",
         "rtl/compensation/error_compensation.vhd",
         "      if first_sums = '1' then\n",
         "      if first_sums = 'U' then\n",
@@ -485,7 +485,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "idle_bank_not_filled",
-        "after a swap the idle bank keeps the words from before",
+        "after a swap the idle bank keeps the words from before the swap",
         "rtl/coefficients/coefficient_memory.vhd",
         "      if copying(LAST_COPY) = '1' then\n",
         "      if copying(LAST_COPY) = 'U' then\n",

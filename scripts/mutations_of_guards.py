@@ -193,7 +193,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "line_beside_its_order",
-        "a line that takes a little more than the order of the disc under it is named",
+        "a line is named although it explains only a little more than the disc's order next to it",
         f"{DIAGNOSE}/classes.py",
         "return stands_in(line, other) or of_its_order(line, other)",
         "return stands_in(line, other)",
@@ -275,7 +275,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "a_line_may_keep_to_the_schedule",
-        "an effect of place and direction is a line in time at the period of the visits",
+        "an effect of place and direction is named as a line in time with the period of the visits",
         "sim/arctrue/workbench/effects/catalogue/periodic_error.py",
         "OF_THE_SCHEDULE = 0.25\n",
         "OF_THE_SCHEDULE = -1.0\n",
@@ -323,7 +323,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "rows_between_gaps_are_far",
-        "a few rows between two gaps are compared with rows beyond the gaps, wave included",
+        "rows between two gaps are compared with rows beyond the gaps without removing the wave",
         "sim/arctrue/workbench/observations/outliers/single_rows.py",
         "            without_wave(difference_arcsec[start:end], angle),\n",
         "            difference_arcsec[start:end],\n",

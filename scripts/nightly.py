@@ -1,8 +1,8 @@
 """Runs the long checks of one commit and writes docs/nightly.md: ``python -m scripts.nightly``.
 
 ``make nightly`` runs all checks one after the other; ``--only NAME`` runs the named checks. A check
-is not repeated if the same part of it has already ended for this commit, so that a second run
-continues an interrupted one (``--again`` repeats such checks). ``--sample`` runs, for a check that
+is not repeated if its same part has already ended for this commit, so that a second run continues
+an interrupted one (``--again`` repeats such checks). ``--sample`` runs, for a check that
 defines a sample, only this sample; each row of the page states which part ran, on which commit, and
 how it ended. Uncommitted changes are refused, because a figure must belong to a commit. Exit code
 1: a check failed. 2: the tree differs from its commit, or the record of earlier runs is damaged.
@@ -102,7 +102,7 @@ CHECKS = (
     Check(
         "bench",
         ("make", "bench"),
-        "calibration, firmware, instrument and page keep their limits",
+        "calibration, firmware and workbench keep their limits",
     ),
     Check(
         "bitstream",
@@ -223,8 +223,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         metavar="NAME",
         help=f"run these checks: {', '.join(names)}",
     )
-    parser.add_argument("--sample", action="store_true", help="run the stated part where one is")
-    parser.add_argument("--again", action="store_true", help="run ended checks too")
+    parser.add_argument("--sample", action="store_true", help="run only a check's sample")
+    parser.add_argument("--again", action="store_true", help="also run checks that have ended")
     options = parser.parse_args(arguments)
     try:
         commit = commit_of(ROOT)

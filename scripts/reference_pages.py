@@ -15,13 +15,13 @@ from arctrue.base.typed_content import bound_words
 
 COMMANDS_HEAD = """# Commands
 
-Made from the sources by `make docs`. Every command has `-h`; results are on stdout, errors and
-progress on stderr. Exit codes that a command does not name: 0 after success, 2 for bad
-usage or bad input, 130 after Ctrl-C.
+`make docs` makes this page from the sources. Every command has `-h`; results are on stdout, errors
+and progress on stderr. The exit code is 0 after success, 2 for bad usage or bad input, and 130
+after Ctrl-C, unless the text of a command names another one.
 """
 API_HEAD = """# Python interface
 
-Made from the sources by `make docs`. How it is used: [from Python](python.md).
+`make docs` makes this page from the sources. [From Python](python.md) shows how to use it.
 """
 
 

@@ -144,7 +144,7 @@ def test_a_board_without_pins_for_further_heads_is_named(tmp_path: Path) -> None
 
 
 def test_the_template_names_every_port_and_is_refused_as_it_is(tmp_path: Path) -> None:
-    with pytest.raises(ConstraintError, match="expected a pin of the package as Y18, found 'PIN'"):
+    with pytest.raises(ConstraintError, match="expected a pin such as Y18, found 'PIN'"):
         check_pins(TEMPLATE, ports_of(TOP))
     filled = iter(BANKS)
     text = re.sub(r"\bPIN(?= \[)", lambda _: next(filled), TEMPLATE.read_text(encoding="utf-8"))

@@ -250,12 +250,12 @@ SMALL = {"DLUT.RAM", "ALUT.RAM", "ALUT.SMALL"}
     ("features", "pin", "message"),
     [
         ({"ALUT.RAM"}, "A", "DLUT, whose inputs are its write address, is not"),
-        ({"DLUT.RAM", "BLUT.SRL"}, "D", "beside BLUT, a shift register"),
+        ({"DLUT.RAM", "BLUT.SRL"}, "D", "BLUT is a shift register; a slice with both"),
         (SMALL | {"WA7USED"}, "A", "a RAM of 32 words with WA7USED"),
         ({"DLUT.RAM", "WA8USED"}, "D", "WA8USED without WA7USED"),
         (SMALL, "A", "A6 is not always 1"),
         ({"DLUT.RAM", "DOUTMUX.O5"}, "DMUX", "O5 of DLUT, a RAM of 64 words, is not decoded"),
-        ({"DLUT.RAM", "DOUTMUX.MC31"}, "DMUX", "MC31 of DLUT is used, which is not a shift"),
+        ({"DLUT.RAM", "DOUTMUX.MC31"}, "DMUX", "MC31 of DLUT is used, but DLUT is not a shift"),
     ],
 )
 def test_a_ram_that_is_not_decoded_is_refused(features: set[str], pin: str, message: str) -> None:

@@ -19,9 +19,9 @@ from arctrue.generated.number_formats import (
 
 STEP_COUNTS: Final = 32
 """Limit of a step for heads on a radius of 100 mm at 2²⁴ counts. An axis that moves by 0.5 µm
-changes a reading by 0.5 µm / 100 mm = 1.03″ = 13.4 counts, and a difference of two readings by 26.8
-counts; eccentricity of 142″ adds 142″ · 2 sin(90°/s · 1.31 ms / 2) = 0.29″ = 3.8 counts at 90°/s in
-1.31 ms, which are 8 intervals; rounding adds 1 count."""
+changes a reading by 0.5 µm / 100 mm = 1.03″ = 13.35 counts, and a difference of two readings by up
+to 26.7 counts; eccentricity of 142″ adds 142″ · 2 sin(90°/s · 1.31 ms / 2) = 0.29″ = 3.8 counts at
+90°/s in 1.31 ms, which are 8 intervals; rounding adds 1 count."""
 MISSING_COUNTS: Final = 48
 """Number of counts that a head may be behind another head before its edges count as missing. It
 exceeds the differences above, and corresponds to 11.4 µs at 90°/s (4.19 million counts a

@@ -55,7 +55,7 @@ prediction by less than half a count RMS does not count as visible.
     arctrue benchmark make FOLDER --tier sealed  # seals generator and scoring, then draws the seed
     arctrue benchmark run FOLDER                 # --workers N, --scheduler ADDRESS, --shard i/n
     arctrue benchmark score FOLDER               # every rate; --answers FILE: other answers
-    arctrue benchmark bound FOLDER               # each effect at the size that is said to be found
+    arctrue benchmark bound FOLDER               # each effect at its stated detectable size
     make peers                                   # the rivals on the 200 public sets: PUBLIC
     arctrue benchmark score FOLDER --keep        # its failures become cases, for TIER=cases
     arctrue benchmark page FOLDER --peers PUBLIC --to docs/benchmark.md --out docs/images
@@ -71,17 +71,17 @@ number of workers or shards. A folder holds results of one state of the code onl
 
 READING = """## How to read it
 
-*False name*: the answer names an effect that is not in the set; a name for a stranger is one.
-*Falsely adequate*: the answer is that nothing is missing, though the oracle sees something.
+*False name*: the answer names an effect that is not in the set; any name for a stranger is false.
+*Falsely adequate*: the answer is that nothing is missing, although the oracle sees something.
 *Right*: named. *First in class*: the answer is a class that this set cannot separate, and the
 truth is first in it. *In class*: the truth is listed, but another is first. Of several causes
 each counts as the truth. A wrongly stated separation of the heads is a `head_angle_error`.
-*Silent*: `cannot_tell` though the oracle sees something. *Stranger*: a cause that no effect of
-the catalogue and no product of parts describes. *Product of parts*: a condition (temperature,
-speed, settling) times a wave of one order on the disc, the stator or a head. *Damped
+*Silent*: the answer is `cannot_tell`, although the oracle sees something. *Stranger*: a cause that
+no effect of the catalogue and no product of parts describes. *Product of parts*: a condition
+(temperature, speed, settling) times a wave of one order on the disc, the stator or a head. *Damped
 oscillation*: noise drives it; `unknown` is right if its frequency is stated within the half width
-at half power, and every name is false. *A second name that is not there*: besides the right name,
-one of an effect that is not in the set. Intervals are Clopper–Pearson, 95 %.
+at half power, and every name is false. *A second name that is not there*: in addition to the right
+name, the answer names an effect that is not in the set. Intervals are Clopper–Pearson, 95 %.
 """
 
 
@@ -127,7 +127,7 @@ def benchmark_page(
     lines += [
         READING.rstrip(),
         "",
-        f"What the sets are: [the sets of the benchmark]({SETS_PAGE}).",
+        f"[The sets of the benchmark]({SETS_PAGE}) describes the sets.",
         "",
     ]
     return "\n".join(lines)
@@ -212,8 +212,8 @@ def _goal(most: float | None, least: float | None) -> str:
 def _rates(found: Mapping[str, Any]) -> list[str]:
     columns = ["all", *_generators(found)]
     lines = [
-        "Percent of the sets that count, with the interval of 95 %, and how many sets count. In "
-        "bold: the rate misses its goal.",
+        "Each cell states the rate in percent, its 95 % interval, and the number of sets that "
+        "count. A rate in bold misses its goal.",
         "",
         "| | goal | " + " | ".join(columns) + " |",
         "|---|---|" + "---|" * len(columns),
@@ -244,9 +244,9 @@ def _by_world(found: Mapping[str, Any]) -> list[str]:
     (false_goal,) = (score for score in SCORES if score.name == FALSE)
     assert false_goal.world_at_most is not None
     lines = [
-        "By world. In bold: the false rate's interval begins above "
-        f"{100 * false_goal.world_at_most:g} %, by which a world fails, and a rate of "
-        "right first below 90 % (white: 97 %).",
+        "The table has a row for each world. In bold: a rate of *false name or falsely adequate* "
+        f"whose interval begins above {100 * false_goal.world_at_most:g} % (the world then fails), "
+        "and a rate of *right first* below 90 % (white: 97 %).",
         "",
         "| world | false name or falsely adequate | right first, where seen | outcomes that should "
         "not be |",
@@ -274,8 +274,9 @@ def _peers(peers: Mapping[str, Mapping[str, Any]], header: Mapping[str, Any]) ->
     sets = f"The {whole}" if first["sets"] == whole else f"The same {first['sets']} of the {whole}"
     lines = [
         f"{sets} sets of the tier *{tier}*{', which are frozen' if tier == 'public' else ''}: "
-        f"{first['visible']} with something that the oracle sees, one scorer for all. Percent, "
-        "interval of 95 %, and how many sets count:",
+        f"{first['visible']} with something that the oracle sees; one program scores all answers. "
+        "Each cell states the rate in percent, its 95 % interval, and the number of sets that "
+        "count:",
         "",
         "| | " + " | ".join(peers) + " |",
         "|---|" + "---|" * len(peers),
@@ -311,14 +312,15 @@ def _probabilities(found: Mapping[str, Any]) -> list[str]:
     if TRUTH_PROBABILITY in goals:
         truth.append(
             f"{text[TRUTH_PROBABILITY]} of that in the catalogue (goal "
-            f"{goals[TRUTH_PROBABILITY]}: the rate of right first less "
+            f"{goals[TRUTH_PROBABILITY]}: the rate of right first minus "
             f"{PROBABILITY_BELOW_RIGHT:g})"
         )
     lines = [
         f"Mean probability that is given to the truth: {', '.join(truth) or 'nothing is seen'}. "
-        "Calibration error: the mean distance of the curve below from what is stated, over ten "
-        "bins of equal count. Log score: of the largest probability, in nats, less that of the "
-        "best constant. Intervals: 95 % of a bootstrap over the sets.",
+        "The calibration error is the mean distance between the stated probability and the share "
+        "of right answers, over the ten bins below, which have equal numbers of sets. The log "
+        "score is that of the largest probability of each answer, in nats, minus that of the best "
+        "constant. The intervals are 95 % of a bootstrap over the sets.",
         "",
         "| | goal | value |",
         "|---|---|---|",
@@ -335,7 +337,11 @@ def _probabilities(found: Mapping[str, Any]) -> list[str]:
         f"| {item['mean_probability']:.3f} | {_percent(item)} |" for item in stated["reliability"]
     ]
     kinds = (f"{kind} {of['hits']} of {of['of']}" for kind, of in stated["right_of"].items())
-    return [*lines, "", f"Right, by what it is given to: {', '.join(kinds)}."]
+    return [
+        *lines,
+        "",
+        f"Right answers, by the kind that has the largest probability: {', '.join(kinds)}.",
+    ]
 
 
 def _held_out(found: Mapping[str, Any]) -> list[str]:
@@ -343,15 +349,19 @@ def _held_out(found: Mapping[str, Any]) -> list[str]:
     if ratios is None:
         return []
     text = ", ".join(f"{name} {value:.3f}" for name, value in ratios.items())
-    return [f"Held-out error over the noise that was put in, where the answer is right: {text}."]
+    return [
+        f"Held-out error of the right answers, divided by the noise that the generator added: "
+        f"{text}."
+    ]
 
 
 def _sizes(found: Mapping[str, Any]) -> list[str]:
     lines = [
         "### Size against the oracle",
         "",
-        "Sets with one cause of the catalogue: put first, percent, by the size in limits (over the "
-        "smallest that the oracle finds).",
+        "The table counts sets with one cause of the catalogue: the share, in percent, of the "
+        "answers that put this cause first. The size is stated in limits; a limit is the smallest "
+        "size that the oracle finds.",
         "",
         "| size in limits | put first |",
         "|---|---|",
@@ -371,8 +381,8 @@ def _by_effect(found: Mapping[str, Any]) -> list[str]:
         missed = "" if largest is None else f" ({largest:.3g})"
         text.append(f"{name} {item['hits']} of {item['of']}{missed}")
     return [
-        f"Put first, by effect, and in brackets the largest that was not, in limits: "
-        f"{', '.join(text) or 'none'}."
+        "Answers that put the cause first, by effect; in brackets the largest size that was not "
+        f"put first, in limits: {', '.join(text) or 'none'}."
     ]
 
 
@@ -405,7 +415,7 @@ def _failures(found: Mapping[str, Any], reasons: Mapping[str, Reason]) -> list[s
     rest = "" if whole else "; `arctrue benchmark score FOLDER` lists all"
     lines = [
         f"{number} sets with an outcome that should not be, or with a second name that is not "
-        f"there{rest}. Limits: the size over the smallest that the oracle "
+        f"there{rest}. The size in limits is the size divided by the smallest size that the oracle "
         f"finds. The command makes the set again; {looked_into} of {len(failures)} have been "
         "examined.",
         "",

@@ -193,7 +193,7 @@ def _drawn(found: Mapping[str, Any]) -> list[str]:
         "*Stated u* is the RMS over the turn of the standard uncertainty of ε that the calibration "
         "states. *Deviation* is the RMS of (calibrated ε − true ε) over turn and trials.",
         "*Coverage* is the share of angles and trials at which the true ε lies within ± 1.96 u of "
-        "the calibrated ε. *Verdict* tells whether the stated u agrees with the coverage within "
+        "the calibrated ε. *Verdict* states whether u agrees with the coverage within "
         "chance.",
         "",
         "| Active inputs | Stated u, ″ | Deviation, ″ | Deviation / stated u | Coverage, % | "
@@ -232,9 +232,9 @@ def _experiment(found: Mapping[str, Any]) -> list[str]:
         "## The paper's experiment in the form of cg-23",
         "",
         f"A polygon, which is remounted in each of {found['cycles']} cycles, measures the table's "
-        "error at each face. In every cycle it stands at another angle on the table, so that a "
-        "closure separates the faces' errors from the table's error",
-        "([methods](methods.md)), so that the 0.1″ of the polygon's certificate are not needed: "
+        "error at each face. In every cycle it stands at another angle on the table. Therefore a "
+        "closure can separate the faces' errors from the table's error",
+        "([methods](methods.md)), and the 0.1″ of the polygon's certificate are not needed: "
         f"the closure estimates the faces' errors, {found['faces_arcsec']:.3f}″ RMS, with an error "
         f"of {found['faces_off_by_arcsec']:.3f}″.",
         "",

@@ -261,18 +261,18 @@ def _trends(found: Mapping[str, Any]) -> list[str]:
     return [
         "## Trends",
         "",
-        "`arctrue monitor PORT --trend ARCSEC` fits, for each order, a straight line through the "
-        "latest 8 means of 16 turns, and tests its slope against the scatter about",
-        "the line (F test). Noise alone raises an alarm for one in a thousand lines. This run "
-        "raised these alarms:",
+        "`arctrue monitor PORT --trend ARCSEC` fits, for each order, straight lines through the "
+        "latest 8 means of 16 turns of cosine and sine, and tests their slopes against the scatter",
+        "about the lines (F test). Noise alone raises an alarm of any order in one of a thousand "
+        "tests of all orders. This run raised these alarms:",
         "",
         "| Order | First alarm in turn | Change at this alarm, ″ (k = 2) | over turns | Number of "
         "alarms |",
         "|---|---:|---:|---:|---:|",
         *rows,
         "",
-        f"The other orders up to {found['orders']} raised no alarm; {lines} lines were tested for "
-        "each order.",
+        f"The other orders up to {found['orders']} raised no alarm; each order was tested "
+        f"{lines} times.",
         "",
     ]
 
