@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Every angle meets the coefficients of one bank, that of the last swap before it: with all writes that
-// were acknowledged by then and no part of another bank. Swaps, writes and resets come in any clock, also
-// while a swap waits or the idle bank is filled. The memory acknowledges a write, executes a swap and reads
-// back as the header of the entity states. The rules follow one bit of the coefficients, which may be
-// any of them.
+// Every angle gets the coefficients of one bank, which the last swap before the angle made active: with all writes that
+// were acknowledged before this swap, and no part of the other bank. Swaps, writes and resets come in any clock, also
+// while a swap waits or the idle bank is filled. The memory acknowledges a write, executes a swap and reads back as the
+// header of the entity states. The rules follow one bit of the coefficients, which may be any of them.
 
 module coefficient_memory_rules #(
     parameter LANES = 2,

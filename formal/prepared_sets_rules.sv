@@ -2,8 +2,8 @@
 //
 // A set is swapped whole: when the clock of its first angle comes, any word of the idle bank is the word of that set, and
 // none changes while the swap waits. A swap takes place only while `may_activate` is high. Each write of the processor reaches the
-// bank unchanged before it is acknowledged. The word to be looked at, and its set, are any constants; of the memory
-// that one word is modelled. Source: the entity's header.
+// bank unchanged before it is acknowledged. The rules follow one word of one set, which may be any; of the memory only
+// this word is modelled. Source: the entity's header.
 
 module prepared_sets_rules #(
     parameter LANES = 1, parameter HEADS = 3
@@ -21,7 +21,7 @@ module prepared_sets_rules #(
     localparam OF_LANE = 1, OF_OFFSET = 2, OF_MEAN = 3;
     localparam IDLE = 0, FETCH = 1, HAND_OVER = 2, WRITTEN = 3, ASK_SWAP = 4, WAIT_FOR_SWAP = 5;
 
-    // The word that is looked at.
+    // The word that the rules follow.
     (* anyconst *) wire [1:0] kind;
     (* anyconst *) wire [7:0] where;
     (* anyconst *) wire [2:0] set;
@@ -98,7 +98,7 @@ module prepared_sets_rules #(
         read_it <= probe_ram_place == stored_at;
     end
 
-    // Of the word that is looked at: handed over in this loading.
+    // Whether the word that the rules follow has been handed over since the load began.
     wire handed = probe_now == HAND_OVER ? place < probe_place : probe_now >= WRITTEN;
 
     always @* begin
@@ -108,11 +108,12 @@ module prepared_sets_rules #(
         assume (kind != OF_MEAN || where <= 8);
         // The one word of the memory: a read gives it a clock later.
         assume (!read_it || probe_ram_word == stored_then);
-        // head_failover: one load at a time, of a set that is built; its number stands.
+        // head_failover requests one load at a time, of a set that is built, and does not change the number during the
+        // load.
         assume (number <= HEADS);
         assume (!load || (!busy && !load_then));
         assume (!(load_then || busy) || number == number_then);
-        // The bus: one access at a time, address and data stand; a swap is an access, too.
+        // The bus makes one access at a time and keeps address and data until the answer; a swap is an access, too.
         assume (!(access_read || access_write) || !access_under_way);
         assume (!access_under_way || ({access_set, access_word} == access_then
                                       && access_data == access_data_then));
@@ -122,7 +123,8 @@ module prepared_sets_rules #(
         assume (!write_lane || write_address < LANE_WORDS);
         assume (!write_mean || write_address < 16);
         assume (!swap || (!under_way && !processor_writes));
-        // The banks: they acknowledge the write that they have, not while a swap waits; a swap comes after it was asked for.
+        // The banks acknowledge the write that they have, but not while a swap waits; a swap comes only after its
+        // request.
         assume (!acknowledged || (pending != 0 && !waits && !swap_out));
         assume (!swap_comes || waits || swap_out);
         if (running) begin

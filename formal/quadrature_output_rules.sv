@@ -25,7 +25,7 @@ module quadrature_output_rules (
     wire a = swap_ab ? second : first, b = swap_ab ? first : second;
     wire z = pin_z ^ invert_z;
 
-    // Clocks from the first one with a decided step in its register to the edge at the pin.
+    // Number of clocks from the first clock in which a register holds the decided step to the edge at the pin.
     localparam WAY = 3;
     localparam [16:0] LONG_AGO = 17'h1ffff;
 

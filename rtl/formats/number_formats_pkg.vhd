@@ -202,8 +202,8 @@ package number_formats_pkg is
   constant WATCH_SETTLE_CLOCKS        : positive := 16;
   -- Largest number of counts by which head_watch counts one head as ahead of another: the largest missing_counts, u8.0.
   constant WATCH_AHEAD_MAX            : positive := 255;
-  -- Clocks for which head_failover clears the index of a head that is left out: more than INDEX_JUDGED_AFTER, so that an
-  -- index from before is no longer being checked at the end.
+  -- Clocks for which head_failover clears the index of a head that is left out: more than INDEX_JUDGED_AFTER, so that
+  -- no older index is still being checked when the clearing ends.
   constant FAILOVER_REARM_CLOCKS      : positive := 8;
   -- Value of heads_status.set, u3.0, while the words that the processor wrote are active: no prepared set, 0 to HEADS_MAX,
   -- has this number.

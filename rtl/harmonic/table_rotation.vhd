@@ -150,7 +150,7 @@ begin
   -- harmonic_lane receives the amplitude a fixed number of clocks after the phase, so no other width or latency is
   -- possible.
   assert COSINE_WIDTH = 18 and WAITING >= 1
-    report "table_rotation: built for a cosine of 18 bits and 10 clocks at least; choose ROTATION = cordic"
+    report "table_rotation: needs a cosine of 18 bits and at least 10 CORDIC_ITERATIONS; choose ROTATION = cordic"
     severity failure;
 
   look_up : process (clock) is
