@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // quadrature_output: for any inputs A and B never change together, and two edges keep the minimum spacing
-// that was set when the first of them was decided. A reset ends the spacing, but
-// does not change A and B. The levels of A and B belong to the output's count. Z never rises on an angle without reference,
-// nor, if gated, outside its state. After a fault the output stands until it is cleared. Source: the entity's
-// header, "Edges", "Phase", "Z" and "Fault".
+// that was set when the first of them was decided. A reset ends the spacing, but does not change A and B. The levels of
+// A and B belong to the output's count. Z never rises on an angle without reference; a gated Z never rises outside the
+// set state of A and B. After a fault the output does not move until the fault is cleared. Source: the entity's header,
+// "Edges", "Phase", "Z" and "Fault".
 
 module quadrature_output_rules (
     input clock, input reset, input enable, input clear,
