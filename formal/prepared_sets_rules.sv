@@ -64,7 +64,8 @@ module prepared_sets_rules #(
     reg [31:0] data_then, access_data_then;
     reg [12:0] access_then;
     reg [1:0] asked_kind = 0;
-    // The write that the bank has taken on and not yet acknowledged; the idle bank's word; the set's stored word.
+    // `pending`: the write that the bank has received and not yet acknowledged. idle: the word that the rules follow,
+    // in the idle bank. stored: this word in the memory of the sets.
     reg [1:0] pending = 0;
     reg [7:0] pending_address;
     reg [31:0] pending_data, idle, stored, stored_then;
@@ -98,7 +99,7 @@ module prepared_sets_rules #(
         read_it <= probe_ram_place == stored_at;
     end
 
-    // Whether the word that the rules follow has been handed over since the load began.
+    // High if the word that the rules follow has been handed to the idle bank since the load began.
     wire handed = probe_now == HAND_OVER ? place < probe_place : probe_now >= WRITTEN;
 
     always @* begin
@@ -106,7 +107,7 @@ module prepared_sets_rules #(
         assume (set <= HEADS && kind != 0);
         assume (kind != OF_LANE || where < LANE_WORDS);
         assume (kind != OF_MEAN || where <= 8);
-        // The one word of the memory: a read gives it a clock later.
+        // The memory outputs the word one clock after a read of its address.
         assume (!read_it || probe_ram_word == stored_then);
         // head_failover requests one load at a time, of a set that is built, and does not change the number during the
         // load.
@@ -138,7 +139,7 @@ module prepared_sets_rules #(
             reaches: assert (!acknowledges || (pending == asked_kind && pending_data == write_data
                              && (pending == OF_OFFSET || pending_address == write_address)));
 
-            // What the induction needs.
+            // Lemmas for the induction.
             assert (probe_now <= WAIT_FOR_SWAP);
             // No turn step is written.
             assert (probe_waiting <= OF_MEAN && probe_in_flight <= OF_MEAN);

@@ -60,7 +60,7 @@ module quadrature_output_rules (
         end
     end
 
-    // An angle reaches Z four clocks later.
+    // An angle has its effect on Z four clocks later.
     reg [3:0] referenced_then = 0;
     reg z_before, gated_then;
     reg [1:0] state_now, width_now, state_then, width_then, phase_now, tie;
@@ -69,7 +69,7 @@ module quadrature_output_rules (
     always @(posedge clock) begin
         referenced_then <= {referenced_then[2:0], referenced};
         z_before <= z;
-        // State, width and phase are sampled a clock earlier.
+        // The entity samples z_state, z_width and phase_of_zero one clock earlier.
         phase_now <= phase_of_zero;
         if (!probe_following) tie <= phase_now;
         {state_now, width_now} <= {z_state, z_width};
@@ -81,8 +81,8 @@ module quadrature_output_rules (
     wire [1:0] place = {b, a ^ b};
     wire [1:0] behind_state = place - state_then;
 
-    // The same, counted from the decisions, some of which become no edge because of `enable`. This
-    // connects the claim with the entity's registers, so that the induction succeeds.
+    // Clocks since the last decision on an edge, and the spacing that applies to it; a decision gives no edge if
+    // `enable` goes low. These numbers connect the claim with the entity's registers, so that the induction succeeds.
     wire [1:0] probe_up, probe_down;
     wire [15:0] probe_spacing;
     wire probe_may_step;

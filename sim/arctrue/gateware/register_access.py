@@ -47,7 +47,7 @@ class CoefficientSet(Protocol):
 
     @property
     def phase_steps(self) -> NDArray[np.uint64]:
-        """Phase steps, (lanes,), u0.48 turn a count."""
+        """Phase steps, (lanes,), u0.48 turn per count."""
 
     @property
     def phase_offsets(self) -> NDArray[np.uint32]:
