@@ -936,7 +936,7 @@ async def interrupt_of_a_swap_and_its_ramp(dut):
     await ClockCycles(dut.clock, 40)
     assert await names.read("interrupt_status.swap_done") == 1
     assert await names.read("status.ramp_busy") == 1
-    await ClockCycles(dut.clock, 200)  # 8 counts at 1/8 count a clock: 64 clocks
+    await ClockCycles(dut.clock, 200)  # 8 counts at 1/8 count per clock: 64 clocks
     assert await names.read("interrupt_status.ramp_done") == 1
     assert await names.read("status.ramp_busy") == 0
     assert (await names.snapshot()).correction == 8 * 2048

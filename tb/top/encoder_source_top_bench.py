@@ -16,7 +16,8 @@ PERIOD_NS = 8
 HEADS = range(1, int(os.environ.get("HEADS", "2")) + 1)
 RESET_CLOCKS = 64
 COUNTS_A_CLOCK = 1_398_101 / 125e6
-"""Counts per clock of the board's oscillator at 30 deg/s, 2²⁴ counts a turn (docs/hardware.md)."""
+"""Counts per clock of the board's oscillator at 30 deg/s, 2²⁴ counts per turn
+(docs/hardware.md)."""
 CLOCKS = 18_000
 """Number of clocks; the last head has edges, with coefficients applied, from clock 14,000 on."""
 LEAST_EDGES = 30

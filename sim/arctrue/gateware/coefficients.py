@@ -81,7 +81,7 @@ class Coefficients:
 
     @property
     def turn_steps(self) -> NDArray[np.uint64]:
-        """Return the turn step ν of each lane, u0.48 turn a turn, (lanes,); 0 for integer
+        """Return the turn step ν of each lane, u0.48 turn per turn, (lanes,); 0 for integer
         orders."""
         steps = np.zeros(self.lanes, dtype=np.uint64)
         for lane, step in self.extension.turn_steps if self.extension else ():
@@ -404,7 +404,7 @@ class Coefficients:
 
 
 def check_counts_per_rev(counts_per_rev: int) -> None:
-    """Raise ValueError unless the gateware supports this number of counts a turn."""
+    """Raise ValueError unless the gateware supports this number of counts per turn."""
     if not COUNTS_PER_REV_MIN <= counts_per_rev <= COUNTS_PER_REV_MAX:
         raise ValueError(
             f"counts_per_rev: {counts_per_rev}, the gateware counts "
@@ -420,7 +420,7 @@ def phase_step(order: float, counts_per_rev: int) -> int:
 
 
 def turn_step(order: float) -> int:
-    """Return ν = round(n·2⁴⁸) mod 2⁴⁸, in 2⁻⁴⁸ turn a turn."""
+    """Return ν = round(n·2⁴⁸) mod 2⁴⁸, in 2⁻⁴⁸ turn per turn."""
     return round(Fraction(order) * (1 << PHASE_STEP_WIDTH)) % (1 << PHASE_STEP_WIDTH)
 
 

@@ -25,7 +25,7 @@ counts; eccentricity of 142″ adds 142″ · 2 sin(90°/s · 1.31 ms / 2) = 0.2
 MISSING_COUNTS: Final = 48
 """Number of counts by which all other heads must move since the last edge of a head until the edges
 of this head count as missing. It exceeds the differences above, and corresponds to 11.4 µs at 90°/s
-(4.19 million counts a second)."""
+(4.19 million counts per second)."""
 
 
 class Cause(IntEnum):

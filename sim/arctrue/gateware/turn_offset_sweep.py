@@ -42,7 +42,7 @@ def turn_offsets(
 ) -> NDArray[np.int64]:
     """Return the phase offsets in 2⁻²⁴ turn, (turns, lanes), rounded once, half up.
 
-    ``turn``: numbers of turns m, (turns,); ``turn_steps``: ν in 2⁻⁴⁸ turn a turn and
+    ``turn``: numbers of turns m, (turns,); ``turn_steps``: ν in 2⁻⁴⁸ turn per turn and
     ``phase_offsets``: Φ in 2⁻²⁴ turn, (lanes,).
     """
     # Products wrap modulo 2⁶⁴. This does not change the 48 low bits, which hold the fraction of a
