@@ -36,8 +36,8 @@ set_property LOC T10 [get_ports out_z]
 set_property IOSTANDARD LVCMOS33 [get_ports out_z]
 
 # The enable of the line drivers, the alarm and the signals of external instruments use the other pins of Pmod JB and
-# one pin of JA. The pin that is coupled with a pin of A (docs/device.md) carries a signal that rarely changes while
-# the table turns, so that no crosstalk disturbs A.
+# one pin of JA. A pin that is coupled with a pin of A (docs/device.md) carries a signal that rarely changes while the
+# table turns, so that no crosstalk disturbs A.
 set_property LOC Y14 [get_ports driver_enable]
 set_property IOSTANDARD LVCMOS33 [get_ports driver_enable]
 set_property LOC V16 [get_ports alarm]

@@ -37,7 +37,7 @@ set_property LOC T10 [get_ports out_z]
 set_property IOSTANDARD LVCMOS33 [get_ports out_z]
 
 # The enable of the line drivers, the alarm and the signals of external instruments use the other pins of PMODB and one
-# pin of PMODA. The pin that is coupled with a pin of A (docs/device.md) carries a signal that rarely changes while the
+# pin of PMODA. A pin that is coupled with a pin of A (docs/device.md) carries a signal that rarely changes while the
 # table turns, so that no crosstalk disturbs A.
 set_property LOC Y14 [get_ports driver_enable]
 set_property IOSTANDARD LVCMOS33 [get_ports driver_enable]

@@ -8,9 +8,9 @@
 //
 // The sampler, the compensation, all arithmetic and the signals at the edge of
 // the core are left out: the registers may read any value from them. Each register and
-// the held half of a wide word may also have any value. The two units that answer transfers themselves
-// are assumed only to do this: a bank's word follows its read by 4 clocks (proven: sampler_rules), and a
-// coefficient's acknowledge comes once for each write, later than it (proven: coefficient_memory_rules).
+// the held half of a wide word may also have any value. Two units answer transfers themselves; the proof assumes only
+// this about them: a bank's word follows its read by 4 clocks (proven: sampler_rules), and a coefficient's acknowledge
+// comes once for each write, later than it (proven: coefficient_memory_rules).
 
 module arctrue_core_rules #(
     parameter LANES = 1, parameter CAPTURE_DEPTH = 2 // as the netlist

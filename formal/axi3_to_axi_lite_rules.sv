@@ -64,7 +64,7 @@ module axi3_to_axi_lite_rules (
         r_before <= r;
     end
 
-    // Bursts as seen on their channels: accepted, and beats passed.
+    // Bursts that the channels show: whether one is in progress, and the number of its beats so far.
     reg was_reset = 1;
     reg writes = 0, reads = 0;
     reg [4:0] written = 0, read = 0;
@@ -97,7 +97,7 @@ module axi3_to_axi_lite_rules (
         end
     end
 
-    // Lemmas connect the beats still to come with those counted here.
+    // The lemmas connect the number of beats that the entity still expects with the number counted here.
     wire [1:0] probe_writing;
     wire [2:0] probe_reading;
     wire [47:0] probe_write_now, probe_read_now;

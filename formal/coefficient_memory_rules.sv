@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Every angle meets the coefficients of one bank, that of the last swap before it: with all writes that
-// were acknowledged by then and no part of another bank. Swaps, writes and resets come in any clock, also
-// while a swap waits or the idle bank is filled. The memory acknowledges a write, executes a swap and reads
-// back as the header of the entity states. The rules follow one bit of the coefficients, which may be
-// any of them.
+// Every angle gets the coefficients of one bank, which the last swap before the angle made active: this bank contains
+// all writes that were acknowledged before this swap, and no word of the other bank. Swaps, writes and resets come in
+// any clock, also while a swap waits or the idle bank is filled. Acknowledges, swaps and reads follow the rules of the
+// entity's header. The rules follow one bit of the coefficients, which may be any of them.
 
 module coefficient_memory_rules #(
     parameter LANES = 2,
@@ -48,7 +47,7 @@ module coefficient_memory_rules #(
     reg [2:0] slot = 0;
     wire [2:0] slot_met = (slot + 8'd64 - age) % FOLD;
 
-    // The read-back leads nowhere else, so that it suffices to read the word of that bit.
+    // The address of a read affects only `read_data`, so it suffices to read the word of that bit.
     coefficient_memory memory (
         .clock(clock), .reset(reset), .write_enable(write_enable), .write_offset(write_offset),
         .write_address(write_address), .write_data(write_data),
@@ -58,7 +57,7 @@ module coefficient_memory_rules #(
         .phase_offsets(phase_offsets), .amplitudes(amplitudes), .offset(offset)
     );
 
-    // Both banks: 128 bits a lane, without the highest 7 of the last lane, which are not used.
+    // Both banks: 128 bits per lane, without the highest 7 of the last lane, which are not used.
     wire [128 * LANES - 8:0] probe_bank_0, probe_bank_1;
     wire probe_active, probe_phase_bank, probe_amplitude_bank;
     wire [2:0] probe_phase_slot, probe_amplitude_slot;
@@ -75,7 +74,7 @@ module coefficient_memory_rules #(
     wire [2:0] probe_selected_slot;
     wire [31:0] probe_written;
 
-    // The bit at the outputs and in both banks, by loops: a solver needs longer for an indexed part.
+    // Loops select the bit at the outputs and in both banks, because a solver needs longer for an indexed part select.
     wire [128 * BUILT - 1:0] active_words;
     genvar part;
     generate
@@ -107,8 +106,8 @@ module coefficient_memory_rules #(
     wire idle_stored = probe_active ? bit_0 : bit_1;
 
     reg running = 0;
-    // The reference: the bit as last acknowledged, and the bit of the bank that was active when
-    // the angle of each earlier clock entered.
+    // The reference: `idle` is the bit after the last acknowledged write; `bank` is the bit in the bank that was active
+    // when the angle of each earlier clock entered.
     localparam OLDEST = LAST + FOLD - 1;
     reg idle = 0;
     reg [0:OLDEST] bank = 0;
@@ -157,7 +156,8 @@ module coefficient_memory_rules #(
         if (reset) waits <= 0;
     end
 
-    // Lemmas: an unfinished swap brings the intended content of the idle bank; otherwise the banks are equal.
+    // Lemmas: after a swap the active bit equals the reference of the idle bank; in clocks without a swap the active
+    // bit does not change.
     genvar d;
     generate
         for (d = 1; d <= OLDEST; d = d + 1) begin : ages

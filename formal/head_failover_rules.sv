@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // No active words of the mean use a head that is left out: its weight is 0, the mean does not wait for it, and it is not
-// the carrier. It comes back only after it has seen its index. head_failover decides and mean_words holds the words; which
-// head fails, and what anybody writes, is arbitrary. prepared_sets is replaced by what its own proof shows: it swaps only what
-// may be activated, and no write is under way then. Source: the entities' headers.
+// the carrier. It comes back only after it has seen its index. head_failover decides, and mean_words holds the words.
+// Any head may fail at any time, and the processor and the sets may write any words. A model replaces prepared_sets; it
+// has the properties that the proof of prepared_sets shows: a swap takes place only while `may_activate` is high, and
+// no write is under way then. Source: the entities' headers.
 
 module head_failover_rules #(
     parameter LANES = 1, parameter HEADS = 3, parameter INTERVAL_BITS = 5
@@ -17,7 +18,7 @@ module head_failover_rules #(
 
     localparam OFFSETS = 28 * HEADS, WEIGHTS = OFFSETS + 18 * HEADS;
 
-    // What prepared_sets does.
+    // The model of prepared_sets.
     localparam IDLE = 0, LOADS = 1, ASKS = 2, WAITS = 3;
     reg [1:0] stage = IDLE;
     reg waits = 0, writing = 0, load_then = 0, running = 0;
@@ -69,7 +70,7 @@ module head_failover_rules #(
         end
     end
 
-    // Whether the idle words use none of these heads.
+    // High if the idle words use none of these heads and, if a carrier is needed, their carrier is a used head.
     function words_without(input [2:0] heads, input needs_carrier);
         words_without = (idle_used & heads) == 0 && (idle_carrier_used || !needs_carrier);
     endfunction
@@ -98,12 +99,13 @@ module head_failover_rules #(
 
     always @* begin
         assume (running || reset);
-        // One access of the bus at a time. Sets are handed over by the same port: none waits for its write when it asks.
+        // The bus makes one access at a time. The words of a set pass through the same port; all of them are written
+        // before the swap of the set is requested.
         assume (!word_write || (!writing && stage != ASKS && stage != WAITS));
         assume (!swap || (!writing && !word_write && !waits));
         assume (!set_is_written || (!writing && !word_write && !waits));
         assume (!swap_comes || waits || swap_out);
-        // The decoder of a head forgets its index a clock after it is asked to.
+        // The decoder of a head forgets its index one clock after rearm_heads requests this.
         assume (!(rearm_then & indices_seen));
         if (running) begin
             weighs_nothing: assert (!(left_out & weighs));
@@ -116,7 +118,7 @@ module head_failover_rules #(
                                       && (idle_used & left_out)) || (!swap_out && refused));
             is_told: assert (!refused_then || probe_swap_refused);
 
-            // What the induction needs.
+            // Lemmas for the induction.
             assert (left_out == 0 || active_used[active_carrier]);
             assert (number <= HEADS);
             assert (!probe_wants_set || probe_wanted_set <= HEADS);

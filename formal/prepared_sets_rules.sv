@@ -2,8 +2,8 @@
 //
 // A set is swapped whole: when the clock of its first angle comes, any word of the idle bank is the word of that set, and
 // none changes while the swap waits. A swap takes place only while `may_activate` is high. Each write of the processor reaches the
-// bank unchanged before it is acknowledged. The word to be looked at, and its set, are any constants; of the memory
-// that one word is modelled. Source: the entity's header.
+// bank unchanged before it is acknowledged. The rules follow one word of one set, which may be any; of the memory only
+// this word is modelled. Source: the entity's header.
 
 module prepared_sets_rules #(
     parameter LANES = 1, parameter HEADS = 3
@@ -21,7 +21,7 @@ module prepared_sets_rules #(
     localparam OF_LANE = 1, OF_OFFSET = 2, OF_MEAN = 3;
     localparam IDLE = 0, FETCH = 1, HAND_OVER = 2, WRITTEN = 3, ASK_SWAP = 4, WAIT_FOR_SWAP = 5;
 
-    // The word that is looked at.
+    // The word that the rules follow.
     (* anyconst *) wire [1:0] kind;
     (* anyconst *) wire [7:0] where;
     (* anyconst *) wire [2:0] set;
@@ -64,7 +64,8 @@ module prepared_sets_rules #(
     reg [31:0] data_then, access_data_then;
     reg [12:0] access_then;
     reg [1:0] asked_kind = 0;
-    // The write that the bank has taken on and not yet acknowledged; the idle bank's word; the set's stored word.
+    // `pending`: the write that the bank has received and not yet acknowledged. idle: the word that the rules follow,
+    // in the idle bank. stored: this word in the memory of the sets.
     reg [1:0] pending = 0;
     reg [7:0] pending_address;
     reg [31:0] pending_data, idle, stored, stored_then;
@@ -98,7 +99,7 @@ module prepared_sets_rules #(
         read_it <= probe_ram_place == stored_at;
     end
 
-    // Of the word that is looked at: handed over in this loading.
+    // High if the word that the rules follow has been handed to the idle bank since the load began.
     wire handed = probe_now == HAND_OVER ? place < probe_place : probe_now >= WRITTEN;
 
     always @* begin
@@ -106,13 +107,14 @@ module prepared_sets_rules #(
         assume (set <= HEADS && kind != 0);
         assume (kind != OF_LANE || where < LANE_WORDS);
         assume (kind != OF_MEAN || where <= 8);
-        // The one word of the memory: a read gives it a clock later.
+        // The memory outputs the word one clock after a read of its address.
         assume (!read_it || probe_ram_word == stored_then);
-        // head_failover: one load at a time, of a set that is built; its number stands.
+        // head_failover requests one load at a time, of a set that is built, and does not change the number during the
+        // load.
         assume (number <= HEADS);
         assume (!load || (!busy && !load_then));
         assume (!(load_then || busy) || number == number_then);
-        // The bus: one access at a time, address and data stand; a swap is an access, too.
+        // The bus makes one access at a time and keeps address and data until the answer; a swap is an access, too.
         assume (!(access_read || access_write) || !access_under_way);
         assume (!access_under_way || ({access_set, access_word} == access_then
                                       && access_data == access_data_then));
@@ -122,7 +124,8 @@ module prepared_sets_rules #(
         assume (!write_lane || write_address < LANE_WORDS);
         assume (!write_mean || write_address < 16);
         assume (!swap || (!under_way && !processor_writes));
-        // The banks: they acknowledge the write that they have, not while a swap waits; a swap comes after it was asked for.
+        // The banks acknowledge the write that they have, but not while a swap waits; a swap comes only after its
+        // request.
         assume (!acknowledged || (pending != 0 && !waits && !swap_out));
         assume (!swap_comes || waits || swap_out);
         if (running) begin
@@ -136,7 +139,7 @@ module prepared_sets_rules #(
             reaches: assert (!acknowledges || (pending == asked_kind && pending_data == write_data
                              && (pending == OF_OFFSET || pending_address == write_address)));
 
-            // What the induction needs.
+            // Lemmas for the induction.
             assert (probe_now <= WAIT_FOR_SWAP);
             // No turn step is written.
             assert (probe_waiting <= OF_MEAN && probe_in_flight <= OF_MEAN);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // quadrature_output: for any inputs A and B never change together, and two edges keep the minimum spacing
-// that was set when the first of them was decided. A reset ends the spacing, but
-// does not change A and B. The levels of A and B belong to the output's count. Z never rises on an angle without reference,
-// nor, if gated, outside its state. After a fault the output stands until it is cleared. Source: the entity's
-// header, "Edges", "Phase", "Z" and "Fault".
+// that was set when the first of them was decided. A reset ends the spacing, but does not change A and B. The levels of
+// A and B belong to the output's count. Z never rises on an angle without reference; a gated Z never rises outside the
+// set state of A and B. After a fault the output does not move until the fault is cleared. Source: the entity's header,
+// "Edges", "Phase", "Z" and "Fault".
 
 module quadrature_output_rules (
     input clock, input reset, input enable, input clear,
@@ -25,7 +25,7 @@ module quadrature_output_rules (
     wire a = swap_ab ? second : first, b = swap_ab ? first : second;
     wire z = pin_z ^ invert_z;
 
-    // Clocks from the first one with a decided step in its register to the edge at the pin.
+    // Number of clocks from the first clock in which a register holds the decided step to the edge at the pin.
     localparam WAY = 3;
     localparam [16:0] LONG_AGO = 17'h1ffff;
 
@@ -60,7 +60,7 @@ module quadrature_output_rules (
         end
     end
 
-    // An angle reaches Z four clocks later.
+    // An angle has its effect on Z four clocks later.
     reg [3:0] referenced_then = 0;
     reg z_before, gated_then;
     reg [1:0] state_now, width_now, state_then, width_then, phase_now, tie;
@@ -69,7 +69,7 @@ module quadrature_output_rules (
     always @(posedge clock) begin
         referenced_then <= {referenced_then[2:0], referenced};
         z_before <= z;
-        // State, width and phase are sampled a clock earlier.
+        // The entity samples z_state, z_width and phase_of_zero one clock earlier.
         phase_now <= phase_of_zero;
         if (!probe_following) tie <= phase_now;
         {state_now, width_now} <= {z_state, z_width};
@@ -81,8 +81,8 @@ module quadrature_output_rules (
     wire [1:0] place = {b, a ^ b};
     wire [1:0] behind_state = place - state_then;
 
-    // The same, counted from the decisions, some of which become no edge because of `enable`. This
-    // connects the claim with the entity's registers, so that the induction succeeds.
+    // Clocks since the last decision on an edge, and the spacing that applies to it; a decision gives no edge if
+    // `enable` goes low. These numbers connect the claim with the entity's registers, so that the induction succeeds.
     wire [1:0] probe_up, probe_down;
     wire [15:0] probe_spacing;
     wire probe_may_step;

@@ -2,10 +2,11 @@
 //
 // The sampler never writes a bank that belongs to the processor, and a read reaches no other bank.
 // The processor keeps the bank, with its header, until the release. A trigger may come in any clock; the
-// memory itself is left out, its write and read ports are observed. Source: the entity's header, "Ownership".
+// memory itself is not part of the proof: the rules observe its write and read ports. Source: the entity's header,
+// "Ownership".
 
 module sampler_rules #(
-    parameter DEPTH = 2 // samples a bank
+    parameter DEPTH = 2 // samples per bank
 ) (
     input clock, input reset, input enable, input release_bank, input read_enable,
     input [14:0] read_address

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Turn number and angle together are one angle over many turns: from each angle that is taken to the next it moves by what
-// the angle moves, the shorter way round, at most half a turn, at a wrap as anywhere else. Any turn of 4 counts to 2 to the
-// power of the angle's bits, any sequence of angles, taken in any clocks. The bits are those of the proof's constants, see
-// scripts/formal_proofs.py. Source: the entity's header.
+// Turn number and angle together form one angle over many turns. From each angle that is taken to the next, this angle
+// moves by the difference of the two angles the shorter way round, at most half a turn, also at a wrap. The rules hold
+// for any turn of 4 to 2**ANGLE counts and any sequence of angles, taken in any clocks. scripts/formal_proofs.py states
+// the numbers of bits. Source: the entity's header.
 
 module turn_counter_rules (
     input clock, input reset, input take, input [11:0] angle
@@ -25,7 +25,8 @@ module turn_counter_rules (
     wire probe_up, probe_down;
 
     reg [2:0] running = 0;
-    // The last angle that was taken, the one before it, and whether that was in the clock before, and before that.
+    // The last angle that was taken and the one before it, both also one clock ago; whether an angle was taken one
+    // clock ago, and two clocks ago.
     reg [ANGLE - 1:0] last = 0, before = 0, last_then = 0, before_then = 0;
     reg taken = 0, taken_then = 0, reset_then = 1, reset_before = 1;
     reg signed [NUMBER - 1:0] number_then = 0;
@@ -50,7 +51,7 @@ module turn_counter_rules (
     end
 
     wire signed [ANGLE + 3:0] around = $signed({3'd0, turn});
-    // What the angle before last made of its predecessor, by the turn numbers.
+    // The change of the turn number, and the movement from before_then to last_then without and with this change.
     wire signed [NUMBER - 1:0] wraps = number - number_then;
     wire signed [ANGLE + 3:0] without = $signed({4'd0, last_then}) - $signed({4'd0, before_then});
     wire signed [ANGLE + 3:0] moved = without + (wraps == 1 ? around : wraps == 0 ? 0 : -around);
@@ -59,10 +60,11 @@ module turn_counter_rules (
     always @* begin
         assume (turn >= 4 && turn <= 1 << ANGLE);
         assume (angle < turn);
-        // A reset takes an angle, and its turn number is that of the next.
+        // In the first three clocks the reset is high and an angle is taken in each clock.
         assume (running[2] || (reset && take));
 
-        // Lemmas: the limits are those of the last angle, what the comparisons of this clock and of the clock before found.
+        // Lemmas: the limits belong to the last angle; up and down are the results of its comparison, up_then and
+        // down_then those of one clock ago.
         assert (last < turn && before < turn && last_then < turn && before_then < turn);
         if (running[0]) assert (probe_half == $signed({2'd0, turn[ANGLE:1]}));
         if (running[1]) begin

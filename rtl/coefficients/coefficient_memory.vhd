@@ -33,8 +33,8 @@
 --
 -- **Latency.** 1 clock from an immediate `swap` to the new phase steps; 2 clocks from `read_address` to `read_data`.
 --
--- **Number formats.** phase step u0.48 turn a count; phase offset u0.24 turn; amplitude and
--- offset s13.11 counts. Flat outputs carry the first lane of the block in the low bits.
+-- **Number formats.** phase step u0.48 turn per count; phase offset u0.24 turn; amplitude and offset s13.11 counts.
+-- Flat outputs carry the first lane of the block in the low bits.
 --
 -- **Modulators.** With MODULATORS bits 18 to 16 of word 1 choose the modulator of the lane's amplitude
 -- (amplitude_sweep). `amplitudes` then carries the effective amplitudes; reads and the copy into the idle bank use the

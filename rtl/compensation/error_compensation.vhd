@@ -86,9 +86,9 @@ entity error_compensation is
     last_sums          : in    std_ulogic                               := '1';                -- high with the last pair sums of an angle
     corrected_angle    : out   u_unsigned(ANGLE_WIDTH - 1 downto 0)     := (others => '0');    -- counts
     corrected_position : out   u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');    -- counts
-    corrected_referenced : out   std_ulogic                               := '0';                -- high if it counts from an index
+    corrected_referenced : out   std_ulogic                               := '0';                -- corrected_angle counts from an index
     correction         : out   u_signed(CORRECTION_WIDTH - 1 downto 0)  := (others => '0');    -- counts, s19.11
-    correction_limited : out   std_ulogic                               := '0';                -- high if it was clipped
+    correction_limited : out   std_ulogic                               := '0';                -- high if `correction` was clipped
     ramp_busy          : out   std_ulogic                               := '0';                -- high until the ramp has ended
     swap_done          : out   std_ulogic                               := '0'                 -- strobe: the first output of a new bank
   );

@@ -28,7 +28,7 @@ entity slewed_word is
     slew    : in    u_unsigned(31 downto 0);  -- u0.32
     target  : in    modulator;                -- s1.16
     word    : out   modulator;                -- s1.16
-    reached : out   std_ulogic := '0'         -- high if word equals the target of the last step
+    reached : out   std_ulogic := '0'         -- high if the last step reached its target
   );
 end entity slewed_word;
 
@@ -56,8 +56,8 @@ begin
         goal    := resize(target, fine'length - BELOW) & (BELOW - 1 downto 0 => '0');
         way     := goal - fine;
         reached <= '0';
-        -- The size of a fall is (not way) + 1. The comparison needs no adder for this 1: a further bit below the last
-        -- one is set in its place.
+        -- The magnitude of a negative way is (not way) + 1. No adder is needed for this 1: both sides of the comparison
+        -- get one more bit on the right, and this bit of `size` is 1 for a negative way.
         falls := way(way'high);
         size  := u_unsigned(way xor (way'range => falls)) & falls;
         if size > ("000" & slew & '0') then

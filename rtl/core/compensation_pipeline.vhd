@@ -26,9 +26,10 @@
 -- **Rotation.** With ROTATION = table the lanes find their cosine in a table (table_rotation) instead of by CORDIC:
 -- latency and formats do not change; the last bits of the cosine differ.
 --
--- **Apply.** Hold `apply` high while the reading may be corrected: compensation on, not bypassed, index seen. `apply`
--- belongs to the angle of its clock and travels with this angle. While `apply` is low, 0 replaces ε; a change of
--- `apply` starts the ramp, so the output makes no step. A swap starts the ramp too.
+-- **Apply.** Hold `apply` high while the reading is to be corrected, that is while the compensation is switched on and
+-- the head (with the mean: the carrier and every used head) has seen its index. `apply` belongs to the angle of its
+-- clock and travels with this angle. While `apply` is low, 0 replaces ε; a change of `apply` starts the ramp, so the
+-- output makes no step. A swap starts the ramp too.
 --
 -- **Referenced.** `referenced` is high if the angle in the same clock counts from an index mark. It travels with the
 -- angle and leaves as `corrected_referenced`, so that quadrature_output gives no Z for an angle without a zero.

@@ -60,7 +60,7 @@ package number_formats_pkg is
   constant Y_SAVED_WIDTH              : positive := 4;
 
   -- Bits of the folded phase that address the table of table_rotation, one entry per interval: 128 intervals have the
-  -- half width h = 2*pi / 1024, and a line in place of the cosine is wrong by at most h**2 / 4 = 9.5E-6.
+  -- half width h = 2*pi / 1024, and a line in place of the cosine is wrong by at most h**2 / 4 = 9.4E-6.
   constant COSINE_ADDRESS_WIDTH       : positive := 7;
   -- Number of rows of adders in table_rotation; a row multiplies the slope by 2 bits of the place in an interval. 5 rows
   -- leave 5 bits of the place out, which changes the cosine by at most 2*pi * 2**-20 = 6.0E-6.
@@ -202,8 +202,8 @@ package number_formats_pkg is
   constant WATCH_SETTLE_CLOCKS        : positive := 16;
   -- Largest number of counts by which head_watch counts one head as ahead of another: the largest missing_counts, u8.0.
   constant WATCH_AHEAD_MAX            : positive := 255;
-  -- Clocks for which head_failover clears the index of a head that is left out: more than INDEX_JUDGED_AFTER, so that an
-  -- index from before is no longer being checked at the end.
+  -- Clocks for which head_failover clears the index of a head that is left out: more than INDEX_JUDGED_AFTER, so that
+  -- no older index is still being checked when the clearing ends.
   constant FAILOVER_REARM_CLOCKS      : positive := 8;
   -- Value of heads_status.set, u3.0, while the words that the processor wrote are active: no prepared set, 0 to HEADS_MAX,
   -- has this number.

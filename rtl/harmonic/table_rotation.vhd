@@ -25,14 +25,14 @@
 -- **Error.** The bounds of the errors of the cosine add up to 2.7·10⁻⁵. A sweep over all 2²⁴ phases shows at most
 -- 2.1·10⁻⁵. The bounds are:
 --
--- - the line in place of the cosine: h²/4 = 9.5·10⁻⁶
+-- - the line in place of the cosine: h²/4 = 9.4·10⁻⁶
 -- - the angle z in place of its sine: h³/6 = 4·10⁻⁸
 -- - rounding of the slope, over half an interval: 2⁻⁹·2⁻¹⁰ = 1.9·10⁻⁶
 -- - truncation of the 5 lower bits of the place: 2π·2⁻²⁰ = 6.0·10⁻⁶
 -- - rounding of the value: 2⁻²¹ = 4.8·10⁻⁷
--- - truncation in the rows: 2⁻²⁰ = 9.6·10⁻⁷
--- - mirroring of the phase into the first quadrant by the complement (quadrant_fold): 2π·2⁻²⁴ = 3.8·10⁻⁷
--- - rounding of the result to s1.16 in harmonic_lane: 2⁻¹⁷ = 7.7·10⁻⁶
+-- - truncation in the rows: 2⁻²⁰ = 9.5·10⁻⁷
+-- - mirroring of the phase into the first quadrant by the complement (quadrant_fold): 2π·2⁻²⁴ = 3.7·10⁻⁷
+-- - rounding of the result to s1.16 in harmonic_lane: 2⁻¹⁷ = 7.6·10⁻⁶
 --
 -- There is no reset, because no register holds state.
 
@@ -150,7 +150,7 @@ begin
   -- harmonic_lane receives the amplitude a fixed number of clocks after the phase, so no other width or latency is
   -- possible.
   assert COSINE_WIDTH = 18 and WAITING >= 1
-    report "table_rotation: built for a cosine of 18 bits and 10 clocks at least; choose ROTATION = cordic"
+    report "table_rotation: needs a cosine of 18 bits and at least 10 CORDIC_ITERATIONS; choose ROTATION = cordic"
     severity failure;
 
   look_up : process (clock) is

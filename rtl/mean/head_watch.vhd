@@ -28,7 +28,7 @@
 -- fault, that is after a swap of the words or a move of a zero.
 --
 -- **Latency.** `failed` follows a decoder's fault by 2 clocks, the last of the counted steps (missing edges) by 3
--- clocks, and a step of a reading by at most 20 clocks.
+-- clocks, and a step in `differences` by at most 16 clocks.
 --
 -- **Number formats.** differences s16.0 counts, head 1 in the low bits; missing_counts u8.0 counts; step_limit u16.0
 -- counts. `failed` has one bit per head; `causes` and `causes_wanted` have one bit per cause, from bit 0 on in the

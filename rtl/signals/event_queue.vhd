@@ -21,8 +21,8 @@
 -- kinds of events that enter the queue. Each event increases the number by 1. If the queue is full, a new event is
 -- lost: it increases the number too, and `lost` counts it. So a gap in the numbers shows where events are missing.
 --
--- **Reset** empties the queue and clears both counts. It must last at least DELAY and at least COMPARE_DELAY clocks to
--- drop events that are still delayed.
+-- **Reset** empties the queue and clears the event number and `lost`. It must last at least DELAY and at least
+-- COMPARE_DELAY clocks to drop events that are still delayed.
 
 library ieee;
   use ieee.std_logic_1164.all;

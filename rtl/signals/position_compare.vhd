@@ -60,7 +60,8 @@ begin
     variable below    : std_ulogic    := '0';             -- when armed, the position was below `place`
     variable stood    : std_ulogic    := '0';             -- when armed, the position was at `place`
     variable is_there : std_ulogic;
-    -- The next places upwards and downwards, and the position minus these places (from_lower: minus one count more)
+    -- The next places upwards and downwards, and the position minus these places; from_lower is one count less, so that
+    -- it is negative at the place too
     variable upper      : count       := (others => '0');
     variable lower      : count       := (others => '0');
     variable upper_then : count;

@@ -24,8 +24,9 @@
 -- clock pulses with these pins until the device releases SDA.
 --
 -- **Reset** is FCLKRESETN(0), which software sets (FPGA_RST_CTRL). Software must not begin the reset during an access
--- to the registers: the access would get no answer, and the processor would wait for ever. An access that begins during
--- the reset, or in the RESET_CLOCKS clocks after it, waits until the reset is over.
+-- to the registers: the access would get no answer, and the processor would wait for ever. The output `reset` ends
+-- RESET_CLOCKS + 3 clocks after FCLKRESETN(0) has risen (reset_release); an access that begins before this end waits
+-- for it.
 --
 -- **Write data.** The entity assigns write data to write addresses in the order of the addresses, and ignores WID.
 

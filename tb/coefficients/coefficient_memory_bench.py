@@ -23,7 +23,8 @@ OFFSET_DELAY = int(os.environ.get("OFFSET_DELAY", "25"))
 LAST_COPY = max(PHASE_OFFSET_DELAY, AMPLITUDE_DELAY, OFFSET_DELAY)
 COUNTS_PER_REV = 2**24
 WRITE_CLOCKS = 3
-# FILLED: number of clocks from a swap until the idle bank is filled, from the entity's header.
+# FILLED: number of clocks from a swap until the idle bank is filled. LONGEST_WRITE: largest number
+# of clocks from a swap to the acknowledge of a write, from the entity's header.
 FILLED = LAST_COPY + 4 * LANES + 2
 LONGEST_WRITE = LAST_COPY + 4 * LANES + 5
 BUILT = LANES // FOLD

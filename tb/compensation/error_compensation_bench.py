@@ -316,8 +316,8 @@ async def mean_joins_before_the_rounding(dut: Any) -> None:
     expected = list(zip(*(output.tolist() for output in model[:3]), strict=True))
     for clock, found in enumerate(seen[COMPENSATION_LATENCY:]):
         assert found == expected[clock], f"clock {clock}: {found}, expected {expected[clock]}"
-    # Until the mean's term changes, only the ramp moves the output, by at most 255 * 2^-11 count
-    # per clock plus the rounding, although the reading jumps by more than 1000 counts.
+    # Until the mean's term changes, only the ramp moves the output, by less than 2^-3 count per
+    # clock plus the rounding, although the reading jumps by more than 1000 counts.
     steps = np.diff([row[1] for row in seen[COMPENSATION_LATENCY : COMPENSATION_LATENCY + 590]])
     assert np.abs(jump[:590]).max() > 1000
     assert np.abs(steps[5:]).max() <= 1

@@ -1,4 +1,4 @@
-"""Compares compensation_pipeline with modulators with its model, clock by clock, in cocotb."""
+"""Compares a modulated compensation_pipeline with its model, clock by clock, in cocotb."""
 
 from __future__ import annotations
 

@@ -75,7 +75,7 @@ async def a_new_width_makes_it_unknown(dut: Any) -> None:
     await start(dut, 16 * 10, 0)
     found = await follow(dut, list(range(1, 21)), [0] * 20)
     assert found[-1] == (160, True)
-    assert found[-2][1] is False, "19 counts of 20 decide nothing"
+    assert found[-2][1] is False, "the place is known after 19 of 20 counts"
     dut.width.value = 16 * 12
     await RisingEdge(dut.clock)
     await RisingEdge(dut.clock)

@@ -128,7 +128,7 @@ async def direction_follows_and_is_led_in(dut: Any) -> None:
     for _ in range(8 * width):
         await window.clock()
         seen.append(dut.direction.value.to_signed())
-    assert seen[8 * width - 10] == 0, "not before the table has moved by 2 W"
+    assert seen[8 * width - 10] == 0, "the direction changed before the table had moved by 2 W"
     for _ in range(40 * AMPLITUDE_SWEEP_CLOCKS):
         await window.clock()
         seen.append(dut.direction.value.to_signed())
@@ -164,7 +164,7 @@ async def speed_of_a_table(dut: Any) -> None:
         assert abs(found - speed / 0.5) <= abs(speed / 0.5) / WINDOW + 2.0**-16
     window.speed = 0.9
     await window.clock(5 * WINDOW)
-    assert dut.speed.value.to_signed() == MODULATOR_ONE, "limited"
+    assert dut.speed.value.to_signed() == MODULATOR_ONE, "the speed was not limited to 1"
     window.speed = 0.0
     stopped = []
     for _ in range(LONGEST + 4 * AMPLITUDE_SWEEP_CLOCKS):

@@ -289,7 +289,7 @@ async def a_scattered_index_changes_no_capture(dut):
             )
             lengths.append(len(capture.samples))
     assert len(lengths) >= 4
-    assert max(lengths) - min(lengths) <= 1, "turns of one speed have one number of samples"
+    assert max(lengths) - min(lengths) <= 1, "captures at one speed differ in length"
     for head in ("head1", "head2"):
         assert await names.read(f"{head}.faults.index_errors") == 0
         fields = await names.read_fields(f"{head}.index")
@@ -446,7 +446,7 @@ async def a_shorter_turn_sends_no_burst(dut):
     await names.command("rearm")
     await ClockCycles(dut.clock, 1500)
     assert (await names.snapshot()).correction == 31 * 2048
-    assert abs(machine.output[-1] - before) <= 2, "to the levels of the new position"
+    assert abs(machine.output[-1] - before) <= 2, "more than the edges to the new levels"
     assert not await names.read("status.cannot_keep_up")
     await names.write("ramp_rate", FASTEST_RAMP)
     await clear_coefficients(machine)
@@ -494,7 +494,7 @@ async def lost_counts_leave_the_correction_on(dut, heal: int, head2_dead: bool):
     await ClockCycles(dut.clock, 100)
     assert (await names.read("zero.moves"), await names.read("zero_slip")) == (1, -4)
     assert await names.read("put_back") == 4 * heal
-    assert all(seen), "the correction was taken off"
+    assert all(seen), "the correction was switched off"
     assert await names.read("head1.flags.index_error") == 1
     snapshot = await names.snapshot()
     reading = machine.reading[-1][0]
@@ -512,8 +512,8 @@ async def lost_counts_leave_the_correction_on(dut, heal: int, head2_dead: bool):
 
 @cocotb.test()
 async def samples_at_equal_angles_lie_on_the_grid_of_a_zero_that_moved(dut):
-    """Head 1 loses four counts and the core moves its zero back; in the next turn the samples lie
-    on multiples of the angle step again."""
+    """Head 1 loses four counts, and the core moves the zero of head 1 by these counts; in the next
+    turn the samples lie on multiples of the angle step again."""
     step = 32
     machine = await prepared(dut)
     names = machine.registers
@@ -609,7 +609,9 @@ async def alarm_and_release_of_the_drivers(dut):
     assert (int(dut.alarm.value), int(dut.driver_enable.value)) == (1, 0)
     await names.command("clear_head2")
     await ClockCycles(dut.clock, 4)
-    assert (int(dut.alarm.value), int(dut.driver_enable.value)) == (0, 0), "nobody asked for it"
+    assert (int(dut.alarm.value), int(dut.driver_enable.value)) == (0, 0), (
+        "the drivers were enabled without clear_output"
+    )
     assert await names.read("status.released") == 1
     await names.command("clear_output")
     await ClockCycles(dut.clock, 4)
@@ -643,7 +645,9 @@ async def one_clear_brings_an_output_back_that_could_not_keep_up(dut):
     await names.command("clear_output")
     await ClockCycles(dut.clock, 4)
     status = await names.read_fields("status")
-    assert (status["cannot_keep_up"], status["released"]) == (0, 1), "head 1 holds it"
+    assert (status["cannot_keep_up"], status["released"]) == (0, 1), (
+        "the flag of head 1 did not keep the release"
+    )
     assert (status["release_causes"], status["release_present"]) == (0b00001, 0b00001)
     assert int(dut.driver_enable.value) == 0
     await names.command("clear_output", "clear_head1")
@@ -673,7 +677,7 @@ async def edges_that_the_filter_swallows_are_a_fault_at_the_output_where_asked_f
     before = machine.output[-1]
     fast = slow[-1] + np.arange(60 * CLOCKS_PER_COUNT) / CLOCKS_PER_COUNT
     await machine.turn(fast)
-    assert abs(machine.output[-1] - before) <= 4, "of 60 counts: the head stands for the core"
+    assert abs(machine.output[-1] - before) <= 4, "the filter passed edges"
     assert (int(dut.alarm.value), int(dut.driver_enable.value)) == (1, 1 - releases)
     assert await names.read("head1.flags.swallowed") == 1
     assert await names.read("status.release_causes") == releases * swallowed
@@ -717,7 +721,7 @@ async def a_reset_of_the_core_does_not_drop_the_line_drivers(dut):
     await names.update("control", output_enable=0)
     await ClockCycles(dut.clock, 8)
     assert all(driven[:300])
-    assert not driven[-1], "it is the processor's again"
+    assert not driven[-1], "driver_enable did not follow output_enable after the hold"
 
 
 @cocotb.test()
@@ -818,7 +822,7 @@ async def events_wait_for_the_processor(dut):
     found = await waiting_events(names)
     rises = np.flatnonzero(np.diff(compared[:early]) == 1) + 1
     assert 20 < rises.size < 64
-    assert np.all(found[:, 0] == 3), "both kinds in one clock"
+    assert np.all(found[:, 0] == 3), "a compare pulse and its edge are not one event"
     assert np.array_equal(found[:, 1], np.arange(rises.size))
     assert np.array_equal(np.diff(found[:, 2]), np.diff(rises))
     reading = np.array(machine.reading)[begin:, 0][rises]
@@ -828,7 +832,7 @@ async def events_wait_for_the_processor(dut):
     await names.read("probe.time")
     assert await names.read("probe.position") == found[-1, 3]
     assert await names.read("probe.edges") == rises.size
-    # If more events come than the queue can hold, the first events stay in it, and `events_lost`
+    # If more events come than the queue can hold, the first events stay in it, and `events.lost`
     # counts the others.
     await machine.turn(motion[60 * interval * int(CLOCKS_PER_COUNT) :])
     await ClockCycles(dut.clock, 100)
@@ -843,7 +847,9 @@ async def events_wait_for_the_processor(dut):
     await names.command("compare_disarm")
     dut.probe_in.value = 1
     await ClockCycles(dut.clock, 100)
-    assert (await waiting_events(names)).size == 0, "the wire holds the pin"
+    assert (await waiting_events(names)).size == 0, (
+        "an event although compare_out holds probe_in low"
+    )
 
 
 @cocotb.test()
@@ -930,7 +936,7 @@ async def interrupt_of_a_swap_and_its_ramp(dut):
     await ClockCycles(dut.clock, 40)
     assert await names.read("interrupt_status.swap_done") == 1
     assert await names.read("status.ramp_busy") == 1
-    await ClockCycles(dut.clock, 200)  # 8 counts at 1/8 count a clock: 64 clocks
+    await ClockCycles(dut.clock, 200)  # 8 counts at 1/8 count per clock: 64 clocks
     assert await names.read("interrupt_status.ramp_done") == 1
     assert await names.read("status.ramp_busy") == 0
     assert (await names.snapshot()).correction == 8 * 2048

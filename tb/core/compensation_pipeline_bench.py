@@ -189,7 +189,9 @@ async def a_turn_of_angles(dut: Any) -> None:
         seen.append(outputs(dut))
     every_clock = np.array(seen[LATENCY:], dtype=np.int64)
     found = every_clock[::FOLD]
-    assert np.array_equal(every_clock, np.repeat(found, FOLD, axis=0)), "it does not stand"
+    assert np.array_equal(every_clock, np.repeat(found, FOLD, axis=0)), (
+        "an output changes between two accepted angles"
+    )
     if file := os.environ.get("FOUND_FILE"):
         np.save(file, found)
 
@@ -380,8 +382,8 @@ async def swap_and_bypass_under_load(dut: Any) -> None:
     model = compensate_clocks(
         angle, position, banks, bank, markers, applied, ramp_rate, fold=FOLD, rotation=ROTATION
     )
-    # The model starts with a change of `apply`; in the pipeline `apply` was high before. Since the
-    # amplitudes were zero then, both give the same correction.
+    # The model starts after a reset, and `apply` rises in its first clock; in the pipeline `apply`
+    # was high before. Both give the same correction, because the amplitudes are zero at that time.
     for name, column, expected in zip(
         ("angle", "position", "correction"), found.T, model[:3], strict=True
     ):
@@ -398,8 +400,8 @@ def check_continuity(
     applied: NDArray[np.bool_],
     ramp_rate: int,
 ) -> None:
-    """Check that the correction changes per clock by at most the rate of the ramp plus |Δε|, the
-    change of ε of the active bank.
+    """Check that the correction changes per clock by at most the rate of the ramp, plus |Δε|, the
+    change of ε of the active bank, plus the rounding errors.
 
     In the clock in which the hold after a marker ends, Δε is the change over two clocks.
     """
@@ -418,11 +420,14 @@ def check_continuity(
     stepped = markers.copy()
     stepped[1:] |= applied[1:] != applied[:-1]
     change = np.diff(correction) / UNIT
-    assert np.all(change[stepped[1:]] == 0), "a marker's clock changed the correction"
+    assert np.all(change[stepped[1:]] == 0), (
+        "the correction changed in the clock of a marker or of a change of apply"
+    )
     rate = -(-ramp_rate // RATE_ONE) / UNIT
     moved = np.abs(ideal[0] - ideal[1])
-    # A marker holds the correction for three clocks; after that ε changes at once by its change
-    # over two clocks.
+    # A marker, or a change of `apply`, holds the correction for three clocks. In the next clock the
+    # correction changes by the change of ε over two clocks, because the ramp stores its difference
+    # from ε one clock after the marker.
     after_hold = np.flatnonzero(stepped[:-HOLD]) + HOLD
     moved[after_hold] += moved[after_hold - 1]
     allowed = moved[1:] + rate + 2 * bounds[1:] + 1 / UNIT
@@ -437,9 +442,9 @@ async def zeros_move_between_two_angles(dut: Any) -> None:
     the two moves are of one head or of two heads.
 
     The moves come in every pair of clocks from one accepted angle to the next. Both put counts
-    back, and the angle from the new zero has another correction. The output steps by at most one
-    count per clock: the ramp moves it by less than a count, and the rounding adds at most one
-    count. At the end, the corrected position contains all counts that were put back.
+    back, and the angle from the new zero has another correction. The ramp moves the output by less
+    than a count per clock, so that the rounded output steps by at most one count. At the end, the
+    corrected position contains all counts that were put back.
     """
     largest = 20.0
     await start(dut)

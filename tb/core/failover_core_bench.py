@@ -38,8 +38,8 @@ STEP_LIMIT = 40
 """Limit, in counts, above which a change between heads is a step; the motion of the axis (MOTION)
 changes a difference of two heads by at most 36 counts."""
 MISSING = 24
-"""Number of counts by which the other heads move before a head without edges is dead; it is below
-STEP_LIMIT, so that this check finds a dead head first."""
+"""Number of counts by which the other heads must move until a head without edges counts as dead; it
+is below STEP_LIMIT, so that this check finds a dead head first."""
 LOAD_CLOCKS = 4 * (4 * LANES + 10) + 4
 """Largest number of clocks from `load` to the swap, as the header of prepared_sets states."""
 DECODER_CLOCKS = 20
@@ -181,7 +181,7 @@ async def a_dead_carrier_is_left_out(dut: Any) -> None:
     await ClockCycles(dut.clock, 50)
     machine.stands = {1}
     await ClockCycles(dut.clock, 600)
-    assert dut.interrupt.value == 0, "found at standstill"
+    assert dut.interrupt.value == 0, "a dead head was found at standstill"
     machine.moves = True
     began = len(machine.corrected)
     # Because of the motion of the axis, 18 counts to each side, one of the other heads may reach
@@ -258,9 +258,9 @@ async def the_parity_shows_a_slip_at_once(dut: Any) -> None:
     await names.snapshot()
     changed = await names.read("parity.value") - before
     expected = slip * int(weights[head - 1]) * 2.0 ** (11 - 16)
-    assert abs(changed - expected) <= 1, "rounded down before and after"
+    assert abs(changed - expected) <= 1, "more than the roundings before and after"
     assert (await names.read("heads_status.parity_beyond"), int(dut.alarm.value)) == (1, 1)
-    assert dut.interrupt.value == 0, "below the limit of a step, and no index was passed"
+    assert dut.interrupt.value == 0, "a head was left out"
 
 
 @cocotb.test()

@@ -345,7 +345,9 @@ async def further_heads_have_registers(dut: Any) -> None:
         edge = await names.read(f"head{HEADS}.edge_time")
         assert 0 <= snapshot.time - edge < 3 * CLOCKS_PER_COUNT
     known = {tuple(row) for row in (readings(np.array(machine.angle)) % COUNTS).tolist()}
-    assert all(tuple(np.array(row) % COUNTS) in known for row in seen), "not of one clock"
+    assert all(tuple(np.array(row) % COUNTS) in known for row in seen), (
+        "a snapshot with values of several clocks"
+    )
 
     machine.moves = False
     await ClockCycles(dut.clock, 20)
@@ -401,7 +403,9 @@ async def a_fault_of_a_further_head_raises_the_alarm(dut: Any) -> None:
     await ClockCycles(dut.clock, 20)
     assert int(dut.interrupt.value) == 1
     assert int(dut.status_fault.value) == 1
-    assert (int(dut.alarm.value), int(dut.driver_enable.value)) == (0, 1), "not asked for"
+    assert (int(dut.alarm.value), int(dut.driver_enable.value)) == (0, 1), (
+        "an alarm or a release without its bit"
+    )
     await names.update("alarm", sources=fault, released_by=fault)
     await ClockCycles(dut.clock, 4)
     assert (int(dut.alarm.value), int(dut.driver_enable.value)) == (1, 0)

@@ -40,7 +40,7 @@ UP_TURNS, DOWN_TURNS = 12.0, 1.5
 """Numbers of turns up and down; the turns up last longer than two windows of the speed, 2·2¹⁴
 clocks."""
 WRITE_CLOCKS = 6
-"""Number of clocks from a step of the sweep to the first read that returns the word which it
+"""Number of clocks from a step of the sweep to the first read that returns the word which this step
 writes."""
 READ_CLOCKS = PHASE_LATENCY + AMPLITUDE_CLOCK - 1
 """Number of clocks from an angle to the clock in which its amplitude is read."""
@@ -175,7 +175,9 @@ async def every_clock_is_the_models(dut: Any) -> None:
     assert set(seen["direction"][:turned_at]) == {MODULATOR_ONE}
     assert set(seen["direction"][settled:]) == {-MODULATOR_ONE}
     assert set(seen["word_a"]) == {WORD_A}
-    assert np.unique(amplitudes[AMPLITUDE_SWEEP_CLOCKS * 2 :, 1]).size > 5, "over the reversal"
+    assert np.unique(amplitudes[AMPLITUDE_SWEEP_CLOCKS * 2 :, 1]).size > 5, (
+        "constant over the reversal"
+    )
     # A window of 2^14 clocks averages the speed over some 5.5 turns; the ripple of the speed has 7
     # periods per turn.
     speed = seen["speed"][turned_at - 1] / MODULATOR_ONE

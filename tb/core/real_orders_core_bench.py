@@ -68,8 +68,9 @@ def compare(rows: NDArray[np.int64], loaded: Coefficients) -> None:
     """Check that the correction of every accepted angle equals that of the model in this angle's
     turn."""
     seen, later = rows[:-LATENCY], rows[LATENCY:]
-    # The turn number comes two clocks after its angle, so row 2·FOLD contains that of the first
-    # angle.
+    # The turn number comes two clocks after its angle, and an angle is accepted every FOLD clocks;
+    # so row 2·FOLD contains the turn number of one of the first angles, which are all in the same
+    # turn.
     turns = turn_numbers(seen[:, 0], COUNTS, int(rows[2 * FOLD, 4]))
     model = compensate(seen[:, 0], seen[:, 1], loaded, turns=turns)
     same = [

@@ -1,4 +1,4 @@
-"""Compares compensation_pipeline with REAL_ORDERS with its model, clock by clock, in cocotb."""
+"""Compares a compensation_pipeline for real orders with its model, clock by clock, in cocotb."""
 
 from __future__ import annotations
 

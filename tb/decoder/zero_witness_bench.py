@@ -17,7 +17,8 @@ BETWEEN_MARKS = 12
 )
 async def agrees_where_the_other_head_counted_a_turn(dut, turn, tolerance, start) -> None:
     """`agrees` is high exactly for marks that are one turn, within the tolerance, from the last
-    trusted mark; other marks are at the same place or two turns away."""
+    trusted mark; other marks are at the same place, two turns away, or up to 2 counts beyond the
+    tolerance."""
     random = np.random.default_rng(turn)
     marks = np.arange(20, CLOCKS - 10, BETWEEN_MARKS)
     turns = random.choice([-2, -1, -1, -1, 0, 1, 1, 1, 2], marks.size)

@@ -148,12 +148,14 @@ async def a_table_acts_with_its_swap_and_is_kept(dut: Any) -> None:
         await unit.clocks(50)
         await unit.swap(takes=True)
         _, waited = await unit.access(place=False, address=0, word=None)
-        assert COPY_CLOCKS - 4 <= waited <= COPY_CLOCKS + 3, "it waits for the copy"
+        assert COPY_CLOCKS - 4 <= waited <= COPY_CLOCKS + 3, (
+            "the access did not wait for the end of the copy"
+        )
         await unit.swap(takes=False)
         await unit.clocks(50)
         points, place = await unit.idle_words(places)
         assert points == [int(table.points[n]) & 0xFFFF_FFFF for n in places]
-        assert place == table.place_words(), "the idle bank got the same words"
+        assert place == table.place_words(), "the copied words of the place differ"
     # Write only one point and `choice`; all other points of the table must come from the copy.
     changed = LocalTable(
         table.counts_per_rev, table.starts, table.width, table.fraction, table.points.copy()
@@ -191,7 +193,7 @@ async def a_write_waits_for_a_swap(dut: Any) -> None:
         await unit.clock()
         waited += 1
         assert waited <= COPY_CLOCKS + 3, "no answer"
-    assert waited >= COPY_CLOCKS - 4, "it waits for the copy"
+    assert waited >= COPY_CLOCKS - 4, "the access did not wait for the end of the copy"
     assert (await unit.access(place=True, address=1, word=None))[0] == 5
     await unit.access(place=True, address=0, word=0)
     dut.reset.value = 1

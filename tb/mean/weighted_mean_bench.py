@@ -29,7 +29,7 @@ WIDEST = WEIGHT_LIMIT - 1
 
 def sets(rng: np.random.Generator) -> Iterator[MeanSet]:
     """Yield means with equal weights, with head 1 alone, with the largest weights of either sign,
-    and with random weights for all heads but one."""
+    and with random weights for all heads except one."""
     equal = [WEIGHT_ONE // HEADS] * HEADS
     equal[0] += WEIGHT_ONE - sum(equal)
     yield MeanSet(tuple(equal), (0,) * HEADS)

@@ -36,8 +36,8 @@ CLOCKS_PER_COUNT = 5.0
 FASTEST_RAMP = 0xFFFF_FFFF
 PIPELINE_CLOCKS = 100  # clocks; above the latency from pin to pin, 5 + 29 + 6
 RESET_CLOCKS = 64  # minimum duration of the core's reset
-# Clocks from the end of the processor's reset to the end of the core's reset: RESET_CLOCKS and the
-# synchroniser.
+# Largest number of clocks from the end of the processor's reset to the end of the core's reset:
+# RESET_CLOCKS, 3 clocks of reset_release, and one if its first register samples the edge late.
 RESET_RELEASE_CLOCKS = RESET_CLOCKS + 4
 
 DNA = 0x1_23456789_ABCDEF  # identifier in the model dna_port.vhd

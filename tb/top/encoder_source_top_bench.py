@@ -16,12 +16,14 @@ PERIOD_NS = 8
 HEADS = range(1, int(os.environ.get("HEADS", "2")) + 1)
 RESET_CLOCKS = 64
 COUNTS_A_CLOCK = 1_398_101 / 125e6
-"""Counts per clock of the board's oscillator at 30 deg/s, 2²⁴ counts a turn (docs/hardware.md)."""
+"""Counts per clock of the board's oscillator at 30 deg/s, 2²⁴ counts per turn
+(docs/hardware.md)."""
 CLOCKS = 18_000
 """Number of clocks; the last head has edges, with coefficients applied, from clock 14,000 on."""
 LEAST_EDGES = 30
 TAKEN_OVER = 4
-"""Largest number of edges by which an output that is enabled goes to the levels of the position."""
+"""Number of the first edges that the test leaves out; up to 2 of them lead an output that is
+enabled to the levels of the position."""
 SLOPE = (1864 + 2 * 78) * 2 * np.pi / 2**24
 """Largest slope of ε of equation (2), in counts per count, for the amplitudes of encoder_source."""
 

@@ -48,8 +48,8 @@ SCHEMA = 1
 THERMAL_SCHEMA = 2
 """Schema number of a file with lanes that follow the temperature and without an extension."""
 EXTENDED_SCHEMA = 3
-"""Schema number of a file with a part that needs another value of a generic than the default build
-of the gateware has; without such a part, the file has schema 1 or 2."""
+"""Schema number of a file with an :class:`Extension` (mean, conditions, modulators, real orders,
+local table or prepared sets); without an extension, the file has schema 1 or 2."""
 
 # Permitted difference between a value in arcseconds, degrees or counts and its word, in units of
 # the word: half a unit for the rounding of a typed value, and a small margin for the number of
@@ -219,7 +219,7 @@ def coefficient_file_text(coefficients: Coefficients, title: str = "") -> str:
         lines[1:3] += [
             "# Lanes with a slope follow the temperature T: their cosine and sine gain",
             "# slope[0:2] (T - T0) + slope[2:4] (T - T0)^2, in count / 2^20; T0 is reference_c.",
-            "# Below least_c and above most_c they stay as they are there.",
+            "# Below least_c and above most_c they keep the values that they have at this limit.",
         ]
         lines += [
             "",

@@ -52,8 +52,8 @@ AMPLITUDE_LIMIT_COUNTS = float(1 << (AMPLITUDE_WIDTH - 1 - AMPLITUDE_FRACTION))
 class Coefficients:
     """Holds one bank of the coefficient memory.
 
-    ``phase_steps``: uint64 (lanes,), K in 2⁻⁴⁸ turn a count; ``phase_offsets``: uint32 (lanes,), Φ
-    in 2⁻²⁴ turn; ``amplitudes``: int32 (lanes,), 2·A_n of equation (9) in 2⁻¹¹ count; ``offset``:
+    ``phase_steps``: uint64 (lanes,), K in 2⁻⁴⁸ turn per count; ``phase_offsets``: uint32 (lanes,),
+    Φ in 2⁻²⁴ turn; ``amplitudes``: int32 (lanes,), 2·A_n of equation (9) in 2⁻¹¹ count; ``offset``:
     in 2⁻¹¹ count, added to the sum; ``counts_per_rev``: counts per turn for which K was computed;
     ``thermal``: the lanes that follow the temperature, which the firmware updates; ``extension``:
     mean, conditions, real orders (orders that are not integers) and local table, if the gateware is
@@ -81,7 +81,7 @@ class Coefficients:
 
     @property
     def turn_steps(self) -> NDArray[np.uint64]:
-        """Return the turn step ν of each lane, u0.48 turn a turn, (lanes,); 0 for integer
+        """Return the turn step ν of each lane, u0.48 turn per turn, (lanes,); 0 for integer
         orders."""
         steps = np.zeros(self.lanes, dtype=np.uint64)
         for lane, step in self.extension.turn_steps if self.extension else ():
@@ -404,7 +404,7 @@ class Coefficients:
 
 
 def check_counts_per_rev(counts_per_rev: int) -> None:
-    """Raise ValueError unless the gateware supports this number of counts a turn."""
+    """Raise ValueError unless the gateware supports this number of counts per turn."""
     if not COUNTS_PER_REV_MIN <= counts_per_rev <= COUNTS_PER_REV_MAX:
         raise ValueError(
             f"counts_per_rev: {counts_per_rev}, the gateware counts "
@@ -413,14 +413,14 @@ def check_counts_per_rev(counts_per_rev: int) -> None:
 
 
 def phase_step(order: float, counts_per_rev: int) -> int:
-    """Return K = round(n·2⁴⁸ / counts_per_rev) mod 2⁴⁸, in 2⁻⁴⁸ turn a count."""
+    """Return K = round(n·2⁴⁸ / counts_per_rev) mod 2⁴⁸, in 2⁻⁴⁸ turn per count."""
     exact = Fraction(order) * (1 << (PHASE_STEP_WIDTH + 1))
     rounded = (exact + counts_per_rev) // (2 * counts_per_rev)
     return int(rounded) % (1 << PHASE_STEP_WIDTH)
 
 
 def turn_step(order: float) -> int:
-    """Return ν = round(n·2⁴⁸) mod 2⁴⁸, in 2⁻⁴⁸ turn a turn."""
+    """Return ν = round(n·2⁴⁸) mod 2⁴⁸, in 2⁻⁴⁸ turn per turn."""
     return round(Fraction(order) * (1 << PHASE_STEP_WIDTH)) % (1 << PHASE_STEP_WIDTH)
 
 

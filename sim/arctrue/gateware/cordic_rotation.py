@@ -46,8 +46,8 @@ def start_radius(iterations: int = CORDIC_ITERATIONS) -> float:
 
 @functools.cache
 def rotation_tables(cosine_width: int, iterations: int) -> RotationTables:
-    """Compute the constants for ``cosine_width`` bits. Raises ValueError for a width that the
-    entity does not support."""
+    """Compute the constants for ``cosine_width`` bits. Raises ValueError for a width or a number of
+    iterations that the entity does not support."""
     if cosine_width not in COSINE_WIDTHS or iterations not in ITERATIONS:
         raise ValueError(
             f"cosine of {cosine_width} bits with {iterations} iterations: the gateware has "

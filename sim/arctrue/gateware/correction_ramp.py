@@ -24,9 +24,10 @@ from arctrue.generated.number_formats import (
 RATE_MAX = 2**32 - 1
 ACCELERATION_MAX = 2**32 - 1
 COMPARE = RAMP_LOOK_CLOCK + 1
-"""Clock of a tick in which the remainder, read in the clock before it, is compared."""
+"""Number, from 0 to 255, of the clock in which the remainder, read one clock before, is
+compared."""
 DECIDE = 2**RAMP_TICK_WIDTH - 1
-"""Clock of a tick in which the velocity changes: the last."""
+"""Number of the last of these 256 clocks, in which the velocity changes."""
 TOTAL_MOST = 1 << (CORRECTION_WIDTH - 1 - CORRECTION_FRACTION)
 """Limit of the total correction, s19.F, in counts: the total is at least −TOTAL_MOST and below
 TOTAL_MOST."""
@@ -126,7 +127,7 @@ class RampVelocity:
 
 
 def ramp_arcsec_s(ramp_rate: float, counts_per_rev: int) -> float:
-    """Convert a ramp's velocity from the register's 2⁻³⁵ count a clock to ″/s.
+    """Convert a ramp's velocity from the register's 2⁻³⁵ count per clock to ″/s.
 
     The firmware converts its parameter ``ramp_arcsec_s`` to this register.
     """
@@ -163,9 +164,9 @@ def correction_ramp(
     coefficients than in the previous clock; ``limit`` in counts; ``ramp_rate`` u8.24 in 2⁻¹¹ count
     per clock. ``state``: the state after the previous clocks, default: after reset. ``inserted``:
     counts by which the reading jumps in the clock of a marker, (clocks,); ignored in other clocks.
-    ``ramp_acceleration`` in 2⁻⁵⁹ count per clock and clock; 0: the velocity is equal to the rate
-    from the first clock on. Raises ValueError for a rate that u8.24 cannot hold, or an acceleration
-    that 32 bits cannot hold.
+    ``ramp_acceleration`` in 2⁻⁵⁹ count per clock²; 0: the velocity is equal to the rate from the
+    first clock on. Raises ValueError for a rate that u8.24 cannot hold, or an acceleration that 32
+    bits cannot hold.
     """
     if not 0 <= ramp_acceleration <= ACCELERATION_MAX:
         raise ValueError(

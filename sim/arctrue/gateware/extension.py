@@ -155,7 +155,7 @@ class Extension:
     constant amplitude and an integer order.
 
     ``modulators``: lane → one of MODULATORS; ``turn_steps``: lane → fraction of its order, u0.48
-    turn a turn; ``without``: one prepared set of coefficients for each head that may fail, each
+    turn per turn; ``without``: one prepared set of coefficients for each head that may fail, each
     with its own extension, which contains the set's mean; ``phase_sources``: lane of a real order →
     the origin of its phase, if it is not the operator.
     """

@@ -23,9 +23,9 @@ changes a reading by 0.5 µm / 100 mm = 1.03″ = 13.35 counts, and a difference
 to 26.7 counts; eccentricity of 142″ adds 142″ · 2 sin(90°/s · 1.31 ms / 2) = 0.29″ = 3.8 counts at
 90°/s in 1.31 ms, which are 8 intervals; rounding adds 1 count."""
 MISSING_COUNTS: Final = 48
-"""Number of counts that a head may be behind another head before its edges count as missing. It
-exceeds the differences above, and corresponds to 11.4 µs at 90°/s (4.19 million counts a
-second)."""
+"""Number of counts by which all other heads must move since the last edge of a head until the edges
+of this head count as missing. It exceeds the differences above, and corresponds to 11.4 µs at 90°/s
+(4.19 million counts per second)."""
 
 
 class Cause(IntEnum):
@@ -40,7 +40,7 @@ class Cause(IntEnum):
 
 
 def stepped_head(moved: NDArray[np.int64], limit: int) -> int | None:
-    """Return the head (from 0 on) without which all other heads have moved by equal amounts.
+    """Return the only head (numbered from 0) for which all other heads have moved by equal amounts.
 
     ``moved`` (heads,): changes of the readings, all relative to the same reading. Changes count as
     equal if they differ by less than ``limit`` counts. The function returns None if no head or

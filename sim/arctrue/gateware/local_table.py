@@ -89,7 +89,7 @@ class LocalTable:
 
 
 def line_bound(table: LocalTable) -> float:
-    """Return the bound of the interpolation error, counts; the entity's header derives it."""
+    """Return the bound of the interpolation error, counts; the entity's header states its parts."""
     each = table.points.reshape(len(table.starts), -1)
     rise = np.abs(np.roll(each, -1, axis=1) - each).max() / 2.0**table.fraction
     places = 2.0**-13 + 2.0**-13 + (0.0 if len(table.starts) == 1 else 2.0**-12)

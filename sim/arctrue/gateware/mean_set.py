@@ -64,7 +64,9 @@ class MeanSet:
         if self.missing and self.weights[self.missing - 1]:
             raise ValueError(f"weight of head {self.missing}: expected 0 where it is missing")
         if not 1 <= self.carrier <= self.heads or self.carrier == self.missing:
-            raise ValueError(f"carrier: head {self.carrier} is not there, or is missing")
+            raise ValueError(
+                f"carrier: head {self.carrier}, expected 1 to {self.heads} except the missing head"
+            )
         for head, offset in enumerate(self.offsets, start=1):
             if not 0 <= offset < 1 << HEAD_OFFSET_WIDTH:
                 raise ValueError(
@@ -83,7 +85,7 @@ class MeanSet:
 
     @property
     def used(self) -> tuple[bool, ...]:
-        """Heads whose index is needed: all except the missing one."""
+        """Whether the index of each head is needed: true for all heads except the missing one."""
         return tuple(head != self.missing for head in range(1, self.heads + 1))
 
     def words(self) -> list[int]:

@@ -15,9 +15,9 @@ def phase_lane(
 ) -> NDArray[np.int32]:
     """Return θ·K + Φ modulo one turn in 2⁻²⁴ turn, rounded half up.
 
-    ``angle``: counts below 2²⁴; ``phase_step``: K in 2⁻⁴⁸ turn a count; ``phase_offset``: Φ in 2⁻²⁴
-    turn; all are whole numbers. The shapes of the arguments broadcast; the result has the common
-    shape.
+    ``angle``: counts below 2²⁴; ``phase_step``: K in 2⁻⁴⁸ turn per count; ``phase_offset``: Φ in
+    2⁻²⁴ turn; all are whole numbers. The shapes of the arguments broadcast; the result has the
+    common shape.
     """
     # Products wrap modulo 2⁶⁴. This does not change the 48 low bits, which hold the fraction of a
     # turn.

@@ -47,7 +47,7 @@ class CoefficientSet(Protocol):
 
     @property
     def phase_steps(self) -> NDArray[np.uint64]:
-        """Phase steps, (lanes,), u0.48 turn a count."""
+        """Phase steps, (lanes,), u0.48 turn per count."""
 
     @property
     def phase_offsets(self) -> NDArray[np.uint32]:
@@ -67,7 +67,7 @@ class CoefficientSet(Protocol):
 
     @property
     def turn_steps(self) -> NDArray[np.uint64]:
-        """Turn steps, (lanes,), u0.48 turn a turn; 0 for integer orders."""
+        """Turn steps, (lanes,), u0.48 turn per turn; 0 for integer orders."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -38,9 +38,9 @@ def slewed(fine: int, target: int, slew: int) -> int:
 def nominal_speed_word(
     nominal_deg_per_s: float, counts_per_rev: int, clock_hz: float = CLOCK_HZ
 ) -> int:
-    """Return the nominal speed ω₀ as u0.32 counts a clock.
+    """Return the nominal speed ω₀ as u0.32 counts per clock.
 
-    Raises ValueError for a speed of at least one count a clock, or a speed that rounds to 0.
+    Raises ValueError for a speed of at least one count per clock, or a speed that rounds to 0.
     """
     word = round(nominal_deg_per_s / 360.0 * counts_per_rev / clock_hz * 2.0**32)
     if not 0 < word < 1 << 32:

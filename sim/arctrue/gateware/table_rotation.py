@@ -1,4 +1,4 @@
-"""Models the entity ``table_rotation``, which computes the cosine from a table of its tangents."""
+"""Models the entity ``table_rotation``: the cosine from a table of straight lines."""
 
 from __future__ import annotations
 

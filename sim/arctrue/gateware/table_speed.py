@@ -38,7 +38,7 @@ class TableSpeed:
     def __init__(
         self, nominal: int, window: int = SPEED_WINDOW_BITS, longest: int = SPEED_LONGEST_BITS
     ) -> None:
-        """Store ``nominal`` in 2⁻³² count a clock; ``window`` and ``longest`` are log2 of
+        """Store ``nominal`` in 2⁻³² count per clock; ``window`` and ``longest`` are log2 of
         clocks."""
         self._nominal, self._window = nominal, 1 << window
         self._longest = (1 << longest) - 1

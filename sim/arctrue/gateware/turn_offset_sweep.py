@@ -1,5 +1,5 @@
 """Models the entity ``turn_offset_sweep``, which computes the phase offset Φ + frac(m·ν) of each
-lane for turn m; ν is the order of the lane, not necessarily an integer."""
+lane for turn m; ν is the fractional part of the order of the lane."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ _CUT_OFF = PHASE_STEP_WIDTH - PHASE_WIDTH
 
 
 def ready_clocks(lanes: int) -> int:
-    """Return the number of clocks from a wrap, at which a turn begins, until the offsets of the
-    following turn are ready."""
+    """Return the largest number of clocks from a wrap, at which a turn begins, until the offsets of
+    the following turn are ready."""
     return 2 * TURN_SWEEP_CLOCKS_A_LANE * lanes + 12
 
 
@@ -42,7 +42,7 @@ def turn_offsets(
 ) -> NDArray[np.int64]:
     """Return the phase offsets in 2⁻²⁴ turn, (turns, lanes), rounded once, half up.
 
-    ``turn``: numbers of turns m, (turns,); ``turn_steps``: ν in 2⁻⁴⁸ turn a turn and
+    ``turn``: numbers of turns m, (turns,); ``turn_steps``: ν in 2⁻⁴⁸ turn per turn and
     ``phase_offsets``: Φ in 2⁻²⁴ turn, (lanes,).
     """
     # Products wrap modulo 2⁶⁴. This does not change the 48 low bits, which hold the fraction of a
