@@ -1,5 +1,5 @@
-"""Tests the console with its general commands (others have tests of their own), and with lines that
-are not commands."""
+"""Tests the general commands of the console, and lines that are not commands; the other commands
+have their own test modules."""
 
 from __future__ import annotations
 
