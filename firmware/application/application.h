@@ -13,7 +13,7 @@
 #include "saving.h"
 #include "state.h"
 
-/* Sets all parameters to their presets and clears all other state. */
+/* Stores the access to the core, sets all parameters to their presets, and clears all other state. */
 void application_prepare(struct application *application, const struct core_access *core);
 
 /* Sets the function that reads the temperature of the die for each turn. */

@@ -12,11 +12,12 @@
    application_capture() states. */
 void control_write(const struct application *application);
 
-/* Releases a bank that is ready, because a capture from before a re-arm or before a move of a zero cannot be used. */
+/* Releases the capture bank if it is ready. Call it after a restart, a cleared fault or a move of a zero, because the
+   captured turn is from before this event and cannot be used. */
 void control_give_back_bank(const struct application *application);
 
-/* Stops the capture and restarts it. Call it if the zero or the sample steps changed during the capture of a turn,
-   because the two parts of this turn do not fit together. */
+/* Stops the capture and restarts it. Call it if the zero or the sample steps changed, or a fault was cleared, during
+   the capture of a turn, because this turn cannot be used. */
 void control_capture_anew(const struct application *application);
 
 /* Arms the compare if the parameter `compare_on` is 1, otherwise disarms it. Arms nothing before the index has been

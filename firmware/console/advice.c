@@ -11,103 +11,104 @@ static const struct {
     const char *text;
 } advices[] = {
     {"empty", "the capture holds no sample: rearm"},
-    {"index_not_seen", "turn the table past the index of both heads; is Z connected?"},
+    {"index_not_seen", "turn the table past the index of every head and check Z; a head 3 or 4 "
+                       "with a fault of A, B or Z gives this reason too"},
     {"index_error", "two index marks were not a turn apart: A or B lost counts, or Z had a false "
-                    "pulse; look at cables, terminations, index_tolerance"},
+                    "pulse; check cables, terminations and index_tolerance"},
     {"illegal_transition", "A and B changed together: crosstalk, a missing termination, or edges "
                            "nearer than filter_length clocks"},
     {"edge_spacing",
      "edges came nearer than minimum_edge_spacing: turn slower; is there crosstalk?"},
-    {"bank_full",
-     "the table is too slow for its capture: turn faster or set a longer sample_period"},
+    {"bank_full", "the table is so slow that the bank was full before the turn ended: turn faster "
+                  "or set a longer sample_period"},
     {"stands_still", "a head does not move: does the table turn, is the head connected?"},
     {"short_of_a_turn", "the table stopped, or counts_per_rev is more than the disc has"},
     {"more_than_a_turn", "sample_period is too long for this speed, or counts_per_rev too small"},
-    {"reversal", "the table turned back: nothing is lost, the next steady turn is taken"},
+    {"reversal", "the table turned back: nothing is lost, and the next steady turn is used"},
     {"jump",
      "a head moved by more than two steps at once: it lost counts, or the table was pushed"},
-    {"wrong_step",
-     "the speed changed by more than a tenth: the next turn is sampled at equal angles"},
-    {"over_speed",
-     "too few samples a turn: turn slower, set a shorter sample_period or fewer orders"},
+    {"wrong_step", "the speed changed by more than a tenth: from now on the turns are sampled at "
+                   "equal angles, unless sync_capture is 1"},
+    {"over_speed", "the turn has too few samples, or its counts came faster than one a clock: turn "
+                   "slower, set a shorter sample_period or fewer orders"},
     {"inconsistent_heads", "the heads count in different senses: exchange A and B of one of them"},
     {"heads_exchanged",
      "head 2 is where head 1 should be: exchange the plugs of the two heads, or A "
      "and B of both if they count down counter-clockwise; if neither is wrong, set separation_deg "
      "to 360 minus its value. No turn is used until then"},
     {"heads_elsewhere", "a head is over 0.25 degrees off separation_deg, head3_deg or head4_deg"},
-    {"no_mean", "the heads' places give no mean, or one noisier than a head: move a head"},
+    {"no_mean",
+     "with the heads at these places a mean is impossible or noisier than one head: move a head"},
     {"singular", "the fit has no answer: set fewer orders; is separation_deg right?"},
     {"not_converged", "the fit does not end: set fewer orders; is separation_deg right?"},
     {"not_finite", "the fit has no answer: set fewer orders; is separation_deg right?"},
     {"amplitude", "an order is beyond what a coefficient holds: is counts_per_rev right?"},
-    {"noise", "much noisier than usual (noise_limit), or above alarm_noise_arcsec: vibration, an "
-              "unsteady speed, cables"},
+    {"noise", "the turn is much noisier than usual (noise_limit), or its noise is above "
+              "alarm_noise_arcsec: look for vibration, an unsteady speed and bad cables"},
     {"not_better", "nothing is wrong: the coefficients in use are as good"},
-    {"error",
-     "the correction in use leaves more than alarm_error_arcsec, or an order of a loaded file "
-     "is off by more than it scatters, see load status; new coefficients follow unless they "
-     "are frozen or loaded: then load a new file"},
-    {"separation", "the heads are not separation_deg apart, to alarm_separation_arcsec: if a head "
-                   "was moved, set separation_deg to what status shows; else look at the index of "
-                   "both heads"},
-    {"output",
-     "the output stands at a fault, see help cannot_keep_up, or its line drivers are released, see "
-     "help released"},
-    {"core_reset",
-     "the fabric was reset and is set up again: the correction is off until a turn is captured "
-     "anew; the receiver may "
-     "have lost counts and has to look for its zero; look at the board's supply and reset"},
+    {"error", "the correction in use leaves more than alarm_error_arcsec, or the error that "
+              "remains at a loaded order exceeds its scatter (load status). The calibration "
+              "corrects its own orders unless freeze is on; for a loaded order load a new file"},
+    {"separation", "the heads are not separation_deg apart, or a head of the mean is not at its "
+                   "place, to alarm_separation_arcsec: if a head was moved, set separation_deg to "
+                   "what status shows; else check the index of every head"},
+    {"output", "the output stands still (help cannot_keep_up), or its line drivers are released "
+               "(help released)"},
+    {"core_reset", "the fabric was reset and is set up again: the correction is off until a turn "
+                   "is captured anew; the receiver may have lost counts and has to look for its "
+                   "zero; check the board's supply and reset"},
     {"swallowed", "edges of head 1 came faster than filter_length lets through, and counts are "
                   "lost: turn slower, or set a "
                   "shorter filter_length; make the servo safe, then clear_output, and let the "
                   "receiver look for its zero"},
-    {"released", "the line drivers were released by a fault of release_sources: end what is still "
-                 "present (head1, "
-                 "head2, swallowed: clear_output clears the flags; correction_limited: forget or "
-                 "bypass on), make the servo safe, "
-                 "then clear_output"},
+    {"released",
+     "the line drivers were switched off by a fault of release_sources: end the faults that are "
+     "still present (clear_output clears the flags of heads and swallowed; forget or bypass on "
+     "ends correction_limited), make the servo safe, then clear_output"},
     {"cannot_keep_up",
-     "the output stands: it fell further behind than following_limit, and counts are lost for its "
-     "receiver; turn slower or set a shorter output_spacing, make the servo safe, then "
-     "clear_output, and let the receiver look for its zero"},
+     "the output stands still: it fell further behind than following_limit, so its receiver lost "
+     "counts; turn slower or set a shorter output_spacing, make the servo safe, then clear_output, "
+     "and let the receiver look for its zero"},
     {"overrun",
      "turns came faster than they are processed, and some were left out; nothing else is lost"},
-    {"stuck_capture", "four turns without a capture: it was begun anew; look at sample_period"},
+    {"stuck_capture", "in four turns no capture was completed: the correction is off and the "
+                      "capture was begun anew; check sample_period"},
     {"coefficients", "the gateware does not hold what was written to it: do not use this board"},
     {"temperature", "the die is hotter than alarm_temperature_c: cool the board"},
     {"thermometer", "the table's temperature is held at its last good value: status shows why; the "
                     "loaded lanes that follow it stay as they are"},
-    {"silent", "the thermometer does not answer: look at its cable; temperature VALUE sets it "
-               "from the host meanwhile"},
-    {"jumped", "the temperature changed faster than a table can (temperature_jump_k): look "
-               "at the thermometer, then temperature sensor"},
-    {"unchanged", "the temperature has not changed for temperature_still_s: look at "
-                  "the thermometer; if the table is that steady, set it longer"},
-    {"not_copied", "a step of the turn does not fit into the copy: use more samples a turn, or "
-                   "fewer than 6,144; dump again"},
-    {"swap",
-     "the core did not take new coefficients: the correction is off and the calibration starts "
-     "anew; if it comes again, do not use this board"},
+    {"silent", "the thermometer does not answer: check its cable; meanwhile the host can set the "
+               "temperature with temperature VALUE"},
+    {"jumped", "the temperature changed faster than a table can (temperature_jump_k): check the "
+               "thermometer, then enter temperature sensor"},
+    {"unchanged", "the temperature has not changed for temperature_still_s: check the thermometer "
+                  "or the host; if the table is that steady, set temperature_still_s longer"},
+    {"not_copied",
+     "the turn has no or too many samples, or a step does not fit into the copy: use more samples "
+     "a turn, or at most 6,144 (3,072 with more than two heads); dump again"},
+    {"swap", "the core did not take new coefficients: the correction is off and the calibration "
+             "starts anew; if this happens again, do not use this board"},
     {"wrong_crc", "the frame was changed on the way, or is no frame: send it again"},
     {"wrong_frame", "another frame was expected: begin the load anew"},
     {"too_many_lanes", "more orders than the gateware has lanes: export fewer with --lanes"},
     {"out_of_range", "an order, phase or amplitude is beyond what a lane holds, maybe at a "
                      "temperature of the file's range: is the file "
                      "whole?"},
-    {"order_twice", "two lanes of the file have the same order: write it anew"},
-    {"not_whole", "frames are missing: begin the load anew"},
+    {"order_twice", "two lanes of the file have the same order: write the file anew"},
+    {"not_whole", "frames are missing, or the gateware no longer holds the points of the loaded "
+                  "table: load the file anew"},
     {"another_table", "the coefficients were made for another counts_per_rev than is set here"},
     {"too_steep",
      "with these coefficients the corrected angle could turn back: |d error/d angle| is "
      "1 or more, at some temperature of the file's range"},
-    {"worse_prediction", "the captured turn contradicts them: load status names an order that "
-                         "differs; is it the file of this table, and is its index the same?"},
+    {"worse_prediction",
+     "the captured turn contradicts the set; load status names the order that differs, if one "
+     "order does; is the file of this table, and is its index the same?"},
     {"other_heads",
      "the set's mean is for other heads than this core's, or they stand elsewhere than its offsets "
      "say: capture and calibrate again; was a head moved?"},
     {"other_delays",
-     "the set was made with other delays: set head_delays as it says, capture anew"},
+     "the set was made with other delays: set head_delays as the set states, then capture anew"},
     {"unseen_order",
      "two heads at this angle cannot see one of the orders, so no turn can judge it: "
      "leave it out, or arctrue load --unseen"},
@@ -129,20 +130,20 @@ static const struct {
                        "gateware, and 48 more: leave "
                        "it out, or build fewer lanes"},
     {"not_read_back", "the gateware does not hold what was written to it: do not use this board"},
-    {"lost", "a fault has cleared the settings: they are as they were saved, else preset; set what "
-             "differs, then bypass off"},
+    {"lost", "a fault has cleared the settings: the parameters are as they were saved, else "
+             "preset, and the switches are preset; set what differs, then bypass off"},
     {"held", "the third fault in a row, or the settings are lost: the core goes on with the "
              "coefficients that it has and processes no turn; note reset and reset_instruction, "
              "then rearm, which takes the correction off until the next index"},
     {"began_anew", "the processor had a fault and began anew; the correction went on with the last "
                    "coefficients; note reset and reset_instruction"},
     {"not_confirmed",
-     "the captured turn is not explained better with the saved coefficients than without: they are "
+     "the captured turn contradicts the saved coefficients, or they do not fit this core: they are "
      "not used; was a head or the disc moved? rearm tries them again, save replaces them"},
     {"flash_unknown", "no flash answers, or one that the firmware does not know: nothing is saved"},
-    {"under_way", "the save before has not ended yet: wait for its answer"},
+    {"under_way", "a save or a flash command has not ended yet: wait for its answer"},
     {"flash_silent", "the flash's controller does not answer: nothing is saved"},
-    {"flash_stuck", "the flash does not end what was begun: what was saved before stays"},
+    {"flash_stuck", "an operation of the flash does not end: what was saved before stays"},
     {"flash_not_erased", "the flash was not erased; is it protected? What was saved before stays"},
     {"flash_not_read_back", "the flash holds something else than was written; is it protected? "
                             "What was saved before stays; save "
@@ -156,8 +157,8 @@ static const struct {
      "they are active, or forget first to remove them"},
     {"golden_stays", "the golden image is never written again: the board starts it if the other is "
                      "not whole"},
-    {"zero_lost", "a head lost counts: the core moved the zero of head 1 to its index and follows "
-                  "that of head 2; look at cables and terminations"},
+    {"zero_lost", "a head lost counts: the zero of head 1 is moved to its index or searched again, "
+                  "and the counts of head 2 are corrected; check cables and terminations"},
 };
 
 const char *advice_for(const char *name) {

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Explains a reason to refuse a turn, or an alarm, to the person at the table. */
+/* Explains the words that telemetry, `status` and refused commands print (reasons, alarms, states) to the operator. */
 
 #ifndef ARCTRUE_ADVICE_H
 #define ARCTRUE_ADVICE_H
 
-/* Returns the advice for a name that telemetry or status prints; NULL for any other word. */
+/* Returns the advice for such a word; NULL for any other word. */
 const char *advice_for(const char *name);
 
 #endif

@@ -300,7 +300,7 @@ static void show(struct console *console, char *const *words, uint32_t number) {
         parameters_show(console, "");
         text_line(&console->sink, "ok");
     } else {
-        text_error(&console->sink, "show harmonics or show parameters, not ", words[1]);
+        text_error(&console->sink, "expected show harmonics or show parameters, not ", words[1]);
     }
 }
 
@@ -308,7 +308,7 @@ static void show(struct console *console, char *const *words, uint32_t number) {
 static bool read_switch(struct console *console, const char *word, bool *on) {
     *on = text_equal(word, "on");
     if (!*on && !text_equal(word, "off")) {
-        text_error(&console->sink, "on or off, not ", word);
+        text_error(&console->sink, "expected on or off, not ", word);
         return false;
     }
     return true;
@@ -356,7 +356,7 @@ static void temperature(struct console *console, char *const *words, uint32_t nu
         application_choose_temperature(application, TEMPERATURE_SENSOR);
         text_line(&console->sink, "ok");
     } else if (!text_parse_decimal(words[1], &celsius)) {
-        text_error(&console->sink, "a temperature, sensor or none, not ", words[1]);
+        text_error(&console->sink, "expected a temperature, sensor or none, not ", words[1]);
     } else if (celsius < -55.0 || celsius > 150.0) {
         text_error(&console->sink, "a temperature is -55 to 150, not ", words[1]);
     } else {
@@ -373,7 +373,7 @@ static void followed_word(struct console *console, char *const *words, uint32_t 
     bool first = text_equal(words[1], "a");
     (void)number;
     if (!first && !text_equal(words[1], "b")) {
-        text_error(&console->sink, "a or b, not ", words[1]);
+        text_error(&console->sink, "expected a or b, not ", words[1]);
     } else if (!text_parse_decimal(words[2], &value) || !(value >= -1.0 && value <= 1.0)) {
         text_error(&console->sink, "a word is -1 to 1, not ", words[2]);
     } else if (application->phase == PHASE_NO_CORE) {
@@ -437,9 +437,9 @@ static void come_back(struct console *console, char *const *words, uint32_t numb
         text_error(&console->sink, "this gateware leaves no head out", "");
     } else if (!text_parse_whole(words[1], HEADS_MOST, &head) || head < 1 ||
                !application_come_back(console->application, (uint32_t)head)) {
-        text_error(&console->sink, "this head is not left out: ", words[1]);
+        text_error(&console->sink, "no head is left out with number ", words[1]);
     } else {
-        text_line(&console->sink, "ok, after its next index");
+        text_line(&console->sink, "ok, the head is used from its next index on");
     }
 }
 
@@ -457,7 +457,7 @@ static void rearm(struct console *console, char *const *words, uint32_t number) 
 static void help(struct console *console, char *const *words, uint32_t number);
 
 static const struct command commands[] = {
-    {"help", "help | help WORD: what a reason or an alarm means, and what to do", 1, 2, help},
+    {"help", "help | help WORD: what a command, reason or alarm means, and what to do", 1, 2, help},
     {"status", "status", 1, 1, status},
     {"version", version_use, 1, 1, version_command},
     {"show", "show harmonics | show parameters", 2, 2, show},
@@ -471,23 +471,22 @@ static const struct command commands[] = {
     {"flash", flash_use, 2, 5, flash_command},
     {"dump", dump_use, 1, 4, dump_command},
     {"temperature",
-     "temperature VALUE: of the table, degrees Celsius | temperature sensor | temperature none", 2,
+     "temperature VALUE: degrees Celsius of the table | temperature sensor | temperature none", 2,
      2, temperature},
-    {"word", "word a VALUE | word b VALUE: -1 to 1, the factor of the lanes of that word", 3, 3,
+    {"word", "word a VALUE | word b VALUE: -1 to 1, the factor of the lanes that follow it", 3, 3,
      followed_word},
-    {"freeze", "freeze on | freeze off: keep the coefficients as they are", 2, 2, freeze},
+    {"freeze", "freeze on | freeze off: no calibration becomes active while it is on", 2, 2,
+     freeze},
     {"bypass", "bypass on | bypass off: the output follows head 1", 2, 2, bypass},
     {"telemetry", "telemetry on | telemetry off: a line of JSON a turn", 2, 2, telemetry},
-    {"forget", "forget: correction off, calibrate from nothing", 1, 1, forget},
+    {"forget", "forget: switch the correction off and calibrate from nothing", 1, 1, forget},
     {"clear_output",
-     "clear_output: end the fault of the output, whose missed counts stay lost, and enable "
-     "released line "
-     "drivers again; it follows from the present position: make the servo safe first, let it look "
-     "for its zero "
-     "afterwards",
+     "clear_output: the output follows again from the present position, its missed counts stay "
+     "lost, and released line drivers are enabled: make the servo safe first, and let it look for "
+     "its zero afterwards",
      1, 1, clear_output},
-    {"come_back", "come_back HEAD: use a head that was left out again, from its next index on", 2,
-     2, come_back},
+    {"come_back", "come_back HEAD: use this left-out head again, from its next index on", 2, 2,
+     come_back},
     {"heads",
      "heads: each head's position, angle after its index, indexed or unseen; all at one clock", 1,
      1, heads},

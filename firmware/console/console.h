@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Executes the commands that the operator sends on a serial port. Each line that contains a word gets one answer; the
-   answer to a line that the console does not understand begins with "error:". */
+/* Executes the commands that the operator sends on a serial port. Each line that contains a word gets one answer. An
+   answer that begins with "error:" refuses the line. */
 
 #ifndef ARCTRUE_CONSOLE_H
 #define ARCTRUE_CONSOLE_H
@@ -12,7 +12,7 @@
 
 enum { CONSOLE_LINE_MOST = 80, CONSOLE_WORDS_MOST = 9 };
 
-/* Returns a word that describes a state which the console itself does not know. */
+/* Returns the name of a state that the caller of the console knows. */
 typedef const char *console_word(void);
 
 struct console {

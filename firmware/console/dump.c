@@ -7,8 +7,8 @@
 #include "assertion.h"
 #include "crc32.h"
 
-const char dump_use[] =
-    "dump: the next turn's capture as CSV with a CRC a row | dump rows FIRST NUMBER: repeat rows";
+const char dump_use[] = "dump: the next turn's capture as CSV, each row with a CRC | dump rows "
+                        "FIRST NUMBER: rows again";
 
 /* Number of rows that one step prints; the other work of the firmware runs between two steps. */
 enum { ROWS_A_STEP = 8 };
@@ -144,7 +144,7 @@ void dump_command(struct console *console, char *const *words, uint32_t number) 
     struct application *application = console->application;
     const struct text_sink *sink = &console->sink;
     if (dump_busy(console)) {
-        text_word(sink, "error: the dump before has not ended\r\n");
+        text_word(sink, "error: an earlier dump has not ended\r\n");
     } else if (application->copy == NULL || application->phase == PHASE_NO_CORE) {
         text_word(sink, "error: no core\r\n");
     } else if (number == 4 && text_equal(words[1], "rows")) {

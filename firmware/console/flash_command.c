@@ -8,7 +8,7 @@
 
 const char flash_use[] =
     "flash status | flash erase ADDRESS | flash data ADDRESS WORDS CRC | flash "
-    "check ADDRESS BYTES: what arctrue flash sends";
+    "check ADDRESS BYTES: arctrue flash sends these lines";
 
 enum { DIGITS_A_WORD = 8 };
 
@@ -20,8 +20,8 @@ static void print_answer(const struct console *console, enum image_answer answer
     text_error(&console->sink, "flash ", image_answer_name(answer));
 }
 
-/* Prints the answer of an operation that has not begun. If the operation has begun, flash_step_reported() prints its
-   answer when it has ended. */
+/* Prints the answer if the operation has not begun. If it has begun, flash_step_reported() prints the answer when the
+   operation has ended. */
 static void begun(const struct console *console, enum image_answer answer) {
     if (answer != IMAGE_DONE) {
         print_answer(console, answer);

@@ -15,7 +15,7 @@ const char load_use[] =
     "slope, temperature, range, "
     "followed, conditions, real, source, table, points, mean, head, without, without_head, "
     "without_lane, force, end NUMBERS CRC: "
-    "what arctrue load sends";
+    "arctrue load sends these lines";
 
 #define WORD_MOST 4294967295.0
 #define TURN_MOST 8388607.0
@@ -50,7 +50,8 @@ static void answer(struct console *console, enum load_answer given) {
     text_error(&console->sink, "load ", load_answer_name(given));
 }
 
-/* Parses whole numbers and a final CRC; returns false if one of them is wrong. */
+/* Parses `number` words: whole numbers, and a CRC as the last word. Returns false if a word is not such a number. It
+   does not compare the CRC. */
 static bool read_numbers(char *const *words, uint32_t number, int64_t *values, uint32_t *crc) {
     for (uint32_t place = 0; place + 1 < number; place++) {
         if (!text_parse_whole(words[place], WORD_MOST, &values[place])) {

@@ -9,8 +9,9 @@
 
 const char set_use[] = "set PARAMETER VALUE";
 const char trigger_use[] = "trigger | trigger width CLOCKS: the pulse with each sample";
-const char sync_use[] = "sync | sync capture 1: a sample at each edge of the pin | sync falling 1";
-const char probe_use[] = "probe: the position at its last edge | probe events | probe falling 1";
+const char sync_use[] = "sync | sync capture 1: a sample at each edge of sync_in | sync falling 1";
+const char probe_use[] =
+    "probe: the position at the last edge of probe_in | probe events | probe falling 1";
 const char compare_use[] =
     "compare | compare first COUNTS | compare interval COUNTS | compare on 1 | "
     "compare width CLOCKS | compare events 1: "
@@ -146,7 +147,7 @@ void pins_command(struct console *console, char *const *words, uint32_t number) 
         return;
     }
     if (number == 2) {
-        text_error(&console->sink, "no value for ", words[1]);
+        text_error(&console->sink, "expected a value after ", words[1]);
         return;
     }
     parameters_show(console, name);

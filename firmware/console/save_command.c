@@ -4,7 +4,7 @@
 
 #include <stddef.h>
 
-const char save_use[] = "save: parameters, switches and coefficients into the flash, for power-on";
+const char save_use[] = "save: write parameters, switches and coefficients to the flash";
 
 static void refuse(const struct console *console, enum save_answer answer) {
     text_error(&console->sink, "save ", save_answer_name(answer));

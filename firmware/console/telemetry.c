@@ -224,8 +224,8 @@ static void list(const struct text_sink *sink, const char *name, const double *v
     text_word(sink, "]");
 }
 
-/* Prints the turn's results for the heads and the axis if the turn has calibrated the mean. If the device is to
-   calibrate the mean and this turn could not, prints the reason. */
+/* Prints the turn's results for the heads and the axis if the turn has calibrated the mean. If the turn tried to
+   calibrate the mean and failed, prints the reason. */
 static void found_part(const struct text_sink *sink, const struct application *application) {
     const struct heads_found *found = &application->found;
     double place_deg[HEADS_MOST];

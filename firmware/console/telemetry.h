@@ -7,8 +7,9 @@
 #include "text.h"
 
 /* Prints the latest turn as one line of JSON with `alarms`; if the turn was not refused, the line also contains its
-   harmonics. If the turn has been printed already, the line contains only what is new: alarms, released line drivers
-   and heads that were left out. Prints nothing and returns false if the sink has no room for the whole line. */
+   harmonics. If the turn has been printed already, the line contains only the turn's number, `alarms`, the number of
+   swaps, released line drivers and heads that are left out. Prints nothing and returns false if the sink has no room
+   for the whole line. */
 bool telemetry_turn(const struct text_sink *sink, const struct application *application,
                     uint32_t alarms);
 

@@ -4,7 +4,7 @@
 
 #include <stddef.h>
 
-const char version_use[] = "version: of firmware and gateware, and the chip";
+const char version_use[] = "version: firmware, gateware and the chip's number";
 
 static void named_word(const struct text_sink *sink, const char *name, const char *value) {
     text_word(sink, name);

@@ -13,5 +13,5 @@ def places_from_text(text: str) -> tuple[float, ...]:
     except ValueError:
         raise ValueError(f"expected degrees such as 0,64.3,177,257.9, found {text!r}") from None
     if places[0] != 0.0 or not all(abs(place) < 360.0 for place in places):
-        raise ValueError("expected 0 for head 1, and all below 360")
+        raise ValueError("expected 0 for head 1, and all angles between -360 and 360")
     return places

@@ -39,8 +39,8 @@ class AxisOrbit:
 
 
 def orbit_of_set(measurement: MeasurementSet) -> AxisOrbit | None:
-    """Calibrate the set and return the axis orbit of its first run; None for two heads, or without
-    a capture or counts per turn.
+    """Calibrate the set and return the axis orbit of the first run that the calibration used (the
+    runs at the lowest speed); None for two heads, or without a capture or counts per turn.
 
     Raises CaptureRefusedError or ValueError for a set that does not determine the orbit.
     """

@@ -58,8 +58,8 @@ class CalibrationSettings:
     separation : str, optional
         Source of the separation α of the heads. Default: the harmonics if their standard
         uncertainty is smaller than those of the index and of the nominal value; otherwise the index
-        if its value is plausible and not less certain than the nominal value; otherwise the nominal
-        value.
+        if the runs agree and its value is plausible and not less certain than the nominal value;
+        otherwise the nominal value.
     """
 
     method: Method = "least_squares"
@@ -188,9 +188,10 @@ def objections(measurement: MeasurementSet, coefficients: Coefficients) -> list[
     """Return the reasons why coefficients from another source should not be written for this set's
     table.
 
-    If the correction is too steep, only this reason is returned. Otherwise the head separation of
-    a capture is checked, and the error in the reference run or, in a set without a reference run,
-    the estimate from the two heads. A capture that cannot be used gives no objection.
+    If the correction is too steep or a lane's amplitude too large, only these reasons are returned.
+    Otherwise the function checks the head separation of a capture, and the error in the reference
+    run or, in a set without a reference run, the estimate from the two heads. A capture that cannot
+    be used gives no objection.
     """
     measurement = _without_masked_stations(measurement)
     table, capture, reference = measurement.table, measurement.capture, measurement.reference

@@ -23,8 +23,8 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 COUNTED_WRONG = 0.01
-"""Largest share of the largest travel of all heads by which a head's travel may fall short;
-eccentricity changes it by less than 10⁻³.
+"""Largest permitted difference between the travel of a head and the largest travel of all heads,
+as a share of the latter. Eccentricity changes the travel by less than 10⁻³.
 """
 PLACE_TOLERANCE_DEG = 1.0
 """Largest distance from a planned place at which a head counts as the planned head, degrees. The
@@ -91,7 +91,7 @@ def judge_connection(
         if indexed.all():
             faults.append(
                 f"no order of the cables brings the heads to the places of the plan ({off:.2f}° "
-                "off at best): measure them again, or enter the places found"
+                "off at best): measure the places again, or enter the places found"
             )
     elif at_head != tuple(range(1, len(at_head) + 1)):
         swapped = [
@@ -222,7 +222,7 @@ def skew_of(
     needed = np.rint((own.max() - own) * clock_hz).astype(np.int64)
     if needed.max() > DELAY_MOST_CLOCKS:
         raise ValueError(
-            f"the heads' electronics is {1e9 * float(np.ptp(own)):.0f} ns apart, and the device "
-            f"takes out {DELAY_MOST_CLOCKS} clocks: was the speed the same in both directions?"
+            f"the delays of the heads differ by {1e9 * float(np.ptp(own)):.0f} ns, and the device "
+            f"can equal out {DELAY_MOST_CLOCKS} clocks: was the speed the same in both directions?"
         )
     return Skew(1e9 * late_s, 1e9 * u_s, tuple(needed.tolist()))

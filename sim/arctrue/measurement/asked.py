@@ -223,7 +223,7 @@ def _again_faults(first: Run, run: Run) -> list[str]:
 def _warm_steps(first: Run) -> list[str]:
     now = "" if first.temperature_c is None else f", to {first.temperature_c + WARMER_K:.1f} °C"
     return [
-        f"warm the table by {WARMER_K:g} K{now}, and wait until it is steady",
+        f"warm the table by {WARMER_K:g} K{now}, and wait until its temperature is steady",
         f"turn it {first.way} at {_speed(first)}, as in the first run",
     ]
 
@@ -256,8 +256,8 @@ def _turns_faults(first: Run, run: Run) -> list[str]:
 def _samples_steps(first: Run) -> list[str]:
     return [
         f"turn the table {first.way} with {MORE_SAMPLES * first.samples_a_turn:,.0f} samples a "
-        f"turn (first run: {first.samples_a_turn:,.0f}): a recorder of a higher rate, or a "
-        "slower table"
+        f"turn (first run: {first.samples_a_turn:,.0f}): use a recorder with a higher rate, or "
+        "turn more slowly"
     ]
 
 
@@ -285,14 +285,15 @@ def _both_ways(reference: Reference) -> list[str]:
     if reference.direction is None:
         return ["it has no column direction"]
     if np.unique(np.sign(reference.direction)).size < 2:
-        return ["it was approached from one direction only, expected both"]
+        return ["its targets are approached from one direction only, expected both"]
     return []
 
 
 def _reference_steps(before: MeasurementSet) -> list[str]:
     return [
-        f"put a polygon of {_faces(before)} faces on the table and an autocollimator in front",
-        "go to each face upwards, then back to each face downwards; five cycles or more",
+        f"put a polygon of {_faces(before)} faces on the table, and point an autocollimator at it",
+        "read each face while the table turns upwards from face to face, then each face while it "
+        "turns downwards; repeat this cycle five times or more",
     ]
 
 
@@ -323,8 +324,8 @@ def _back_faults(before: MeasurementSet, reference: Reference) -> list[str]:
 def _turned_steps(before: MeasurementSet) -> list[str]:
     third = TURNED_FACES * 360.0 / _faces(before)
     return [
-        f"turn the polygon on the table by {third:g}°, a third of a face, and line it up anew",
-        f"repeat the reference run with targets {third:g}° further",
+        f"turn the polygon on the table by {third:g}°, a third of a face, and align it again",
+        f"repeat the reference run with all targets increased by {third:g}°",
     ]
 
 
@@ -337,7 +338,8 @@ def _turned_faults(before: MeasurementSet, reference: Reference) -> list[str]:
     if min(abs(moved - TURNED_FACES), abs(moved - 1.0 + TURNED_FACES)) <= TURNED_WITHIN:
         return []
     return [
-        f"its targets are {moved:.2f} of a face away from those before, expected {TURNED_FACES:.2f}"
+        f"its targets are {moved:.2f} of a face away from those of the set, expected "
+        f"{TURNED_FACES:.2f} or {1.0 - TURNED_FACES:.2f}"
     ]
 
 
@@ -349,8 +351,8 @@ def _phase_deg(reference: Reference, face_deg: float) -> float:
 
 def _reindexed_steps(before: MeasurementSet) -> list[str]:
     return [
-        "put the polygon on the table again, some whole faces further",
-        "repeat the reference run at the same targets, and keep it as a set of its own",
+        "turn the polygon on the table by one or more whole faces, and align it again",
+        "repeat the reference run at the same targets, and store it as a separate set",
     ]
 
 
@@ -365,8 +367,9 @@ def _reindexed_faults(before: MeasurementSet, reference: Reference) -> list[str]
 
 def _moving_steps(before: MeasurementSet) -> list[str]:
     return [
-        "read a reference encoder while the table turns, with time_s in each row",
-        f"turn up, down, and up at {FASTER:g} times the speed; a whole turn each",
+        "read a reference encoder while the table turns, and record time_s in each row",
+        f"turn the table up, then down, then up at {FASTER:g} times the speed, a whole turn each "
+        "time",
     ]
 
 
@@ -382,10 +385,12 @@ def _moving_faults(before: MeasurementSet, reference: Reference) -> list[str]:
     ]
     faults = []
     if not (any(speed > 0.0 for speed in speeds) and any(speed < 0.0 for speed in speeds)):
-        faults.append("its runs do not go both ways")
+        faults.append("it lacks a run upwards or a run downwards, expected both")
     sizes = [abs(speed) for speed in speeds if speed]
     if not sizes or max(sizes) < ENOUGH * FASTER * min(sizes):
-        faults.append(f"its runs have one speed, expected two {ENOUGH * FASTER:g} times apart")
+        faults.append(
+            f"its speeds differ too little, expected one {ENOUGH * FASTER:g} times another or more"
+        )
     return faults
 
 

@@ -54,7 +54,8 @@ def joined(
     Raises
     ------
     JoinError
-        If the sets are of different tables, have different columns, or contain the same rows.
+        If the sets are of different tables, state different values for a key, contain the same
+        rows, or have different columns without ``common_columns``.
     OverlapError
         If the times of a set begin before the earlier sets end, and ``times`` is "".
     """

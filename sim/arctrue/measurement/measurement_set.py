@@ -124,8 +124,8 @@ class Table:
             return
         if places[0] != 0.0:
             raise ValueError(
-                f"head_places_deg: expected 0 for head 1, from which the others are counted, "
-                f"found {places[0]:g}"
+                f"head_places_deg: expected 0 for head 1, because all places are relative to head "
+                f"1, found {places[0]:g}"
             )
         turned = sorted(place % 360.0 for place in places)
         if len(set(turned)) < len(turned):
@@ -134,8 +134,8 @@ class Table:
             )
         if separation is not None and separation != places[1]:
             raise ValueError(
-                f"head_separation_deg: expected {places[1]:g} as head_places_deg has it for head "
-                f"2, found {separation:g}; leave it out"
+                f"head_separation_deg: expected {places[1]:g}, the place of head 2 in "
+                f"head_places_deg, found {separation:g}; leave it out"
             )
         object.__setattr__(self, "head_separation_deg", places[1])
 
@@ -259,7 +259,7 @@ class Capture(_Rows):
         """
         super().__post_init__()
         if self.head4_counts is not None and self.head3_counts is None:
-            raise ValueError("head4_counts: expected head3_counts with it, which is not there")
+            raise ValueError("head4_counts: expected head3_counts too, which is missing")
 
     @property
     def heads(self) -> tuple[Integer, ...]:

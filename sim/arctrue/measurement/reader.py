@@ -202,7 +202,7 @@ def _require_a_place_each(
     there = [name for name in HEAD_COLUMNS if name in columns]
     if there != list(HEAD_COLUMNS[: len(there)]):
         raise MeasurementError(
-            "missing", path, "is missing; a capture of four heads has all of them",
+            "missing", path, "is missing; a capture with head4_counts needs it",
             row=1, column="head3_counts",
         )  # fmt: skip
     if len(there) != len(places):
@@ -223,10 +223,11 @@ def _places_of(heads: int) -> str:
 def count_on_past_the_turn(
     table: Table, path: Path, columns: dict[str, Any], warnings: list[str]
 ) -> None:
-    """Make counts that restart at each turn continuous; then shift each head to head 1's turn.
+    """Make counts that restart at each turn continuous; then shift each other head by whole turns.
 
-    If no count restarts, nothing is changed. The function changes the ``columns`` of a capture;
-    ``path``, their file, is named in ``warnings``.
+    After the shift, each head's counts differ from those of head 1 by the angle of its place. If no
+    count restarts, nothing is changed. The function changes the ``columns`` of a capture; ``path``,
+    their file, is named in ``warnings``.
     """
     counts_per_rev, places_deg = table.counts_per_rev, table.places_deg
     assert counts_per_rev is not None

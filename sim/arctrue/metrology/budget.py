@@ -176,7 +176,7 @@ def two_heads_budget(measurement: MeasurementSet, calibration: Calibration) -> B
             *(
                 []
                 if any(one.quantity == REVERSAL for one in lines)
-                else ["reversal error between disc and table: both heads sit on the disc"]
+                else ["reversal error between disc and table, because both heads read the disc"]
             ),
             "motion of the axis and subdivision error, which are not fixed to the disc",
             "temperature other than that of the capture",
@@ -355,7 +355,7 @@ def reversal_lines(reference: Reference, error: Float) -> list[Contribution]:
     return [
         Contribution(
             REVERSAL,
-            "mean error from below less that from above; the correction has none",
+            "mean error approached from below minus from above; the correction leaves it",
             "B",
             "two values",
             0.5 * abs(float(up.mean() - down.mean())),
@@ -375,7 +375,7 @@ def _check(lines: Sequence[Contribution], reference: Reference, error: Float) ->
     verdict = (
         "the budget holds"
         if rms <= COVERAGE * explained
-        else "the budget lacks a contribution, arctrue diagnose looks for it"
+        else "the budget lacks a contribution; search for its cause with arctrue diagnose"
     )
     return (
         f"against the reference run the error is {rms:.3f}″ RMS; the budget, the reference and "
@@ -405,7 +405,7 @@ def _design(reading: Float, correction: Correction, direction: NDArray[np.generi
 
 def _repeats(reference: Reference, error: Float) -> tuple[float, int, Float, Float]:
     """Return the pooled standard deviation of repeats, its degrees of freedom, and the mean and the
-    number of visits of each station."""
+    number of visits of each target and direction."""
     place = np.round(np.remainder(reference.target_deg, 360.0), 6)
     side = np.zeros(place.size) if reference.direction is None else reference.direction
     _, group = np.unique(np.stack([place, side]), axis=1, return_inverse=True)

@@ -50,8 +50,12 @@ mounting errors and large against rounding errors."""
 
 @dataclass(frozen=True, eq=False)
 class CertifiedError:
-    """Error function ε of head 1 at stated angles: reading minus true angle, with the mean over the
-    turn removed."""
+    """Error function ε of head 1 at stated angles: reading minus true angle, as the fitted effects
+    predict it.
+
+    The constant of a run is not part of it. An effect may add a constant: ``hysteresis`` adds half
+    the reversal error in one direction.
+    """
 
     angle_deg: Float
     """Angles at which ε is stated, (angles,)."""

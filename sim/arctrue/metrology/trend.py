@@ -44,7 +44,7 @@ class Trend:
     def __str__(self) -> str:
         """Return a sentence for the user about the change."""
         return (
-            f"order {self.order} moves: {self.change_arcsec:.2g}″ in {self.turns} turns "
+            f"order {self.order} changes by {self.change_arcsec:.2g}″ in {self.turns} turns "
             f"(u = {self.u_arcsec:.1g}″)"
         )
 

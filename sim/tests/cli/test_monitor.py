@@ -173,7 +173,7 @@ def test_an_order_that_grows_is_reported(device: Device, monkeypatch: pytest.Mon
     monkeypatch.setattr(trend, "TrendWatch", quick)
     done = CliRunner().invoke(main, ["monitor", device.port, "--turns", "20"])
     assert done.exit_code == 0, done.output
-    assert re.search(r"trend: order 3 moves: [4-9](\.\d)?″ in 7 turns", done.output), done.output
+    assert re.search(r"order 3 changes by [4-9](\.\d)?″ in 7 turns", done.output), done.output
     done = CliRunner().invoke(main, ["monitor", device.port, "--turns", "9", "--trend", "50"])
     assert "trend" not in done.output
 

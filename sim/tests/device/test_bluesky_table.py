@@ -126,7 +126,7 @@ def test_the_plan_runs_on_the_compiled_instrument(
     file, left = tmp_path / "coefficients.toml", list[float]()
 
     def plan() -> Any:
-        # The rounding of both heads together is 33″ RMS, of which the fit removes almost nothing.
+        # The rounding of both heads together is 32″ RMS, of which the fit removes almost nothing.
         settings = CalibrationSettings(most_order=8, lanes=LANES)
         left.append((yield from calibrate_load_verify(table, file, 1.3 * 33.0, settings)))
 

@@ -39,8 +39,8 @@ def test_head_2_dead(scene: Scene, level: str) -> None:
 
 @pytest.mark.parametrize("level", ["held", "low", "high"])
 def test_head_1_dead(scene: Scene, level: str) -> None:
-    """The output follows head 1: it stops when head 1 stops, and makes no step when head 1
-    returns."""
+    """The output follows head 1: it stops when head 1 stops, and continues without a jump when head
+    1 returns."""
     before, turns = scene.bank(), len(scene.firmware.telemetry)
     if level == "held":
         scene.drop(round(DEAD_TURNS * COUNTS), also_low=HEAD1_Z)

@@ -1,5 +1,5 @@
-"""Tests the console with its general commands (others have tests of their own), and with lines that
-are not commands."""
+"""Tests the general commands of the console, and lines that are not commands; the other commands
+have their own test modules."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def test_version_without_a_core() -> None:
     [
         ("hlep", "error: no such command, try help: hlep"),
         ("show", "error: use: show harmonics | show parameters"),
-        ("show all", "error: show harmonics or show parameters, not all"),
+        ("show all", "error: expected show harmonics or show parameters, not all"),
         ("set keep", "error: use: set PARAMETER VALUE"),
         ("set keep 1e3", "error: not a decimal number: 1e3"),
         ("set keep 1.0.0", "error: not a decimal number: 1.0.0"),
@@ -83,7 +83,7 @@ def test_version_without_a_core() -> None:
         ("set orders 41", "error: orders takes 1.00 to 40"),
         ("set orders 3.5", "error: expected a whole number, not 3.5"),
         ("set colour 1", "error: no parameter colour"),
-        ("bypass maybe", "error: on or off, not maybe"),
+        ("bypass maybe", "error: expected on or off, not maybe"),
         ("a b c d e f g h i j", "error: the line is too long or is not text; try help"),
         ("x" * 81, "error: the line is too long or is not text; try help"),
         ("x" * 5000, "error: the line is too long or is not text; try help"),
@@ -124,7 +124,7 @@ def test_status_tells_what_to_do(running: Firmware) -> None:
     assert "advice the heads count in different senses: exchange A and B" in running.send("status")
     running.send("set alarm_noise_arcsec 0.001")
     running.turn(turn(seed=3))
-    assert "alarm noise\r\nadvice much noisier than usual" in running.send("status")
+    assert "alarm noise\r\nadvice the turn is much noisier than usual" in running.send("status")
 
 
 def test_editing_and_empty_lines(running: Firmware) -> None:

@@ -234,7 +234,7 @@ def test_they_are_saved() -> None:
 @pytest.mark.parametrize(
     ("line", "answer"),
     [
-        ("compare on", "error: no value for on"),
+        ("compare on", "error: expected a value after on"),
         ("compare on 2", "error: compare_on takes 0.00 to 1"),
         ("compare first 16777216", "error: compare_first takes 0.00 to 16777215"),
         ("trigger width 0", "error: trigger_width takes 1.00 to 65535"),

@@ -214,7 +214,7 @@ def test_a_head_that_is_left_out_is_reported_at_once_and_comes_back_on_request(
     assert (telemetry["left_out"], telemetry["active_set"]) == ([3], 3)
     assert "head_left_out" in telemetry["alarms"]
     running.core.writes.clear()
-    assert "not left out" in running.send("come_back 2")
+    assert "no head is left out" in running.send("come_back 2")
     assert running.core.writes == []
     assert running.send("come_back 3").startswith("ok")
     assert running.core.writes == [(address("heads_command"), 1 << 10)]

@@ -200,7 +200,7 @@ def test_another_table_does_not_get_them(working: Board) -> None:
     telemetry = working.firmware.turn(turn(seed=9, disc=other))
     assert telemetry["alarms"] == ["not_confirmed"]
     assert working.status("saved") == ["not_confirmed"]
-    assert any("not explained better" in advice for advice in working.status("advice"))
+    assert any("contradicts the saved" in advice for advice in working.status("advice"))
     assert left(working.firmware, other) < 0.7, "the firmware calibrated the other table"
     bank = active_coefficients(working.core)
     assert bank.amplitudes[bank.phase_steps == HIGH * 2**48 // COUNTS].size == 0

@@ -108,8 +108,8 @@ def test_equals_a_plain_walk(scenario: RampScenario) -> None:
 
 
 def test_ramp_ends_at_the_correction() -> None:
-    """A ramp over 2 counts (2048 units of 2⁻¹¹ count each) at 32 units per clock takes 128 clocks,
-    from 5 clocks after the marker on."""
+    """A ramp over 2 counts, which are 4,096 units of 2⁻¹¹ count, takes 128 clocks at 32 units per
+    clock; it begins 5 clocks after the marker."""
     clocks = 200
     correction = np.full(clocks, 2 * COUNT, dtype=np.int64)
     marker = np.arange(clocks) == 0

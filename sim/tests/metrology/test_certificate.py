@@ -279,7 +279,8 @@ def test_a_set_without_date_uncertainty_or_temperature_is_refused(
 
 def test_an_error_that_no_row_determines_is_not_certified(place: Path, tmp_path: Path) -> None:
     """24 stations, 15° apart, do not separate order 4 from order 20; three stations separate
-    nothing over the turn. The covariance of a fit holds nothing about what no row shows."""
+    nothing over the turn. The covariance of a fit contains no uncertainty for a coefficient that no
+    row determines."""
     made = reference_set(np.random.default_rng(4))
     rows = made.reference
     assert rows is not None

@@ -188,7 +188,7 @@ def test_what_cannot_be_used_is_listed(bracket: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--limit", "hysterese=1"], "no effect or parameter of that name"),
+        (["--limit", "hysterese=1"], "no effect of that name has a parameter in arcseconds"),
         (["--limit", "graduation_harmonics"], "expected EFFECT=SIZE such as hysteresis=0.5"),
         (["--limit", "graduation_harmonics=-1"], "expected a size above 0"),
         (["--effect", "histeresis"], "did you mean hysteresis?"),

@@ -50,7 +50,7 @@ def test_a_drift_is_reported_with_its_size() -> None:
     assert trend.u_arcsec == pytest.approx(expected_u, rel=0.6)
     assert trend.cosine_arcsec == pytest.approx(1.12, abs=4 * expected_u)
     assert trend.sine_arcsec == pytest.approx(-2.24, abs=4 * expected_u)
-    assert str(trend).startswith("order 2 moves: 2.5″ in 112 turns")
+    assert str(trend).startswith("order 2 changes by 2.5″ in 112 turns")
 
 
 def test_what_does_not_matter_is_not_reported() -> None:

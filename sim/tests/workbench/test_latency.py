@@ -1,6 +1,6 @@
 """Tests of ``latency``: a reading that is late by τ changes the constant and every order.
 
-This module integrates the motion itself.
+This module calculates the motion without the project's simulator.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ def _error_arcsec(angle_rad: Float) -> Float:
 
 
 def _observations(passes: list[tuple[float, float]], delay_s: float) -> Observations:
-    """Return passes of one turn each, whose speed goes from one value to another in °/s, with a row
-    every half degree.
+    """Return passes of one turn each with a row every half degree; ``passes`` states the first and
+    the last speed of each pass in °/s.
 
     At a constant acceleration a, ω² = ω₀² + 2aθ. The reading at time t shows the angle of the time
     t − τ and the error at that angle.

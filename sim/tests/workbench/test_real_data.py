@@ -52,8 +52,8 @@ def test_source_and_licence_are_with_the_data(name: str) -> None:
 
 @pytest.mark.large
 def test_motor_reversal_error(motor: Observations) -> None:
-    """Upward and downward readings differ by 1,200″, which the means of the two directions show
-    without a fit."""
+    """The readings in the two directions differ by 1,200″; the means of the two directions show
+    this without a fit."""
     lines = [_line(order) for order in (126, 108, 72, 42)]
     found = diagnose(motor, [_base(), *lines], EFFECTS)
     # All rows have one speed, so that a delay of the reference would look like the reversal error
@@ -154,10 +154,10 @@ def test_the_worm_takes_the_held_out_error(axis: Observations) -> None:
 
 
 def test_with_the_worm_only_lines_of_its_gears_are_named(axis: Observations) -> None:
-    """The diagnosis names only lines of the worm's gears. Over 9°, order 30 has only three quarters
-    of a period: such a finding is a slow curve and no property of the axis.
+    """The diagnosis names only lines of the worm's gears.
 
-    Another record of such a mount, from another night, also shows 16 periods per tooth.
+    The record covers 9°, so that for example order 30 has only three quarters of a period; a line
+    of such a low order would be a slow curve and no property of the axis.
     """
     terms = [
         Term(EFFECTS["reference_drift"](degree=2), {}),
@@ -172,8 +172,8 @@ def test_with_the_worm_only_lines_of_its_gears_are_named(axis: Observations) -> 
         assert abs(multiple - round(multiple)) < 3.0 * order.sigma / 225.0
         assert "fixed to the drive" in " ".join(sentences(found))
         terms.append(found.named.term)
-    # No line of an order remains. A set that can test only a few effects does not get the verdict
-    # "adequate".
+    # No remaining product of parts contains an order. A set that can test only a few effects does
+    # not get the verdict "adequate".
     assert found.verdict == "cannot_tell"
     assert found.decision.cannot_tell is not None
     assert found.next_measurement is not None

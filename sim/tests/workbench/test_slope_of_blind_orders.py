@@ -70,7 +70,7 @@ def _table(faces: int, head_angle_arcsec: float) -> MeasurementSet:
 
 @pytest.mark.parametrize("faces", [12, 24])
 def test_a_head_that_is_a_minute_of_arc_off_is_named(faces: int) -> None:
-    """The mean of R₂ − R₁ shows 60″, 776 counts, in both runs."""
+    """In both runs, the mean of R₂ − R₁ differs from 90° by 60″, 777 counts."""
     named = diagnosis_of(_table(faces, 60.0)).named
     assert named is not None
     assert named.name == "head_angle_error"

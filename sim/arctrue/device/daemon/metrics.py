@@ -14,17 +14,17 @@ _COUNTERS = {
     "turns": "Lines of telemetry since the start of the daemon.",
     "damaged_lines": "Lines of telemetry that could not be read.",
     "too_long_lines": "Lines dropped because of their length.",
-    "unrecorded_turns": "Turns that the record could not take.",
+    "unrecorded_turns": "Turns that could not be written to the record.",
     "reconnections": "Times that the serial port was opened again.",
     "dropped_clients": "Clients dropped because they did not read.",
     "captures": "Captures taken.",
     "failed_captures": "Captures that could not be taken.",
-    "probe_edges": "Edges at probe_in whose positions are recorded.",
-    "probe_missed": "Edges at probe_in whose positions were not read.",
+    "probe_edges": "Edges at probe_in and pulses of compare_out that the daemon has received.",
+    "probe_missed": "Edges at probe_in and pulses of compare_out that the daemon has missed.",
 }
 _GAUGES = {
     "connected": "1 if the serial port is open.",
-    "recording": "1 if the record takes turns.",
+    "recording": "1 if turns are written to the record.",
     "watchers": "Programs that watch.",
     "console_in_use": "1 if an operator has the console.",
 }

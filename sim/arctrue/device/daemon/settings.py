@@ -11,8 +11,8 @@ from arctrue.device.recorder import Retention
 
 @dataclass(frozen=True)
 class DaemonSettings:
-    """Settings of the daemon. ``port``: the serial port; ``store``: folder of the record and of the
-    captures.
+    """Settings of the daemon. ``port``: the serial port; ``store``: folder of the record, of the
+    captures, and of the file with the alarms of ``arctrue life``.
 
     ``capture_every_s``: time between scheduled captures, 0 for none. ``token``: token that every
     client must send.

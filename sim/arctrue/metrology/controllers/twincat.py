@@ -37,7 +37,7 @@ class TwinCat(TableOfCommand):
         if not interval.is_integer():
             raise ValueError(
                 f"--points: twincat needs steps of whole 0.0001°, which {points} steps a turn do "
-                "not have; choose a divisor of 3600000, as 360 or 720"
+                "not have; choose a divisor of 3600000, such as 360 or 720"
             )
         nominal = turn_deg(points)[:-1]
         up, down = (

@@ -1,9 +1,10 @@
 """Finds changes of a series: steps and the beginnings of drifts, with a stated false-alarm rate.
 
 The statistic is the generalised likelihood ratio: the largest value of N·log(RSS₀/RSS₁) over all
-places between two sets. RSS₀ is the weighted sum of squares about a constant. RSS₁ is the weighted
-sum of squares about a constant plus a step or a drift that begins at the place. The weight of a set
-is 1/(u² + s²); u comes from its fit, and s is the scatter between sets by Paule and Mandel (1982).
+steps between two sets and all drifts that begin at a set. RSS₀ is the weighted sum of squares about
+a constant, RSS₁ about a constant plus this step or drift; N is the number of values. The weight of
+a set is 1/(u² + s²); u comes from its fit, and s is the scatter between sets by Paule and Mandel
+(1982).
 
 The null distribution is computed from the statistic of normal random numbers with these weights. A
 common factor of the variance cancels, so the true scatter need not be known. The p-value of a
@@ -52,8 +53,8 @@ LARGEST_ALPHA = 0.05
 """Upper limit of the false-alarm probability of one evaluation; it applies if there are few sets a
 year."""
 BISECTIONS = 40
-"""Number of bisections in the search for the scatter; the square of the scatter is then exact to
-10⁻¹²."""
+"""Number of bisections in the search for the square of the scatter; the last interval is 10⁻¹² of
+the first one."""
 
 
 @dataclass(frozen=True, eq=False)

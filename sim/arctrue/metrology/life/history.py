@@ -27,8 +27,8 @@ class Calibration:
 
     of: FittedSet
     broken_by: tuple[Change, ...]
-    """Changes that began after the set, and drifts that continued after it, earliest first; empty
-    if the calibration is still valid."""
+    """Changes that may have begun after the set, and drifts that have grown significantly since the
+    set, earliest first; empty if the calibration is still valid."""
 
     @property
     def broken_since_day(self) -> float:
@@ -74,7 +74,7 @@ def history_of(
 ) -> LifeHistory:
     """Find the changes of every parameter, and forecast when each limit of ``limits`` is passed.
 
-    ``limits``: limits by the name of an effect (for each of its amplitudes, arcseconds) or by the
+    ``limits``: limits by the name of an effect (for each of its parameters in arcseconds) or by the
     names of effect and parameter (in the parameter's unit). ``seed``: seed of the random draws.
     Raises ValueError for an unknown name or a limit that is not positive.
     """
@@ -135,9 +135,9 @@ def limits_of(series: list[Series], limits: Mapping[str, float]) -> dict[str, fl
         if not own:
             known = sorted({*effects, *(one.name for one in series)})
             raise ValueError(
-                f"--limit {name}: no effect or parameter of that name in arcseconds."
-                f"{did_you_mean(name, known)} There are: {', '.join(sorted(effects))}, and their "
-                "parameters such as EFFECT.PARAMETER"
+                f"--limit {name}: there is no parameter of that name, and no effect of that name "
+                f"has a parameter in arcseconds.{did_you_mean(name, known)} The effects are: "
+                f"{', '.join(sorted(effects))}; write a parameter as EFFECT.PARAMETER"
             )
         found |= dict.fromkeys(own, limit)
     return found

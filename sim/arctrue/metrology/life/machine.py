@@ -70,7 +70,7 @@ def set_folders(folder: Path) -> list[Path]:
     found = sorted(path.parent for path in folder.rglob(FILE_NAME) if path.parent != folder)
     if not found:
         raise ValueError(
-            f"{folder}: holds no measurement sets; expected folders with a {FILE_NAME} in it"
+            f"{folder}: holds no measurement sets; expected folders with a {FILE_NAME} in each"
         )
     return found
 

@@ -144,7 +144,7 @@ class Campaign:
         shard : (int, int), optional
             (i, n): every n-th task from the i-th on, 1 ≤ i ≤ n.
         progress : callable, optional
-            Function that is called with a :class:`Speed` after each batch.
+            Function that is called with a :class:`Speed` at the start and after each batch.
 
         Returns
         -------
@@ -160,7 +160,8 @@ class Campaign:
         CampaignError
             Workers die repeatedly, or their code differs from that of the campaign.
         StoreError
-            The folder belongs to another campaign.
+            The folder belongs to another campaign or another state of the code, or has two results
+            for one task.
         """
         mine = list(self.tasks)
         name = ""

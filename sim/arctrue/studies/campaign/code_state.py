@@ -105,7 +105,7 @@ def _imports(file: Path, package: Path) -> list[str]:
 
 def commit(package: Path = PACKAGE) -> str | None:
     """Return the commit of the source tree, with ``-dirty`` if files differ from the commit; None
-    without git."""
+    without git or outside a repository."""
     command = ["git", "-C", str(package), "describe", "--always", "--dirty", "--abbrev=10"]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=GIT_S, check=False)

@@ -2,7 +2,7 @@
 
 The table has the paper's kind of error (section 4: [−150.0″, 137.9″]). The gateware captures the
 first turn; the firmware's C code calibrates, loads the coefficients and swaps the banks. The second
-turn is compensated. The script compares the output of both turns edge by edge with the true angle;
+turn is compensated. This module compares the output of both turns edge by edge with the true angle;
 only this comparison uses the true angle.
 """
 

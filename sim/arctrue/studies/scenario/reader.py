@@ -313,13 +313,15 @@ def _cause(values: dict[str, object], place: str, lines: int) -> ScenarioCause:
     if name in CAUSES and name not in NAMES:
         left = ", ".join(sorted(acts_on(CAUSES[name].kind) - SIGNALS))
         raise ContentError(
-            f"{place}.name: expected what the virtual instrument can honour ({name} acts on "
+            f"{place}.name: expected a cause that the instrument can simulate ({name} acts on "
             f"{left}), found {shown(name)}"
         )
     if name not in NAMES:
         near = similar(name, NAMES)
-        meant = f'"{near[0]}", perhaps; there are ' if near else "one of "
-        raise ContentError(f"{place}.name: expected {meant}{', '.join(NAMES)}, found {shown(name)}")
+        meant = f'; did you mean "{near[0]}"?' if near else ""
+        raise ContentError(
+            f"{place}.name: expected one of {', '.join(NAMES)}, found {shown(name)}{meant}"
+        )
     given = CAUSES[name].values
     assert given is not None
     try:

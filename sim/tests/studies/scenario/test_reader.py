@@ -109,7 +109,7 @@ def test_a_long_motion_keeps_no_more_edges_than_fit(tmp_path: Path) -> None:
         (LEAST + "[table]\nnoise_arcsec = nan", ["table.noise_arcsec", "found nan"]),
         (
             LEAST + '[[cause]]\nname = "thermal_center"',
-            ["cause[1].name", '"thermal_centre", perhaps', 'found "thermal_center"'],
+            ["cause[1].name", 'found "thermal_center"; did you mean "thermal_centre"?'],
         ),
         (
             LEAST + '[[cause]]\nname = "thermal_centre"\num = 3',
@@ -190,7 +190,7 @@ def test_every_effect_of_the_catalogue_has_a_file() -> None:
 
 @pytest.mark.parametrize("name", sorted(set(CAUSES) - set(NAMES)))
 def test_a_cause_that_the_instrument_cannot_honour_is_refused(tmp_path: Path, name: str) -> None:
-    with pytest.raises(ScenarioError, match=f"can honour \\({name} acts on"):
+    with pytest.raises(ScenarioError, match=f"can simulate \\({name} acts on"):
         read_scenario(_file(tmp_path, LEAST + f'[[cause]]\nname = "{name}"\n'))
 
 

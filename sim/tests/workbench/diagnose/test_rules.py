@@ -27,9 +27,8 @@ COUNT_ARCSEC = 1_296_000 / (1 << 24)
 
 
 def _weak(name: str, size: float, seed: int) -> Diagnosis:
-    """Diagnose a set of four runs with 2,000 samples and ten cycles; effects smaller than half a
-    count are not negligible either.
-    """
+    """Diagnose a set of four runs with 2,000 samples each and ten polygon cycles; no effect counts
+    as negligible, however small it is."""
     made = simulate_set([Wanted(name, size)], full().smaller(2000, 10), seed)
     _, found = diagnosed(made.measurement, 0.0)
     return found
@@ -112,17 +111,19 @@ def test_rows_that_are_off_at_the_end_of_a_run_are_no_slip(rows: int) -> None:
 
 
 def test_many_faces_win_over_the_one_order_that_they_contain() -> None:
-    """The diagnosis names the faces of a polygon, whose errors by chance contain a part of order 4;
-    the other sizes cannot be explained by chance."""
+    """The diagnosis names the faces of a polygon and not order 4, which by chance is the largest
+    order of the face errors: noise does not explain the other orders of these errors."""
     found = _weak("polygon_face_error", 0.1, 50_000)
     assert found.named is not None
     assert found.named.name == "polygon_face_error"
 
 
 def test_weak_distortions_are_not_charged_for_multiples_that_are_not_there() -> None:
-    """Weak distortions get no penalty for multiples that the set does not contain; it contains only
-    the first two multiples. With four multiples, the effect would have eight more columns, which
-    fit noise."""
+    """Weak distortions get no penalty for multiples that the set does not contain.
+
+    The set contains only the first two multiples. With four multiples, the effect would have eight
+    more columns, which fit noise.
+    """
     found = _weak("subdivision_error", 0.015, 50_000)
     assert found.named is not None
     assert found.named.name == "subdivision_error"
@@ -215,12 +216,11 @@ def test_a_line_with_an_order_of_the_model_is_found_at_its_place() -> None:
 def test_a_constant_that_the_interpolation_may_have_is_no_head_angle(
     constant_arcsec: float, confirmed: bool
 ) -> None:
-    """The diagnosis names no misplaced head for a constant that interpolation errors may cause:
-    signals that differ by ψ from quadrature give ψ/2·(1 ± cos 2φ), a wave of 1″ and a constant of
-    1″.
+    """The diagnosis names no misplaced head for a constant that interpolation errors may cause.
 
-    Here both heads have this constant of 1″, so that up to 2″ of R₂ − R₁ do not prove a misplaced
-    head.
+    If the phase between the two signals of a head differs by ψ from 90°, the reading gets the error
+    ψ/2·(1 ± cos 2φ): a constant and a wave of equal size, here 1″. Each head may have this constant
+    of 1″, so that a constant of up to 2″ in R₂ − R₁ does not prove a misplaced head.
     """
     made = measurement_set(electrical=lambda phase: np.cos(2.0 * phase), reference=False)
     assert made.capture is not None

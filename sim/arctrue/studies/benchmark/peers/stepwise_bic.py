@@ -1,5 +1,7 @@
-"""Adds in each step of a stepwise regression the effect that lowers the BIC most, until no effect
-lowers it or that effect has already been added, but at most three effects.
+"""Adds effects by stepwise regression: each step adds the effect that lowers the BIC most.
+
+The regression ends after three effects, or earlier if no effect lowers the BIC or if the effect
+that lowers it most has already been added.
 """
 
 from __future__ import annotations
