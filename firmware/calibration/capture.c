@@ -228,19 +228,27 @@ void capture_all_counts(const struct capture *capture, uint32_t sample,
     }
 }
 
-/* Checks indices and faults of head 3 and, with four heads, of head 4. */
-static bool further_heads_are_sound(const struct capture *capture) {
+/* Checks the flags of head 3 and, with four heads, of head 4. */
+static enum refusal verify_further_flags(const struct capture *capture) {
     uint32_t heads = (1U << (capture->heads - 2)) - 1U;
     uint32_t seen = (capture->flags & FLAG(FURTHER_INDEX_SEEN)) >> FLAG_PLACE(FURTHER_INDEX_SEEN);
-    uint32_t faults = capture->flags &
-                      (FLAG(FURTHER_INDEX_ERROR) | FLAG(FURTHER_ILLEGAL) | FLAG(FURTHER_OVERSPEED));
-    return (seen & heads) == heads && faults == 0;
+    if (capture->further == NULL || (seen & heads) != heads) {
+        return REFUSED_INDEX_NOT_SEEN;
+    }
+    if (capture->flags & FLAG(FURTHER_INDEX_ERROR)) {
+        return REFUSED_INDEX_ERROR;
+    }
+    if (capture->flags & FLAG(FURTHER_ILLEGAL)) {
+        return REFUSED_ILLEGAL_TRANSITION;
+    }
+    return (capture->flags & FLAG(FURTHER_OVERSPEED)) != 0 ? REFUSED_EDGE_SPACING : NOT_REFUSED;
 }
 
 enum refusal capture_verify_further(const struct capture *capture, const struct turn *turn,
                                     struct capture_fault *fault) {
-    if (capture->heads > 2 && (capture->further == NULL || !further_heads_are_sound(capture))) {
-        return REFUSED_INDEX_NOT_SEEN;
+    enum refusal flagged = capture->heads > 2 ? verify_further_flags(capture) : NOT_REFUSED;
+    if (flagged != NOT_REFUSED) {
+        return flagged;
     }
     for (uint32_t head = 2; head < capture->heads; head++) {
         double median = median_step(capture, head);
@@ -276,7 +284,7 @@ bool capture_places(const struct capture *capture, uint32_t samples, double plac
         double mean = (double)sum / samples + capture->start[head] - capture->start[0];
         place[head] = mean - (double)turn * floor(mean / (double)turn);
     }
-    return capture->heads <= 2 || further_heads_are_sound(capture);
+    return capture->heads <= 2 || verify_further_flags(capture) == NOT_REFUSED;
 }
 
 static int32_t start_angle(const struct capture *capture) {

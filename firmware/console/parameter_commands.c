@@ -101,7 +101,11 @@ static void tell_events(const struct console *console) {
     const struct text_sink *sink = &console->sink;
     const struct core_access *core = &console->application->core;
     struct core_event event;
-    if (console->application->phase == PHASE_NO_CORE || !core_has_events(core)) {
+    if (console->application->phase == PHASE_NO_CORE) {
+        text_line(sink, "error: no core");
+        return;
+    }
+    if (!core_has_events(core)) {
         text_error(sink, "the gateware is built without ", "EVENTS");
         return;
     }

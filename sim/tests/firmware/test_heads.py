@@ -365,8 +365,8 @@ def test_a_head_far_from_its_place_is_refused(change: dict[str, Any], reason: st
 
 
 def test_heads_3_and_4_are_verified() -> None:
-    """The firmware refuses each of these heads: it has no index, stands still, jumps, or counts in
-    the other direction."""
+    """The firmware refuses each of these heads, with the reason: it has no index, reports a fault,
+    stands still, jumps, or counts in the other direction."""
     ffi, library = firmware()
     world = World(heads=4)
 
@@ -380,6 +380,14 @@ def test_heads_3_and_4_are_verified() -> None:
     unseen = world.capture()
     unseen.capture.flags = unseen.capture.flags & ~(header_flag("further_index_seen") << 1)
     assert judged(unseen) == ("index_not_seen", 0)
+    for flag, reason in (
+        ("further_index_error", "index_error"),
+        ("further_illegal", "illegal_transition"),
+        ("further_overspeed", "edge_spacing"),
+    ):
+        faulty = world.capture()
+        faulty.capture.flags = faulty.capture.flags | header_flag(flag) << 1
+        assert judged(faulty) == (reason, 0)
     stands = world.capture()
     stands.further[:, 1] = stands.further[0, 1]
     assert judged(stands) == ("stands_still", 4)
