@@ -67,6 +67,14 @@ def _found(made: MeasurementSet) -> tuple[Effect, dict[str, float], Residuals]:
     return found[0], dict(found[1]), residuals
 
 
+def test_a_second_search_keeps_the_order_whole() -> None:
+    """`explain` searches again with the setting that the first search chose."""
+    residuals = Residuals(fit(TERMS, observations_of(_log(72.0, (6.0, 4.0), (6.0, 95.0)))))
+    found = looked_for(EFFECTS["periodic_error"](by_direction=True), residuals)
+    assert found is not None
+    assert dict(found[1])["order"] == 72.0
+
+
 @pytest.mark.parametrize(
     ("up", "down"),
     [((6.0, 4.0), (6.0, 95.0)), ((6.0, 10.0), (2.0, 10.0)), ((3.0, 0.0), (3.0, 40.0))],

@@ -129,6 +129,8 @@ def _further_run(
         electrical2_rad=_phase(angle + rows.head_separation_rad, observations),
         run_start_s=np.full(count, start),
         set_start_s=rows.set_start_s,
+        session_start_s=rows.session_start_s,
+        session_middle_s=rows.session_middle_s,
         runs=rows.runs + 1,
         head_separation_rad=rows.head_separation_rad,
         reference_temperature_c=rows.reference_temperature_c,
@@ -191,6 +193,8 @@ def _stations(observations: Observations) -> ReferenceRows:
     ]
     start = max(ends, default=0.0) + PAUSE_S
     time: Float = start + STATION_S * np.arange(count, dtype=np.float64)
+    middle = float(0.5 * (time[0] + time[-1]))
+    capture = observations.capture
     return ReferenceRows(
         run=np.zeros(count, dtype=np.int64),
         cycle=np.repeat(np.arange(CYCLES), 2 * FACES),
@@ -207,8 +211,10 @@ def _stations(observations: Observations) -> ReferenceRows:
         speed_rad_s=None,
         run_start_s=np.full(count, start),
         set_start_s=start,
+        session_start_s=start if capture is None else capture.session_start_s,
+        session_middle_s=middle if capture is None else capture.session_middle_s,
         heads=observations.heads,
-        middle_time_s=float(0.5 * (time[0] + time[-1])),
+        middle_time_s=middle,
         reference_temperature_c=observations.reference_temperature_c,
         error_arcsec=np.zeros(count),
         capture_runs=observations.runs,

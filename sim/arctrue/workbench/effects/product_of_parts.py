@@ -88,14 +88,16 @@ def _direction(rows: Rows) -> Float | None:
 
 
 def _time(rows: Rows) -> Float | None:
-    return None if rows.time_s is None else rows.time_s / 3600.0
+    # The zero in the middle of the set makes the clock's own zero irrelevant: times of a day or of
+    # an epoch would be nearly a constant.
+    return None if rows.time_s is None else (rows.time_s - rows.session_middle_s) / 3600.0
 
 
 def _settling(time_constant_s: float, each_run: bool) -> Callable[[Rows], Float | None]:
     def values(rows: Rows) -> Float | None:
         if rows.time_s is None or rows.run_start_s is None:
             return None
-        since = rows.time_s - (rows.run_start_s if each_run else rows.set_start_s)
+        since = rows.time_s - (rows.run_start_s if each_run else rows.session_start_s)
         return np.asarray(np.exp(-np.maximum(since, 0.0) / time_constant_s))
 
     return values

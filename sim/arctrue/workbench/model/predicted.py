@@ -50,6 +50,7 @@ def table_rows(
     if direction is None and speed is not None:
         direction = np.sign(speed)
     start_s, middle_s = _set_times(observations)
+    session_start_s, session_middle_s = _session_times(observations)
     return ReferenceRows(
         run=np.zeros(angle.size, dtype=np.int64),
         cycle=None,
@@ -68,6 +69,8 @@ def table_rows(
         speed_rad_s=None if speed is None else np.radians(speed),
         run_start_s=None if time_s is None else np.full(angle.size, start_s),
         set_start_s=start_s,
+        session_start_s=session_start_s,
+        session_middle_s=session_middle_s,
         middle_time_s=middle_s,
         reference_temperature_c=observations.reference_temperature_c,
         error_arcsec=np.zeros(angle.size),
@@ -96,6 +99,13 @@ def _set_times(observations: Observations) -> tuple[float, float]:
     if capture is not None:
         return capture.set_start_s, float(capture.time_s.mean())
     return 0.0, 0.0
+
+
+def _session_times(observations: Observations) -> tuple[float, float]:
+    reference = observations.reference
+    timed = reference is not None and reference.time_s is not None
+    rows = reference if timed else observations.capture
+    return (0.0, 0.0) if rows is None else (rows.session_start_s, rows.session_middle_s)
 
 
 def term_values(

@@ -25,6 +25,7 @@ from arctrue.workbench.observations.wrapped_targets import unwrapped
 
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
+Session = tuple[float, float]
 
 LARGEST_ERROR_RAD = 0.05
 """Largest distance of a reading from its target. A larger distance means that the reading has
@@ -33,6 +34,9 @@ MOST_TURNS = 1_000_000
 """Largest number of turns from the index. Farther away, rounding to double precision changes an
 angle by about a thousandth of a count (at 2²⁴ counts per turn).
 """
+LONGEST_PAUSE_S = 30.0 * 86_400.0
+"""Longest pause between the two channels of a set. A longer pause means that their times have
+different zeros, for example the start of the file and 1970."""
 MOST_COUNTS = 2**62 - 1
 """Largest absolute value of a count at which the difference of two heads fits into 64 bits."""
 
@@ -85,13 +89,23 @@ def observations_of(
     faces = facts.faces
     if faces is None and reference is not None:
         faces = reference.faces
-    stored = None if capture is None else _stored_capture(facts, capture, separation, usual)
+    session_s, reference_session_s = _sessions_s(capture, reference)
+    stored = (
+        None if capture is None else _stored_capture(facts, capture, separation, usual, session_s)
+    )
     if stored is not None and reference is not None and reference.time_s is not None:
         stored = replace(stored, reference_in_time=True)
     part, whole = (None, None) if stored is None else part_of(stored)
     compared = compared_whole = None
     if reference is not None:
-        compared = _reference_rows(facts, reference, usual, faces, two_heads=capture is not None)
+        compared = _reference_rows(
+            facts,
+            reference,
+            usual,
+            faces,
+            reference_session_s,
+            two_heads=capture is not None,
+        )
         compared = replace(
             compared,
             capture_runs=0 if part is None else part.runs,
@@ -123,6 +137,34 @@ def observations_of(
     )
 
 
+def _sessions_s(capture: Capture | None, reference: Reference | None) -> tuple[Session, Session]:
+    """Return first time and middle of the times of both channels, on the clock of the capture and
+    on the clock of the reference."""
+    own = None if capture is None else capture.time_s
+    there = None if reference is None else reference.time_s
+    offset_s = 0.0 if reference is None else reference.clock_offset_s or 0.0
+    if own is None or there is None:
+        return _session_s(own), _session_s(there)
+    of_capture, of_reference = _span_s(own), _span_s(there + offset_s)
+    apart = max(of_capture[0] - of_reference[1], of_reference[0] - of_capture[1])
+    if apart > LONGEST_PAUSE_S:
+        return _session_s(own), _session_s(there)
+    first = min(of_capture[0], of_reference[0])
+    middle = 0.5 * (first + max(of_capture[1], of_reference[1]))
+    return (first, middle), (first - offset_s, middle - offset_s)
+
+
+def _session_s(time_s: Float | None) -> Session:
+    if time_s is None:
+        return 0.0, 0.0
+    first, last = _span_s(time_s)
+    return first, 0.5 * (first + last)
+
+
+def _span_s(time_s: Float) -> tuple[float, float]:
+    return float(time_s.min()), float(time_s.max())
+
+
 def _require_rows(channel: str, left: int, rows: int) -> None:
     if not left:
         raise ValueError(
@@ -142,7 +184,7 @@ def _require_a_place_each(facts: Table, columns: Capture) -> None:
 
 
 def _stored_capture(
-    facts: Table, columns: Capture, separation: float, usual_c: float
+    facts: Table, columns: Capture, separation: float, usual_c: float, session_s: Session
 ) -> StoredCapture:
     assert facts.counts_per_rev is not None
     for name, counts in enumerate(columns.heads, start=1):
@@ -185,6 +227,8 @@ def _stored_capture(
         speed=run_speeds(angle, columns.time_s, spans, count_rad),
         run_facts=RunFacts(start_s, direction),
         set_start_s=float(columns.time_s.min()),
+        session_start_s=session_s[0],
+        session_middle_s=session_s[1],
         head_separation_rad=separation,
         reference_temperature_c=usual_c,
         u_arcsec=columns.u_arcsec,
@@ -237,7 +281,13 @@ def _runs_in_order(names: Integer) -> tuple[NDArray[np.int32], list[tuple[int, i
 
 
 def _reference_rows(
-    facts: Table, columns: Reference, usual_c: float, faces: int | None, *, two_heads: bool
+    facts: Table,
+    columns: Reference,
+    usual_c: float,
+    faces: int | None,
+    session_s: Session,
+    *,
+    two_heads: bool,
 ) -> ReferenceRows:
     target = np.radians(columns.target_deg)
     run = np.zeros(target.size, dtype=np.int64) if columns.run is None else columns.run
@@ -267,6 +317,8 @@ def _reference_rows(
         speed_rad_s=reference_speed(columns),
         run_start_s=_run_start(run, time),
         set_start_s=0.0 if time is None else float(time.min()),
+        session_start_s=session_s[0],
+        session_middle_s=session_s[1],
         middle_time_s=0.0
         if time is None or time.size == 0
         else float(0.5 * (time.min() + time.max())),

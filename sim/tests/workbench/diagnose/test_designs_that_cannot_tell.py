@@ -3,6 +3,8 @@ rounded."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from sim.tests.workbench.small_sets import (
@@ -10,12 +12,20 @@ from sim.tests.workbench.small_sets import (
     ARCSEC,
     COUNTS_PER_REV,
     LINES,
+    measurement_set,
     paper_error,
 )
 
 from arctrue.measurement import Capture, MeasurementSet, Reference, Table
 from arctrue.studies.benchmark.diagnosis import diagnosed
+from arctrue.workbench.diagnose.parts_scan import best_parts
 from arctrue.workbench.diagnose.report import sentences
+from arctrue.workbench.effects.product_of_parts import settling_condition
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.design_matrix import Term
+from arctrue.workbench.inference.fit import fit
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.observations.build import observations_of
 from arctrue.workbench.observations.display_step import display_step
 
 
@@ -110,3 +120,49 @@ def test_the_step_of_a_display_is_found_and_noise_has_none() -> None:
     assert display_step(np.round(values * 2.0) / 2.0) == pytest.approx(0.5)
     # The six decimals of a file are no step of a display.
     assert display_step(np.round(values, 6)) == 0.0
+
+
+def _drifts(zero_s: float) -> MeasurementSet:
+    """Return a set whose order 2 grows by 0.3″ within a minute; its times begin at ``zero_s``."""
+    random = np.random.default_rng(7)
+    size, turns = 6000, 5
+    angle = 0.3 + np.arange(size) * 2.0 * np.pi * turns / size
+    share = np.arange(size) / size
+    readings = []
+    for offset in (0.0, ALPHA):
+        disc = angle + offset
+        error = paper_error(disc, 20.0 + 0.0 * share, 1.0) + 0.3 * share * np.cos(2.0 * disc)
+        value = disc + (error + random.normal(0.0, 0.1, size)) * ARCSEC
+        readings.append(np.round(value / (2.0 * np.pi) * COUNTS_PER_REV).astype(np.int64))
+    capture = Capture(np.zeros(size, dtype=np.int64), zero_s + 60.0 * share, *readings)
+    table = Table(counts_per_rev=COUNTS_PER_REV, head_separation_deg=33.0)
+    return MeasurementSet(table, capture, None, title="order 2 drifts")
+
+
+def test_the_zero_of_the_clock_changes_no_product() -> None:
+    """Times from 0 s, of a day and of 1970 give the same product with the same gain."""
+    gains = []
+    for zero_s in (0.0, 5e4, 1.76e9):
+        term = Term(built_in()["graduation_harmonics"](), {})
+        best = best_parts(Residuals(fit([term], observations_of(_drifts(zero_s)))))[0]
+        assert best.effect.parts == ["time", "order:2", "disc"], zero_s
+        gains.append(best.gain)
+    np.testing.assert_allclose(gains, gains[0], rtol=1e-4)
+    assert gains[0] > 50.0
+
+
+def test_the_reference_shares_the_start_of_the_set() -> None:
+    """A settling from the start of the set counts from the capture's first row also in a reference
+    that begins ten minutes later, on a clock that is five seconds slow."""
+    measured = measurement_set()
+    capture, reference = measured.capture, measured.reference
+    assert capture is not None
+    assert reference is not None
+    assert reference.time_s is not None
+    later = capture.time_s[0] + 600.0 + np.arange(reference.time_s.size) * 10.0
+    moved = replace(reference, time_s=later - 5.0, clock_offset_s=5.0)
+    found = observations_of(replace(measured, reference=moved)).reference
+    assert found is not None
+    values = settling_condition(300.0, each_run=False).values(found)
+    assert values is not None
+    np.testing.assert_allclose(values, np.exp(-(later - capture.time_s[0]) / 300.0), rtol=1e-12)

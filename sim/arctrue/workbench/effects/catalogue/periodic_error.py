@@ -175,8 +175,10 @@ class PeriodicError(Effect):
         rows = residuals.observations.reference
         order = float(round(nonlinear["order"]))
         same = self, dict(nonlinear)
-        if self._by_direction or nonlinear["in_time"] or nonlinear["in_capture"] or order < 1.0:
+        if nonlinear["in_time"] or nonlinear["in_capture"] or order < 1.0:
             return same
+        if self._by_direction:
+            return self, {**nonlinear, "order": order}
         if rows is None or rows.direction is None or np.unique(np.sign(rows.direction)).size < 2:
             return same
         form, place = PeriodicError(by_direction=True), {**nonlinear, "order": order}
