@@ -172,11 +172,17 @@ static double calibrate_change_arcsec(const struct application *application) {
     return fmax(sqrt(most), followed);
 }
 
+/* Returns the speed of head 1 in the turn, counts per clock. Without times of the samples it is the mean speed, in the
+   direction of the turn's steps, because the table may have reversed after the turn. */
+static double calibrate_speed(const struct capture *capture, const struct turn *turn) {
+    return capture->period_clocks != 0 ? turn->step_counts / capture->period_clocks
+                                       : copysign(capture->mean_speed, turn->step_counts);
+}
+
 static struct judge calibrate_judge(struct application *application, const struct turn *turn) {
-    ASSERT(application->capture.period_clocks > 0);
     return (struct judge){
         .turn = turn,
-        .motion = {turn->step_counts / application->capture.period_clocks},
+        .motion = {calibrate_speed(&application->capture, turn)},
         .estimate = &application->measured,
         .workspace = &application->workspace.further,
         .gain_limit = application->parameters.gain_limit,
