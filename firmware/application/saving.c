@@ -3,6 +3,7 @@
 #include "saving.h"
 
 #include <stddef.h>
+#include <string.h>
 
 #include "local_table.h"
 #include "prepared.h"
@@ -23,13 +24,21 @@ void saving_recover(struct application *application) {
     }
 }
 
+/* Tells whether the device itself calibrated the mean whose lanes are active or were active before the core restarted.
+   The lanes of a loaded mean may have been computed for the present temperature, so they are no loaded set. */
+static bool saving_has_own_mean(const struct application *application) {
+    const struct mean_set *mean = &application->active.mean;
+    return mean->heads != 0 && memcmp(mean, &application->load.loaded.mean, sizeof *mean) != 0;
+}
+
 /* Takes the loaded set, even if no turn has judged it again yet, and the calibration's lanes that are active or were
    active before the core restarted. */
 static void saving_take_known(const struct application *application, struct saved *saved) {
     const struct load *load = &application->load;
     bool waits = application->saved_state == SAVED_WAITING;
+    bool own_mean = saving_has_own_mean(application);
     if (!waits || load_at_work(load) != NULL) {
-        bool kept = load->loaded_state != LOADED_REJECTED;
+        bool kept = load->loaded_state != LOADED_REJECTED && !own_mean;
         saved->loaded = kept ? load->loaded : (struct coefficients){0};
         saved->thermal = kept ? load->thermal : (struct thermal){0};
         saved->followed = kept ? load->followed : (struct followed){.lanes = 0};
@@ -42,14 +51,16 @@ static void saving_take_known(const struct application *application, struct save
         bool held = kept && load->table.place.choice != 0 && local_table_is_held(application);
         saved->table = held ? load->table : (struct load_table){.next = 0};
     }
-    if (application->active.mean.heads != 0 && load_at_work(load) == NULL) {
+    if (own_mean && !waits) {
         /* The device's own mean is saved as a loaded set: a turn can judge the places of its heads, but not its single
            lanes. */
         saved->loaded = application->active;
         saved->unjudged = UINT64_MAX;
         prepared_keep(application, &saved->sets);
     }
-    saved->own = application->active;
+    /* Lanes of a mean do not correct head 1, so they are no lanes of the calibration. */
+    saved->own =
+        application->active.mean.heads == 0 ? application->active : (struct coefficients){0};
     for (uint32_t lane = 0; lane < saved->own.lanes; lane++) {
         if (coefficients_have(&saved->loaded, saved->own.lane[lane].order) ||
             coefficients_have(&load->loaded, saved->own.lane[lane].order)) {
