@@ -322,6 +322,34 @@ static enum judgement calibrate_judge_mean(struct application *application, cons
     return far && off > PLACE_COUNTS ? JUDGED_WRONG : JUDGED_RIGHT;
 }
 
+/* Returns LOAD_TAKEN if the core can apply a set, otherwise the reason why it cannot. A set that was loaded or saved
+   earlier may have been made for another bitstream. */
+static enum load_answer calibrate_core_takes(const struct application *application,
+                                             const struct coefficients *set,
+                                             const struct followed *followed,
+                                             const struct load_table *table) {
+    const struct core_configuration *configuration = &application->configuration;
+    const struct core_origin origin = core_origin(&application->core);
+    uint32_t heads = set->mean.heads;
+    if (heads != 0 && (!configuration->has_mean || heads != configuration->heads)) {
+        return LOAD_OTHER_HEADS;
+    }
+    if (calibrate_lanes_used(set) + followed_all_lanes(followed) > configuration->lanes) {
+        return LOAD_TOO_MANY_LANES;
+    }
+    if (followed->lanes != 0 && !origin.has_modulators) {
+        return LOAD_NO_MODULATORS;
+    }
+    if (followed->real_lanes != 0 && !origin.has_real_orders) {
+        return LOAD_NO_REAL_ORDERS;
+    }
+    if (followed->real_lanes != 0 &&
+        !real_lanes_counts_suffice(configuration->lanes, set->counts_per_rev)) {
+        return LOAD_TOO_FEW_COUNTS;
+    }
+    return table->place.choice == 0 || origin.has_local_table ? LOAD_TAKEN : LOAD_NO_LOCAL_TABLE;
+}
+
 /* Judges the saved coefficients, combined with the active lanes or, if none are active, with the saved lanes of the
    calibration. */
 static void calibrate_judge_saved(struct application *application, const struct turn *turn) {
@@ -336,10 +364,8 @@ static void calibrate_judge_saved(struct application *application, const struct 
         return;
     }
     bool fits = saved_lanes(saved) <= lanes &&
-                (saved->followed.lanes == 0 || core_origin(&application->core).has_modulators) &&
-                (saved->followed.real_lanes == 0 ||
-                 (core_origin(&application->core).has_real_orders &&
-                  real_lanes_counts_suffice(lanes, saved->own.counts_per_rev))) &&
+                calibrate_core_takes(application, &saved->loaded, &saved->followed,
+                                     &saved->table) == LOAD_TAKEN &&
                 saved->own.counts_per_rev == application->capture.counts_per_rev;
     fits = fits && (saved->table.place.choice == 0 || local_table_restore(application));
     if (!fits) {

@@ -8,13 +8,20 @@ from typing import Any
 import numpy as np
 import pytest
 from sim.tests.firmware.model_core import ModelCore
+from sim.tests.firmware.test_application import ARCSEC_PER_COUNT
 from sim.tests.firmware.test_load import load, state, turn
 from sim.tests.firmware.test_own_sets import (
     WORLD,
     BoardWithFourHeads,
     set_places,
 )
-from sim.tests.firmware.test_prepared_sets import FailoverCore, file_of, lanes_of
+from sim.tests.firmware.test_prepared_sets import (
+    HEADS,
+    OFFSETS,
+    FailoverCore,
+    file_of,
+    lanes_of,
+)
 from sim.tests.firmware.test_save import Board, re_armed
 
 from arctrue.gateware.coefficients import Coefficients
@@ -169,3 +176,77 @@ def test_a_save_keeps_a_mean_that_waits(contradicted: BoardWithFourHeads) -> Non
     assert lanes(board.save.content.loaded) == before
     assert board.save.content.thermal.lanes == 1
     assert lanes(board.save.content.own) == {}
+
+
+class HeadsBoard(Board):
+    """A board whose core has the number of heads and the generic MEAN of ``capability``; the
+    further heads repeat the readings of the first two."""
+
+    capability = 2 | 1 << 3
+
+    def new_core(self) -> ModelCore:
+        core = FailoverCore() if self.capability & 7 > 2 else ModelCore()
+        core.set("version", 0x000800)
+        core.set("capability", self.capability)
+        return core
+
+
+def saved_mean_of(heads: int) -> HeadsBoard:
+    """Return a board with a saved mean of this number of heads."""
+    board = HeadsBoard()
+    board.capability = heads | 1 << 3
+    board.power_on()
+    board.firmware.send("set orders 8")
+    board.firmware.turn(turn(1))
+    weights = (40_000, 25_536) if heads == 2 else (30_000, 10_000, 25_536)
+    mean = MeanSet(weights, OFFSETS[:heads])
+    file = replace(lanes_of(1.0), extension=Extension(mean=mean))
+    assert load(board.firmware, file) == "ok"
+    board.firmware.turn(turn(2))
+    assert state(board.firmware) == "load active"
+    assert board.order("save").startswith("ok, record 1: parameters and 2 orders")
+    return board
+
+
+@pytest.mark.parametrize(
+    ("saved_heads", "capability"),
+    [(2, 2), (2, 3 | 1 << 3), (2, 4 | 1 << 3), (3, 2 | 1 << 3), (3, 2), (3, 4 | 1 << 3)],
+)
+def test_a_saved_mean_of_other_heads_is_not_taken(saved_heads: int, capability: int) -> None:
+    """A core without MEAN would apply the lanes of the mean to head 1; a core with another number
+    of heads has no place for the words. The device calibrates instead."""
+    board = saved_mean_of(saved_heads)
+    board.capability = capability
+    board.power_on()
+    assert board.status("saved") == ["waiting"]
+    assert board.firmware.turn(turn(3))["alarms"] == ["not_confirmed"]
+    assert board.status("saved") == ["not_confirmed"]
+    board.firmware.turn(turn(4))
+    board.firmware.step(3)
+    active = board.firmware.application.active
+    assert board.firmware.application.has_active
+    assert active.mean.heads == 0
+    # The order 1 of the disc, 150″, has a lane: these are no lanes of the mean.
+    assert lanes(active)[1][0] == pytest.approx(150.0 / ARCSEC_PER_COUNT, rel=1e-3)
+
+
+@pytest.mark.parametrize("saved_heads", [2, 3])
+def test_a_saved_mean_of_these_heads_is_taken(saved_heads: int) -> None:
+    board = saved_mean_of(saved_heads)
+    board.power_on()
+    board.firmware.turn(turn(3))
+    assert board.status("saved") == ["confirmed"]
+    assert board.firmware.application.active.mean.heads == saved_heads
+
+
+def test_the_mean_is_calibrated_after_a_record_of_other_heads() -> None:
+    """A record of three heads does not keep a core with four from the calibration of its mean."""
+    chip = saved_mean_of(3).chip
+    board = BoardWithFourHeads(chip)
+    set_places(board.firmware, WORLD)
+    board.core.see_index()
+    board.firmware.step()
+    assert board.status("saved") == ["waiting"]
+    assert "not_confirmed" in board.firmware.turn(world(1))["alarms"]
+    board.firmware.step(3)
+    assert board.firmware.turn(world(2))["mean_of_heads"] == HEADS
