@@ -451,7 +451,7 @@ static void calibrate_judge_pending(struct application *application, const struc
     const struct coefficients *active = calibrate_active_of_head1(application);
     uint32_t lanes = application->configuration.lanes - followed_all_lanes(&load->followed);
     struct coefficients *candidate = &application->candidate;
-    if (load->table.place.choice != 0 && !local_table_is_held(application)) {
+    if (load->table.place.choice != 0 && !local_table_is_held(application, load->table.crc)) {
         load_reject(load, LOAD_NOT_WHOLE);
         return;
     }

@@ -58,15 +58,19 @@ int32_t local_table_point(const void *context, uint32_t number) {
     return core_table_point(&application->core, number);
 }
 
-bool local_table_restore(struct application *application) {
+bool local_table_is_held(const struct application *application, uint32_t crc) {
+    return core_origin(&application->core).has_local_table && local_table_sum(application) == crc;
+}
+
+bool local_table_restore(const struct application *application) {
     struct save *save = application->save;
     uint32_t words[FLASH_PAGE_WORDS];
     uint32_t crc = save->content.table.crc;
+    if (local_table_is_held(application, crc)) {
+        return true;
+    }
     if (!core_origin(&application->core).has_local_table) {
         return false;
-    }
-    if (local_table_sum(application) == crc) {
-        return true;
     }
     for (uint32_t first = 0; first < TABLE_POINTS; first += FLASH_PAGE_WORDS) {
         if (!save_read_points(save, first, words)) {
@@ -77,10 +81,6 @@ bool local_table_restore(struct application *application) {
         }
     }
     return local_table_sum(application) == crc;
-}
-
-bool local_table_is_held(const struct application *application) {
-    return local_table_sum(application) == application->load.table.crc;
 }
 
 /* Returns the value of the table, counts, from the points in the idle bank. */

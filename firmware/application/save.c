@@ -23,6 +23,7 @@ const char *save_answer_name(enum save_answer answer) {
         [SAVE_NOT_READ_BACK] = "flash_not_read_back",
         [SAVE_NOT_READ_AT_START] = "not_read_at_start",
         [SAVE_FEWER] = "fewer_orders",
+        [SAVE_TABLE_NOT_HELD] = "table_not_held",
     };
     return (unsigned)answer < SAVE_ANSWERS ? names[answer] : "unknown";
 }

@@ -33,6 +33,8 @@ enum save_answer {
     SAVE_NOT_READ_AT_START,
     /* The latest record holds more orders than the new record would hold, and the operator has not allowed fewer. */
     SAVE_FEWER,
+    /* Neither the gateware nor the latest record holds the points of the local table. */
+    SAVE_TABLE_NOT_HELD,
     SAVE_ANSWERS,
 };
 

@@ -47,9 +47,7 @@ static void saving_take_known(const struct application *application, struct save
         if (kept) {
             prepared_keep(application, &saved->sets);
         }
-        /* The idle bank, which is read while the record is written, may hold another table by now. */
-        bool held = kept && load->table.place.choice != 0 && local_table_is_held(application);
-        saved->table = held ? load->table : (struct load_table){.next = 0};
+        saved->table = kept ? load->table : (struct load_table){.next = 0};
     }
     if (own_mean && !waits) {
         /* The device's own mean is saved as a loaded set: a turn can judge the places of its heads, but not its single
@@ -67,6 +65,18 @@ static void saving_take_known(const struct application *application, struct save
             saved->own.lane[lane] = (struct lane){0};
         }
     }
+}
+
+/* Tells whether the idle bank holds the points of the table to be saved, because they are read while the record is
+   written. A load that ended early may have overwritten them; then they are taken from the latest record, unless a load
+   needs the bank. */
+static bool saving_holds_table(const struct application *application) {
+    const struct load *load = &application->load;
+    const struct load_table *table = &application->save->content.table;
+    bool receives = load->state == LOAD_RECEIVING || load->whole;
+    return table->place.choice == 0 ||
+           (state_works(application) && (receives ? local_table_is_held(application, table->crc)
+                                                  : local_table_restore(application)));
 }
 
 /* Selects the coefficients and begins to save them. Coefficients of the latest record that wait for their first turn
@@ -101,7 +111,10 @@ enum save_answer application_save(struct application *application) {
     saved->loaded.counts_per_rev = counts_per_rev;
     bool asked = application->forgotten || application->has_active ||
                  save->kept_counts_per_rev != counts_per_rev;
-    enum save_answer answer = save_begin(save, asked ? 0 : save->kept_lanes);
+    enum save_answer answer = SAVE_TABLE_NOT_HELD;
+    if (saving_holds_table(application)) {
+        answer = save_begin(save, asked ? 0 : save->kept_lanes);
+    }
     if (answer == SAVE_DONE && (known || application->forgotten) &&
         application->saved_state != SAVED_WAITING) {
         application->saved_state = SAVED_NONE;
