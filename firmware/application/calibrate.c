@@ -413,8 +413,13 @@ static void calibrate_judge_load(struct application *application, const struct t
     judge.followed = &load->received_followed;
     const struct coefficients *active = calibrate_active_of_head1(application);
     struct coefficients own;
+    enum load_answer answer = calibrate_core_takes(application, &load->received,
+                                                   &load->received_followed, &load->received_table);
     if (load->received.counts_per_rev != application->capture.counts_per_rev) {
-        load_refuse(load, LOAD_ANOTHER_TABLE);
+        answer = LOAD_ANOTHER_TABLE;
+    }
+    if (answer != LOAD_TAKEN) {
+        load_refuse(load, answer);
         return;
     }
     load_own_lanes(load, active, &own);
@@ -422,7 +427,7 @@ static void calibrate_judge_load(struct application *application, const struct t
                  application->middle_celsius, &own,
                  application->configuration.lanes - followed_all_lanes(&load->received_followed),
                  &application->candidate);
-    enum load_answer answer = LOAD_NOT_YET;
+    answer = LOAD_NOT_YET;
     if (load->received.mean.heads == 0) {
         answer = calibrate_judge_table(
             application, turn, judge_received(&judge, load, active, &application->candidate));
@@ -451,8 +456,14 @@ static void calibrate_judge_pending(struct application *application, const struc
     const struct coefficients *active = calibrate_active_of_head1(application);
     uint32_t lanes = application->configuration.lanes - followed_all_lanes(&load->followed);
     struct coefficients *candidate = &application->candidate;
-    if (load->table.place.choice != 0 && !local_table_is_held(application, load->table.crc)) {
-        load_reject(load, LOAD_NOT_WHOLE);
+    enum load_answer answer =
+        calibrate_core_takes(application, &load->loaded, &load->followed, &load->table);
+    if (answer == LOAD_TAKEN && load->table.place.choice != 0 &&
+        !local_table_is_held(application, load->table.crc)) {
+        answer = LOAD_NOT_WHOLE;
+    }
+    if (answer != LOAD_TAKEN) {
+        load_reject(load, answer);
         return;
     }
     load_combine(&load->loaded, thermal, application->middle_celsius, NULL, lanes, candidate);

@@ -74,9 +74,8 @@ static bool saving_holds_table(const struct application *application) {
     const struct load *load = &application->load;
     const struct load_table *table = &application->save->content.table;
     bool receives = load->state == LOAD_RECEIVING || load->whole;
-    return table->place.choice == 0 ||
-           (state_works(application) && (receives ? local_table_is_held(application, table->crc)
-                                                  : local_table_restore(application)));
+    return table->place.choice == 0 || (receives ? local_table_is_held(application, table->crc)
+                                                 : local_table_restore(application));
 }
 
 /* Selects the coefficients and begins to save them. Coefficients of the latest record that wait for their first turn
