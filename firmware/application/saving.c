@@ -114,8 +114,9 @@ enum save_answer application_save(struct application *application) {
     if (saving_holds_table(application)) {
         answer = save_begin(save, asked ? 0 : save->kept_lanes);
     }
-    if (answer == SAVE_DONE && (known || application->forgotten) &&
-        application->saved_state != SAVED_WAITING) {
+    if (answer != SAVE_DONE) {
+        save_take_back(save);
+    } else if ((known || application->forgotten) && application->saved_state != SAVED_WAITING) {
         application->saved_state = SAVED_NONE;
     }
     return answer;

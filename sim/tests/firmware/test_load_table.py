@@ -14,7 +14,7 @@ from sim.tests.firmware import test_prepared_sets as prepared
 from sim.tests.firmware.model_core import Firmware, address
 from sim.tests.firmware.test_application import ARCSEC_PER_COUNT, active_coefficients
 from sim.tests.firmware.test_load import DISC, file_of, running, send, state, turn
-from sim.tests.firmware.test_save import Board
+from sim.tests.firmware.test_save import REGION, Board
 
 from arctrue.device.load import load_frames
 from arctrue.gateware.coefficients import Coefficients
@@ -291,6 +291,22 @@ def test_a_save_before_the_first_turn_keeps_the_table_that_waits() -> None:
     assert board.status("saved") == ["waiting"]
     assert board.order("save").startswith("ok, record 2")
     running = after_power_off(board)
+    board.work(range(9, 11), disc=SCRATCHED)
+    assert board.status("saved") == ["confirmed"]
+    assert points_of(running) == words
+
+
+def test_a_save_into_a_silent_flash_leaves_the_table_that_waits() -> None:
+    """Record 2 is not in the first sector, and its points are read only by the first turn."""
+    board = saved_board()
+    words = points_of(board.firmware)
+    for record in (1, 2):
+        assert board.order("save").startswith(f"ok, record {record}")
+    running = after_power_off(board)
+    board.chip.content[REGION.start : REGION.start + (1 << 15)] = b"\xff" * (1 << 15)
+    board.chip.fault = "silent"
+    assert board.order("save") == "error: save flash_unknown\r\n"
+    board.chip.fault = ""
     board.work(range(9, 11), disc=SCRATCHED)
     assert board.status("saved") == ["confirmed"]
     assert points_of(running) == words
