@@ -86,8 +86,11 @@ def test_a_loaded_mean_follows_the_temperature_after_power_on(
     warm.firmware.turn(turn(4))
     warm.firmware.step(3)
     assert warm.status("saved") == ["confirmed"]
-    found = lanes(warm.firmware.application.active)[3][0]
-    assert found == pytest.approx(WARM_COUNTS, abs=1.0 / AMPLITUDE_ONE)
+    for celsius, counts in ((WARM_C, WARM_COUNTS), (COLD_C, 1.0)):
+        warm.firmware.send(f"temperature {celsius}")
+        warm.firmware.step(5)
+        found = lanes(warm.firmware.application.active)[3][0]
+        assert found == pytest.approx(counts, abs=1.0 / AMPLITUDE_ONE)
 
 
 def test_a_rejected_mean_is_not_saved(warm: FailoverBoard) -> None:
