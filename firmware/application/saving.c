@@ -68,12 +68,13 @@ static void saving_take_known(const struct application *application, struct save
 }
 
 /* Tells whether the idle bank holds the points of the table to be saved, because they are read while the record is
-   written. A load that ended early may have overwritten them; then they are taken from the latest record, unless a load
-   needs the bank. */
+   written. A load that ended early may have overwritten them; then they are taken from the latest record, unless the
+   bank holds points of a table that arrives or waits. */
 static bool saving_holds_table(const struct application *application) {
     const struct load *load = &application->load;
     const struct load_table *table = &application->save->content.table;
-    bool receives = load->state == LOAD_RECEIVING || load->whole;
+    bool receives =
+        (load->state == LOAD_RECEIVING || load->whole) && load->received_table.place.choice != 0;
     return table->place.choice == 0 || (receives ? local_table_is_held(application, table->crc)
                                                  : local_table_restore(application));
 }

@@ -268,14 +268,17 @@ def test_a_save_does_not_drop_the_table_that_another_load_overwrote(end: str) ->
     assert place_words(running) == bank_of(table_file()).place_words()
 
 
-def test_a_save_takes_the_points_from_the_record_before() -> None:
+@pytest.mark.parametrize("set_waits", [False, True])
+def test_a_save_takes_the_points_from_the_record_before(set_waits: bool) -> None:
     """If an aborted load has overwritten the points, the firmware takes them from the latest
-    record, which holds the same table."""
+    record, which holds the same table; also while a received set without a table waits."""
     board = saved_board()
     words = points_of(board.firmware)
     assert board.order("save").startswith("ok, record 1")
     half_load(board, "load abort")
     assert points_of(board.firmware) != words
+    if set_waits:
+        assert set(send(board.firmware, load_frames(file_of({})))) == {"ok"}
     assert board.order("save").startswith("ok, record 2")
     running = after_power_off(board)
     board.work(range(9, 11), disc=SCRATCHED)
