@@ -46,6 +46,14 @@ static uint32_t bank_angle_offset(const struct core_position *position, int32_t 
     return (uint32_t)(offset < 0 ? offset + counts_per_rev : offset);
 }
 
+/* Returns the mean speed of head 1 since the first sample, counts per clock; 0 if no time has passed. */
+static double bank_mean_speed(const struct core_position *position, int32_t first_word,
+                              uint64_t start_time) {
+    double clocks = (double)(position->time - start_time);
+    double travel = counts_apart(position->head1_turn_position, first_word);
+    return clocks > 0.0 ? travel / clocks : 0.0;
+}
+
 /* Computes the angle of each head at the first sample. `travel`, the number of counts since that sample, is right even
    if words wrap. */
 static void bank_start_angles(const struct core_turns *turns, struct capture *capture) {
@@ -83,6 +91,7 @@ void bank_take(struct application *application) {
         .period_clocks = application_capture(application) == CAPTURE_BY_TIME
                              ? (uint32_t)application->parameters.sample_period
                              : 0U,
+        .mean_speed = words != NULL ? bank_mean_speed(&position, words[0], header.start_time) : 0.0,
         .clock_hz = application->configuration.clock_hz,
         .heads = heads,
         .further = further,

@@ -172,11 +172,17 @@ static double calibrate_change_arcsec(const struct application *application) {
     return fmax(sqrt(most), followed);
 }
 
+/* Returns the speed of head 1 in the turn, counts per clock. Without times of the samples it is the mean speed, in the
+   direction of the turn's steps, because the table may have reversed after the turn. */
+static double calibrate_speed(const struct capture *capture, const struct turn *turn) {
+    return capture->period_clocks != 0 ? turn->step_counts / capture->period_clocks
+                                       : copysign(capture->mean_speed, turn->step_counts);
+}
+
 static struct judge calibrate_judge(struct application *application, const struct turn *turn) {
-    ASSERT(application->capture.period_clocks > 0);
     return (struct judge){
         .turn = turn,
-        .motion = {turn->step_counts / application->capture.period_clocks},
+        .motion = {calibrate_speed(&application->capture, turn)},
         .estimate = &application->measured,
         .workspace = &application->workspace.further,
         .gain_limit = application->parameters.gain_limit,
@@ -316,6 +322,34 @@ static enum judgement calibrate_judge_mean(struct application *application, cons
     return far && off > PLACE_COUNTS ? JUDGED_WRONG : JUDGED_RIGHT;
 }
 
+/* Returns LOAD_TAKEN if the core can apply a set, otherwise the reason why it cannot. A set that was loaded or saved
+   earlier may have been made for another bitstream. */
+static enum load_answer calibrate_core_takes(const struct application *application,
+                                             const struct coefficients *set,
+                                             const struct followed *followed,
+                                             const struct load_table *table) {
+    const struct core_configuration *configuration = &application->configuration;
+    const struct core_origin origin = core_origin(&application->core);
+    uint32_t heads = set->mean.heads;
+    if (heads != 0 && (!configuration->has_mean || heads != configuration->heads)) {
+        return LOAD_OTHER_HEADS;
+    }
+    if (calibrate_lanes_used(set) + followed_all_lanes(followed) > configuration->lanes) {
+        return LOAD_TOO_MANY_LANES;
+    }
+    if (followed->lanes != 0 && !origin.has_modulators) {
+        return LOAD_NO_MODULATORS;
+    }
+    if (followed->real_lanes != 0 && !origin.has_real_orders) {
+        return LOAD_NO_REAL_ORDERS;
+    }
+    if (followed->real_lanes != 0 &&
+        !real_lanes_counts_suffice(configuration->lanes, set->counts_per_rev)) {
+        return LOAD_TOO_FEW_COUNTS;
+    }
+    return table->place.choice == 0 || origin.has_local_table ? LOAD_TAKEN : LOAD_NO_LOCAL_TABLE;
+}
+
 /* Judges the saved coefficients, combined with the active lanes or, if none are active, with the saved lanes of the
    calibration. */
 static void calibrate_judge_saved(struct application *application, const struct turn *turn) {
@@ -330,10 +364,8 @@ static void calibrate_judge_saved(struct application *application, const struct 
         return;
     }
     bool fits = saved_lanes(saved) <= lanes &&
-                (saved->followed.lanes == 0 || core_origin(&application->core).has_modulators) &&
-                (saved->followed.real_lanes == 0 ||
-                 (core_origin(&application->core).has_real_orders &&
-                  real_lanes_counts_suffice(lanes, saved->own.counts_per_rev))) &&
+                calibrate_core_takes(application, &saved->loaded, &saved->followed,
+                                     &saved->table) == LOAD_TAKEN &&
                 saved->own.counts_per_rev == application->capture.counts_per_rev;
     fits = fits && (saved->table.place.choice == 0 || local_table_restore(application));
     if (!fits) {
@@ -381,8 +413,13 @@ static void calibrate_judge_load(struct application *application, const struct t
     judge.followed = &load->received_followed;
     const struct coefficients *active = calibrate_active_of_head1(application);
     struct coefficients own;
+    enum load_answer answer = calibrate_core_takes(application, &load->received,
+                                                   &load->received_followed, &load->received_table);
     if (load->received.counts_per_rev != application->capture.counts_per_rev) {
-        load_refuse(load, LOAD_ANOTHER_TABLE);
+        answer = LOAD_ANOTHER_TABLE;
+    }
+    if (answer != LOAD_TAKEN) {
+        load_refuse(load, answer);
         return;
     }
     load_own_lanes(load, active, &own);
@@ -390,7 +427,7 @@ static void calibrate_judge_load(struct application *application, const struct t
                  application->middle_celsius, &own,
                  application->configuration.lanes - followed_all_lanes(&load->received_followed),
                  &application->candidate);
-    enum load_answer answer = LOAD_NOT_YET;
+    answer = LOAD_NOT_YET;
     if (load->received.mean.heads == 0) {
         answer = calibrate_judge_table(
             application, turn, judge_received(&judge, load, active, &application->candidate));
@@ -419,8 +456,14 @@ static void calibrate_judge_pending(struct application *application, const struc
     const struct coefficients *active = calibrate_active_of_head1(application);
     uint32_t lanes = application->configuration.lanes - followed_all_lanes(&load->followed);
     struct coefficients *candidate = &application->candidate;
-    if (load->table.place.choice != 0 && !local_table_is_held(application)) {
-        load_reject(load, LOAD_NOT_WHOLE);
+    enum load_answer answer =
+        calibrate_core_takes(application, &load->loaded, &load->followed, &load->table);
+    if (answer == LOAD_TAKEN && load->table.place.choice != 0 &&
+        !local_table_is_held(application, load->table.crc)) {
+        answer = LOAD_NOT_WHOLE;
+    }
+    if (answer != LOAD_TAKEN) {
+        load_reject(load, answer);
         return;
     }
     load_combine(&load->loaded, thermal, application->middle_celsius, NULL, lanes, candidate);

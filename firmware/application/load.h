@@ -37,8 +37,8 @@ enum loaded_state {
     LOADED_AT_WORK,
     /* No turn has judged the loaded set again yet. */
     LOADED_PENDING,
-    /* The loaded set belongs to another table, a turn contradicts the set, or the points of its local table are lost.
-       The firmware keeps the set, and turns judge it again after the next start. */
+    /* The loaded set belongs to another table, this core cannot apply it, a turn contradicts it, or the points of its
+       local table are lost. The firmware keeps the set, and turns judge it again after the next start. */
     LOADED_REJECTED,
 };
 

@@ -10,9 +10,15 @@
 #include "units.h"
 #include "vector.h"
 
+/* Tells whether there is a core with a local table. Without one an access to the table's words would be refused by the
+   bus. */
+static bool local_table_exists(const struct application *application) {
+    return state_works(application) && core_origin(&application->core).has_local_table;
+}
+
 enum load_answer application_load_table(struct application *application,
                                         const struct table_place *place, uint32_t crc) {
-    if (!state_works(application) || !core_origin(&application->core).has_local_table) {
+    if (!local_table_exists(application)) {
         return LOAD_NO_LOCAL_TABLE;
     }
     return load_table(&application->load, place, crc);
@@ -20,7 +26,8 @@ enum load_answer application_load_table(struct application *application,
 
 enum load_answer application_load_points(struct application *application, uint32_t number,
                                          const int32_t points[LOAD_POINTS], uint32_t crc) {
-    if (application->save != NULL && application->save->state != SAVE_IDLE) {
+    if (!local_table_exists(application) ||
+        (application->save != NULL && application->save->state != SAVE_IDLE)) {
         /* The record that is being written takes its points from the idle bank; new points must not overwrite these. */
         return LOAD_WRONG_FRAME;
     }
@@ -58,15 +65,19 @@ int32_t local_table_point(const void *context, uint32_t number) {
     return core_table_point(&application->core, number);
 }
 
-bool local_table_restore(struct application *application) {
+bool local_table_is_held(const struct application *application, uint32_t crc) {
+    return local_table_exists(application) && local_table_sum(application) == crc;
+}
+
+bool local_table_restore(const struct application *application) {
     struct save *save = application->save;
     uint32_t words[FLASH_PAGE_WORDS];
     uint32_t crc = save->content.table.crc;
-    if (!core_origin(&application->core).has_local_table) {
-        return false;
-    }
-    if (local_table_sum(application) == crc) {
+    if (local_table_is_held(application, crc)) {
         return true;
+    }
+    if (!local_table_exists(application)) {
+        return false;
     }
     for (uint32_t first = 0; first < TABLE_POINTS; first += FLASH_PAGE_WORDS) {
         if (!save_read_points(save, first, words)) {
@@ -77,10 +88,6 @@ bool local_table_restore(struct application *application) {
         }
     }
     return local_table_sum(application) == crc;
-}
-
-bool local_table_is_held(const struct application *application) {
-    return local_table_sum(application) == application->load.table.crc;
 }
 
 /* Returns the value of the table, counts, from the points in the idle bank. */
@@ -166,7 +173,7 @@ bool local_table_write(struct application *application) {
     const struct table_place place = table.place;
     /* The registers show the choice and place of the active table, also if it became active before the firmware
        restarted after a fault. */
-    bool at_work = core_origin(core).has_local_table && core_table_place(core).choice != 0;
+    bool at_work = local_table_exists(application) && core_table_place(core).choice != 0;
     if (place.choice == 0 && !at_work) {
         return true;
     }

@@ -23,12 +23,12 @@ double local_table_evidence(const struct application *application, const struct 
                             const struct turn *turn);
 /* Writes the saved points into the idle bank if it does not hold them. Returns false if flash or gateware do not hold
    the points. */
-bool local_table_restore(struct application *application);
+bool local_table_restore(const struct application *application);
 /* Returns a point of the idle bank for the record that is being written; `context` is the application. */
 int32_t local_table_point(const void *context, uint32_t number);
 
-/* Tells whether the idle bank holds the points of the loaded table. */
-bool local_table_is_held(const struct application *application);
+/* Tells whether the core has a local table and its idle bank holds the points with this CRC. */
+bool local_table_is_held(const struct application *application, uint32_t crc);
 
 /* Makes the next swap activate the table that belongs to the candidate, or switch the former table off. Returns false
    if the written words could not be read back. */

@@ -52,15 +52,19 @@ enum parameter_answer application_set(struct application *application, const cha
 }
 
 enum load_answer application_load_end(struct application *application, uint32_t crc) {
+    if (application->phase == PHASE_NO_CORE) {
+        return LOAD_WRONG_FRAME;
+    }
     const struct coefficients *active = state_active(application);
+    const struct core_origin origin = core_origin(&application->core);
     const struct load_place place = {
         .counts_per_rev = (uint32_t)application->parameters.counts_per_rev,
         .heads = application->configuration.heads,
         .has_mean = application->configuration.has_mean,
-        .has_modulators = core_origin(&application->core).has_modulators,
+        .has_modulators = origin.has_modulators,
         .has_failover = application->configuration.has_failover,
-        .has_real_orders = core_origin(&application->core).has_real_orders,
-        .has_local_table = core_origin(&application->core).has_local_table,
+        .has_real_orders = origin.has_real_orders,
+        .has_local_table = origin.has_local_table,
         .lanes = application->configuration.lanes,
         .delays = (uint32_t)application->parameters.head_delays,
     };

@@ -23,6 +23,7 @@ const char *save_answer_name(enum save_answer answer) {
         [SAVE_NOT_READ_BACK] = "flash_not_read_back",
         [SAVE_NOT_READ_AT_START] = "not_read_at_start",
         [SAVE_FEWER] = "fewer_orders",
+        [SAVE_TABLE_NOT_HELD] = "table_not_held",
     };
     return (unsigned)answer < SAVE_ANSWERS ? names[answer] : "unknown";
 }
@@ -47,10 +48,14 @@ static uint32_t save_sector_address(const struct save *save, uint32_t sector) {
     return save->address + sector * save->sector_bytes;
 }
 
+/* Returns false if the flash does not answer; then the size of a sector stays as it was. */
 static bool save_open_flash(struct save *save) {
-    save->sector_bytes = save->flash.open(save->flash.context);
-    return save->sector_bytes >= SAVED_WORDS_MOST * WORD_BYTES &&
-           save_sectors(save) >= SECTORS_LEAST;
+    uint32_t sector_bytes = save->flash.open(save->flash.context);
+    if (sector_bytes < SAVED_WORDS_MOST * WORD_BYTES) {
+        return false;
+    }
+    save->sector_bytes = sector_bytes;
+    return save_sectors(save) >= SECTORS_LEAST;
 }
 
 /* Tells whether a sector has room for the points of a local table. */
@@ -114,14 +119,18 @@ static bool save_read_all(struct save *save) {
     return true;
 }
 
+static bool save_read_latest(struct save *save) {
+    uint32_t sequence;
+    return save_read_sector(save, save->latest) &&
+           saved_read(save->words, &save->content, &sequence) == SAVED_READ;
+}
+
 /* Reads the latest record a second time, because there is memory for one record only. It opens the flash a second time
    after reading all records, because a flash that has become silent meanwhile would read as empty. */
 bool save_find(struct save *save) {
-    uint32_t sequence;
     bool whole = save_open_flash(save) && save_read_all(save) && save_open_flash(save);
     if (whole && save->found == SAVED_READ) {
-        whole = save_read_sector(save, save->latest) &&
-                saved_read(save->words, &save->content, &sequence) == SAVED_READ;
+        whole = save_read_latest(save);
     }
     if (!whole) {
         save->found = SAVED_UNREAD;
@@ -134,12 +143,18 @@ bool save_find(struct save *save) {
 
 enum save_answer save_look_again(struct save *save) {
     if (save->found != SAVED_UNREAD) {
-        return SAVE_DONE;
+        return save_open_flash(save) ? SAVE_DONE : SAVE_NO_FLASH;
     }
     if (save_find(save)) {
         return SAVE_NOT_READ_AT_START;
     }
     return save->found == SAVED_UNREAD ? SAVE_NO_FLASH : SAVE_DONE;
+}
+
+void save_take_back(struct save *save) {
+    if (save->found == SAVED_READ) {
+        (void)save_read_latest(save);
+    }
 }
 
 uint32_t save_worn(const struct save *save) {

@@ -33,6 +33,8 @@ enum save_answer {
     SAVE_NOT_READ_AT_START,
     /* The latest record holds more orders than the new record would hold, and the operator has not allowed fewer. */
     SAVE_FEWER,
+    /* Neither the gateware nor the latest record holds the points of the local table. */
+    SAVE_TABLE_NOT_HELD,
     SAVE_ANSWERS,
 };
 
@@ -89,9 +91,12 @@ void save_prepare(struct save *save, const struct flash_access *flash, uint32_t 
 bool save_find(struct save *save);
 
 /* Searches the records if the flash was silent before. Returns SAVE_DONE if the records are known and another record
-   may be written, SAVE_NO_FLASH if the flash is still silent. Returns SAVE_NOT_READ_AT_START once if it finds a record
+   may be written, SAVE_NO_FLASH if the flash is silent. Returns SAVE_NOT_READ_AT_START once if it finds a record
    only now, because that record is not in use. */
 enum save_answer save_look_again(struct save *save);
+
+/* Reads the latest whole record, if there is one, into `content` again, after a changed content was refused. */
+void save_take_back(struct save *save);
 
 /* Begins to write `content`; no save may be in progress (the function asserts this). Returns SAVE_DONE if the write has
    begun. Returns SAVE_FEWER if the content has fewer than `least` lanes, so that no save drops lanes by mistake;

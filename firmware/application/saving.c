@@ -3,6 +3,7 @@
 #include "saving.h"
 
 #include <stddef.h>
+#include <string.h>
 
 #include "local_table.h"
 #include "prepared.h"
@@ -23,13 +24,21 @@ void saving_recover(struct application *application) {
     }
 }
 
+/* Tells whether the device itself calibrated the mean whose lanes are active or were active before the core restarted.
+   The lanes of a loaded mean may have been computed for the present temperature, so they are no loaded set. */
+static bool saving_has_own_mean(const struct application *application) {
+    const struct mean_set *mean = &application->active.mean;
+    return mean->heads != 0 && memcmp(mean, &application->load.loaded.mean, sizeof *mean) != 0;
+}
+
 /* Takes the loaded set, even if no turn has judged it again yet, and the calibration's lanes that are active or were
    active before the core restarted. */
 static void saving_take_known(const struct application *application, struct saved *saved) {
     const struct load *load = &application->load;
     bool waits = application->saved_state == SAVED_WAITING;
+    bool own_mean = saving_has_own_mean(application);
     if (!waits || load_at_work(load) != NULL) {
-        bool kept = load->loaded_state != LOADED_REJECTED;
+        bool kept = load->loaded_state != LOADED_REJECTED && !own_mean;
         saved->loaded = kept ? load->loaded : (struct coefficients){0};
         saved->thermal = kept ? load->thermal : (struct thermal){0};
         saved->followed = kept ? load->followed : (struct followed){.lanes = 0};
@@ -38,24 +47,36 @@ static void saving_take_known(const struct application *application, struct save
         if (kept) {
             prepared_keep(application, &saved->sets);
         }
-        /* The idle bank, which is read while the record is written, may hold another table by now. */
-        bool held = kept && load->table.place.choice != 0 && local_table_is_held(application);
-        saved->table = held ? load->table : (struct load_table){.next = 0};
+        saved->table = kept ? load->table : (struct load_table){.next = 0};
     }
-    if (application->active.mean.heads != 0 && load_at_work(load) == NULL) {
+    if (own_mean && !waits) {
         /* The device's own mean is saved as a loaded set: a turn can judge the places of its heads, but not its single
            lanes. */
         saved->loaded = application->active;
         saved->unjudged = UINT64_MAX;
         prepared_keep(application, &saved->sets);
     }
-    saved->own = application->active;
+    /* Lanes of a mean do not correct head 1, so they are no lanes of the calibration. */
+    saved->own =
+        application->active.mean.heads == 0 ? application->active : (struct coefficients){0};
     for (uint32_t lane = 0; lane < saved->own.lanes; lane++) {
         if (coefficients_have(&saved->loaded, saved->own.lane[lane].order) ||
             coefficients_have(&load->loaded, saved->own.lane[lane].order)) {
             saved->own.lane[lane] = (struct lane){0};
         }
     }
+}
+
+/* Tells whether the idle bank holds the points of the table to be saved, because they are read while the record is
+   written. A load that ended early may have overwritten them; then they are taken from the latest record, unless the
+   bank holds points of a table that arrives or waits. */
+static bool saving_holds_table(const struct application *application) {
+    const struct load *load = &application->load;
+    const struct load_table *table = &application->save->content.table;
+    bool receives =
+        (load->state == LOAD_RECEIVING || load->whole) && load->received_table.place.choice != 0;
+    return table->place.choice == 0 || (receives ? local_table_is_held(application, table->crc)
+                                                 : local_table_restore(application));
 }
 
 /* Selects the coefficients and begins to save them. Coefficients of the latest record that wait for their first turn
@@ -90,9 +111,13 @@ enum save_answer application_save(struct application *application) {
     saved->loaded.counts_per_rev = counts_per_rev;
     bool asked = application->forgotten || application->has_active ||
                  save->kept_counts_per_rev != counts_per_rev;
-    enum save_answer answer = save_begin(save, asked ? 0 : save->kept_lanes);
-    if (answer == SAVE_DONE && (known || application->forgotten) &&
-        application->saved_state != SAVED_WAITING) {
+    enum save_answer answer = SAVE_TABLE_NOT_HELD;
+    if (saving_holds_table(application)) {
+        answer = save_begin(save, asked ? 0 : save->kept_lanes);
+    }
+    if (answer != SAVE_DONE) {
+        save_take_back(save);
+    } else if ((known || application->forgotten) && application->saved_state != SAVED_WAITING) {
         application->saved_state = SAVED_NONE;
     }
     return answer;

@@ -26,6 +26,8 @@ struct capture {
     int32_t head2_zero;
     /* Clocks between two samples; 0: the samples are not at equal times, but at equal angles or at edges of sync_in. */
     uint32_t period_clocks;
+    /* Mean speed of head 1 from the first sample until the bank was read, counts per clock; 0: not known. */
+    double mean_speed;
     uint32_t clock_hz;
     uint32_t heads;
     /* Turn positions of head 3, head 4, head 3, ...; NULL with two heads. With three heads the words of head 4 are

@@ -155,6 +155,9 @@ static const struct {
     {"fewer_orders",
      "the record holds more orders than would be saved now: let the table turn until "
      "they are active, or forget first to remove them"},
+    {"table_not_held",
+     "the gateware lost the points of the loaded local table, maybe to a load that was aborted: "
+     "load the table again, then save; or forget first"},
     {"golden_stays", "the golden image is never written again: the board starts it if the other is "
                      "not whole"},
     {"zero_lost", "a head lost counts: the zero of head 1 is moved to its index or searched again, "

@@ -14,7 +14,7 @@ from sim.tests.firmware import test_prepared_sets as prepared
 from sim.tests.firmware.model_core import Firmware, address
 from sim.tests.firmware.test_application import ARCSEC_PER_COUNT, active_coefficients
 from sim.tests.firmware.test_load import DISC, file_of, running, send, state, turn
-from sim.tests.firmware.test_save import Board
+from sim.tests.firmware.test_save import REGION, Board
 
 from arctrue.device.load import load_frames
 from arctrue.gateware.coefficients import Coefficients
@@ -240,6 +240,79 @@ def test_a_table_that_cannot_be_restored_is_not_taken(damage: str) -> None:
     board.work(range(9, 11), disc=SCRATCHED)
     assert board.status("saved") == ["not_confirmed"]
     assert place_words(board.firmware)[0] == 0
+
+
+def half_load(board: Board, end: str) -> None:
+    """Load half of the points of another table, and end this load with the line ``end``."""
+    frames = load_frames(table_file(0.5))
+    first = next(n for n, frame in enumerate(frames) if frame.startswith("load points "))
+    assert set(send(board.firmware, frames[: first + 450])) == {"ok"}
+    if end:
+        assert board.firmware.send(end).strip() == "ok"
+
+
+@pytest.mark.parametrize("end", ["load abort", ""], ids=["aborted", "still arriving"])
+def test_a_save_does_not_drop_the_table_that_another_load_overwrote(end: str) -> None:
+    """The active table stays active, but its points are lost for the record: the firmware refuses
+    the save until the table is loaded again."""
+    board = saved_board()
+    half_load(board, end)
+    assert board.order("save") == "error: save table_not_held\r\n"
+    assert "load the table again" in board.firmware.send("help table_not_held")
+    assert board.chip.programmed == []
+    assert loaded(board.firmware, table_file()) == "load active"
+    assert board.order("save").startswith("ok, record 1")
+    running = after_power_off(board)
+    board.work(range(9, 11), disc=SCRATCHED)
+    assert board.status("saved") == ["confirmed"]
+    assert place_words(running) == bank_of(table_file()).place_words()
+
+
+@pytest.mark.parametrize("set_waits", [False, True])
+def test_a_save_takes_the_points_from_the_record_before(set_waits: bool) -> None:
+    """If an aborted load has overwritten the points, the firmware takes them from the latest
+    record, which holds the same table; also while a received set without a table waits."""
+    board = saved_board()
+    words = points_of(board.firmware)
+    assert board.order("save").startswith("ok, record 1")
+    half_load(board, "load abort")
+    assert points_of(board.firmware) != words
+    if set_waits:
+        assert set(send(board.firmware, load_frames(file_of({})))) == {"ok"}
+    assert board.order("save").startswith("ok, record 2")
+    running = after_power_off(board)
+    board.work(range(9, 11), disc=SCRATCHED)
+    assert board.status("saved") == ["confirmed"]
+    assert points_of(running) == words
+
+
+def test_a_save_before_the_first_turn_keeps_the_table_that_waits() -> None:
+    board = saved_board()
+    words = points_of(board.firmware)
+    assert board.order("save").startswith("ok, record 1")
+    after_power_off(board)
+    assert board.status("saved") == ["waiting"]
+    assert board.order("save").startswith("ok, record 2")
+    running = after_power_off(board)
+    board.work(range(9, 11), disc=SCRATCHED)
+    assert board.status("saved") == ["confirmed"]
+    assert points_of(running) == words
+
+
+def test_a_save_into_a_silent_flash_leaves_the_table_that_waits() -> None:
+    """Record 2 is not in the first sector, and its points are read only by the first turn."""
+    board = saved_board()
+    words = points_of(board.firmware)
+    for record in (1, 2):
+        assert board.order("save").startswith(f"ok, record {record}")
+    running = after_power_off(board)
+    board.chip.content[REGION.start : REGION.start + (1 << 15)] = b"\xff" * (1 << 15)
+    board.chip.fault = "silent"
+    assert board.order("save") == "error: save flash_unknown\r\n"
+    board.chip.fault = ""
+    board.work(range(9, 11), disc=SCRATCHED)
+    assert board.status("saved") == ["confirmed"]
+    assert points_of(running) == words
 
 
 def test_no_points_arrive_while_a_record_is_written() -> None:

@@ -326,6 +326,42 @@ def test_fewer_orders_than_the_record_has_are_not_written(working: Board) -> Non
     assert len(working.firmware.send("help fewer_orders").splitlines()[0].split()) > 5
 
 
+def calibrate_fewer(working: Board) -> None:
+    """Save, and let the board calibrate another disc that needs fewer orders, until a re-arm."""
+    working.order("save")
+    working.power_on()
+    other = Disc({1: (150.0, 2.4)})
+    working.work(range(9, 11), disc=other)
+    assert working.status("saved") == ["not_confirmed"]
+    re_armed(working, "rearm")
+    assert working.status("saved") == ["waiting"]
+
+
+def test_a_save_that_would_drop_orders_leaves_the_coefficients_that_wait(working: Board) -> None:
+    """The refused save has not replaced the record's coefficients in memory: the disc is back in
+    its old place, and one turn confirms them."""
+    calibrate_fewer(working)
+    assert working.order("save") == "error: save fewer_orders\r\n"
+    assert working.status("saved") == ["waiting"]
+    working.work(range(12, 13))
+    assert working.status("saved") == ["confirmed"]
+    assert left(working.firmware) < LEFT_ARCSEC
+
+
+def test_a_save_into_a_silent_flash_leaves_the_coefficients_that_wait(working: Board) -> None:
+    """With another number of counts per turn the save would have dropped them."""
+    working.order("save")
+    working.power_on()
+    re_armed(working, "set counts_per_rev 65536")
+    working.chip.fault = "silent"
+    assert working.order("save") == "error: save flash_unknown\r\n"
+    working.chip.fault = ""
+    re_armed(working, f"set counts_per_rev {COUNTS}")
+    working.work(range(9, 10))
+    assert working.status("saved") == ["confirmed"]
+    assert left(working.firmware) < LEFT_ARCSEC
+
+
 def test_coefficients_that_wait_for_another_table_are_not_kept(working: Board) -> None:
     working.order("save")
     working.power_on()
