@@ -137,8 +137,8 @@ def _keepable(term: Term) -> bool:
     )
 
 
-def _key(term: Term) -> tuple[str, ...]:
-    return (term.effect.name, repr(sorted(term.effect.settings.items())))
+def _key(term: Term) -> tuple[type[Effect], str]:
+    return (type(term.effect), repr(sorted(term.effect.settings.items())))
 
 
 def _identity(term: Term) -> Hashable:
