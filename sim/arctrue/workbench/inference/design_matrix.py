@@ -40,6 +40,16 @@ class Term:
     effect: Effect
     nonlinear: Nonlinear
 
+    @property
+    def searched(self) -> int:
+        """Number of parameters of the model that a search found.
+
+        A flag, a search parameter with the values 0 and 1, is no parameter. A line has one rate, an
+        order or a frequency.
+        """
+        values = [item for item in self.effect.search if not (item.integer and item.high <= 1.0)]
+        return len(values) - (self.effect.search_kind == "line")
+
 
 @dataclass
 class _Kept:

@@ -75,7 +75,6 @@ def _ratio(small: Solution, large: Solution, larger: int) -> ModelRatio:
     at_large = restricted_likelihood(Residuals(both[0]))
     rise = both[1].log_likelihood - both[0].log_likelihood
     gain = 2.0 * max(at_large + rise - max(at_small, at_large), 0.0)
-    searched = [sum(len(term.nonlinear) for term in item.terms) for item in (small, large)]
-    more = large.rank - small.rank + searched[1] - searched[0]
+    more = large.rank - small.rank + large.searched - small.searched
     freedom = float(max(large.observations.rows - large.rank, 1))
     return ModelRatio(gain, more, single_p_value(gain, more, freedom), larger)
