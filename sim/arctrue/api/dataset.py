@@ -35,6 +35,7 @@ from arctrue.measurement.date import moment
 from arctrue.measurement.description import Keys
 from arctrue.measurement.digest import set_digest
 from arctrue.measurement.reader import count_on_past_the_turn, require_heads
+from arctrue.measurement.uncertainty import of_zero
 from arctrue.measurement.wraps import without_wraps
 
 CHANNELS = ("capture", "reference")
@@ -438,12 +439,14 @@ class Dataset(MeasurementSet):
         }
         _one_clock(found)
         warnings: list[str] = [text for part in found.values() for text in part.warnings]
-        capture = found.get("capture")
-        reference = found.get("reference")
+        capture = _capture(found["capture"], keys, warnings) if "capture" in found else None
+        reference = _reference(found["reference"], keys, warnings) if "reference" in found else None
+        for name, rows in (("capture", capture), ("reference", reference)):
+            warnings += [] if rows is None else of_zero(rows, name, 0)
         return cls(
             table=keys.table,
-            capture=None if capture is None else _capture(capture, keys, warnings),
-            reference=None if reference is None else _reference(reference, keys, warnings),
+            capture=capture,
+            reference=reference,
             title=keys.title,
             date=moment(keys.date) if keys.date else None,
             warnings=tuple(warnings),

@@ -192,8 +192,8 @@ class FitResult:
     def aic(self) -> float:
         """Akaike's information criterion: of two models fitted to the same set, the model with the
         smaller value is better."""
-        searched = sum(len(term.nonlinear) for term in self.solution.terms)
-        return 2.0 * (self.solution.rank + searched - self.log_likelihood)
+        parameters = self.solution.rank + self.solution.searched
+        return 2.0 * (parameters - self.log_likelihood)
 
     @cached_property
     def covariance(self) -> Float:

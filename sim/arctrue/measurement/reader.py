@@ -31,6 +31,7 @@ from arctrue.measurement.measurement_set import (
     Reference,
     Table,
 )
+from arctrue.measurement.uncertainty import of_zero
 from arctrue.measurement.wraps import same_turn, unwrapped_counts, without_wraps
 
 
@@ -80,9 +81,11 @@ def read_measurement_set(
     if capture and capture_path:
         heads = _capture(description, capture_path, warnings, progress)
         heads = with_mask_file(folder, "capture", heads, warnings)
+        warnings += of_zero(heads, f"{capture_path}", 2)
     if reference and reference_path:
         compared = _reference(description, reference_path, warnings, progress)
         compared = with_mask_file(folder, "reference", compared, warnings)
+        warnings += of_zero(compared, f"{reference_path}", 2)
     return MeasurementSet(
         table=description.keys.table,
         capture=heads,

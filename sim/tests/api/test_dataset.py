@@ -283,6 +283,14 @@ def test_text_beside_the_numbers_is_left_out_with_a_warning() -> None:
     )
 
 
+def test_an_uncertainty_of_zero_is_reported() -> None:
+    columns = {"target_deg": [0.0, 15.0, 30.0], "error_arcsec": [1.0, 2.0, 0.5]}
+    read = at.Dataset.from_arrays(reference={**columns, "u_arcsec": [0.2, 0.0, 0.2]})
+    (said,) = read.warnings
+    assert said.startswith("reference, row 1, column u_arcsec: expected more than 0, found 0")
+    assert at.Dataset.from_arrays(reference={**columns, "u_arcsec": [0.2] * 3}).warnings == ()
+
+
 def test_a_history_has_date_version_and_hash(tmp_path: Path) -> None:
     """The history has the date, version and hash that a command writes for this folder."""
     at.write_set(tmp_path / "set", from_arrays())

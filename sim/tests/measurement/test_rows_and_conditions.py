@@ -82,6 +82,24 @@ def test_bad_uncertainty_or_mask(
     assert words in str(caught.value)
 
 
+def test_an_uncertainty_of_zero_is_reported_unless_its_row_is_masked(tmp_path: Path) -> None:
+    """The reader warns that it cannot use a column with an uncertainty of 0 in a used row; a row
+    that the column mask or mask.csv masks may have any uncertainty."""
+    zero = REFERENCE.replace("0.5,0.2,0", "0.5,0.000,0")
+    read = read_measurement_set(_write(tmp_path, zero))
+    (said,) = [text for text in read.warnings if "u_arcsec" in text]
+    assert f"{tmp_path / 'reference.csv'}, row 4, column u_arcsec: expected more than 0" in said
+    assert "as in 1 of 3 rows; the column is not used" in said
+    for text, mask in (
+        (REFERENCE.replace("-2.5,0.3,1", "-2.5,0,1"), ""),
+        (zero, "reference_row,mask\n4,1\n"),
+        (REFERENCE, ""),
+    ):
+        (tmp_path / "mask.csv").unlink(missing_ok=True)
+        read = read_measurement_set(_write(tmp_path, text, mask))
+        assert not any("u_arcsec" in text for text in read.warnings)
+
+
 @pytest.mark.parametrize(
     ("written", "meant"),
     [("uarcsec", "u_arcsec"), ("U_arcsec", "u_arcsec"), ("masked", "mask"), ("time", "time_s")],

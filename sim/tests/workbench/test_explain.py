@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,8 +15,13 @@ from sim.tests.workbench.noisy_logs import clock, ornstein_uhlenbeck, with_lines
 from sim.tests.workbench.small_sets import measurement_set, paper_error
 
 from arctrue.measurement import MeasurementSet, Reference, Table, write_measurement_set
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.model import explain as explain_module
+from arctrue.workbench.model.model import default_model
 from arctrue.workbench.model.model_file import read_model
+from arctrue.workbench.observations.build import observations_of
 
+EFFECTS = built_in()
 SIDEREAL_DEG_S = 360.0 / 86_164.1
 TEETH = 180.0
 WORM_S = 86_164.1 / TEETH
@@ -115,3 +121,45 @@ def test_what_cannot_be_separated_is_said_with_the_measurement_that_would(tmp_pa
     assert head.startswith(f"# {said}")
     assert unclear["next_measurement"] in head
     assert read_model(model).names() == ["graduation_harmonics"]
+
+
+def _verdict(name: str | None, alike: str, measurement: str) -> SimpleNamespace:
+    """Return what ``explain`` reads of a diagnosis: the named effect, and one that looks alike."""
+    named = None if name is None else SimpleNamespace(name=name, effect=EFFECTS[name]())
+    return SimpleNamespace(
+        verdict="adequate" if name is None else "named",
+        named=named,
+        decision=SimpleNamespace(look_alikes={alike: 1.0}, unconfirmed=None),
+        effect_class=[] if name is None else [name],
+        description=None,
+        next_measurement=measurement,
+        next_measurement_kind=None,
+    )
+
+
+def test_each_of_two_causes_of_one_name_keeps_its_alternatives(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Two causes with one name, here two lines, keep their own alternatives, which are listed in
+    the order of the causes: the larger line is found first."""
+    random = np.random.default_rng(6)
+    target = np.arange(720.0)
+    phase = np.radians(target)
+    error = np.cos(phase) + 0.4 * np.cos(37.43 * phase) + 0.6 * np.cos(61.8 * phase)
+    reference = Reference(target, error + random.normal(0.0, 0.2, target.size), time_s=target)
+    observations = observations_of(MeasurementSet(Table(), None, reference))
+    verdicts = iter(
+        [
+            _verdict("periodic_error", "vibration", "a faster run"),
+            _verdict("periodic_error", "hysteresis", "a run in both directions"),
+            _verdict(None, "", ""),
+        ]
+    )
+    monkeypatch.setattr(explain_module, "_verdict", lambda *arguments: next(verdicts))
+    found = explain_module.explain(default_model(), observations, EFFECTS, "two lines")
+    orders = [cause.entry.search["order"] for cause in found.causes]
+    assert orders == pytest.approx([61.8, 37.43], abs=0.02)
+    assert [(item.effects, item.next_measurement) for item in found.alike] == [
+        (("periodic_error", "vibration"), "a faster run"),
+        (("periodic_error", "hysteresis"), "a run in both directions"),
+    ]

@@ -81,3 +81,19 @@ def test_blind_order_is_left_at_zero_not_blown_up() -> None:
     solution = fit([Term(effect, {})], observations)
     assert np.max(np.abs(solution.coefficients[-2:])) < 1e-6
     assert solution.rank == 10 + 1
+
+
+def test_two_effects_of_one_name_have_their_own_columns() -> None:
+    """Two effects with the same name and settings have their own columns: a user changes a file of
+    an effect and loads it again. Twice the columns need half the coefficients."""
+    kind = EFFECTS["graduation_harmonics"]
+
+    class Doubled(kind):  # type: ignore[misc, valid-type]
+        def capture_columns(self, *arguments: object) -> np.ndarray:
+            return 2.0 * super().capture_columns(*arguments)
+
+    observations = observations_of(measurement_set(runs=1, turns=1, reference=False))
+    noise = white_noise(observations, (CAPTURE_NOISE, None))
+    once = fit([Term(kind(), {})], observations, noise=noise)
+    twice = fit([Term(Doubled(), {})], observations, noise=noise)
+    np.testing.assert_allclose(2.0 * twice.coefficients, once.coefficients, rtol=1e-9, atol=1e-12)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from arctrue.measurement import Reference
-from arctrue.workbench.observations.reference_speed import reference_speed
+from arctrue.workbench.observations.reference_speed import passes_of, reference_speed
 
 FACES = np.arange(24) * 15.0
 
@@ -114,3 +114,42 @@ def test_stations_next_to_a_log_of_other_times_stand_still() -> None:
     assert speed is not None
     assert np.all(speed[:24] == 0.0)
     assert np.all(speed[-24:] == 0.0)
+
+
+FACES_AND_END = np.arange(25) * 15.0
+
+
+@pytest.mark.parametrize("dwell_rows", [1, 3])
+def test_a_pass_ends_at_an_end_station_that_is_read_again(dwell_rows: int) -> None:
+    """A pass ends where the table turns, even if the end station is read again before the table
+    turns back: 25 rows upwards, and then the rows from the second reading of the end station."""
+    up, down = FACES_AND_END, FACES_AND_END[::-1]
+    target = np.concatenate([up, np.full(dwell_rows - 1, up[-1]), down])
+    found = passes_of(Reference(target_deg=target, error_arcsec=np.zeros(target.size)))
+    assert found == [slice(0, 25), slice(25, target.size)]
+
+
+def test_speeds_are_known_although_the_end_station_is_read_twice() -> None:
+    """Both passes over the faces have their speeds, although no column separates them."""
+    passes = [_steady(FACES_AND_END, 10.0), _steady(FACES_AND_END[::-1], 30.0)]
+    speed = reference_speed(_reference(passes, cycles=False))
+    assert speed is not None
+    np.testing.assert_allclose(np.degrees(speed), np.repeat([10.0, -30.0], 25))
+
+
+@pytest.mark.parametrize("again", ["first", "last", "both"])
+def test_a_return_to_the_first_station_begins_a_pass_although_a_station_is_read_twice(
+    again: str,
+) -> None:
+    """Two upward passes are two passes, although their first or last station is read twice: the
+    step back to the first station is the only one in the other sense."""
+    one = np.concatenate(
+        [
+            FACES[: 1 if again in ("first", "both") else 0],
+            FACES,
+            FACES[-1:] if again != "first" else [],
+        ]
+    )
+    target = np.concatenate([one, one])
+    found = passes_of(Reference(target_deg=target, error_arcsec=np.zeros(target.size)))
+    assert found == [slice(0, one.size), slice(one.size, target.size)]

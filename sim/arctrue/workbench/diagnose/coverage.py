@@ -60,6 +60,9 @@ class Coverage:
     """Smallest detectable size of each effect that was tested."""
     untestable: dict[str, list[str]] = field(default_factory=dict)
     """Data that the set lacks, for each effect that was not tested."""
+    tested: int = 0
+    """Number of effects that were tested. It includes effects whose search found nothing, and
+    effects that the model explains completely."""
     blind_orders: list[int] = field(default_factory=list)
     """Disc orders to which two heads at this separation are blind and that the reference does not
     show."""
@@ -80,10 +83,12 @@ def coverage(
     candidates: Sequence[Candidate],
     untestable: Mapping[str, list[str]],
     absent: int,
+    tested: int,
     refused: Refused,
 ) -> Coverage:
     """Return the coverage; an effect with a search has the search parameters that fit best.
 
+    ``absent``, ``tested``: numbers of effects that the model lacks, and that were tested.
     ``refused``: limits for an effect that is stated although held-out rows do not show it.
     """
     smallest = {}
@@ -97,7 +102,7 @@ def coverage(
         )
         if found is not None and found.rms_arcsec:
             smallest[item.name] = found
-    return Coverage(smallest, dict(untestable), blind_orders(residuals))
+    return Coverage(smallest, dict(untestable), tested, blind_orders(residuals))
 
 
 def blind_orders(residuals: Residuals) -> list[int]:
@@ -170,7 +175,7 @@ def _p_with(item: Candidate, score: Score, tests: int) -> float:
 
 
 def _little_testable(found: Coverage) -> Blindness | None:
-    whole = len(found.smallest) + len(found.untestable)
+    whole = found.tested + len(found.untestable)
     if len(found.untestable) <= MOST_UNTESTED * whole:
         return None
     lacking = Counter(what for items in found.untestable.values() for what in items)

@@ -168,7 +168,9 @@ def diagnose(
             )
     tried = case.survey
     refused = Refused(REFUSED_P, PARTS_ADVANTAGE)
-    covers = coverage(tried.residuals, case.ranked, tried.untestable, tried.absent, refused)
+    covers = coverage(
+        tried.residuals, case.ranked, tried.untestable, tried.absent, tried.tested, refused
+    )
     facts = Facts(case=case, covers=covers)
     report_step("fitting every row")
     found = _stated(observations, base, facts)

@@ -95,9 +95,8 @@ def survey(
         name: effect for name, effect in effects.items() if name in present and effect.search
     }
     channels = fit_of_channels(residuals)
-    candidates, untestable = tried_effects(
-        residuals, absent | repeatable, len(absent) * looks, report_step
-    )
+    asked = absent | repeatable
+    candidates, untestable = tried_effects(residuals, asked, len(absent) * looks, report_step)
     found = Findings() if findings is None else findings
     lines = regular_candidates(residuals, found.causes, len(absent) * looks)
     candidates = with_regular(candidates, lines, found)
@@ -112,6 +111,7 @@ def survey(
         untestable,
         channels,
         found,
+        len(asked) - len(untestable),
     )
     return weighed(tried, report_step, negligible=negligible)
 

@@ -41,7 +41,8 @@ def resolved_orders(rows: ReferenceRows, factor: Float, orders: Float) -> NDArra
     way_rad = np.abs(np.diff(rows.target_rad, prepend=rows.target_rad[:1]))
     way_rad[np.diff(rows.run, prepend=rows.run[:1]) != 0] = 0.0
     share = np.abs(factor) / max(float(np.abs(factor).max(initial=0.0)), 1e-300)
-    of_run = np.bincount(rows.run, weights=share * way_rad)
+    _, number = np.unique(rows.run, return_inverse=True)
+    of_run = np.bincount(number, weights=share * way_rad)
     span_rad = float(np.ptp(rows.target_rad))
     passed = min(span_rad, float(of_run.max())) / (2.0 * np.pi)
     whole = orders % 1.0 == 0.0

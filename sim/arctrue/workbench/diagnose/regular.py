@@ -30,6 +30,7 @@ from arctrue.workbench.inference.forward.search import Line, LineSearch, noise_w
 from arctrue.workbench.inference.forward.slow import SlowChange, slow_change
 from arctrue.workbench.inference.forward.tests_of_a_line import FAMILY_WISE, nearest
 from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.observations import Observations
 
 Float = NDArray[np.float64]
 
@@ -49,7 +50,8 @@ class Jump:
     turns: float | None
     """Angle of the jump, in turns, if the rows have no time."""
     row: int | None
-    """First row after the jump, where there is no time and the rows are stations."""
+    """Row of the file, from 0, after the last used row before the jump, where there is no time and
+    the rows are stations."""
     gain: float
     """Gain in log likelihood by the step."""
 
@@ -384,11 +386,22 @@ def _of_stations(solution: Solution, *, timed: bool) -> tuple[list[Jump], SlowCh
             jumps = [_jump(step, record, timed=timed) for step in steps]
             break
     if not timed:
-        jumps = [
-            replace(one, turns=None, row=None if one.turns is None else round(one.turns))
-            for one in jumps
-        ]
+        jumps = [_at_its_row(jump, solution.observations) for jump in jumps]
     return jumps, slow
+
+
+def _at_its_row(jump: Jump, observations: Observations) -> Jump:
+    """Return the jump with the number of its row in the file, from 0, in place of its number among
+    the used rows.
+
+    This is the row after the last used row before the jump, because the first row after a jump is
+    often an outlier among its neighbours, which is not used.
+    """
+    if jump.turns is None:
+        return jump
+    # The first row of data is line 2 of the file.
+    last_before = observations.reference_line(round(jump.turns) - 1) - 2
+    return replace(jump, turns=None, row=last_before + 1)
 
 
 def _expected(solution: Solution, effects: Mapping[str, type[Effect]]) -> Effect | None:

@@ -83,6 +83,9 @@ class Survey:
     channels: Mapping[str, FitOfChannel] = field(default_factory=dict)
     findings: Findings = field(default_factory=Findings)
     """Findings of a forward search with this model."""
+    tested: int = 0
+    """Number of effects of the catalogue that the set can test, although a test may give no
+    candidate."""
 
     @property
     def base(self) -> Solution:

@@ -8,6 +8,8 @@ from arctrue.workbench.observations import Observations
 
 SPEED_RATIO = 1.2
 """Smallest ratio of two speeds that count as different speeds."""
+SAME_SPEED = 0.01
+"""Largest difference of two signed speeds that count as one speed, divided by the largest speed."""
 
 
 def one_speed(observations: Observations) -> list[str]:
@@ -25,10 +27,13 @@ def one_speed(observations: Observations) -> list[str]:
 
 
 def one_velocity(observations: Observations) -> list[str]:
-    """Return a message if all rows of the capture have one speed and one direction, to 0.001 rad/s;
-    otherwise return an empty list."""
+    """Return a message if all rows of the capture have one speed and one direction, that is, if
+    their signed speeds differ by at most the share SAME_SPEED of the largest speed; otherwise
+    return an empty list."""
     rows = observations.capture
     if rows is None:
         return []
-    speeds = np.unique(np.round(rows.speed_rad_s, 3))
-    return [] if speeds.size > 1 else ["runs at more than one speed or direction"]
+    speed = rows.speed_rad_s
+    spread = float(np.ptp(speed)) if speed.size else 0.0
+    varied = spread > SAME_SPEED * float(np.abs(speed).max(initial=0.0))
+    return [] if varied else ["runs at more than one speed or direction"]

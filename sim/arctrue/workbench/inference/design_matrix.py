@@ -40,6 +40,16 @@ class Term:
     effect: Effect
     nonlinear: Nonlinear
 
+    @property
+    def searched(self) -> int:
+        """Number of parameters of the model that a search found.
+
+        A flag, a search parameter with the values 0 and 1, is no parameter. A line has one rate, an
+        order or a frequency.
+        """
+        values = [item for item in self.effect.search if not (item.integer and item.high <= 1.0)]
+        return len(values) - (self.effect.search_kind == "line")
+
 
 @dataclass
 class _Kept:
@@ -137,8 +147,8 @@ def _keepable(term: Term) -> bool:
     )
 
 
-def _key(term: Term) -> tuple[str, ...]:
-    return (term.effect.name, repr(sorted(term.effect.settings.items())))
+def _key(term: Term) -> tuple[type[Effect], str]:
+    return (type(term.effect), repr(sorted(term.effect.settings.items())))
 
 
 def _identity(term: Term) -> Hashable:

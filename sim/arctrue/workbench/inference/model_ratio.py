@@ -12,6 +12,7 @@ from arctrue.workbench.inference.likelihood_ratio import restricted_likelihood, 
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.significance import single_p_value
 from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.noise.noise import Noise
 
 
 @dataclass(frozen=True)
@@ -61,21 +62,24 @@ def _contains(large: Solution, small: Solution) -> bool:
 
 
 def _ratio(small: Solution, large: Solution, larger: int) -> ModelRatio:
-    """Compute the ratio. Both noises are estimated with the restricted likelihood of the smaller
-    model's columns, so that the likelihoods can be compared."""
-    at_small = restricted_likelihood(Residuals(small))
+    """Compute the ratio from the rows that the statistics use, even if the models were fitted to
+    every row of a long set.
+
+    Both noises are estimated with the restricted likelihood of the smaller model's columns, so that
+    the likelihoods can be compared.
+    """
+    at_small = restricted_likelihood(Residuals(_with_noise(small, small.noise)))
     noise = under(large, small)
-    both = [
-        replace(
-            fit(item.terms, item.observations, item.context, noise=noise),
-            unknown_noise=item.unknown_noise,
-        )
-        for item in (small, large)
-    ]
+    both = [_with_noise(item, noise) for item in (small, large)]
     at_large = restricted_likelihood(Residuals(both[0]))
     rise = both[1].log_likelihood - both[0].log_likelihood
     gain = 2.0 * max(at_large + rise - max(at_small, at_large), 0.0)
-    searched = [sum(len(term.nonlinear) for term in item.terms) for item in (small, large)]
-    more = large.rank - small.rank + searched[1] - searched[0]
+    more = large.rank - small.rank + large.searched - small.searched
     freedom = float(max(large.observations.rows - large.rank, 1))
     return ModelRatio(gain, more, single_p_value(gain, more, freedom), larger)
+
+
+def _with_noise(solution: Solution, noise: Noise) -> Solution:
+    """Fit the same terms to the rows that the statistics use, with this noise."""
+    again = fit(solution.terms, solution.observations, solution.context, noise=noise)
+    return replace(again, unknown_noise=solution.unknown_noise)

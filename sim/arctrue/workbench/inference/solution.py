@@ -84,8 +84,12 @@ class Solution:
     def bic(self) -> float:
         """Bayesian information criterion; each search parameter counts as one coefficient."""
         rows = self.observations.rows
-        searched = sum(len(term.nonlinear) for term in self.terms)
-        return float((self.rank + searched) * np.log(rows) - 2.0 * self.log_likelihood)
+        return float((self.rank + self.searched) * np.log(rows) - 2.0 * self.log_likelihood)
+
+    @property
+    def searched(self) -> int:
+        """Number of parameters of the model that a search found."""
+        return sum(term.searched for term in self.terms)
 
     def parameters(self) -> list[dict[str, Parameter]]:
         """Return the parameters of every term, with the names and units that reports show."""

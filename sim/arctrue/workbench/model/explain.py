@@ -126,7 +126,8 @@ def explain(
         step = step_of("fit", ", ".join(model.names()), measurement, solution)
         grown = replace(grown, history=[step])
     verdict = _verdict(solution, observations, effects, matters_counts)
-    alike: dict[str, NotSeparated] = {}
+    # The alternatives to each effect of the model, in the order of its effects.
+    alike: list[NotSeparated | None] = [None] * kept
     while verdict.named is not None and len(grown.effects) - kept < MOST_ADDED:
         name, settings = verdict.named.name, _own_settings(verdict.named.effect)
         report_step(f"adding {name}")
@@ -136,29 +137,38 @@ def explain(
             )
         except (AlreadyThereError, NotTestableError):
             break
+        if len(further.effects) == len(grown.effects):
+            # The model had the effect with other settings; the effect has moved to the end.
+            del alike[grown.names().index(name)]
         grown = further
-        unclear = not_separated(verdict)
-        if unclear is not None:
-            alike[name] = unclear
+        alike.append(not_separated(verdict))
         report_step("diagnosing the remaining error")
         verdict = _verdict(solution, observations, effects, matters_counts)
-    grown, solution, dropped = _without_idle(
-        grown, solution, kept, observations, effects, measurement
-    )
+    added = grown.names()
+    grown, solution, idle = _without_idle(grown, solution, kept, observations, effects, measurement)
+    dropped = [added[place] for place in idle]
+    for place in idle:
+        del alike[place]
     if dropped:
         report_step("diagnosing the remaining error")
         verdict = _verdict(solution, observations, effects, matters_counts)
     with_all = left_by(solution)
-    causes = []
+    causes: list[tuple[ExplainedCause, NotSeparated | None]] = []
     for place in range(kept, len(grown.effects)):
         report_step(f"leaving {grown.effects[place].name} out once")
         _, without = fitted(_less(grown, place), observations, effects)
-        causes.append(ExplainedCause(grown.effects[place], _taken(left_by(without), with_all)))
-    causes.sort(key=lambda cause: -cause.size_arcsec)
-    explained = [alike[cause.entry.name] for cause in causes if cause.entry.name in alike]
-    open_still = not_separated(verdict)
-    explained += [open_still] if open_still is not None else []
-    return Explanation(grown, tuple(causes), tuple(dropped), with_all, verdict, tuple(explained))
+        cause = ExplainedCause(grown.effects[place], _taken(left_by(without), with_all))
+        causes.append((cause, alike[place]))
+    causes.sort(key=lambda item: -item[0].size_arcsec)
+    unclear = [*(item for _, item in causes), not_separated(verdict)]
+    return Explanation(
+        grown,
+        tuple(cause for cause, _ in causes),
+        tuple(dropped),
+        with_all,
+        verdict,
+        tuple(item for item in unclear if item is not None),
+    )
 
 
 def _without_idle(
@@ -168,8 +178,9 @@ def _without_idle(
     observations: Observations,
     effects: Mapping[str, type[Effect]],
     measurement: str,
-) -> tuple[Model, Solution, list[str]]:
-    """Drop added effects that other effects have made idle; test the latest first.
+) -> tuple[Model, Solution, list[int]]:
+    """Drop added effects that other effects have made idle; test the latest first. Also return
+    their places in ``model``, the last one first.
 
     An effect is idle if the Bayesian information criterion without it is not larger. The effect
     that was added last is kept: the diagnosis named it when all other effects were in the model.
@@ -181,7 +192,7 @@ def _without_idle(
         if without.bic <= solution.bic:
             shrunk.history.append(step_of("drop", name, measurement, without))
             model, solution = shrunk, without
-            dropped.append(name)
+            dropped.append(place)
     return model, solution, dropped
 
 

@@ -10,6 +10,9 @@ Integer = NDArray[np.int64]
 
 FACE_TOLERANCE_DEG = 0.05
 """A station counts as being at a face if its distance from the face is at most this angle."""
+LEAST_STATIONS = 3
+"""Smallest number of rows of shorter runs that show how the polygon is turned: any single row is at
+a face of a polygon that is turned by some angle."""
 
 
 def faces_of(faces: int | None, run: Integer, target_deg: Float) -> Integer | None:
@@ -26,7 +29,8 @@ def faces_of(faces: int | None, run: Integer, target_deg: Float) -> Integer | No
     between = []
     for rows in _mountings(faces, run):
         shift, keeps = _shift_to_faces(place[rows], faces)
-        if not keeps:
+        few = np.count_nonzero(rows) < min(LEAST_STATIONS, run.size)
+        if few or not keeps:
             between.append(rows)
             continue
         first = shift if first is None else first
@@ -45,16 +49,23 @@ def keep_to_faces(faces: int, run: Integer, target_deg: Float) -> bool:
 
 
 def _mountings(faces: int, run: Integer) -> list[NDArray[np.bool_]]:
-    """Return the rows of each run; if a run has too few rows to show how the polygon is turned,
-    return all rows together."""
+    """Return the rows of each run that has at least as many rows as the polygon has faces, and
+    after them all rows of the shorter runs together.
+
+    A shorter run alone has too few rows to show how the polygon is turned.
+    """
     names, sizes = np.unique(run, return_counts=True)
-    if sizes.min() < faces:
-        return [np.ones(run.size, dtype=bool)]
-    return [run == name for name in names]
+    complete = names[sizes >= faces]
+    short = ~np.isin(run, complete)
+    return [*(run == name for name in complete), *([short] if short.any() else [])]
 
 
 def _shift_to_faces(place: Float, faces: int) -> tuple[float, bool]:
-    """Return the shift, in faces, that brings the stations to the faces, and whether it does so."""
-    shift = float(np.median(place - np.round(place)))
+    """Return the shift, in faces, that brings the stations to the faces, and whether it does so.
+
+    The shift is a circular mean, because stations in the middle between two faces lie half a face
+    above one face and half a face below the next.
+    """
+    shift = float(np.angle(np.mean(np.exp(2j * np.pi * place)))) / (2.0 * np.pi)
     away = np.abs(place - shift - np.round(place - shift))
     return shift, bool(np.max(away) * 360.0 / faces <= FACE_TOLERANCE_DEG)

@@ -93,13 +93,26 @@ def passes_of(columns: Reference) -> list[slice]:
     for labels in (columns.run, columns.cycle, columns.direction):
         if labels is not None:
             new[1:] |= np.diff(labels) != 0
-    sense = np.sign(np.diff(target))
-    # A step in the opposite sense returns to the first station, where a new pass begins.
-    turned = (sense[1:] != sense[:-1]) & (sense[1:] != 0.0) & (sense[:-1] != 0.0)
-    turned &= ~new[1:-1]
-    new[2:] |= turned & ~np.concatenate([[False], turned[:-1]])
+    new[_turns(target, new)] = True
     bounds = [*np.flatnonzero(new).tolist(), target.size]
     return [slice(start, end) for start, end in pairwise(bounds)]
+
+
+def _turns(target_deg: Float, new: NDArray[np.bool_]) -> Integer:
+    """Return the rows at which a pass begins because the targets change their sense.
+
+    ``new``: True where labels begin a pass, (rows,). A single step in the opposite sense returns to
+    the first station, where a new pass begins. If the table turns back at a station that is read
+    twice, the new pass begins with the second reading.
+    """
+    sense = np.sign(np.diff(target_deg))
+    moves = np.flatnonzero(sense)
+    before, after = moves[:-1], moves[1:]
+    labelled = np.cumsum(new)
+    turned = (sense[before] != sense[after]) & (labelled[after] == labelled[before])
+    goes_on = ~np.append(turned[1:], False) & (after > before + 1)
+    begins = turned & ~np.append(False, turned[:-1])[: turned.size]
+    return np.asarray(np.where(goes_on, before + 2, after + 1)[begins])
 
 
 def _sampled_by_a_clock(target_deg: Float, time_s: Float) -> bool:

@@ -7,6 +7,8 @@ other columns of the model.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -116,6 +118,20 @@ def test_a_condition_that_ends_after_a_bump_has_no_order() -> None:
     way_deg = 2.0 / (np.exp(0.1 / 0.5) - 1.0)
     assert list(shown) == list(orders * way_deg / 360.0 >= 0.75)
     assert resolved_orders(rows, np.ones(TIME_S.size), orders).all()
+
+
+@pytest.mark.parametrize("names", [(-1, 1), (202_611_271_200, 2)])
+def test_the_names_of_the_runs_do_not_count(names: tuple[int, int]) -> None:
+    """Runs may have any whole numbers as names, for example −1 or a date with its time; the orders
+    that they resolve are the same."""
+    rows = _sweeps(np.zeros(TIME_S.size)).observations.reference
+    assert rows is not None
+    factor, orders = np.exp(-TIME_S / 20.0), np.arange(0.5, 20.0, 0.5)
+    named = replace(rows, run=np.where(rows.run % 2, *names))
+    numbered = replace(rows, run=rows.run % 2)
+    found = resolved_orders(named, factor, orders)
+    assert found.any()
+    assert found.tolist() == resolved_orders(numbered, factor, orders).tolist()
 
 
 def test_a_refined_settling_still_passes_its_wave() -> None:

@@ -17,11 +17,13 @@ from arctrue.workbench.diagnose import coverage as coverage_module
 from arctrue.workbench.diagnose.aliases import aliases
 from arctrue.workbench.diagnose.coverage import (
     MOST_UNTESTED,
+    Coverage,
     blindness,
     coverage,
     effect_or_noise,
 )
 from arctrue.workbench.diagnose.diagnosis import diagnose
+from arctrue.workbench.diagnose.evidence import survey
 from arctrue.workbench.diagnose.probabilities import NONE, UNKNOWN, prior_weights
 from arctrue.workbench.diagnose.report import diagnosis_data, sentences
 from arctrue.workbench.effects.registry import built_in
@@ -116,7 +118,9 @@ def test_noise_that_is_all_slow_cannot_tell(slow_arcsec: float, blind: bool) -> 
     """A reference whose slow noise is twice its scatter can show that no effect is missing; a
     reference whose slow noise is twenty times its scatter cannot."""
     residuals = _residuals(slow_arcsec)
-    found = blindness(residuals, coverage(residuals, [], {}, 20, REFUSED), {"capture": 1.0}, 0.0)
+    found = blindness(
+        residuals, coverage(residuals, [], {}, 20, 20, REFUSED), {"capture": 1.0}, 0.0
+    )
     assert (found is not None) == blind
     if found is not None:
         assert "reference changes slowly" in found.reason
@@ -135,7 +139,7 @@ def test_a_set_that_can_test_little_cannot_tell() -> None:
 
 def test_a_residual_smaller_than_what_can_be_found_cannot_tell() -> None:
     residuals = _residuals()
-    covers = coverage(residuals, [], {}, 20, REFUSED)
+    covers = coverage(residuals, [], {}, 20, 20, REFUSED)
     assert blindness(residuals, covers, {"capture": 0.1, "reference": 0.15}, 0.0) is None
     found = blindness(residuals, covers, {"capture": 1e-5, "reference": 1e-5}, 0.0)
     assert found is not None
@@ -242,3 +246,35 @@ def test_a_bound_of_hardly_known_noise_says_so() -> None:
         )
         words = " ".join(sentences(said))
         assert ("is known so poorly for reference_drift" in words) == stated
+
+
+@pytest.mark.parametrize("bare", [False, True])
+def test_an_effect_that_the_tests_drop_counts_as_tested(bare: bool) -> None:
+    """The number of effects is the same for like sets: an effect whose search finds nothing, or
+    that the model explains completely, was tested. The catalogue has 19 further effects that
+    concern a polygon without a capture."""
+    measured = replace(measurement_set(runs=1, turns=1, cycles=2), capture=None)
+    assert measured.reference is not None
+    if bare:
+        reference = replace(
+            measured.reference, direction=None, time_s=None, faces=None, temperature_c=None
+        )
+        measured = replace(measured, reference=reference)
+    residuals = Residuals(fit([_base()], observations_of(measured)))
+    tried = survey(residuals, EFFECTS, 0.0, lambda text: None)
+    assert len(tried.candidates) + len(tried.untestable) < 19
+    found = coverage(residuals, [], tried.untestable, tried.absent, tried.tested, REFUSED)
+    why = blindness(residuals, found, {"reference": 1.0}, 0.0)
+    assert why is not None
+    untested = len(tried.untestable)
+    assert why.reason == f"{untested} of 19 effects cannot be tested with it"
+
+
+def test_the_share_of_untested_effects_counts_every_tested_one() -> None:
+    """Half of the effects may be untestable; effects that were tested without a result belong to
+    the other half."""
+    residuals = _residuals()
+    for tested, blind in ((10, False), (9, True)):
+        found = Coverage(untestable={str(name): ["a thing"] for name in range(10)}, tested=tested)
+        why = blindness(residuals, found, {"capture": 1.0, "reference": 1.0}, 0.0)
+        assert (why is not None) == blind

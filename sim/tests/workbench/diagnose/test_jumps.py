@@ -12,10 +12,16 @@ import pytest
 
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.studies.benchmark.independent.sets import independent_set
+from arctrue.workbench.diagnose.regular import findings_of
 from arctrue.workbench.diagnose.report import sentences
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.fit import fit
+from arctrue.workbench.model.model import default_model
+from arctrue.workbench.observations.build import observations_of
 from tests.workbench.base_diagnosis import diagnosis_of
 from tests.workbench.small_sets import REFERENCE_NOISE, measurement_set
 
+EFFECTS = built_in()
 WITHIN_U = 4.0
 """Accepted deviation of a size in standard uncertainties; a normal value exceeds it with a
 probability of 6·10⁻⁵."""
@@ -108,6 +114,23 @@ def test_without_times_the_row_is_said() -> None:
     (jump,) = found.findings.steps
     assert (jump.time_s, jump.turns, jump.row) == (None, None, 80)
     assert "something jumped at row 80 by" in jump.words()
+
+
+def test_the_row_of_a_jump_counts_the_rows_that_are_not_used() -> None:
+    """The stated row is the row of the file: the set does not use the rows 10 to 39, and the
+    readings jump at row 150."""
+    random = np.random.default_rng(8)
+    rows = np.arange(252)
+    measured = _stations(0.3 * random.normal(size=252) + 5.0 * (rows >= 150), 36, timed=False)
+    assert measured.reference is not None
+    mask = (rows >= 10) & (rows < 40)
+    observations = observations_of(
+        replace(measured, reference=replace(measured.reference, mask=mask))
+    )
+    solution = fit(default_model().terms(EFFECTS), observations)
+    (jump,) = findings_of(solution, EFFECTS).steps
+    assert jump.row == 150
+    assert "something jumped at row 150 by" in jump.words()
 
 
 def test_what_a_named_effect_makes_is_no_jump() -> None:
