@@ -6,6 +6,7 @@
 #include <stddef.h>
 
 #include "assertion.h"
+#include "prepared.h"
 #include "units.h"
 
 const char *alarm_name(uint32_t bit) {
@@ -40,6 +41,8 @@ const char *alarm_name(uint32_t bit) {
         return "core_reset";
     case ALARM_HEAD_LEFT_OUT:
         return "head_left_out";
+    case ALARM_FAILOVER_OFF:
+        return "failover_off";
     default:
         return NULL;
     }
@@ -83,6 +86,7 @@ uint32_t alarms_of_turn(struct application *application) {
                application->report.temperature_c > parameters->alarm_temperature_c;
     alarms |= hot ? ALARM_TEMPERATURE : 0;
     alarms |= application->prepared.reported != 0 ? ALARM_HEAD_LEFT_OUT : 0;
+    alarms |= prepared_are_lost(application) ? ALARM_FAILOVER_OFF : 0;
     alarms |= table_temperature_is_held(&application->table) ? ALARM_THERMOMETER : 0;
     alarms |= application->faults_in_a_row != 0 ? ALARM_BEGAN_ANEW : 0;
     return alarms;

@@ -300,6 +300,45 @@ def test_the_first_frame_of_a_set_ends_the_failover_of_the_former_ones(running: 
     assert running.status("set_without_head") == []
 
 
+@pytest.mark.parametrize("end", ["aborted", "interrupted", "refused"])
+def test_a_load_that_ends_the_failover_for_nothing_raises_an_alarm(
+    running: Firmware, end: str
+) -> None:
+    """The gateware has room for one group of sets, so that the first frame of a new set ends the
+    failover of the active mean. Every turn reports this until a load with sets is active."""
+    loaded(running, file_of(1, 2, 3, 4))
+    assert "failover_off" not in running.turn(turn(3))["alarms"]
+    frames = load_frames(file_of(1, 2))
+    first, second = (place for place, frame in enumerate(frames) if "load without " in frame)
+    assert set(send(running, frames[:second])) == {"ok"}
+    if end == "refused":
+        assert send(running, [frames[first]]) == ["error: load out_of_range"], "the same head twice"
+    if end == "aborted":
+        running.send("load abort")
+    for seed in (4, 5):
+        telemetry = running.turn(turn(seed))
+        assert telemetry["mean_of_heads"] == HEADS
+        assert telemetry["alarms"] == ["failover_off"]
+    assert "alarm failover_off" in running.send("status")
+    assert load(running, file_of(1, 2)) == "ok"
+    telemetry = running.turn(turn(6))
+    running.step(3)
+    assert (telemetry["result"], telemetry["alarms"]) == ("applied", [])
+    assert running.status("set_without_head") == ["1", "2"]
+    assert running.core.get("failover") & 1
+    assert running.turn(turn(7))["alarms"] == []
+
+
+def test_without_former_sets_a_load_raises_no_alarm(running: Firmware) -> None:
+    """A mean that had no sets loses no failover by a load that is aborted."""
+    loaded(running, file_of())
+    frames = load_frames(file_of(1, 2))
+    first = next(place for place, frame in enumerate(frames) if "load without " in frame)
+    send(running, frames[: first + 1])
+    running.send("load abort")
+    assert running.turn(turn(3))["alarms"] == []
+
+
 @pytest.mark.parametrize("reason", ["out_of_range", "no_failover"])
 def test_sets_that_do_not_fit_are_refused(reason: str) -> None:
     """The firmware refuses a set for the failure of head 2 if its mask of used heads still contains
