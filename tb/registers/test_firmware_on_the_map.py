@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from sim.tests.firmware.calibrator import BOTH_INDICES_SEEN, words_of_bank
 from sim.tests.firmware.library import firmware
-from sim.tests.firmware.model_core import Firmware, ModelCore, bit
+from sim.tests.firmware.model_core import ModelCore, bit
 from sim.tests.firmware.test_heads import PLACES, World
 from sim.tests.firmware.test_load import load, state
 from sim.tests.firmware.test_prepared_sets import COUNTS, FURTHER_INDICES_SEEN, LANES, FailoverCore
@@ -26,6 +26,7 @@ from arctrue.gateware.mean_set import MeanSet
 from tb.registers.arctrue_registers_model import RegisterModel, driven_ports
 
 DEPTH = 12288
+PLACE_PARAMETERS = ("separation_deg", "head3_deg", "head4_deg")
 MEAN, MEAN_WORDS = 0x1800, 9
 SETS, SET_BYTES, MEAN_OF_SET = 0x8000, 0x1000, 0x800
 
@@ -131,7 +132,7 @@ def test_the_firmware_uses_only_words_that_are_built(heads: int, failover: bool)
         return [core().words.get(first + 4 * word, 0) for word in places]
 
     board.firmware.send("set orders 8")
-    for name, place in zip(("separation_deg", "head3_deg", "head4_deg"), PLACES[heads][1:]):
+    for name, place in zip(PLACE_PARAMETERS[: heads - 1], PLACES[heads][1:], strict=True):
         board.firmware.send(f"set {name} {place}")
     core().see_index()
     board.firmware.step()
