@@ -20,15 +20,17 @@ from sim.tests.firmware.calibrator import BOTH_INDICES_SEEN
 from sim.tests.firmware.model_core import Firmware, ModelCore, address, bit, field_shift
 from sim.tests.firmware.test_load import load, send, state, turn
 
+from arctrue.calibration.acceptance import of_steepness
 from arctrue.device.load import heads_without_sets, load_frames
 from arctrue.gateware.capability import Capability
 from arctrue.gateware.coefficients import Coefficients
-from arctrue.gateware.extension import Conditions, Extension
+from arctrue.gateware.extension import POINTS, Conditions, Extension, LocalTable
 from arctrue.gateware.mean_set import MeanSet
 from arctrue.gateware.parity_sum import parity_weights
 from arctrue.gateware.register_access import RegisterMap
 
 HEADS = 4
+LOCAL_TABLE = 1 << 7
 LANES = 32
 SEPARATION_DEG = 33.0
 ALPHA = round(SEPARATION_DEG / 360.0 * COUNTS * 16)
@@ -359,6 +361,42 @@ def test_sets_that_do_not_fit_are_refused(reason: str) -> None:
     written = [at for at, _ in core.writes if FIRST_WINDOW <= at < 2 * FIRST_WINDOW]
     assert reason != "no_failover" or written == [], "the core would refuse the access"
     assert core.window(2).get(0x820, 0) == 0
+
+
+@pytest.mark.parametrize(("of_table", "of_set"), [(0.7, 0.7), (0.55, 0.55), (0.4, 0.4), (0.7, 0.2)])
+@pytest.mark.parametrize("missing", [1, 4])
+def test_the_slope_of_a_set_counts_together_with_the_local_table(
+    of_table: float, of_set: float, missing: int
+) -> None:
+    """The local table stays active after a failover, so its slope and that of the set for the
+    missing head add up. The corrected angle could turn back if |d error / d reading| were 1 or
+    more."""
+    core = FailoverCore()
+    core.set("capability", core.get("capability") | LOCAL_TABLE)
+    running = Firmware(core)
+    running.library.application_start(running.application)
+    exponent, fraction, period = 6, 4, 128
+    step = (COUNTS >> exponent) / POINTS
+    place = np.arange(POINTS) % period
+    rise = np.minimum(place, period - place) * step * of_table
+    table = LocalTable(
+        tuple(np.rint(rise * 2**fraction).astype(int).tolist()), (0,), exponent, fraction
+    )
+    order = 20_000
+    amplitude = of_set * COUNTS / (2.0 * np.pi * order)
+    lanes = Coefficients.from_harmonics([order], [amplitude], [0.3], COUNTS, LANES)
+    sets = [without(head) for head in (1, 4)]
+    sets = [
+        replace(lanes, extension=one.extension) if head == missing else one
+        for head, one in zip((1, 4), sets, strict=True)
+    ]
+    extension = Extension(mean=MeanSet(WEIGHTS, OFFSETS), without=tuple(sets), local_table=table)
+    coefficients = replace(lanes_of(1.0), extension=extension)
+    *before, last = send(running, load_frames(coefficients))
+    assert set(before) == {"ok"}
+    may_be_loaded = of_table + of_set < 0.95
+    assert last == ("ok" if may_be_loaded else "error: load too_steep")
+    assert (of_steepness(coefficients) == []) == may_be_loaded, "the host has the same limit"
 
 
 def test_a_frame_that_is_left_out_spoils_the_whole(running: Firmware) -> None:
