@@ -621,26 +621,28 @@ int32_t core_turn_number(const struct core_access *core) {
     return core_has_real_orders(core) ? (int32_t)core_read(core, AT(turn_number)) : 0;
 }
 
-/* Distance of an angle from 0 within which its turn is uncertain: the count of turns and the latched angle come from
-   different stages of the pipeline. The pipeline has a latency of at most 37 clocks, and in each clock the angle moves
-   by at most one count. */
+/* Distance of a reading from 0 within which its turn is uncertain: the corrected angle belongs to a reading that is up
+   to 44 clocks old, the count of turns to a newer one, and in each clock the reading moves by at most one count. */
 enum { TURN_UNCERTAIN_COUNTS = 64 };
 
 bool core_turn_place(const struct core_access *core, uint32_t counts_per_rev,
                      struct core_turn_place *place) {
-    place->turn = core_turn_number(core);
+    const double one = 1 << ARCTRUE_CORRECTION_FRACTION;
+    place->head1_turn = core_turn_number(core);
     const struct core_position position = core_position(core);
     place->angle = core_read(core, AT(snapshot.corrected_angle));
     place->position = (int32_t)core_read(core, AT(snapshot.corrected_position));
     place->head1_angle = position.head1_angle;
     place->head1_turn_position = position.head1_turn_position;
-    /* Reading and corrected angle differ by far less than half a turn, so a larger distance shows that they lie on
-       opposite sides of 0. */
-    int64_t ahead = 2 * ((int64_t)position.head1_angle - place->angle);
-    place->head1_turn =
-        place->turn - (ahead > counts_per_rev ? 1 : 0) + (ahead < -(int64_t)counts_per_rev ? 1 : 0);
-    return core_turn_number(core) == place->turn && place->angle >= TURN_UNCERTAIN_COUNTS &&
-           place->angle + TURN_UNCERTAIN_COUNTS < counts_per_rev;
+    /* Reading to which the corrected angle belongs, counted from the start of the turn of the corrected angle. The core
+       counts the turns of the reading. */
+    int64_t turn = counts_per_rev;
+    int64_t reading = place->angle + (int64_t)floor(position.correction / one + 0.5);
+    int32_t ahead = (reading < 0 ? 1 : 0) - (reading >= turn ? 1 : 0);
+    place->turn = place->head1_turn + ahead;
+    reading += ahead * turn;
+    return core_turn_number(core) == place->head1_turn && reading >= TURN_UNCERTAIN_COUNTS &&
+           reading + TURN_UNCERTAIN_COUNTS < turn;
 }
 
 void core_write_table_point(const struct core_access *core, uint32_t number, int32_t point) {
