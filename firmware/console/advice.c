@@ -143,7 +143,7 @@ static const struct {
      "the captured turn is not explained better with the saved coefficients than without: they are "
      "not used; was a head or the disc moved? rearm tries them again, save replaces them"},
     {"flash_unknown", "no flash answers, or one that the firmware does not know: nothing is saved"},
-    {"under_way", "the save before has not ended yet: wait for its answer"},
+    {"under_way", "a save or a change of the flash has not ended yet: wait for its answer"},
     {"flash_silent", "the flash's controller does not answer: nothing is saved"},
     {"flash_stuck", "the flash does not end what was begun: what was saved before stays"},
     {"flash_not_erased", "the flash was not erased; is it protected? What was saved before stays"},
