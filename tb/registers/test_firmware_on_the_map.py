@@ -27,6 +27,12 @@ from tb.registers.arctrue_registers_model import RegisterModel, driven_ports
 
 DEPTH = 12288
 PLACE_PARAMETERS = ("separation_deg", "head3_deg", "head4_deg")
+COMMANDS = (
+    *("version", "status", "heads", "show harmonics", "trigger", "sync", "probe", "compare"),
+    *("compare 1000 2000", "compare off", "load status", "telemetry on", "come_back 2"),
+    *("word a 0.5", "clear_output", "bypass on", "bypass off", "set failover_causes 1"),
+    *("set filter_length 2", "set orders 9", "dump", "rearm", "forget"),
+)
 MEAN, MEAN_WORDS = 0x1800, 9
 SETS, SET_BYTES, MEAN_OF_SET = 0x8000, 0x1000, 0x800
 
@@ -121,9 +127,11 @@ def test_the_firmware_uses_only_words_that_are_built(heads: int, failover: bool)
     def core() -> Any:
         return board.core
 
+    def counts() -> Any:
+        return World(heads=heads, noise_arcsec=0.1, samples=3000, seed=next(seeds)).counts()
+
     def turn() -> dict[str, Any]:
-        counts = World(heads=heads, noise_arcsec=0.1, samples=3000, seed=next(seeds)).counts()
-        telemetry = board.firmware.turn(counts)
+        telemetry = board.firmware.turn(counts())
         board.firmware.step(3)
         return telemetry
 
@@ -162,7 +170,13 @@ def test_the_firmware_uses_only_words_that_are_built(heads: int, failover: bool)
         assert built_words(SETS + SET_BYTES * head + MEAN_OF_SET) == words[head]
 
     assert board.order("save").startswith("ok, record 1")
-    assert core().refused == []
+    for command in COMMANDS:
+        board.firmware.send(command)
+        core().see_index()
+        board.firmware.step(3)
+        core().hand_over(counts())
+        board.firmware.step(6)
+        assert core().refused == [], command
     board.power_on()
     turn()
     assert board.status("saved") == ["confirmed"]
