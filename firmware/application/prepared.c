@@ -223,11 +223,6 @@ void prepared_arm(struct application *application) {
     core_failover_on(core, &setup);
 }
 
-bool prepared_are_lost(const struct application *application) {
-    const struct coefficients *active = state_active(application);
-    return application->prepared.overwritten && active != NULL && active->mean.heads > 2;
-}
-
 void prepared_watch(struct application *application) {
     uint32_t left_out = core_left_out(&application->core);
     if ((left_out & ~application->prepared.reported) != 0) {

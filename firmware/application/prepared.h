@@ -12,8 +12,8 @@
 
 /* These functions receive the frames of a set for a missing head, as load_without() and its companions do. They write
    the words of an accepted lane to the gateware at once, and the words of the mean when the set is complete. The first
-   frame overwrites the former sets and switches the failover off; prepared_are_lost() reports this until a loaded set
-   is active. If the core has no failover, these functions refuse the frames; the other frames of the received set are
+   frame overwrites the former sets and switches the failover off; ALARM_FAILOVER_OFF reports this until a loaded set is
+   active. If the core has no failover, these functions refuse the frames; the other frames of the received set are
    still accepted. */
 enum load_answer application_load_without(struct application *application, uint32_t head,
                                           uint32_t lanes, const struct mean_set *mean,
@@ -41,8 +41,6 @@ void prepared_forget(struct application *application);
    otherwise off. If the words of the sets differ from the written words, the function forgets the sets and raises an
    alarm. Does nothing if there are no sets. */
 void prepared_arm(struct application *application);
-/* Tells whether the active mean has lost its sets, because frames of a load have overwritten them. */
-bool prepared_are_lost(const struct application *application);
 /* Raises an alarm if the gateware has left out a head since the previous call. */
 void prepared_watch(struct application *application);
 /* Allows a head, counted from 1, to be used again after its next index. Returns false if the head is not left out. */
