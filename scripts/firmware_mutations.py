@@ -544,4 +544,38 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "first + word, 0);\n",
         "sim/tests/firmware/test_load_table.py::test_a_saved_table_outlives_the_power",
     ),
+    Mutation(
+        "words_of_absent_heads",
+        "the firmware accesses the words of the mean for heads that the core does not contain",
+        "firmware/application/core.c",
+        "    return place == MEAN_CHOICE ||\n",
+        "    return place <= MEAN_CHOICE ||\n",
+        "tb/registers/test_firmware_on_the_map.py",
+    ),
+    Mutation(
+        "lost_failover_is_silent",
+        "a load that is aborted ends the failover without an alarm",
+        "firmware/application/prepared.c",
+        "        application->prepared.overwritten = had_sets;\n",
+        "        application->prepared.overwritten = had_sets && false;\n",
+        f"{_TESTS}/test_prepared_sets.py::"
+        "test_a_load_that_ends_the_failover_for_nothing_raises_an_alarm",
+    ),
+    Mutation(
+        "set_beside_a_steep_table",
+        "the slope of a set for a missing head is judged without the local table",
+        "firmware/application/load.c",
+        "lanes > load->without.steepest ? lanes : load->without.steepest",
+        "lanes > load->without.steepest ? lanes : lanes",
+        f"{_TESTS}/test_prepared_sets.py::"
+        "test_the_slope_of_a_set_counts_together_with_the_local_table",
+    ),
+    Mutation(
+        "turn_of_the_corrected_angle",
+        "the corrected angle gets the turn of the reading, also if 0 lies between them",
+        "firmware/application/core.c",
+        "    place->turn = place->head1_turn + ahead;\n",
+        "    place->turn = place->head1_turn + 0 * ahead;\n",
+        f"{_TESTS}/test_turn_place.py",
+    ),
 )

@@ -40,6 +40,8 @@ const char *alarm_name(uint32_t bit) {
         return "core_reset";
     case ALARM_HEAD_LEFT_OUT:
         return "head_left_out";
+    case ALARM_FAILOVER_OFF:
+        return "failover_off";
     default:
         return NULL;
     }
@@ -51,6 +53,12 @@ void alarm_between_turns(struct application *application, uint32_t alarm) {
     report->alarms |= alarm;
     report->between_turns = report->between_turns || !report->fresh;
     report->fresh = true;
+}
+
+/* Tells whether frames of a load have overwritten the sets for a missing head that belong to the active mean. */
+static bool alarms_sets_are_lost(const struct application *application) {
+    const struct coefficients *active = state_active(application);
+    return application->prepared.overwritten && active != NULL && active->mean.heads > 2;
 }
 
 uint32_t alarms_of_turn(struct application *application) {
@@ -83,6 +91,7 @@ uint32_t alarms_of_turn(struct application *application) {
                application->report.temperature_c > parameters->alarm_temperature_c;
     alarms |= hot ? ALARM_TEMPERATURE : 0;
     alarms |= application->prepared.reported != 0 ? ALARM_HEAD_LEFT_OUT : 0;
+    alarms |= alarms_sets_are_lost(application) ? ALARM_FAILOVER_OFF : 0;
     alarms |= table_temperature_is_held(&application->table) ? ALARM_THERMOMETER : 0;
     alarms |= application->faults_in_a_row != 0 ? ALARM_BEGAN_ANEW : 0;
     return alarms;

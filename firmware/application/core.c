@@ -457,6 +457,23 @@ static uint32_t core_mean_word(const struct mean_set *mean, uint32_t place) {
     return alone ? (uint32_t)WEIGHT_ONE : (uint32_t)mean->weight[place - MEAN_WEIGHTS];
 }
 
+/* Tells whether the core contains this word of the mean. It answers the words of heads that are not built with an error
+   of the bus. */
+static bool core_mean_word_is_built(const struct core_access *core, uint32_t place) {
+    return place == MEAN_CHOICE ||
+           place % MEAN_WEIGHTS < FIELD(core_capability(core), CAPABILITY__HEADS);
+}
+
+/* Writes the first `words` words of the mean from address `first` on. */
+static void core_write_mean(const struct core_access *core, const struct mean_set *mean,
+                            uint32_t first, uint32_t words) {
+    for (uint32_t place = 0; place < words; place++) {
+        if (core_mean_word_is_built(core, place)) {
+            core_write(core, first + place * WORD_BYTES, core_mean_word(mean, place));
+        }
+    }
+}
+
 void core_write_coefficients(const struct core_access *core,
                              const struct coefficients *coefficients) {
     ASSERT(coefficients->lanes <= LANES_LIMIT);
@@ -470,10 +487,7 @@ void core_write_coefficients(const struct core_access *core,
     }
     core_write(core, AT(coefficient_offset), (uint32_t)coefficients->mean.error_offset);
     if (FIELD(core_capability(core), CAPABILITY__MEAN) != 0) {
-        for (uint32_t place = 0; place < MEAN_WORDS; place++) {
-            core_write(core, AT(mean) + place * WORD_BYTES,
-                       core_mean_word(&coefficients->mean, place));
-        }
+        core_write_mean(core, &coefficients->mean, AT(mean), MEAN_WORDS);
     }
 }
 
@@ -494,8 +508,9 @@ bool core_verify_coefficients(const struct core_access *core,
         core_read(core, AT(coefficient_offset)) == (uint32_t)coefficients->mean.error_offset;
     bool has_mean = FIELD(core_capability(core), CAPABILITY__MEAN) != 0;
     for (uint32_t place = 0; has_mean && place < MEAN_WORDS; place++) {
-        uint32_t word = core_read(core, AT(mean) + place * WORD_BYTES);
-        equal = equal && word == core_mean_word(&coefficients->mean, place);
+        equal = equal && (!core_mean_word_is_built(core, place) ||
+                          core_read(core, AT(mean) + place * WORD_BYTES) ==
+                              core_mean_word(&coefficients->mean, place));
     }
     return equal;
 }
@@ -606,26 +621,28 @@ int32_t core_turn_number(const struct core_access *core) {
     return core_has_real_orders(core) ? (int32_t)core_read(core, AT(turn_number)) : 0;
 }
 
-/* Distance of an angle from 0 within which its turn is uncertain: the count of turns and the latched angle come from
-   different stages of the pipeline. The pipeline has a latency of at most 37 clocks, and in each clock the angle moves
-   by at most one count. */
+/* Distance of a reading from 0 within which its turn is uncertain: the corrected angle belongs to a reading that is up
+   to 44 clocks old, the count of turns to a newer one, and in each clock the reading moves by at most one count. */
 enum { TURN_UNCERTAIN_COUNTS = 64 };
 
 bool core_turn_place(const struct core_access *core, uint32_t counts_per_rev,
                      struct core_turn_place *place) {
-    place->turn = core_turn_number(core);
+    const double one = 1 << ARCTRUE_CORRECTION_FRACTION;
+    place->head1_turn = core_turn_number(core);
     const struct core_position position = core_position(core);
     place->angle = core_read(core, AT(snapshot.corrected_angle));
     place->position = (int32_t)core_read(core, AT(snapshot.corrected_position));
     place->head1_angle = position.head1_angle;
     place->head1_turn_position = position.head1_turn_position;
-    /* Reading and corrected angle differ by far less than half a turn, so a larger distance shows that they lie on
-       opposite sides of 0. */
-    int64_t ahead = 2 * ((int64_t)position.head1_angle - place->angle);
-    place->head1_turn =
-        place->turn - (ahead > counts_per_rev ? 1 : 0) + (ahead < -(int64_t)counts_per_rev ? 1 : 0);
-    return core_turn_number(core) == place->turn && place->angle >= TURN_UNCERTAIN_COUNTS &&
-           place->angle + TURN_UNCERTAIN_COUNTS < counts_per_rev;
+    /* Reading to which the corrected angle belongs, counted from the start of the turn of the corrected angle. The core
+       counts the turns of the reading. */
+    int64_t turn = counts_per_rev;
+    int64_t reading = place->angle + (int64_t)floor(position.correction / one + 0.5);
+    int32_t ahead = (reading < 0 ? 1 : 0) - (reading >= turn ? 1 : 0);
+    place->turn = place->head1_turn + ahead;
+    reading += ahead * turn;
+    return core_turn_number(core) == place->head1_turn && reading >= TURN_UNCERTAIN_COUNTS &&
+           reading + TURN_UNCERTAIN_COUNTS < turn;
 }
 
 void core_write_table_point(const struct core_access *core, uint32_t number, int32_t point) {
@@ -746,10 +763,7 @@ void core_write_prepared(const struct core_access *core, uint32_t set,
                                  coefficients->counts_per_rev);
     }
     core_write(core, SET_AT(set) + SET_OFFSET, (uint32_t)coefficients->mean.error_offset);
-    for (uint32_t place = 0; place < MEAN_CHOICE; place++) {
-        core_write(core, SET_AT(set) + SET_MEAN + place * WORD_BYTES,
-                   core_mean_word(&coefficients->mean, place));
-    }
+    core_write_mean(core, &coefficients->mean, SET_AT(set) + SET_MEAN, MEAN_CHOICE);
     if (!closed) {
         core_write(core, choice, core_mean_word(&coefficients->mean, MEAN_CHOICE));
     }
@@ -771,7 +785,7 @@ void core_read_prepared(const struct core_access *core, uint32_t number, struct 
     set->mean = (struct mean_set){
         .heads = core_heads(core), .carrier = choice & 3U, .used = choice >> 4 & 0xFU};
     set->mean.error_offset = (int32_t)core_read(core, SET_AT(number) + SET_OFFSET);
-    for (uint32_t head = 0; head < HEADS_MOST; head++) {
+    for (uint32_t head = 0; head < HEADS_MOST && core_mean_word_is_built(core, head); head++) {
         uint32_t at = SET_AT(number) + SET_MEAN + head * WORD_BYTES;
         set->mean.offset[head] = core_read(core, at);
         set->mean.weight[head] = (int32_t)core_read(core, at + MEAN_WEIGHTS * WORD_BYTES);
@@ -789,7 +803,10 @@ uint32_t core_prepared_sum(const struct core_access *core, uint32_t sets, uint32
             crc = crc32_add_word(crc, core_read(core, SET_AT(set) + place * WORD_BYTES));
         }
         for (uint32_t place = 0; place < MEAN_WORDS; place++) {
-            crc = crc32_add_word(crc, core_read(core, SET_AT(set) + SET_MEAN + place * WORD_BYTES));
+            if (core_mean_word_is_built(core, place)) {
+                uint32_t at = SET_AT(set) + SET_MEAN + place * WORD_BYTES;
+                crc = crc32_add_word(crc, core_read(core, at));
+            }
         }
         crc = crc32_add_word(crc, core_read(core, SET_AT(set) + SET_OFFSET));
     }

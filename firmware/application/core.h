@@ -271,19 +271,22 @@ void core_write_real(const struct core_access *core, const struct followed *foll
                      uint32_t counts_per_rev, uint32_t lanes);
 bool core_verify_real(const struct core_access *core, const struct followed *followed,
                       uint32_t counts_per_rev, uint32_t lanes);
-/* Returns the number of turns of the corrected angle; 0 without REAL_ORDERS. */
+/* Returns the number of turns of the reading that enters the lanes: of head 1, or of the carrier of a mean less its
+   offset. Returns 0 without REAL_ORDERS. */
 int32_t core_turn_number(const struct core_access *core);
 /* Angles and positions at one clock, and the turns of the core to which the angles belong. */
 struct core_turn_place {
+    /* Corrected. */
     int32_t turn;
     uint32_t angle;
     int32_t position;
+    /* Not corrected. With a mean, `head1_turn` belongs to the reading that enters the lanes. */
     int32_t head1_turn;
     uint32_t head1_angle;
     int32_t head1_turn_position;
 };
-/* Reads the turns of the core; returns false if their number changed during the reading, or if the corrected angle is
-   so near 0 that its turn is uncertain. */
+/* Reads the turns of the core; returns false if their number changed during the reading, or if the reading of the heads
+   is so near 0 that its turn is uncertain. */
 bool core_turn_place(const struct core_access *core, uint32_t counts_per_rev,
                      struct core_turn_place *place);
 /* These functions write and read the points and the place in the idle bank of the local table; only for cores with

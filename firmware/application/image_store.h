@@ -62,7 +62,8 @@ const char *image_answer_name(enum image_answer answer);
 void image_store_prepare(struct image_store *store, const struct flash_access *flash,
                          const struct image_map *map);
 
-/* Tells whether the golden image has a header that the boot ROM would accept. */
+/* Tells whether the golden image has a header that the boot ROM would accept. Call it only while no operation is in
+   progress, because the flash cannot be read during an operation. */
 bool image_store_has_golden(struct image_store *store);
 
 /* These functions begin an operation of the flash. They return IMAGE_DONE if the operation has begun. */

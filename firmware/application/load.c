@@ -546,6 +546,7 @@ static enum load_answer load_close_without(struct load *load) {
         return load_frame_refused(load, LOAD_TOO_STEEP);
     }
     set->whole |= 1U << (set->head - 1);
+    set->steepest = set->steepness > set->steepest ? set->steepness : set->steepest;
     return LOAD_TAKEN;
 }
 
@@ -566,7 +567,11 @@ enum load_answer load_without(struct load *load, uint32_t head, uint32_t lanes,
     if (heads < 3 || head == 0 || head > heads || (set->whole >> (head - 1) & 1U) != 0) {
         return load_frame_refused(load, LOAD_OUT_OF_RANGE);
     }
-    *set = (struct load_without){.head = head, .lanes = lanes, .mean = *mean, .whole = set->whole};
+    *set = (struct load_without){.head = head,
+                                 .lanes = lanes,
+                                 .mean = *mean,
+                                 .steepest = set->steepest,
+                                 .whole = set->whole};
     load->crc = load_crc_of(load->crc, words, 5);
     return LOAD_TAKEN;
 }
@@ -736,8 +741,10 @@ enum load_answer load_end(struct load *load, const struct load_place *place,
                  load->received.lanes - followed_all_lanes(&load->received_followed), &all);
     const struct thermal_extent extent = thermal_extent(&load->received_thermal, &all);
     const struct followed *followed = &load->received_followed;
-    if (extent.steepest + followed_steepest(followed, place->counts_per_rev) +
-            load_table_steepest(&load->received_table, place->counts_per_rev) >=
+    /* The table stays active when a set for a missing head replaces the lanes. */
+    double lanes = extent.steepest + followed_steepest(followed, place->counts_per_rev);
+    double steepest = lanes > load->without.steepest ? lanes : load->without.steepest;
+    if (steepest + load_table_steepest(&load->received_table, place->counts_per_rev) >=
         LOAD_STEEPEST) {
         return load_frame_refused(load, LOAD_TOO_STEEP);
     }

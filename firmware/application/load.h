@@ -91,6 +91,8 @@ struct load_without {
     /* Order of the previous lane, and the sum of |d eps / d R| over the lanes. */
     uint32_t order;
     double steepness;
+    /* Largest sum of this kind over the whole sets. */
+    double steepest;
     /* Heads whose sets are whole, one bit per head. */
     uint32_t whole;
 };

@@ -15,6 +15,7 @@ enum { OFFSET_ONE = 1 << ARCTRUE_HEAD_OFFSET_FRACTION, PARITY_HEADS = 4 };
 
 void prepared_forget(struct application *application) {
     application->prepared.sets = 0;
+    application->prepared.overwritten = false;
     if (application->configuration.has_failover && state_works(application)) {
         core_failover_off(&application->core);
     }
@@ -53,7 +54,9 @@ enum load_answer application_load_without(struct application *application, uint3
     bool first = application->load.without.head == 0;
     enum load_answer answer = load_without(&application->load, head, lanes, mean, crc);
     if (answer == LOAD_TAKEN && first) {
+        bool had_sets = application->prepared.sets != 0 || application->prepared.overwritten;
         prepared_close(application, application->load.received.counts_per_rev);
+        application->prepared.overwritten = had_sets;
     }
     return answer;
 }
@@ -87,6 +90,8 @@ void prepared_take_over(struct application *application) {
 void prepared_hold(struct application *application, uint32_t sets) {
     struct prepared *prepared = &application->prepared;
     prepared->sets = sets;
+    prepared->overwritten = false;
+    application->report.alarms &= ~(uint32_t)ALARM_FAILOVER_OFF;
     if (sets != 0) {
         prepared->crc = core_prepared_sum(&application->core, prepared_windows(prepared->sets),
                                           application->configuration.lanes);

@@ -12,8 +12,9 @@
 
 /* These functions receive the frames of a set for a missing head, as load_without() and its companions do. They write
    the words of an accepted lane to the gateware at once, and the words of the mean when the set is complete. The first
-   frame switches off the failover to the former sets. If the core has no failover, these functions refuse the frames;
-   the other frames of the received set are still accepted. */
+   frame overwrites the former sets and switches the failover off; ALARM_FAILOVER_OFF reports this until a loaded set is
+   active. If the core has no failover, these functions refuse the frames; the other frames of the received set are
+   still accepted. */
 enum load_answer application_load_without(struct application *application, uint32_t head,
                                           uint32_t lanes, const struct mean_set *mean,
                                           uint32_t crc);

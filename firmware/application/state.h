@@ -79,6 +79,8 @@ enum alarm {
     ALARM_CORE_RESET = 8192,
     /* The gateware has left a head out of the mean. */
     ALARM_HEAD_LEFT_OUT = 16384,
+    /* A load has overwritten the sets for a missing head that belong to the active mean. */
+    ALARM_FAILOVER_OFF = 32768,
 };
 
 /* Sets for a missing head that the gateware holds and that belong to the active mean of the heads. Such a set contains
@@ -86,6 +88,8 @@ enum alarm {
 struct prepared {
     /* Missing heads for which there is a set, one bit per head; 0: the failover stays off. */
     uint32_t sets;
+    /* True if frames of a load have overwritten the sets of the active mean. */
+    bool overwritten;
     /* CRC of their words, as read back. */
     uint32_t crc;
     /* Left-out heads that were reported to the operator. */

@@ -121,6 +121,9 @@ static const struct {
     {"head_left_out",
      "a head failed, and the gateware goes on without it: status and telemetry name it and the "
      "causes; look at its cable and supply, then come_back HEAD and turn past its index"},
+    {"failover_off",
+     "frames of a load have replaced the sets for a missing head, so the mean has no failover "
+     "until a load is active: if none is under way, load the file again"},
     {"no_real_orders", "a lane has an order that is not whole, and this gateware is built without "
                        "REAL_ORDERS: export "
                        "without --real-orders, or build it with REAL_ORDERS=true"},

@@ -64,6 +64,10 @@ static void data(const struct console *console, struct image_store *store, char 
 }
 
 static void status(const struct console *console, struct image_store *store) {
+    if (store->busy) {
+        print_answer(console, IMAGE_UNDER_WAY);
+        return;
+    }
     bool golden = image_store_has_golden(store);
     text_line(&console->sink, golden ? "golden whole" : "golden none");
     text_word(&console->sink, "sector_bytes ");

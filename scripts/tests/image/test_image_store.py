@@ -178,6 +178,20 @@ def test_status_tells_where_the_image_was_found() -> None:
     ]
 
 
+def test_status_during_an_operation_makes_no_statement_about_the_golden_image() -> None:
+    """The flash cannot be read while it erases. If ``flash status`` called an intact golden image
+    missing, ``arctrue flash`` would try to write it again."""
+    board = Board(Chip())
+    write_image(board, boot_image(OLD, 0), silent)
+    assert board.firmware.send("flash erase 0") == ""
+    assert board.firmware.send("flash status") == "error: flash under_way\r\n"
+    with pytest.raises(FlashRefusedError, match="under_way"):
+        device.state_of(board)
+    board.controller.now_us += 10_000_000
+    assert board.firmware.step() == "ok\r\n"
+    assert device.state_of(board).has_golden
+
+
 def test_saving_and_flashing_do_not_meet() -> None:
     """The firmware refuses ``save`` while an erase is running. A firmware without a flash answers
     ``flash status`` with an error."""

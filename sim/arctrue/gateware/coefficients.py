@@ -191,7 +191,8 @@ class Coefficients:
         Each bound is the largest value at RANGE_STEPS + 1 temperatures of ``thermal``, plus the
         largest excess of a lane over the chord between two of these temperatures, c₂h²/4, where h
         is their distance. Phases are ignored: Σ n·|c_n| bounds the sum of all lanes anywhere in the
-        turn. The slope of a local table adds to that of the lanes.
+        turn. A set for a missing head can replace the lanes; the slope of a local table adds to
+        that of either.
         """
         thermal, orders = self.thermal, self.real_orders
         written = self.amplitudes_counts * np.exp(-1j * self.phases_rad)
@@ -211,8 +212,11 @@ class Coefficients:
         largest = float((sizes + bow).max())
         slope = float((sizes @ orders).max() + bow @ orders)
         slope *= 2.0 * math.pi / self.counts_per_rev
-        if self.extension is not None and self.extension.local_table is not None:
-            slope += self.extension.local_table.steepest(self.counts_per_rev)
+        if self.extension is not None:
+            for extent in (one.extent() for one in self.extension.without):
+                slope, largest = max(slope, extent[0]), max(largest, extent[1])
+            if self.extension.local_table is not None:
+                slope += self.extension.local_table.steepest(self.counts_per_rev)
         return slope, largest
 
     @property

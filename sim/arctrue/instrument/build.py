@@ -327,6 +327,7 @@ def build(
                 f"-DINTERRUPT_PORT={_interrupt_port(model)}",
                 f"-DCAPTURE_ADDRESS={CAPTURE_ADDRESS}U",
                 f"-DFURTHER_CAPTURE_ADDRESS={FURTHER_CAPTURE_ADDRESS}U",
+                f"-DBUILT_HEADS={(generics or {}).get('HEADS', 2)}",
             ]
             objects = compile_all([NATIVE / name for name in OF_THE_MODEL], folder, options, log)
             objects += [*_of_every_core(), *sorted(model.glob("*.o")), *runtime()]

@@ -20,15 +20,17 @@ from sim.tests.firmware.calibrator import BOTH_INDICES_SEEN
 from sim.tests.firmware.model_core import Firmware, ModelCore, address, bit, field_shift
 from sim.tests.firmware.test_load import load, send, state, turn
 
+from arctrue.calibration.acceptance import of_steepness
 from arctrue.device.load import heads_without_sets, load_frames
 from arctrue.gateware.capability import Capability
 from arctrue.gateware.coefficients import Coefficients
-from arctrue.gateware.extension import Conditions, Extension
+from arctrue.gateware.extension import POINTS, Conditions, Extension, LocalTable
 from arctrue.gateware.mean_set import MeanSet
 from arctrue.gateware.parity_sum import parity_weights
 from arctrue.gateware.register_access import RegisterMap
 
 HEADS = 4
+LOCAL_TABLE = 1 << 7
 LANES = 32
 SEPARATION_DEG = 33.0
 ALPHA = round(SEPARATION_DEG / 360.0 * COUNTS * 16)
@@ -300,6 +302,45 @@ def test_the_first_frame_of_a_set_ends_the_failover_of_the_former_ones(running: 
     assert running.status("set_without_head") == []
 
 
+@pytest.mark.parametrize("end", ["aborted", "interrupted", "refused"])
+def test_a_load_that_ends_the_failover_for_nothing_raises_an_alarm(
+    running: Firmware, end: str
+) -> None:
+    """The gateware has room for one group of sets, so that the first frame of a new set ends the
+    failover of the active mean. Every turn reports this until a load with sets is active."""
+    loaded(running, file_of(1, 2, 3, 4))
+    assert "failover_off" not in running.turn(turn(3))["alarms"]
+    frames = load_frames(file_of(1, 2))
+    first, second = (place for place, frame in enumerate(frames) if "load without " in frame)
+    assert set(send(running, frames[:second])) == {"ok"}
+    if end == "refused":
+        assert send(running, [frames[first]]) == ["error: load out_of_range"], "the same head twice"
+    if end == "aborted":
+        running.send("load abort")
+    for seed in (4, 5):
+        telemetry = running.turn(turn(seed))
+        assert telemetry["mean_of_heads"] == HEADS
+        assert telemetry["alarms"] == ["failover_off"]
+    assert "alarm failover_off" in running.send("status")
+    assert load(running, file_of(1, 2)) == "ok"
+    telemetry = running.turn(turn(6))
+    running.step(3)
+    assert (telemetry["result"], telemetry["alarms"]) == ("applied", [])
+    assert running.status("set_without_head") == ["1", "2"]
+    assert running.core.get("failover") & 1
+    assert running.turn(turn(7))["alarms"] == []
+
+
+def test_without_former_sets_a_load_raises_no_alarm(running: Firmware) -> None:
+    """A mean that had no sets loses no failover by a load that is aborted."""
+    loaded(running, file_of())
+    frames = load_frames(file_of(1, 2))
+    first = next(place for place, frame in enumerate(frames) if "load without " in frame)
+    send(running, frames[: first + 1])
+    running.send("load abort")
+    assert running.turn(turn(3))["alarms"] == []
+
+
 @pytest.mark.parametrize("reason", ["out_of_range", "no_failover"])
 def test_sets_that_do_not_fit_are_refused(reason: str) -> None:
     """The firmware refuses a set for the failure of head 2 if its mask of used heads still contains
@@ -320,6 +361,42 @@ def test_sets_that_do_not_fit_are_refused(reason: str) -> None:
     written = [at for at, _ in core.writes if FIRST_WINDOW <= at < 2 * FIRST_WINDOW]
     assert reason != "no_failover" or written == [], "the core would refuse the access"
     assert core.window(2).get(0x820, 0) == 0
+
+
+@pytest.mark.parametrize(("of_table", "of_set"), [(0.7, 0.7), (0.55, 0.55), (0.4, 0.4), (0.7, 0.2)])
+@pytest.mark.parametrize("missing", [1, 4])
+def test_the_slope_of_a_set_counts_together_with_the_local_table(
+    of_table: float, of_set: float, missing: int
+) -> None:
+    """The local table stays active after a failover, so its slope and that of the set for the
+    missing head add up. The corrected angle could turn back if |d error / d reading| were 1 or
+    more."""
+    core = FailoverCore()
+    core.set("capability", core.get("capability") | LOCAL_TABLE)
+    running = Firmware(core)
+    running.library.application_start(running.application)
+    exponent, fraction, period = 6, 4, 128
+    step = (COUNTS >> exponent) / POINTS
+    place = np.arange(POINTS) % period
+    rise = np.minimum(place, period - place) * step * of_table
+    table = LocalTable(
+        tuple(np.rint(rise * 2**fraction).astype(int).tolist()), (0,), exponent, fraction
+    )
+    order = 20_000
+    amplitude = of_set * COUNTS / (2.0 * np.pi * order)
+    lanes = Coefficients.from_harmonics([order], [amplitude], [0.3], COUNTS, LANES)
+    sets = [without(head) for head in (1, 4)]
+    sets = [
+        replace(lanes, extension=one.extension) if head == missing else one
+        for head, one in zip((1, 4), sets, strict=True)
+    ]
+    extension = Extension(mean=MeanSet(WEIGHTS, OFFSETS), without=tuple(sets), local_table=table)
+    coefficients = replace(lanes_of(1.0), extension=extension)
+    *before, last = send(running, load_frames(coefficients))
+    assert set(before) == {"ok"}
+    may_be_loaded = of_table + of_set < 0.95
+    assert last == ("ok" if may_be_loaded else "error: load too_steep")
+    assert (of_steepness(coefficients) == []) == may_be_loaded, "the host has the same limit"
 
 
 def test_a_frame_that_is_left_out_spoils_the_whole(running: Firmware) -> None:

@@ -212,10 +212,11 @@ EXPORTED void firmware_bus_write(void *context, uint32_t offset, uint32_t word) 
     keep(bus, bus->harness->access(true, offset, &word), offset);
 }
 
+// Reads every `stride`th word of a bank; the words between them stay 0.
 static const volatile int32_t *read_bank(void *context, std::vector<int32_t> *bank, uint32_t first,
-                                         uint32_t number) {
+                                         uint32_t number, uint32_t stride) {
     bank->assign(number, 0);
-    for (uint32_t place = 0; place < number; place++) {
+    for (uint32_t place = 0; place < number; place += stride) {
         uint32_t word = firmware_bus_read(context, first + 4U * place);
         std::memcpy(&(*bank)[place], &word, sizeof word);
     }
@@ -227,15 +228,18 @@ static const volatile int32_t *read_bank(void *context, std::vector<int32_t> *ba
 EXPORTED const volatile int32_t *firmware_bus_capture(void *context, uint32_t number) {
     static const uint32_t CAPTURE = CAPTURE_ADDRESS;
     auto *bus = static_cast<FirmwareBus *>(context);
-    read_bank(context, bus->bank, CAPTURE, number);
+    read_bank(context, bus->bank, CAPTURE, number, 1U);
     if (bus->harness->run(Wish{bus->calculation_clocks, std::nan(""), false, false}) < 0) {
         keep(bus, -1, 0);
     }
     return bus->bank->data();
 }
 
+// Reads the bank of heads 3 and 4; a core with three heads refuses the words of head 4, and the firmware does not use
+// them.
 EXPORTED const volatile int32_t *firmware_bus_further_capture(void *context, uint32_t number) {
     static const uint32_t FURTHER_CAPTURE = FURTHER_CAPTURE_ADDRESS;
+    static const uint32_t STRIDE = BUILT_HEADS == 3 ? 2U : 1U;
     return read_bank(context, static_cast<FirmwareBus *>(context)->further_bank, FURTHER_CAPTURE,
-                     number);
+                     number, STRIDE);
 }

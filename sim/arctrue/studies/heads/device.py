@@ -1,5 +1,5 @@
-"""Simulates an instrument with four heads: the mean is calibrated from a capture; then an effect
-disturbs the table."""
+"""Simulates an instrument with three or four heads: the mean is calibrated from a capture; then an
+effect disturbs the table."""
 
 from __future__ import annotations
 
@@ -76,32 +76,34 @@ class Track:
 
 
 class HeadsDevice:
-    """Virtual instrument with four heads: the compiled core with HEADS = 4, the firmware on its
-    bus, and a table under its heads.
+    """Virtual instrument with three or four heads: the compiled core, the firmware on its bus, and
+    a table under its heads.
 
-    The class is a context manager. The heads stand at PLACES_DEG, and the disc has ECCENTRICITY_M
-    and GRADUATION_ARCSEC.
+    The class is a context manager. The disc has ECCENTRICITY_M and GRADUATION_ARCSEC.
     """
 
     def __init__(
         self,
         settings: RevolutionSettings,
         *,
+        places_deg: tuple[float, ...] = PLACES_DEG,
         failover: bool = False,
         report_run: ReportRun | None = None,
         report_step: ReportStep | None = None,
     ) -> None:
-        """Build the instrument if it has not been built. Raises InstrumentError if the build fails.
+        """Build the instrument, with one head at each of ``places_deg``, if it has not been built.
+        Raises InstrumentError if the build fails.
 
         With ``failover`` the core continues with the mean of the other heads if a head fails.
         """
         self.settings = settings
+        self.places_deg = places_deg
         self.failover = failover
         self.instrument = Instrument(
             settings.lanes,
             settings.capture_depth,
             clock_hz=settings.clock_hz,
-            generics={"HEADS": len(PLACES_DEG), **({"FAILOVER": "true"} if failover else {})},
+            generics={"HEADS": len(places_deg), **({"FAILOVER": "true"} if failover else {})},
             report_run=report_run,
             report_step=report_step,
         )
@@ -112,7 +114,7 @@ class HeadsDevice:
             *settings.ramp_parameters.items(),
             ("output_spacing", 1),
             ("orders", settings.orders),
-            ("separation_deg", PLACES_DEG[1]),
+            ("separation_deg", places_deg[1]),
             # The rounding to whole counts also contributes to the stated noise.
             ("alarm_noise_arcsec", max(1.0, settings.arcsec_per_count)),
         ):
@@ -121,8 +123,8 @@ class HeadsDevice:
     def calibrate_alone(self, *, on: bool = True) -> None:
         """Set the places of heads 3 and 4 in the firmware, so that the firmware can calibrate the
         mean by itself; without ``on``, set them to 0, so that it cannot."""
-        for name, place in zip(("head3_deg", "head4_deg"), PLACES_DEG[2:], strict=True):
-            self.firmware.set(name, place if on else 0.0)
+        for head, place in enumerate(self.places_deg[2:], start=3):
+            self.firmware.set(f"head{head}_deg", place if on else 0.0)
 
     def __enter__(self) -> Self:
         """Return the device itself."""
@@ -146,7 +148,7 @@ class HeadsDevice:
             GraduationHarmonics(orders, amplitudes, (0.4, 1.9)),
         )
         return RotaryTable(
-            heads_at(np.radians(PLACES_DEG).tolist()),
+            heads_at(np.radians(self.places_deg).tolist()),
             (*disc, *causes),
             counts_per_rev=self.settings.counts_per_rev,
             rounding="nearest",
