@@ -385,7 +385,9 @@ def _moving_faults(before: MeasurementSet, reference: Reference) -> list[str]:
         faults.append("its runs do not go both ways")
     sizes = [abs(speed) for speed in speeds if speed]
     if not sizes or max(sizes) < ENOUGH * FASTER * min(sizes):
-        faults.append(f"its runs have one speed, expected two {ENOUGH * FASTER:g} times apart")
+        faults.append(
+            f"its fastest run is less than {ENOUGH * FASTER:g} times as fast as its slowest run"
+        )
     return faults
 
 

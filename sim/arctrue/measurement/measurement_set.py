@@ -134,8 +134,8 @@ class Table:
             )
         if separation is not None and separation != places[1]:
             raise ValueError(
-                f"head_separation_deg: expected {places[1]:g} as head_places_deg has it for head "
-                f"2, found {separation:g}; leave it out"
+                f"head_separation_deg: expected {places[1]:g}, the place of head 2 in "
+                f"head_places_deg, found {separation:g}; leave out head_separation_deg"
             )
         object.__setattr__(self, "head_separation_deg", places[1])
 
