@@ -232,9 +232,9 @@ def _experiment(found: Mapping[str, Any]) -> list[str]:
         "## The paper's experiment in the form of cg-23",
         "",
         f"A polygon, which is remounted in each of {found['cycles']} cycles, measures the table's "
-        "error at each face. In every cycle it stands at another angle on the table, so that a "
+        "error at each face. In every cycle it stands at another angle on the table. Therefore a "
         "closure separates the faces' errors from the table's error",
-        "([methods](methods.md)), so that the 0.1″ of the polygon's certificate are not needed: "
+        "([methods](methods.md)), and the 0.1″ of the polygon's certificate are not needed: "
         f"the closure estimates the faces' errors, {found['faces_arcsec']:.3f}″ RMS, with an error "
         f"of {found['faces_off_by_arcsec']:.3f}″.",
         "",
