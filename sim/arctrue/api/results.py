@@ -28,7 +28,8 @@ class Comparison:
     Parameters
     ----------
     data : dict
-        ``channels`` and ``findings``, as ``arctrue compare --json`` has them; arcseconds.
+        ``channels`` (without ``excess_arcsec``) and ``findings``, as ``arctrue compare --json``
+        writes them; arcseconds.
     result : ModelComparison
         The same results as objects of the workbench.
     solution : Solution
@@ -45,7 +46,7 @@ class Comparison:
         Returns
         -------
         Pictures
-            The pictures of ``arctrue compare --out``.
+            The pictures of ``arctrue compare --out``, except the orbit of the axis.
 
         Raises
         ------
@@ -183,7 +184,8 @@ def compare(
     fit : bool, optional
         If False, use the stored coefficients of the model, as ``--no-fit`` does.
     seed : int, optional
-        Seed of the random numbers with which the lack of fit is estimated.
+        Seed of the random draws of noise, which show the share of the variance that a condition
+        explains by chance.
 
     Returns
     -------

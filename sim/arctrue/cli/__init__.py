@@ -46,7 +46,7 @@ class _NotGeneratedError(click.ClickException):
 
     def __init__(self) -> None:
         super().__init__(
-            "sim/arctrue/generated is not there yet: run make generate in the source tree first"
+            "sim/arctrue/generated does not exist yet: first run make generate in the source tree"
         )
 
 

@@ -59,8 +59,8 @@ def print_orbit(console: Console, orbit: AxisOrbit) -> None:
         shown.add_row(direction, *(figure(value, 3) for value in values))
     console.print(shown)
     console.print(
-        "Total and asynchronous values contain the noise of the readings; a circle once a turn in "
-        "the "
-        "table's sense looks the same as an eccentric disc.",
+        "The total and the asynchronous values contain the noise of the readings. No value "
+        "contains a circle of the axis once per turn in the direction of the table: to the heads "
+        "it looks the same as an eccentric disc.",
         soft_wrap=True,
     )

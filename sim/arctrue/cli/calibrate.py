@@ -95,8 +95,8 @@ class _ManyRuns(click.Command):
     "separation",
     type=click.Choice(["measured", "nominal", "harmonics"]),
     help="Source of the angle between the heads: index pulses (measured), nominal value, or "
-    "harmonics of the reference run.  [default: measured; nominal if the index is implausible; "
-    "harmonics if their uncertainty is the smallest]",
+    "harmonics of the reference run.  [default: measured; nominal if the index is implausible or "
+    "less certain; harmonics if their uncertainty is the smallest]",
 )
 @click.option(
     "--angle",

@@ -102,5 +102,5 @@ def _guide(kind: str, before: MeasurementSet) -> None:
         note(line)
     if sys.stdin.isatty():
         click.prompt(
-            "Press Enter when it turns like this", default="", show_default=False, err=True
+            "Press Enter when the table does this", default="", show_default=False, err=True
         )

@@ -96,7 +96,7 @@ def commission(
         if write:
             write_places(console, tuple(turned.places_deg.tolist()))
             if turned.skew.head_delays != int(device.get("head_delays", 0.0)):
-                _ask("Let the table stand: the delays change.")
+                _ask("Stop the table, because the delays are changed now.")
                 write_delays(console, turned.skew)
             _written()
     except (CaptureRefusedError, ValueError) as error:
@@ -111,12 +111,15 @@ def _ask(instruction: str) -> None:
     note(instruction)
     if sys.stdin.isatty():
         click.prompt(
-            "Press Enter when it turns like this", default="", show_default=False, err=True
+            "Press Enter when the table does this", default="", show_default=False, err=True
         )
 
 
 def _written() -> None:
-    say("Written; `arctrue save` keeps it over power-off.")
+    say(
+        "Written to the device; `arctrue save` stores it in the flash, so that it is kept at "
+        "power-off."
+    )
 
 
 def _show_table(
@@ -133,7 +136,10 @@ def _show_connection(found: Connection) -> None:
     for fault in found.faults:
         say(fault)
     if not found.faults:
-        say(f"All heads are as planned; places within {found.off_deg:.3f}°.")
+        say(
+            "All heads are connected as planned; no place differs from the plan by more than "
+            f"{found.off_deg:.3f}°."
+        )
 
 
 def _show_turns(turned: Turned) -> None:
@@ -141,5 +147,6 @@ def _show_turns(turned: Turned) -> None:
     say(f"Noise of the {turned.noise_name}: {turned.noise_arcsec:.3f}″.")
     delays = turned.skew.head_delays
     say(
-        f"Against the skew: set head_delays {delays}, while the table stands; this resets the zero."
+        f"To remove the skew, enter `set head_delays {delays}` while the table stands; the device "
+        "then searches the index marks again."
     )

@@ -67,7 +67,8 @@ def device() -> None:
 @click.option(
     "--allow-control",
     is_flag=True,
-    help="Pass on lines that change the device (load, save, flash), which are otherwise refused.",
+    help="Pass on lines that change the device (such as load, save, flash), which are otherwise "
+    "refused.",
 )
 @click.option(
     "--keep-days",

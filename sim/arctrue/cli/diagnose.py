@@ -33,7 +33,7 @@ from arctrue.workbench.model.growth import settle
 
 SHOWN = 8
 BESIDE_EFFECTS = 8
-"""Number of progress steps besides one for each effect: fits, parts, noise, held-out rows."""
+"""Number of progress steps in addition to one per effect: fits, parts, noise, held-out rows."""
 SHOWN_AT_LEAST = 3
 """Number of candidates that are always shown; further candidates, up to SHOWN in all, are shown
 only if they improve the BIC."""

@@ -102,7 +102,7 @@ def _print(found: Explanation) -> None:
                 )
         console.print(causes)
     for name in found.dropped:
-        console.print(f"{name} was added and dropped: with the others it explains nothing.")
+        console.print(f"{name} was added and dropped: the other effects explain the same error.")
     for channel, value in found.left.rms_arcsec.items():
         console.print(
             f"{channel}: left {figure(value, 4)}″ RMS, held out "

@@ -388,7 +388,9 @@ def _write_table_of_mean(model: Model, loaded: LoadedSet, mean_file: Path, path:
     """
     of_mean = read_coefficient_file(mean_file, EVERYTHING)
     if of_mean.extension is None or of_mean.extension.mean is None:
-        raise ValueError(f"{mean_file}: it has no mean of heads; make one with calibrate")
+        raise ValueError(
+            f"{mean_file}: it has no mean of heads; write one by calibrate --angle mean"
+        )
     counts = of_mean.counts_per_rev
     if counts != loaded.observations.counts_per_rev:
         raise ValueError(
@@ -447,8 +449,8 @@ def _tell_what_became(became: Outcome) -> None:
     means = [item.effect for item in became.effects if item.by == "the mean"]
     if means:
         console.print(
-            f"{', '.join(means)}: the coefficients of arctrue calibrate --angle mean take it "
-            "away; these correct head 1",
+            f"{', '.join(means)}: the coefficients of arctrue calibrate --angle mean remove this "
+            "error; the exported coefficients correct head 1 alone",
             soft_wrap=True,
         )
     console.print(

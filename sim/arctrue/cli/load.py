@@ -99,7 +99,7 @@ def load(
         tell_error(f"{file}: {error}")
         sys.exit(NO_DEVICE)
     if sent.is_empty:
-        say(f"{file}: it has no lanes; the loaded orders are removed")
+        say(f"{file}: contains no orders; the device has removed the earlier loaded orders")
         return
     said = f"{file}: {len(sent.orders)} orders are loaded and active"
     if sent.has_sets:
@@ -125,5 +125,5 @@ def load(
                 "state it with --turn, or with `load phase` at the console"
             )
     if unjudged:
-        said += f"; not judged by any turn: {', '.join(map(str, unjudged))}"
+        said += f"; not tested by any turn: {', '.join(map(str, unjudged))}"
     say(said)

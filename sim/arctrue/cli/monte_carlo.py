@@ -93,7 +93,7 @@ def monte_carlo(
         campaign.run(workers=workers, scheduler=scheduler, shard=shard, progress=bar.show)
     results = [(item.task, item.result) for item in read_results([folder])]
     if len(results) < len(campaign.tasks):
-        console.print(f"{len(results)} of {len(campaign.tasks)} trials are there", soft_wrap=True)
+        console.print(f"{len(results)} of {len(campaign.tasks)} trials are done", soft_wrap=True)
     found = scored(results)
     for case, of in found.items():
         if "orders" not in of:

@@ -58,7 +58,7 @@ def probe(port: str, count: int | None, out: Path | None, silence: float) -> Non
                 continue
             latches.append(found)
             if found.missed:
-                say(f"{found.missed} edges missed before: {found.missed_edges}")
+                say(f"{found.missed} edges missed before this one: {found.missed_edges}")
             say(_row(found))
     except KeyboardInterrupt:
         pass

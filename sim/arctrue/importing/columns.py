@@ -299,7 +299,7 @@ def _ask_for_what_is_needed(
         ask("target", "the angle by the reference (target)", may_lack=True)
     if there("target") and not there("error"):
         if not there("head1"):
-            ask("error", "the error (reading against target)", may_lack=True)
+            ask("error", "the error (reading minus target, or target minus reading)", may_lack=True)
         if not there("error"):
             ask("head1", "the reading of the encoder (head1)", may_lack=False)
     if not there("target"):

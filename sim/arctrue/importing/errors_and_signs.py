@@ -223,8 +223,8 @@ def _sign_of(rows: FileRows, given: Float, error: Float) -> int:
     best = 1 if rest[1] <= rest[-1] else -1
     if rest[best] > 0.5 * rest[-best]:
         raise ValueError(
-            f"{rows.name}: the error column is the difference of head1 and target with "
-            "neither sign; leave out the wrong column (--column NAME=none)"
+            f"{rows.name}: the error column is neither head1 − target nor target − head1; leave "
+            "out the wrong column (--column NAME=none)"
         )
     return best
 

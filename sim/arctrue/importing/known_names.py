@@ -60,6 +60,7 @@ UNLOCKS: Mapping[str, str] = {
     "direction": "hysteresis, if the motion does not show the direction",
     "head2": "graduation and head angle without a reference",
     "head3": "orders that two heads hardly show, and a mean without the motion of the axis",
-    "head4": "the motion of the axis and the error of the disc separately, and a head that fails",
+    "head4": "the motion of the axis separately from the error of the disc, and a mean that can "
+    "leave out a failed head",
 }
 """Tests and results, by quantity, that are possible only if the set has this quantity."""

@@ -389,7 +389,7 @@ def _moving_faults(before: MeasurementSet, reference: Reference) -> list[str]:
     sizes = [abs(speed) for speed in speeds if speed]
     if not sizes or max(sizes) < ENOUGH * FASTER * min(sizes):
         faults.append(
-            f"its speeds differ too little, expected one {ENOUGH * FASTER:g} times another or more"
+            f"its fastest run is less than {ENOUGH * FASTER:g} times as fast as its slowest run"
         )
     return faults
 

@@ -135,7 +135,7 @@ class Table:
         if separation is not None and separation != places[1]:
             raise ValueError(
                 f"head_separation_deg: expected {places[1]:g}, the place of head 2 in "
-                f"head_places_deg, found {separation:g}; leave it out"
+                f"head_places_deg, found {separation:g}; leave out head_separation_deg"
             )
         object.__setattr__(self, "head_separation_deg", places[1])
 

@@ -194,7 +194,7 @@ def analysis_pages(
         display = DisplaySettings.of_query(request.args)
         found = analyses.ranking(session, number, display.temperature_c)
         if found is None:
-            abort(404, "the diagnosis of this step is not there yet")
+            abort(404, "the diagnosis of this step is not complete yet")
         return found
 
     @pages.post(_ADDRESS + "load")

@@ -21,7 +21,7 @@ def load_into_device(port: str, device: Mapping[str, Any], *, force: bool) -> st
     result.
 
     Raises ValueError without a device, without coefficients, if there are objections and ``force``
-    is false, or if the device refuses the coefficients.
+    is false, and if the device refuses the coefficients or does not answer.
     """
     if not port:
         raise ValueError("no device: start the page with --port PORT")

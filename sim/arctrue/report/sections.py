@@ -312,18 +312,20 @@ def evidence_in_words(p_value: float, delta_bic: float) -> str:
     """Return a sentence that states how often chance alone gives such a gain; the p-value includes
     the look-elsewhere effect."""
     if p_value < 1e-9:
-        said = "Chance alone would do this in less than one of a thousand million such sets"
+        said = (
+            "Chance alone would give such a gain in less than one of a thousand million such sets"
+        )
     elif p_value < 1e-6:
-        said = "Chance alone would do this in less than one of a million such sets"
+        said = "Chance alone would give such a gain in less than one of a million such sets"
     elif p_value < NAMED_P:
-        said = f"Chance alone would do this in one of {_round(1.0 / p_value):,} such sets"
+        said = f"Chance alone would give such a gain in one of {_round(1.0 / p_value):,} such sets"
     elif p_value < 0.5:
         said = (
-            f"Chance alone does this in one of {max(round(1.0 / p_value), 2)} such sets: too often "
-            "for a name"
+            f"Chance alone gives such a gain in one of {max(round(1.0 / p_value), 2)} such sets: "
+            "too often for a name"
         )
     else:
-        said = "Chance alone does as much in most such sets"
+        said = "Chance alone gives such a gain in most such sets"
     bic = f"{delta_bic:,.0f}".replace("-", "−")
     p_text = f"{p_value:.2g}" if p_value >= 1e-99 else "below 1e−99"
     return f"{said} (p {p_text.replace('e-', 'e−')}, ΔBIC {bic})."

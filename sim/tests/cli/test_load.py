@@ -221,7 +221,7 @@ def test_an_order_that_two_heads_cannot_see_takes_force(device: Device, tmp_path
         main, ["load", device.port, str(path), "--timeout", str(PATIENCE_S), "--force"]
     )
     assert done.exit_code == 0, done.output
-    assert "2 orders are loaded and active; not judged by any turn: 120" in done.output
+    assert "2 orders are loaded and active; not tested by any turn: 120" in done.output
 
 
 def test_orders_that_turns_do_not_decide_are_named(device: Device, tmp_path: Path) -> None:

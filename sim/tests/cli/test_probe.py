@@ -122,7 +122,7 @@ def test_every_event_of_a_burst_is_written(monkeypatch: pytest.MonkeyPatch, tmp_
     np.testing.assert_array_equal(rows[:, 4], wanted[:, 1])
     np.testing.assert_array_equal(rows[:, 5], np.where(numbers == LOST[-1] + 1, len(LOST), 0))
     assert done.output.count("edges missed before") == 1
-    assert "4 edges missed before: 40 to 43" in done.output
+    assert "4 edges missed before this one: 40 to 43" in done.output
 
 
 class StillDevice(Device):

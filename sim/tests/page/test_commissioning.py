@@ -118,7 +118,7 @@ def test_places_and_skew_are_measured_and_written(
         expect(rows).to_have_count(4)
         expect(page.locator("#backward")).to_contain_text("Noise of the parity: 0.1")
         page.get_by_role("button", name="Write places and delays").click()
-        expect(page.locator("#write")).to_contain_text("Written;")
+        expect(page.locator("#write")).to_contain_text("Written to the device;")
         picture(page, "commissioning")
     parameters = device.made.parameters()
     mounted = np.array(PLACES[4]) + np.array(WORLD.off_arcsec) / 3600.0

@@ -16,7 +16,7 @@ from arctrue.report.sections import angle_text, evidence_in_words
         (2e-7, "less than one of a million"),
         (1.0 / 300.0, "in one of 300 such sets (p"),
         (0.02, "one of 50 such sets: too often for a name"),
-        (0.9, "as much in most such sets"),
+        (0.9, "such a gain in most such sets"),
     ],
 )
 def test_evidence_says_how_rare_it_is(p_value: float, said: str) -> None:

@@ -112,7 +112,7 @@ WRONG = {
     "unknown": (
         "columns and formula",
         {"formula": "0.0 * since"},
-        "does not know this coefficient",
+        "does not contain this coefficient",
     ),
     "twice": (
         "names of the coefficients",

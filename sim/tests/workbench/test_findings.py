@@ -39,7 +39,7 @@ def test_time_is_the_shadow_of_heat() -> None:
     other = ({"temperature × order 1", "time × order 1"} - {first.follows}).pop()
     assert shadows[other].share > 0.8
     assert shadows[other].share_beyond < 0.05
-    assert "resembles it" in shadows[other].text
+    assert f"resembles {first.follows}" in shadows[other].text
 
 
 def test_two_causes_both_stand_by_themselves() -> None:

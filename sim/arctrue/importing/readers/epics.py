@@ -120,7 +120,7 @@ def _base(path: Path, wanted: str, times: dict[str, list[float]], choices: Choic
         wanted = choices.ask(
             Ambiguous(
                 "--group",
-                f"{path}: the variables have different times; whose are used?",
+                f"{path}: the variables have different times; the times of which one are used?",
                 names,
             )
         )

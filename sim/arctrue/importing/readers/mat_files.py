@@ -51,7 +51,7 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     A matrix becomes several columns. Only columns of the most frequent length are kept; other
     vectors and cells are left out, with a note. The user is asked if several structs hold columns.
     Raises MeasurementError for a damaged file, an unknown struct or a file above the limit,
-    AmbiguousError, ValueError if level 7.3 needs h5py.
+    AmbiguousError, and ValueError for a file of level 7.3 if h5py is not installed.
     """
     left_out: list[str] = []
     with path.open("rb") as file:

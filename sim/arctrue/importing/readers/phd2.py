@@ -58,7 +58,7 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     sections, dropped = _sections(path)
     sections = [section for section in sections if len(section.rows) > 1]
     if not sections:
-        raise MeasurementError("empty", path, "holds no guiding")
+        raise MeasurementError("empty", path, "contains no rows of guiding")
     columns: dict[str, list[NDArray[Any]]] = {
         name: [] for name in ("run", "time_s", "target_deg", "error_arcsec", "direction")
     }
@@ -154,9 +154,9 @@ def _error(
     rate = section.rate_px_s
     sent = np.copysign(duration_s * (rate or 0.0), guide)
     moved = (duration_s > 0.0) & (guide != 0.0)
-    # PHD2 limits pulses, so that a correction is the pulse's duration times the guide rate. Old
-    # logs state the rate in pixels per millisecond; the products then disagree with
-    # RAGuideDistance, which is used instead.
+    # PHD2 limits the duration of a pulse, so the correction of the axis is this duration times the
+    # guide rate, not the requested RAGuideDistance. Old logs state the rate in pixels per
+    # millisecond; the products then disagree with RAGuideDistance, which is used instead.
     agrees = moved.any() and 0.5 < float(np.median(np.abs(sent[moved] / guide[moved]))) < 2.0
     if not (rate and agrees):
         sent = guide

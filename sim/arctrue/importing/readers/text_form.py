@@ -87,7 +87,7 @@ class RowShape:
 
 
 def form_of(path: Path, lines: Sequence[str], settings: ReadSettings, choices: Choices) -> Form:
-    """Return the form that :func:`_score` rates highest; ask the user if several forms are equal.
+    """Return the form that :func:`_score` rates highest; ask the user if several have this rating.
 
     Raises MeasurementError if no form matches, AmbiguousError, ValueError for an unknown setting.
     """

@@ -1,6 +1,6 @@
 "use strict";
-// Reads the device's state from the server each second and shows it; page.js defines OPTIONS and
-// dressed.
+// Reads the device's state from the server each second and shows the state; page.js defines OPTIONS
+// and dressed.
 
 const POLL_MS = 1000, POLL_ANSWER_MS = 10000;
 const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
@@ -68,7 +68,7 @@ async function showAxis(state) {
     await chart("chart-axis", circles.map((c, n) => line(c.name, state.charts.time, c.arcsec, null, n)), "arcsec");
   if (!orbit) return;
   document.getElementById("orbit-note").textContent = `${orbit.set}, ${orbit.heads} heads; u of a sample: ` +
-    `${orbit.u[0].toFixed(3)}″ in x, ${orbit.u[1].toFixed(3)}″ in y. The circle once a turn with the table is not in it.`;
+    `${orbit.u[0].toFixed(3)}″ in x, ${orbit.u[1].toFixed(3)}″ in y. The circle of order 1 in the table's sense is not drawn, because an eccentric disc looks the same.`;
   const layout = { height: 400, margin: { l: 60, r: 10, t: 10, b: 40 }, showlegend: true, uirevision: "orbit" };
   layout.xaxis = { title: { text: "x, arcsec" } };
   layout.yaxis = { title: { text: "y, arcsec" }, scaleanchor: "x" };

@@ -37,8 +37,8 @@ def axis_orbit_chart(orbit: AxisOrbit) -> Chart:
     ]
     return Chart(
         "axis_orbit",
-        "The axis' orbit, displacement over the disc's radius; without the circle once a turn that "
-        "an eccentric disc makes too.",
+        "Orbit of the axis: displacement divided by the radius of the disc, without the circle of "
+        "order 1, which an eccentric disc also causes.",
         [
             Panel(Axis("x", ARCSEC), Axis("y", ARCSEC), path, equal_scales=True),
             Panel(

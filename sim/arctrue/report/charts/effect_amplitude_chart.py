@@ -14,7 +14,7 @@ def effect_amplitude_chart(finding: EffectAmplitude, condition: str) -> Chart:
     amplitude of the fitted effect."""
     panels = []
     for item in finding.over(condition):
-        what = "amplitude of its wave" if item.amplitude else "its part of what was measured"
+        what = "amplitude of its wave" if item.amplitude else "part of the measured error"
         layers = [
             Curve(
                 item.x,

@@ -71,7 +71,7 @@ def _panel(residuals: Residuals, channel: str, along: Along) -> Panel:
     title = f"{channel.capitalize()}: lines by {ALONG[along]}"
     y = Axis("amplitude", ARCSEC)
     if found is None or found.rates.size == 0:
-        return Panel(Axis(_LABELS[along], _UNITS[along]), y, [], f"{title}: not known here")
+        return Panel(Axis(_LABELS[along], _UNITS[along]), y, [], f"{title}: cannot be computed")
     rows = residuals.observations.capture if is_capture else residuals.observations.reference
     if along == "order" and rows is not None:
         speed = speed_turns_s(rows, float(found.rates[-1]))

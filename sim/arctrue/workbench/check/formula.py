@@ -72,7 +72,7 @@ def _hint(column: Float, slope: Float) -> str:
     """Describe the ratio of column to slope in words; empty if the rows have different ratios."""
     square = float(slope @ slope)
     if square == 0.0:
-        return "; the formula does not know this coefficient"
+        return "; the formula does not contain this coefficient"
     factor = float(column @ slope) / square
     if np.abs(column - factor * slope).max() > ROUNDING * max(np.abs(column).max(), 1e-12):
         return ""

@@ -49,8 +49,8 @@ class ExcessOf:
     def share(self, share_of_variance: float) -> float:
         """Convert a share of the whole variance into a share of the excess over the noise.
 
-        If the noise is almost as large as the whole residual (an effect that does not repeat), the
-        share of the whole variance is returned.
+        If the noise is almost as large as the whole residual, for example because the error does
+        not repeat, the share of the whole variance is returned.
         """
         excess, whole = self.excess_arcsec**2, self.rms_arcsec**2
         if excess < 0.05 * whole:
@@ -227,7 +227,10 @@ def _finding(item: _Follower, share: float, beyond: float, shadow_of: str | None
         if beyond < share - LEAST_SHARE:
             text += f" ({percent(beyond)} beyond the items above)"
     else:
-        text = f"{item.words} resembles it: {percent(share)} by itself, {percent(beyond)} beyond it"
+        text = (
+            f"{item.words} resembles {shadow_of}: {percent(share)} by itself, "
+            f"{percent(beyond)} beyond {shadow_of}"
+        )
     return Finding(item.channel, item.words, share, beyond, shadow_of, text)
 
 

@@ -48,8 +48,8 @@ GENERIC_ORDERS = (None, 1.0, 2.5, 6.0, 10.5, 25.0)
 """Orders of the angle that represent all orders: slow and fast, whole and half. None is an effect
 without a wave."""
 HIGHEST_BLIND_ORDER = 1000
-"""Highest blind order that is listed (an order that two heads at this separation cannot show); with
-heads at 33° there are 8 blind orders. The list is only printed; no verdict depends on it."""
+"""Highest blind order that is listed (an order that the heads at their places cannot show); two
+heads at 33° have 8 blind orders up to it. The list is only printed; no verdict depends on it."""
 
 
 @dataclass(frozen=True)
@@ -64,8 +64,7 @@ class Coverage:
     """Number of effects that were tested. It includes effects whose search found nothing, and
     effects that the model explains completely."""
     blind_orders: list[int] = field(default_factory=list)
-    """Disc orders to which two heads at this separation are blind and that the reference does not
-    show."""
+    """Disc orders that neither the heads at their places nor the reference can show."""
 
 
 @dataclass(frozen=True)
@@ -106,10 +105,10 @@ def coverage(
 
 
 def blind_orders(residuals: Residuals) -> list[int]:
-    """Return the orders with |e^{jnα} − 1| near 0, up to half the samples per turn.
+    """Return the orders n with |e^{jnβ} − 1| near 0 for the place β of every further head.
 
-    Orders up to half the stations of a reference are left out, because the reference reads single
-    angles and shows them.
+    The highest order is half the number of samples per turn. Orders up to half the number of
+    stations of a reference are left out, because the reference shows them.
     """
     rows = residuals.observations.capture
     if rows is None:

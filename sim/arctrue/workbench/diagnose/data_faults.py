@@ -50,8 +50,8 @@ SEPARATION_DEG = 0.5
 """Smallest error of the stated head separation that is a fault: half a millimetre at the disc. A
 smaller error of the mounting is an effect."""
 MOST_FOR_MEDIANS = 100_000
-"""Smallest number of evenly spread rows of a longer capture from which a median is calculated; the
-number is below twice this value."""
+"""The median of a longer capture is calculated from evenly spread rows; their number is at least
+this value and less than twice this value."""
 AROUND_ROWS = 31
 """Number of rows from which the usual step is calculated: the speed may change slowly, but not from
 row to row."""

@@ -64,7 +64,8 @@ class Diagnosis:
     before: Left | None = None
     """Residual of the model."""
     left: Mapping[str, Left] = field(default_factory=dict)
-    """Residual of the model with the stated effect, and with each effect that looks like it."""
+    """Residual of the model with the stated effect, and with each other effect of its class, by the
+    name of the effect."""
     unlike: tuple[str, ...] = ()
     """Ways in which the set differs from the sets on which the probabilities were calibrated."""
     grounds: Grounds | None = None
@@ -111,8 +112,8 @@ class Diagnosis:
 
     @property
     def next_measurement_kind(self) -> str | None:
-        """The short name of the next measurement, for programs: a choice of ``arctrue simulate
-        --further``."""
+        """The short name of the next measurement, for programs: a choice of ``arctrue capture
+        --next``."""
         return None if self.measurement is None else self.measurement.kind
 
     @property
@@ -174,7 +175,7 @@ def diagnose(
     facts = Facts(case=case, covers=covers)
     report_step("fitting every row")
     found = _stated(observations, base, facts)
-    report_step("adding it")
+    report_step("adding the effect to the model")
     names = {item.name for item in (found.decision.spoken_of,) if item is not None}
     after = {name: adding.after(name) for name in [*names, *found.effect_class]}
     left = {name: item for name, item in after.items() if item is not None}

@@ -23,8 +23,8 @@ class Grounds:
     delta_bic: float
     """ΔBIC of the best candidate; 0 without one."""
     lead: float
-    """ΔBIC of the best candidate minus that of the best candidate outside the class (at least 0); 0
-    without a candidate."""
+    """ΔBIC of the best candidate minus the ΔBIC of the best candidate outside the class, which
+    counts as 0 if it is negative; 0 without a candidate."""
     block_share: float | None
     """Share of the best candidate's own error that other blocks of the rows predict; None where it
     is not known.

@@ -21,8 +21,8 @@ LEAST_WAVE = 0.75
 curve or a bump."""
 HALF_REPEATS_TURNS = 2.0
 """Number of turns after which a half order repeats. On one turn, whole orders describe any error
-(Fourier), and a half order differs from them only by a step where the turn closes. Two turns are
-therefore needed to show a half order."""
+(Fourier), and a half order differs from them only by a step where the turn closes. The rows must
+therefore cover LEAST_WAVE of these turns to show a half order."""
 MOSTLY_ITS_OWN = 0.5
 """Share of a part's variance that the model cannot reproduce (1/VIF). A part with a larger share is
 accepted, because the model could not cancel most of it.

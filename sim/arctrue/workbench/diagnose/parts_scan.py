@@ -34,8 +34,8 @@ ELECTRICAL_MULTIPLES = (1.0, 2.0)
 """Multiples of the signal period. The first is an offset of sine and cosine, the second a
 difference of gain or phase."""
 SHORTLIST = 8
-"""Number of products that are returned. The noise is estimated anew for the best product only, so
-that more products would only take time.
+"""Largest number of products that are returned. The noise is estimated anew for the best product
+only, so that more products would only take time.
 """
 LEAST_ARC_RAD = 1.5 * np.pi
 """Smallest arc of a reference run that counts as a whole turn."""

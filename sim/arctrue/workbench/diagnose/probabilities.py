@@ -44,8 +44,8 @@ class Weighed:
     """Number of rows that determine the effect's size: the rows of the channels that the effect
     changes."""
     freedom: float = float("inf")
-    """Degrees of freedom of the noise variance; few if the runs, not the rows, are the sample (ten
-    with four runs of together 24,000 rows)."""
+    """Degrees of freedom of the noise variance; few if the runs, not the rows, are the sample (for
+    example ten for four runs, which have 24,000 rows together)."""
 
 
 def log_evidence(item: Weighed) -> float:

@@ -227,8 +227,8 @@ class Findings:
         """True if there is a finding other than a line: a step, or a residual that no kind of noise
         makes white.
 
-        The test of whiteness has a third of FAMILY_WISE, the level of the search for lines and of
-        the search for steps.
+        The level of the test of whiteness is a third of FAMILY_WISE, which is the level of each
+        search: the search for lines and the search for steps.
         """
         white = self.whiteness_p is None or self.whiteness_p >= FAMILY_WISE / 3.0
         return bool(self.steps) or not white

@@ -240,9 +240,9 @@ def _smaller_part(result: Diagnosis) -> list[str]:
     if excess <= (LEAST_EXCESS * noise) ** 2 or rest <= MOST_OF_EXCESS * excess:
         return []
     return [
-        f"It explains the smaller part of the error: {after.rms_arcsec[channel]:.3g}″ RMS of the "
-        f"{channel} remain with it in the model, {before.rms_arcsec[channel]:.3g}″ without (noise "
-        f"{noise:.2g}″)."
+        f"{item.name} explains the smaller part of the error: {after.rms_arcsec[channel]:.3g}″ RMS "
+        f"of the {channel} remain with this effect in the model, {before.rms_arcsec[channel]:.3g}″ "
+        f"without it (noise {noise:.2g}″)."
     ]
 
 

@@ -66,11 +66,12 @@ class SecondFinding:
         )
         if self.channel is not None:
             return (
-                f"Its size differs by ±{100.0 * self.variation:.0f} % from place to place: {left}."
+                f"The size of the named effect differs by ±{100.0 * self.variation:.0f} % from "
+                f"place to place; the remaining error: {left}."
             )
         # The report states the next name elsewhere; only a product of parts gives the form.
         what = "" if self.description is None else f"; {self.description}"
-        return f"With it in the model an error remains: {left}{what}."
+        return f"With the named effect in the model an error remains: {left}{what}."
 
 
 def second_finding(

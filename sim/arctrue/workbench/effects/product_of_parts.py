@@ -475,7 +475,7 @@ class ProductOfParts(Effect):
         factor = 1.0
         if self.condition is TEMPERATURE:
             if temperature_c is None:
-                raise ValueError(f"{self.name}: say the temperature with --temperature")
+                raise ValueError(f"{self.name}: state the temperature with --temperature")
             factor = temperature_c - observations.reference_temperature_c
         elif self.condition is not ALWAYS:
             return []

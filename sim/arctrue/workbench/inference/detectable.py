@@ -33,8 +33,8 @@ POWER = 0.95
 """Power of the tests at the stated size; the value is a choice. ``arctrue benchmark bound`` checks
 whether the tests reach it."""
 MOST_ROWS = 20_000
-"""Smallest number of evenly spread rows of a longer capture from which the mean square of a column
-is calculated; the number is below twice this value."""
+"""The mean square of a column is calculated from evenly spread rows of a longer capture; their
+number is at least this value and less than twice this value."""
 PROPORTIONAL = 1e-6
 """Relative tolerance of the test whether a parameter is a size: a size doubles when the
 coefficients double."""

@@ -15,9 +15,9 @@ from arctrue.workbench.observations import CaptureRows, Observations, ReferenceR
 Float = NDArray[np.float64]
 
 PROBE_ROWS = 4096
-"""Smallest number of evenly spread rows of a longer capture from which the step of the difference
-quotient is calculated; the number is below twice this value. Without a capture, all rows of the
-reference are used."""
+"""The step of the difference quotient is calculated from evenly spread rows of a longer capture;
+their number is at least this value and less than twice this value. Without a capture, all rows of
+the reference are used."""
 RELATIVE_CHANGE = 1e-4
 """Relative change of the prediction that a step of the difference quotient should cause; the cubic
 term is then below 1e-8 of the prediction."""

@@ -179,7 +179,7 @@ def harmonics_of_reading(
     warnings: list[str] = []
     lacking = _cannot_be_judged(model, observations, effects)
     if lacking:
-        warnings.append(f"not judged whether the lanes are significant: {lacking}")
+        warnings.append(f"it is not known whether the lanes are significant: {lacking}")
         quiet: list[int] = []
     else:
         terms = model.terms(effects)
@@ -304,7 +304,9 @@ def export_model(
     or a correction that changes too steeply after a reversal.
     """
     if observations.counts_per_rev is None:
-        raise ValueError("the gateware counts: table.counts_per_rev is missing in the set")
+        raise ValueError(
+            "table.counts_per_rev is missing in the set; the coefficients are in counts"
+        )
     conditioned: dict[int, list[ConditionedLane]] = {}
     if conditions is not None:
         conditioned = lanes_by_condition(model, observations, effects)
@@ -334,14 +336,18 @@ def export_model(
         left_out += _would_follow(model, observations, effects)
     if local and not with_local_table:
         names = ", ".join(model.effects[index].name for index in local)
-        left_out.append(f"{names}: a gateware with LOCAL_TABLE = true can, with --local-table")
+        left_out.append(
+            f"{names}: a gateware with LOCAL_TABLE = true can correct it, with --local-table"
+        )
     if of_real_order and not with_real_orders:
         names = ", ".join(model.effects[index].name for index in of_real_order)
-        left_out.append(f"{names}: a gateware with REAL_ORDERS = true can, with --real-orders")
+        left_out.append(
+            f"{names}: a gateware with REAL_ORDERS = true can correct it, with --real-orders"
+        )
     if len(followed.lanes) + len(real) > lanes:
         raise ValueError(
             f"{len(followed.lanes)} lanes follow a condition and {len(real)} have a real order, "
-            f"{lanes} are there"
+            f"but the gateware has only {lanes} lanes"
         )
     orders = sorted(by_order, key=lambda order: -thermal.largest_arcsec(order))
     plain_lanes = lanes - len(followed.lanes) - len(real)
@@ -349,7 +355,8 @@ def export_model(
         if thermal.largest_arcsec(order) == 0.0:
             continue
         left_out.append(
-            f"order {order} ({thermal.largest_arcsec(order):.3f}″): no lane left, {lanes} are there"
+            f"order {order} ({thermal.largest_arcsec(order):.3f}″): no lane left, "
+            f"all {lanes} are in use"
         )
     kept = sorted(orders[:plain_lanes])
     phases = [float(np.arctan2(-by_order[order][1], by_order[order][0])) for order in kept]
@@ -377,7 +384,9 @@ def export_model(
         )
     following = [order for order in orders[:plain_lanes] if order in thermal.slopes_arcsec]
     for order in following[ORDERS_MOST:]:
-        left_out.append(f"order {order} with the temperature: {ORDERS_MOST} orders can follow it")
+        left_out.append(
+            f"order {order} does not follow the temperature: at most {ORDERS_MOST} orders can"
+        )
     if following:
         coefficients = dataclasses.replace(
             coefficients,
@@ -485,7 +494,9 @@ def _would_follow(
     ]
     if not names:
         return []
-    return [f"{', '.join(names)}: a gateware with MODULATORS = true can, with --modulators"]
+    return [
+        f"{', '.join(names)}: a gateware with MODULATORS = true can correct it, with --modulators"
+    ]
 
 
 @dataclass(frozen=True)
@@ -592,9 +603,9 @@ class _FollowedLanes:
         if slope >= LARGEST_REVERSAL_SLOPE:
             needed = slope / LARGEST_REVERSAL_SLOPE * self.settings.reversal_width_deg
             raise ValueError(
-                f"--reversal-width {self.settings.reversal_width_deg:g}: the error would change by "
-                f"{slope:.3g} counts a count while the direction goes over, and "
-                f"{LARGEST_REVERSAL_SLOPE:g} is the limit; choose more than {needed:.3g}°"
+                f"--reversal-width {self.settings.reversal_width_deg:g}: after a reversal the "
+                f"correction would change by {slope:.3g} counts per count; the limit is "
+                f"{LARGEST_REVERSAL_SLOPE:g}: choose more than {needed:.3g}°"
             )
         names = tuple((first_lane + at, self._modulator(one)) for at, one in enumerate(self.lanes))
         conditions = Conditions(
@@ -631,7 +642,7 @@ def _cannot_be_judged(
         if lacking:
             return f"{entry.name} cannot be fitted to this set, which lacks {'; '.join(lacking)}"
         if set(entry.search) != {item.name for item in effect.search}:
-            return f"{entry.name} has no place yet; fit the model first"
+            return f"{entry.name} has no values of its search parameters; fit the model first"
         if entry.coefficients and entry.columns != effect.column_names(observations):
             return f"{entry.name} was stored for other columns than this set has"
     return ""

@@ -49,7 +49,7 @@ def settle(
             found = likeliest_place(effect, residuals)
             if found is None:
                 raise NotTestableError(
-                    f"{entry.name} cannot be tested with this set: its search found no place"
+                    f"{entry.name} cannot be tested with this set: its search found no values"
                 )
             effect, nonlinear = effect.at_place(residuals, found)
         terms.append(Term(effect, nonlinear))
@@ -207,8 +207,9 @@ def as_stored(
             raise ValueError(f"{entry.name}: the model file has no coefficients; fit it first")
         if entry.columns != expected and not lacking:
             raise ValueError(
-                f"{entry.name}: stored for {len(entry.columns)} columns, this set needs "
-                f"{len(expected)}: an effect whose size is free in each run cannot be carried over"
+                f"{entry.name}: the model file has {len(entry.columns)} coefficients, this set "
+                f"needs {len(expected)}: an effect with its own size in each run cannot be "
+                "applied to another set"
             )
         values += entry.coefficients
     return with_fixed_coefficients(terms, observations, np.array(values))

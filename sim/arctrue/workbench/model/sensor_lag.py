@@ -52,10 +52,11 @@ def slope_k_s(
 ) -> Float:
     """Return dT_s/dt, K/s, (rows,): slope of a parabola through the run's rows within ``window_s``.
 
-    The window reaches ``window_s`` to each side, in a long run farther (WINDOWS_MOST). The slope is
-    computed at instants a quarter of this distance apart and interpolated linearly between these
-    instants. At the ends of a run, all rows are on one side of the instant. A parabola still gives
-    the slope at that instant; a straight line would give the slope in the middle of the rows.
+    The window reaches ``window_s`` to each side, or 1/WINDOWS_MOST of the run if this is longer.
+    The slope is computed at instants a quarter of this distance apart and interpolated linearly
+    between these instants. At the ends of a run, all rows are on one side of the instant. A
+    parabola still gives the slope at that instant; a straight line would give the slope in the
+    middle of the rows.
     """
     found = np.zeros_like(temperature_c)
     for first, last in run_spans(run):
@@ -142,7 +143,7 @@ def fitted_sensor_lag(
     """
     rows = observations.capture
     if rows is None or rows.temperature_c is None:
-        raise NoLagError("a lag of the thermometer needs a capture with temperature_c")
+        raise NoLagError("a fit of the thermometer's lag needs a capture with temperature_c")
     terms = [Term(entry.effect(effects), entry.search) for entry in model.effects]
     noise: Noise | None = None
     known: dict[float, float] = {}
@@ -171,8 +172,7 @@ def fitted_sensor_lag(
     if not sigma < LONGEST_S:
         raise NoLagError(
             "the set does not determine the lag of its thermometer: no effect of the model "
-            "follows a "
-            "temperature that changes at more than one rate"
+            "follows a temperature that changes at more than one rate"
         )
     return Parameter(best, sigma, "s")
 

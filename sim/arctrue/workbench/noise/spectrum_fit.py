@@ -97,7 +97,7 @@ def fit_spectrum(
         away = (logs[1:] - centre) / PRIOR_WIDTH
         value, slopes = 0.5 * float(away @ away), np.concatenate([[0.0], away / PRIOR_WIDTH])
         if white.stated is not None:
-            # The prior is the likelihood of ν readings with the stated variance u², if the white
+            # The cost of the prior is that of ν readings with the stated variance u², if the white
             # variance is s²: ν/2·(log s² + u²/s²).
             share = white.stated * float(np.exp(-logs[0]))
             value += 0.5 * STATED_READINGS * (logs[0] + share)

@@ -23,8 +23,8 @@ class _Sliceable:
     __slots__ = ()
 
     def __post_init__(self) -> None:
-        """Make every array a read-only view, so that no effect can change the rows to which other
-        effects are fitted; the arrays in ``conditions`` stay writable."""
+        """Make every array, also those in ``conditions``, a read-only view, so that no effect can
+        change the rows to which other effects are fitted."""
         for item in fields(self):  # type: ignore[arg-type]
             value = getattr(self, item.name)
             if isinstance(value, np.ndarray):

@@ -25,8 +25,8 @@ its amplitude; after two rounds the relative error is the square of this."""
 BLOCK_ROWS = 1 << 16
 """Number of rows of one block; it limits memory only."""
 MOST_ROWS = 200_000
-"""Smallest number of evenly spread samples of a longer capture from which the rough ε is estimated;
-the number is below twice this value."""
+"""The rough ε of a longer capture is estimated from evenly spread samples; their number is at least
+this value and less than twice this value."""
 
 
 def true_angle(reading1_rad: Float, difference_rad: Float, head_separation_rad: float) -> Float:

@@ -162,7 +162,7 @@ def test_command_shards_resumes_and_writes_the_page(tmp_path: Path) -> None:
     usual = ["monte-carlo", str(folder), "--trials=2", "--samples=400", "--runs=1", "--workers=1"]
     first = CliRunner().invoke(main, [*usual, "--shard=1/2"])
     assert first.exit_code == 0, first.output
-    assert "8 of 16 trials are there" in first.output
+    assert "8 of 16 trials are done" in first.output
     whole = CliRunner().invoke(main, [*usual, f"--page={text}", f"--json={tmp_path / 'a.json'}"])
     assert whole.exit_code == 0, whole.output
     assert "2 trials of each case, seed 1; 1 run of 1 turn" in text.read_text(encoding="utf-8")

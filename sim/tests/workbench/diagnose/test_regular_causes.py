@@ -92,7 +92,7 @@ def test_a_small_line_with_a_slow_change_is_said_to_be_the_smaller_part() -> Non
     assert found.named is not None
     assert found.named.parameters()["period_time"].value == pytest.approx(6.0, rel=0.01)
     said = sentences(found)
-    smaller = [place for place, text in enumerate(said) if "It explains the smaller part" in text]
+    smaller = [place for place, text in enumerate(said) if "explains the smaller part" in text]
     assert len(smaller) == 1
     assert smaller[0] < next(place for place, text in enumerate(said) if "Regular errors" in text)
 

@@ -98,16 +98,18 @@ class PolygonFaceError(Effect):
         order, share = int(np.argmax(power)) + 1, float(power.max() / power.sum())
         if power.size * (1.0 - share) ** (power.size - 1) < 0.5 * level:
             return (
-                f"the faces follow a wave of order {order} that is {100.0 * share:.0f} % of it; "
-                "the errors of a polygon's faces are independent of each other"
+                f"a wave of order {order} has {100.0 * share:.0f} % of the variance of the face "
+                "errors; the errors of a polygon's faces are independent of each other"
             )
         face, width, p_value = _place(values, observations.head_separation_rad)
         if p_value < 0.25 * level:
             found = values[(face + np.arange(width)) % size].mean()
-            faces = f"face {face} is" if width == 1 else f"{width} faces from {face} on are"
+            faces = f"face {face} deviates"
+            if width > 1:
+                faces = f"{width} faces from {face} on deviate"
             return (
-                f"{faces} off alone by {found:.2g}″: an error at one place of the table looks the "
-                "same as bad faces side by side"
+                f"{faces} from the other faces by {found:.2g}″: an error at one place of the table "
+                "looks the same as wrong faces side by side"
             )
         times, p_value = _comes_again(values)
         if p_value < 0.25 * level:

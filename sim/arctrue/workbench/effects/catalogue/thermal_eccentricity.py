@@ -82,7 +82,7 @@ class ThermalEccentricity(Effect):
         temperature_c: float | None,
     ) -> list[Lane]:
         if temperature_c is None:
-            raise ValueError(f"{self.name}: say the temperature with --temperature")
+            raise ValueError(f"{self.name}: state the temperature with --temperature")
         warmth = temperature_c - observations.reference_temperature_c
         return paired_lanes([1], warmth * coefficients)
 

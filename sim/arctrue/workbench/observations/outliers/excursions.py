@@ -16,8 +16,8 @@ probability of 4·10⁻³³ per step.
 SAME_SIZE = 0.5
 """Largest difference of the jump away and the jump back, as a share of the larger jump."""
 ENOUGH = 100_000
-"""Smallest number of evenly spread steps of a longer record from which a scatter is calculated; the
-number is below twice this value."""
+"""The scatter of a longer record is calculated from evenly spread steps; their number is at least
+this value and less than twice this value."""
 
 
 def step_scatter(steps: Float) -> float:

@@ -56,8 +56,8 @@ WAVE_CONDITION = 1e-6
 """The fit of the wave sets singular values to zero that are a smaller share than this of the
 largest one, because the rows of an arc cannot separate all orders."""
 MOST_FITTED = 20_000
-"""Smallest number of evenly spread rows of a longer run to which the wave is fitted; the number is
-below twice this value."""
+"""The wave of a longer run is fitted to evenly spread rows; their number is at least this value and
+less than twice this value."""
 MOST_SHARE = 0.05
 """Largest share of outliers; with a larger share the recording is faulty."""
 NORMAL_MAD = 1.4826
