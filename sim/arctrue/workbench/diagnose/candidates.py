@@ -18,6 +18,8 @@ from arctrue.workbench.diagnose.candidate import Candidate, delta_bic, rows_move
 from arctrue.workbench.diagnose.parts_scan import best_parts
 from arctrue.workbench.diagnose.regular import Findings, RegularCause
 from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.effects.scalar_effect import ScalarOfEachHead
+from arctrue.workbench.inference.likelihood_ratio import with_index_as_known
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search import places_of
 from arctrue.workbench.inference.significance import corrected_p_value
@@ -123,13 +125,23 @@ def looked_for(
 ) -> tuple[Effect, dict[str, float], float] | None:
     """Return the settings and search parameters with which an effect fits best, and the number of
     independent values of the search parameters that were tried."""
-    form, trials = effect.narrowed(residuals)
+    form, trials = effect.narrowed(_of_its_offsets(effect, residuals))
     if not form.search:
         return form, {}, trials
     places = places_of(form, residuals)
     if not places:
         return None
     return *form.at_place(residuals, places[0].nonlinear), places[0].trials
+
+
+def _of_its_offsets(effect: Effect, residuals: Residuals) -> Residuals:
+    """Return the residuals by which the heads of an effect are chosen.
+
+    An effect that is constant within each run changes the offsets of the runs. The estimated index
+    variance contains these offsets, so that every head would gain about as much as all heads.
+    """
+    one_of_many = isinstance(effect, ScalarOfEachHead) and residuals.observations.heads > 2
+    return with_index_as_known(residuals) if one_of_many else residuals
 
 
 def _candidate(

@@ -6,6 +6,10 @@ set.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
 from scipy.special import chdtrc, fdtrc
 
 from arctrue.workbench.effects.base import Effect, Nonlinear
@@ -18,6 +22,23 @@ LEAST_OFFSETS = 2
 """Smallest number of free offsets (runs minus columns of the effect) for the comparison with the
 known index repeatability. A single free offset agrees whenever two runs have the same shift, for
 example if a head was displaced before both runs."""
+
+LEAST_RUNS = 6
+"""Smallest number of runs whose offsets are compared with a condition: five offsets lie as near to
+some straight line of a condition in one of a thousand sets."""
+FOLLOWS_P = 1e-4
+"""Largest p, over all conditions, at which the offsets count as a function of a condition; it
+equals the limit of a sure lack of fit."""
+
+
+@dataclass(frozen=True)
+class FollowedCondition:
+    """Condition that the offsets of the runs follow, and the RMS of the offsets in arcseconds."""
+
+    part: str
+    rms_arcsec: float
+    index_arcsec: float
+    """Known standard deviation of the index, arcseconds."""
 
 
 def leaves_the_index(known: Residuals, effect: Effect, nonlinear: Nonlinear) -> bool:
@@ -67,6 +88,51 @@ def offsets_are_large(left: Residuals, before: Residuals, share: float) -> bool:
     )
     remaining = float(after @ after)
     return remaining > share * max(float(without @ without) - remaining, 0.0)
+
+
+def offsets_follow(residuals: Residuals) -> FollowedCondition | None:
+    """Return the condition of which the offsets of the runs are a linear function; None if there is
+    none, or if the offsets are within the known scatter of the index.
+
+    The offset at which the line begins is free. The F test counts runs, not rows: a thermometer's
+    noise within a run, or a lag, hides from the rows that the runs follow a temperature.
+    """
+    observations = residuals.observations
+    rows = observations.capture
+    channels = 1 if rows is None else rows.channels
+    if rows is None or observations.runs < LEAST_RUNS * channels:
+        return None
+    known = with_index_as_known(residuals).solution
+    offsets, variance = known.run_offsets_arcsec, known.noise.index_variance
+    size = np.bincount(rows.run, minlength=offsets.size)
+    conditions = {
+        item.part.partition("^")[0]: np.bincount(rows.run, values, offsets.size) / size
+        for item in recorded_conditions(observations)
+        if (values := item.values(rows)) is not None
+    }
+    found: list[tuple[float, FollowedCondition]] = []
+    for channel in range(channels):
+        own = offsets[channel::channels]
+        about_mean = own - own.mean()
+        if float(chdtrc(own.size - 1, float(about_mean @ about_mean) / variance)) > FOLLOWS_P:
+            continue
+        rms, index = float(np.sqrt(np.mean(about_mean**2))), float(np.sqrt(variance))
+        for part, means in conditions.items():
+            p_value = _p_of_a_line(means[channel::channels], about_mean)
+            found.append((p_value, FollowedCondition(part, rms, index)))
+    p_value, best = min(found, key=lambda item: item[0], default=(1.0, None))
+    return best if p_value * max(len(found), 1) < FOLLOWS_P else None
+
+
+def _p_of_a_line(condition: NDArray[np.float64], offsets: NDArray[np.float64]) -> float:
+    """Return p of the F test of a straight line through offsets whose mean is 0."""
+    away = condition - condition.mean()
+    square = float(away @ away) * float(offsets @ offsets)
+    if square <= 0.0:
+        return 1.0
+    share = min(float(away @ offsets) ** 2 / square, 1.0)
+    free = offsets.size - 2
+    return float(fdtrc(1, free, free * share / max(1.0 - share, 1e-300)))
 
 
 def runs_differ_with(residuals: Residuals) -> str | None:

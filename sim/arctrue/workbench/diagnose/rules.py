@@ -29,6 +29,7 @@ from arctrue.workbench.diagnose.next_measurement import (
     AT_ONE_SPEED,
     LOOK_AT_THE_STAND,
     MORE_READINGS_THAN_COEFFICIENTS,
+    OF_PARTS,
     RECORD_AGAIN,
     NextMeasurement,
     Question,
@@ -36,6 +37,7 @@ from arctrue.workbench.diagnose.next_measurement import (
 from arctrue.workbench.diagnose.of_the_runs import (
     LEAST_OFFSETS,
     offsets_are_large,
+    offsets_follow,
     runs_differ_with,
 )
 from arctrue.workbench.diagnose.own_tests import (
@@ -267,6 +269,21 @@ def jumped_or_not_white(case: Case) -> Decision | None:
     return Decision("unknown", undescribed_arcsec=left)
 
 
+def runs_follow_a_condition(case: Case) -> Decision | None:
+    """No effect is found, but the offsets of the runs follow a condition and exceed the index."""
+    if case.best is not None or case.depth > 1:
+        return None
+    found = offsets_follow(case.survey.residuals)
+    if found is None or found.rms_arcsec < case.survey.matters_arcsec:
+        return None
+    seen = (
+        f"the offsets of the runs follow the condition {found.part}; they scatter by "
+        f"{found.rms_arcsec:.2g}″, the index by {found.index_arcsec:.2g}″"
+    )
+    kind, words = OF_PARTS.get(found.part, ("again", f"more runs at other values of {found.part}"))
+    return Decision("unknown", seen=seen, next=NextMeasurement(words, kind))
+
+
 def nothing_found(case: Case) -> Decision | None:
     """No effect and no product of parts is significant."""
     return Decision("adequate") if case.best is None else None
@@ -281,7 +298,7 @@ def contradicts_itself(case: Case) -> Decision | None:
     why = best.effect.contradiction(
         solution.coefficients[part],
         solution.covariance[part, part],
-        best.nonlinear,
+        best.at_maximum.terms[-1].nonlinear,
         solution.observations,
     )
     if why is None and best.effect.search:
@@ -707,6 +724,7 @@ RULES = (
     Rule("unknown", refused_is_ahead),
     Rule("unknown", left_undescribed),
     Rule("unknown", jumped_or_not_white),
+    Rule("unknown", runs_follow_a_condition),
     Rule("adequate", nothing_found),
     Rule("unknown", contradicts_itself),
     Rule("unknown", makes_it_worse),

@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
-from scipy.special import chdtrc, chdtri, chndtr, gammaincinv, ncfdtr
+from scipy.special import chdtrc, chdtri, chndtr, fdtr, gammaincinv, ncfdtr
 from scipy.stats import f as f_distribution
 
 from arctrue.workbench.effects.base import Effect, Nonlinear, Parameter
@@ -139,10 +139,15 @@ def _not_passed(rank: int, freedom: float, gain: Float, threshold: float) -> Flo
     """Return the probability that noncentral F is below ``threshold``, for each noncentrality
     ``gain``.
 
-    Scipy's series gives NaN above about 10⁹. Above LARGE, the numerator equals its mean to within
-    2/√LARGE, and the χ² of the denominator alone decides.
+    Scipy's series gives NaN at some noncentralities above about 1,000, and at all above about 10⁹.
+    Patnaik's central F of the same first two moments (Biometrika 36 (1949) 202) replaces such
+    values. Above LARGE, the numerator equals its mean to within 2/√LARGE, and the χ² of the
+    denominator alone decides.
     """
     series = ncfdtr(rank, freedom, np.minimum(gain, LARGE), threshold)
+    of_moments = (rank + gain) ** 2 / (rank + 2.0 * gain)
+    central = fdtr(of_moments, freedom, threshold * rank / (rank + gain))
+    series = np.where(np.isnan(series), central, series)
     by_mean = chdtrc(freedom, freedom * (rank + gain) / (rank * threshold))
     return np.asarray(np.where(gain > LARGE, by_mean, series))
 

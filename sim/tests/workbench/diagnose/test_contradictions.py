@@ -112,15 +112,16 @@ def test_a_counter_loses_whole_counts() -> None:
     assert _of_step(12.4, 0.1, count_arcsec=None) is None
 
 
-def _of_line(frequency: float, visits: int = 10, mixed: bool = False):  # type: ignore[no-untyped-def]
+def _of_line(frequency: float, visits: int = 10, mixed: bool = False, pauses_s: float = 0.0):  # type: ignore[no-untyped-def]
     """Return the contradiction of a line in time, for 24 stations up and down, 4 s each, so that
-    each station is visited again after 192 s."""
+    each station is visited again after 192 s, and after a pause of up to ``pauses_s``."""
     up = np.arange(FACES) * 2.0 * np.pi / FACES
     target = np.tile(np.concatenate([up, up[::-1]]), visits)
     if mixed:
         target = np.random.default_rng(4).permutation(target)
+    pauses = np.random.default_rng(5).uniform(-0.5, 0.5, visits) * pauses_s
     rows = SimpleNamespace(
-        time_s=np.arange(target.size) * 4.0,
+        time_s=np.arange(target.size) * 4.0 + np.repeat(np.cumsum(pauses), 2 * FACES),
         target_rad=target,
         direction=np.tile(np.repeat([1.0, -1.0], FACES), visits),
     )
@@ -146,6 +147,16 @@ def test_a_line_that_keeps_to_the_schedule_of_the_visits_is_none_in_time() -> No
     # frequency.
     assert _of_line(1.0 / 192.0, mixed=True) is None
     assert _of_line(1.0 / 192.0, visits=1) is None
+
+
+def test_a_line_that_keeps_its_phase_at_irregular_visits_is_none_in_time() -> None:
+    """The rule refuses a line at the mean frequency of visits whose times differ by some percent:
+    a friction loop was named a periodic error of the cycle from station to station and back."""
+    refused = _of_line(1.0 / 192.0, visits=5, pauses_s=24.0)
+    assert refused is not None
+    assert "every visit" in refused
+    assert _of_line(1.37 / 192.0, visits=5, pauses_s=24.0) is None
+    assert _of_line(1.0 / 192.0, visits=5, pauses_s=400.0) is None
 
 
 def _of_order(order: float, sigma: float):  # type: ignore[no-untyped-def]

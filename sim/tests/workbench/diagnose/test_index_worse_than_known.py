@@ -12,9 +12,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from sim.tests.workbench.base_diagnosis import diagnosis_of
-from sim.tests.workbench.small_sets import measurement_set
+from sim.tests.workbench.small_sets import ALPHA, ARCSEC, COUNTS_PER_REV, measurement_set
 
-from arctrue.measurement import MeasurementSet
+from arctrue.measurement import Capture, MeasurementSet, Table
+from arctrue.workbench.diagnose.report import sentences
 
 OF_THE_RUNS = {"timing_skew", "head_angle_error", "thermal_head_drift"}
 
@@ -41,3 +42,53 @@ def test_a_skew_within_a_good_index_keeps_its_name() -> None:
     found = diagnosis_of(measurement_set(head2_only=lambda time, speed: 0 * time + 0.62 * speed))
     assert found.named is not None
     assert found.named.name == "timing_skew"
+
+
+def _runs_at_temperatures(slope_arcsec_k: float, seed: int) -> MeasurementSet:
+    """Return ten runs at ten temperatures; head 2 moves with the temperature of its bracket, and
+    the thermometer has 0.2 K of noise in each row."""
+    random = np.random.default_rng(seed)
+    size, runs = 500, 10
+    warm = random.uniform(-1.5, 1.5, runs)
+    columns: dict[str, list[np.ndarray]] = {name: [] for name in ("time", "h1", "h2", "warm")}
+    for run in range(runs):
+        angle = random.uniform(0.0, 6.0) + np.arange(size) * 2.0 * np.pi / size
+        for name, offset, move in (("h1", 0.0, 0.0), ("h2", ALPHA, slope_arcsec_k * warm[run])):
+            disc = angle + offset
+            value = (
+                disc + (90.0 * np.cos(disc + 0.4) + move + random.normal(0.0, 0.1, size)) * ARCSEC
+            )
+            counts = np.round(value / (2.0 * np.pi) * COUNTS_PER_REV).astype(np.int64)
+            columns[name].append(counts + random.integers(-1, 2))
+        columns["time"].append(600.0 * run + np.arange(size) * 0.02)
+        columns["warm"].append(20.0 + warm[run] + random.normal(0.0, 0.2, size))
+    joined = {name: np.concatenate(values) for name, values in columns.items()}
+    capture = Capture(
+        np.repeat(np.arange(runs), size),
+        joined["time"],
+        joined["h1"],
+        joined["h2"],
+        temperature_c=joined["warm"],
+    )
+    table = Table(counts_per_rev=COUNTS_PER_REV, head_separation_deg=33.0)
+    return MeasurementSet(table, capture, None, title="ten runs")
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_runs_that_follow_the_temperature_are_no_adequate_model(seed: int) -> None:
+    """Ten runs whose offsets lie on a line over the temperature, five times the scatter of the
+    index, are never adequate, although the noise of the thermometer hides the slope within the
+    runs."""
+    found = diagnosis_of(_runs_at_temperatures(0.5, seed))
+    assert found.verdict in ("named", "ambiguous", "unknown")
+    if found.verdict == "unknown":
+        assert any("temperature" in text for text in sentences(found))
+        assert found.measurement is not None
+        assert found.measurement.kind == "warm"
+    else:
+        assert "thermal_head_drift" in found.effect_class
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_runs_that_follow_nothing_are_adequate(seed: int) -> None:
+    assert diagnosis_of(_runs_at_temperatures(0.0, seed)).verdict in ("adequate", "cannot_tell")

@@ -47,6 +47,8 @@ class FourHeads:
     settling: tuple[int, float, float] | None = None
     """Head, error in arcseconds and time constant in seconds of a bracket that bends at each start
     and settles."""
+    later_s: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
+    """Time in seconds by which each head is read later than the sample is taken."""
     turns: float = 2.0
     samples: int = 800
     """Number of samples per run."""
@@ -77,7 +79,7 @@ class FourHeads:
         warmth = warm + 1.5 * since / duration
         run = np.full(self.samples, number)
         time = 400.0 * number + since
-        heads = self._readings(number, angle, warmth, random)
+        heads = self._readings(number, angle, speed, warmth, random)
         if self.settling is not None:
             head, size_arcsec, constant_s = self.settling
             bent = size_arcsec * np.exp(-since / constant_s) / 1_296_000.0 * COUNTS
@@ -85,11 +87,12 @@ class FourHeads:
         return [run, time, warmth, *heads]
 
     def _readings(
-        self, number: int, angle: Float, warmth: Float, random: np.random.Generator
+        self, number: int, now: Float, speed: float, warmth: Float, random: np.random.Generator
     ) -> list[NDArray[np.int64]]:
-        centre = self.motion(angle)
         found = []
         for index, place_deg in enumerate(self.places_deg):
+            angle = now + speed * self.later_s[index]
+            centre = self.motion(angle)
             place = np.radians(place_deg) + self.creep_arcsec_k[index] * ARCSEC * warmth
             head = RADIUS_M * np.exp(-1j * place)
             seen = np.angle((head - centre) / RADIUS_M * np.exp(1j * np.radians(place_deg)))

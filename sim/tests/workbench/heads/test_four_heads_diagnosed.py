@@ -87,6 +87,16 @@ def test_a_bracket_that_creeps_is_named_with_its_head(head: int) -> None:
     _close(values[f"drift_head{head}"], 0.5)
 
 
+def test_heads_that_are_read_one_after_the_other_are_named_together() -> None:
+    """One head alone does not explain the offsets of the runs, which the estimated scatter of the
+    index would hide."""
+    later = (0.0, 1e-6, -1.5e-6, 2.5e-6)
+    _, values = _named(FourHeads(later_s=later), "timing_skew")
+    assert list(values) == ["skew", "skew_head3", "skew_head4"]
+    for found, expected in zip(values.values(), later[1:], strict=True):
+        assert abs(found.value - 1e6 * expected) < SIGMAS * found.sigma
+
+
 @pytest.mark.parametrize("head", [1, pytest.param(3, marks=pytest.mark.large)])
 def test_lost_counts_are_named_with_their_head(head: int) -> None:
     _, values = _named(FourHeads(slip=(1, head, 40)), "count_slip")

@@ -42,6 +42,9 @@ With ten visits of a station, one of 20 frequencies is this close by chance."""
 REGULAR = 0.05
 """The visits of a station count as a schedule if the relative spread of the times between them is
 less than this."""
+SAME_PHASE = 0.9
+"""Share of a wave that must be the same at all visits of a station if the visits come at irregular
+times. A wave of another cause has a share of about 1/n at n visits, one half at two."""
 SAME_STATION_RAD = 1e-6
 TELLS_DIRECTIONS = 6.0
 """BIC advantage that a whole order with a size and a phase for each direction needs over one
@@ -222,7 +225,7 @@ class PeriodicError(Effect):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> str | None:
-        """Refuse a line in time at the frequency of the visits to the stations.
+        """Refuse a line in time whose phase is the same at every visit to a station.
 
         At the stations, such a line is a function of the station and the direction of approach.
         """
@@ -230,8 +233,15 @@ class PeriodicError(Effect):
         if not nonlinear["in_time"] or nonlinear["in_capture"] or rows is None:
             return None
         visits_s = _visits_s(rows)
-        if visits_s is None or rows.time_s is None:
+        if rows.time_s is None:
             return None
+        if visits_s is None:
+            if _repeats_at_the_stations(rows, rows.time_s, nonlinear["frequency"]) < SAME_PHASE:
+                return None
+            return (
+                "its phase is the same at every visit of a station from the same side: what "
+                "depends on the place and on the direction of approach looks the same"
+            )
         times = nonlinear["frequency"] * visits_s
         away = abs(times - round(times)) / visits_s * float(np.ptp(rows.time_s))
         if round(times) < 1 or away > OF_THE_SCHEDULE:
@@ -330,6 +340,22 @@ def _wave(rows: CaptureRows | ReferenceRows, nonlinear: Nonlinear) -> Columns | 
     else:
         phase = 2.0 * np.pi * nonlinear["frequency"] * (rows.time_s - rows.set_start_s)
     return np.stack([np.cos(phase), np.sin(phase)], axis=1)
+
+
+def _repeats_at_the_stations(
+    rows: ReferenceRows, time_s: NDArray[np.float64], frequency_hz: float
+) -> float:
+    """Return the share of a wave in time that is the same at all visits of a station from the same
+    side, 0 to 1; 0 if most stations are visited once."""
+    station = np.round(np.mod(rows.target_rad, 2.0 * np.pi) / SAME_STATION_RAD)
+    side = np.zeros(station.size) if rows.direction is None else rows.direction
+    _, group = np.unique(np.stack([station, side]), axis=1, return_inverse=True)
+    visits = np.bincount(group)
+    if np.median(visits) < 2:
+        return 0.0
+    phase = 2.0 * np.pi * frequency_hz * time_s
+    square = np.bincount(group, np.cos(phase)) ** 2 + np.bincount(group, np.sin(phase)) ** 2
+    return float(np.sum(square / visits) / station.size)
 
 
 def _visits_s(rows: ReferenceRows) -> float | None:

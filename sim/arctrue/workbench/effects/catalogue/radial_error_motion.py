@@ -85,21 +85,31 @@ class RadialErrorMotion(Effect):
         return reference_motion(rows, self.integers("orders"))
 
     def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
-        """Keep the orders whose gain exceeds the BIC penalty of their columns."""
+        """Add orders one by one while the gain rises by more than the BIC penalty of their columns.
+
+        At uneven stations a large order also gives other orders a gain if each is tested alone.
+        """
         observations = residuals.observations
         # With two heads and a reference, order 1 looks the same as order 1 of the disc.
         first = (1,) if observations.heads >= SEPARATING_HEADS else ()
         orders = tuple(sorted({*first, *self.integers("orders")}))
-        gains = {
-            order: residuals.score(RadialErrorMotion(orders=[order]), {}).gain for order in orders
-        }
         reference, capture = observations.reference, observations.capture
         rows = 0 if reference is None else reference.run.size
         columns = 2.0
         if observations.heads >= SEPARATING_HEADS and capture is not None:
             rows, columns = capture.run.size, 2.0 * (observations.heads - 2)
         penalty = columns * float(np.log(max(2, rows)))
-        kept = [order for order in orders if gains[order] > penalty]
+        kept: list[int] = []
+        gain = 0.0
+        while waiting := [order for order in orders if order not in kept]:
+            gains = {
+                order: residuals.score(RadialErrorMotion(orders=sorted([*kept, order])), {}).gain
+                for order in waiting
+            }
+            best = max(gains, key=gains.__getitem__)
+            if gains[best] <= gain + penalty:
+                break
+            kept, gain = sorted([*kept, best]), gains[best]
         if not kept or len(kept) == len(orders):
             return self, 1.0
         return RadialErrorMotion(orders=kept), float(comb(len(orders), len(kept)))
