@@ -134,7 +134,7 @@ def test_heads_as_planned_and_a_missing_index(monkeypatch: pytest.MonkeyPatch) -
     with connected(monkeypatch) as device:
         done = commission(device, "--connection")
         assert done.exit_code == 0, done.output
-        assert "All heads are as planned" in done.output
+        assert "All heads are connected as planned" in done.output
         device.core.set("head3.flags", 0)
         missing = commission(device, "--connection")
     assert missing.exit_code == 1

@@ -62,7 +62,7 @@ def test_exchanged_cables_are_named_and_stop_the_walk(
 
 
 def test_a_step_that_is_repeated_forgets_those_after_it(client: FlaskClient) -> None:
-    assert "All heads are as planned" in taken(client, "connection", PLAN)
+    assert "All heads are connected as planned" in taken(client, "connection", PLAN)
     html = taken(client, "forward")
     found = re.search(r"4000 samples at ([\d.]+)°/s", html)
     assert found is not None, html
@@ -104,7 +104,7 @@ def test_places_and_skew_are_measured_and_written(
         page.get_by_role("link", name="Commissioning").click()
         page.get_by_label("Places as planned").fill(PLAN)
         page.get_by_role("button", name="Read the heads").click()
-        expect(page.locator("#connection")).to_contain_text("All heads are as planned")
+        expect(page.locator("#connection")).to_contain_text("All heads are connected as planned")
         page.get_by_role("button", name="Capture a turn forward").click()
         expect(page.locator("#forward")).to_contain_text("4000 samples at")
         button = page.get_by_role("button", name="Capture a turn backward")
