@@ -100,6 +100,11 @@ AT_ONE_SPEED = NextMeasurement(
     "samples",
 )
 
+ONE_MORE_DIGIT = NextMeasurement(
+    "the same reference run, with one more digit of the instrument recorded, or with the mean of "
+    "readings at several angles near each station",
+    None,
+)
 LOOK_AT_THE_STAND = NextMeasurement(
     "the same measurement once more, with the stand, the mounts and the counter checked: a single "
     "knock does not repeat",

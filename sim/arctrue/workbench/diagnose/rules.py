@@ -30,6 +30,7 @@ from arctrue.workbench.diagnose.next_measurement import (
     LOOK_AT_THE_STAND,
     MORE_READINGS_THAN_COEFFICIENTS,
     OF_PARTS,
+    ONE_MORE_DIGIT,
     RECORD_AGAIN,
     NextMeasurement,
     Question,
@@ -52,6 +53,7 @@ from arctrue.workbench.diagnose.posterior import (
     PARTS_ADVANTAGE,
 )
 from arctrue.workbench.diagnose.probabilities import UNKNOWN
+from arctrue.workbench.diagnose.rounding import rounded_at_the_stations
 from arctrue.workbench.diagnose.survey import RUNS_ARE_THE_SAMPLE, Survey
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
 
@@ -287,6 +289,23 @@ def runs_follow_a_condition(case: Case) -> Decision | None:
 def nothing_found(case: Case) -> Decision | None:
     """No effect and no product of parts is significant."""
     return Decision("adequate") if case.best is None else None
+
+
+def rounded_by_the_display(case: Case) -> Decision | None:
+    """The rounding of the reference's display explains the best effect."""
+    best = case.best
+    assert best is not None
+    reference = case.survey.channels.get("reference")
+    if reference is None or _channels_moved(best, case.survey) != ["reference"]:
+        return None
+    step = rounded_at_the_stations(best, reference.noise_arcsec)
+    if step == 0.0:
+        return None
+    why = (
+        f"the readings of the reference are rounded to {step:.3g}″, and this rounding is the same "
+        f"at every visit of a station: it explains what resembles {best.name}"
+    )
+    return Decision("cannot_tell", cannot_tell=why, next=ONE_MORE_DIGIT)
 
 
 def contradicts_itself(case: Case) -> Decision | None:
@@ -726,6 +745,7 @@ RULES = (
     Rule("unknown", jumped_or_not_white),
     Rule("unknown", runs_follow_a_condition),
     Rule("adequate", nothing_found),
+    Rule("cannot_tell", rounded_by_the_display),
     Rule("unknown", contradicts_itself),
     Rule("unknown", makes_it_worse),
     Rule("unknown", takes_little),
