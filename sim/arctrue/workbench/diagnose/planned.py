@@ -130,7 +130,6 @@ def _further_run(
         run_start_s=np.full(count, start),
         set_start_s=rows.set_start_s,
         session_start_s=rows.session_start_s,
-        session_middle_s=rows.session_middle_s,
         runs=rows.runs + 1,
         head_separation_rad=rows.head_separation_rad,
         reference_temperature_c=rows.reference_temperature_c,
@@ -193,7 +192,6 @@ def _stations(observations: Observations) -> ReferenceRows:
     ]
     start = max(ends, default=0.0) + PAUSE_S
     time: Float = start + STATION_S * np.arange(count, dtype=np.float64)
-    middle = float(0.5 * (time[0] + time[-1]))
     capture = observations.capture
     return ReferenceRows(
         run=np.zeros(count, dtype=np.int64),
@@ -212,9 +210,8 @@ def _stations(observations: Observations) -> ReferenceRows:
         run_start_s=np.full(count, start),
         set_start_s=start,
         session_start_s=start if capture is None else capture.session_start_s,
-        session_middle_s=middle if capture is None else capture.session_middle_s,
         heads=observations.heads,
-        middle_time_s=middle,
+        middle_time_s=float(0.5 * (time[0] + time[-1])),
         reference_temperature_c=observations.reference_temperature_c,
         error_arcsec=np.zeros(count),
         capture_runs=observations.runs,

@@ -88,9 +88,8 @@ def _direction(rows: Rows) -> Float | None:
 
 
 def _time(rows: Rows) -> Float | None:
-    # The zero in the middle of the set makes the clock's own zero irrelevant: times of a day or of
-    # an epoch would be nearly a constant.
-    return None if rows.time_s is None else (rows.time_s - rows.session_middle_s) / 3600.0
+    # Times of a day or of an epoch would be nearly a constant.
+    return None if rows.time_s is None else (rows.time_s - rows.session_start_s) / 3600.0
 
 
 def _settling(time_constant_s: float, each_run: bool) -> Callable[[Rows], Float | None]:

@@ -50,7 +50,6 @@ def table_rows(
     if direction is None and speed is not None:
         direction = np.sign(speed)
     start_s, middle_s = _set_times(observations)
-    session_start_s, session_middle_s = _session_times(observations)
     return ReferenceRows(
         run=np.zeros(angle.size, dtype=np.int64),
         cycle=None,
@@ -69,8 +68,7 @@ def table_rows(
         speed_rad_s=None if speed is None else np.radians(speed),
         run_start_s=None if time_s is None else np.full(angle.size, start_s),
         set_start_s=start_s,
-        session_start_s=session_start_s,
-        session_middle_s=session_middle_s,
+        session_start_s=_session_start_s(observations),
         middle_time_s=middle_s,
         reference_temperature_c=observations.reference_temperature_c,
         error_arcsec=np.zeros(angle.size),
@@ -101,11 +99,11 @@ def _set_times(observations: Observations) -> tuple[float, float]:
     return 0.0, 0.0
 
 
-def _session_times(observations: Observations) -> tuple[float, float]:
+def _session_start_s(observations: Observations) -> float:
     reference = observations.reference
     timed = reference is not None and reference.time_s is not None
     rows = reference if timed else observations.capture
-    return (0.0, 0.0) if rows is None else (rows.session_start_s, rows.session_middle_s)
+    return 0.0 if rows is None else rows.session_start_s
 
 
 def term_values(

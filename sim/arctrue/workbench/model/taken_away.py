@@ -326,7 +326,6 @@ def _rows_of_head1(observations: Observations) -> ReferenceRows | None:
         run_start_s=rows.run_start_s,
         set_start_s=rows.set_start_s,
         session_start_s=rows.session_start_s,
-        session_middle_s=rows.session_middle_s,
         middle_time_s=float(rows.time_s.mean()),
         reference_temperature_c=rows.reference_temperature_c,
         error_arcsec=np.zeros(rows.run.size),

@@ -25,7 +25,6 @@ from arctrue.workbench.observations.wrapped_targets import unwrapped
 
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
-Session = tuple[float, float]
 
 LARGEST_ERROR_RAD = 0.05
 """Largest distance of a reading from its target. A larger distance means that the reading has
@@ -89,9 +88,9 @@ def observations_of(
     faces = facts.faces
     if faces is None and reference is not None:
         faces = reference.faces
-    session_s, reference_session_s = _sessions_s(capture, reference)
+    start_s, reference_start_s = _session_starts_s(capture, reference)
     stored = (
-        None if capture is None else _stored_capture(facts, capture, separation, usual, session_s)
+        None if capture is None else _stored_capture(facts, capture, separation, usual, start_s)
     )
     if stored is not None and reference is not None and reference.time_s is not None:
         stored = replace(stored, reference_in_time=True)
@@ -103,7 +102,7 @@ def observations_of(
             reference,
             usual,
             faces,
-            reference_session_s,
+            reference_start_s,
             two_heads=capture is not None,
         )
         compared = replace(
@@ -137,32 +136,22 @@ def observations_of(
     )
 
 
-def _sessions_s(capture: Capture | None, reference: Reference | None) -> tuple[Session, Session]:
-    """Return first time and middle of the times of both channels, on the clock of the capture and
-    on the clock of the reference."""
+def _session_starts_s(capture: Capture | None, reference: Reference | None) -> tuple[float, float]:
+    """Return the first time of both channels, on the clock of the capture and on the clock of the
+    reference; 0 without times."""
     own = None if capture is None else capture.time_s
     there = None if reference is None else reference.time_s
     offset_s = 0.0 if reference is None else reference.clock_offset_s or 0.0
     if own is None or there is None:
-        return _session_s(own), _session_s(there)
-    of_capture, of_reference = _span_s(own), _span_s(there + offset_s)
-    apart = max(of_capture[0] - of_reference[1], of_reference[0] - of_capture[1])
+        starts = [0.0 if one is None else float(one.min()) for one in (own, there)]
+        return starts[0], starts[1]
+    apart = max(
+        float(own.min() - there.max()) - offset_s, float(there.min() - own.max()) + offset_s
+    )
     if apart > LONGEST_PAUSE_S:
-        return _session_s(own), _session_s(there)
-    first = min(of_capture[0], of_reference[0])
-    middle = 0.5 * (first + max(of_capture[1], of_reference[1]))
-    return (first, middle), (first - offset_s, middle - offset_s)
-
-
-def _session_s(time_s: Float | None) -> Session:
-    if time_s is None:
-        return 0.0, 0.0
-    first, last = _span_s(time_s)
-    return first, 0.5 * (first + last)
-
-
-def _span_s(time_s: Float) -> tuple[float, float]:
-    return float(time_s.min()), float(time_s.max())
+        return float(own.min()), float(there.min())
+    first = min(float(own.min()), float(there.min()) + offset_s)
+    return first, first - offset_s
 
 
 def _require_rows(channel: str, left: int, rows: int) -> None:
@@ -184,7 +173,7 @@ def _require_a_place_each(facts: Table, columns: Capture) -> None:
 
 
 def _stored_capture(
-    facts: Table, columns: Capture, separation: float, usual_c: float, session_s: Session
+    facts: Table, columns: Capture, separation: float, usual_c: float, session_start_s: float
 ) -> StoredCapture:
     assert facts.counts_per_rev is not None
     for name, counts in enumerate(columns.heads, start=1):
@@ -227,8 +216,7 @@ def _stored_capture(
         speed=run_speeds(angle, columns.time_s, spans, count_rad),
         run_facts=RunFacts(start_s, direction),
         set_start_s=float(columns.time_s.min()),
-        session_start_s=session_s[0],
-        session_middle_s=session_s[1],
+        session_start_s=session_start_s,
         head_separation_rad=separation,
         reference_temperature_c=usual_c,
         u_arcsec=columns.u_arcsec,
@@ -285,7 +273,7 @@ def _reference_rows(
     columns: Reference,
     usual_c: float,
     faces: int | None,
-    session_s: Session,
+    session_start_s: float,
     *,
     two_heads: bool,
 ) -> ReferenceRows:
@@ -317,8 +305,7 @@ def _reference_rows(
         speed_rad_s=reference_speed(columns),
         run_start_s=_run_start(run, time),
         set_start_s=0.0 if time is None else float(time.min()),
-        session_start_s=session_s[0],
-        session_middle_s=session_s[1],
+        session_start_s=session_start_s,
         middle_time_s=0.0
         if time is None or time.size == 0
         else float(0.5 * (time.min() + time.max())),

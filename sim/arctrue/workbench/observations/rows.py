@@ -98,9 +98,6 @@ class CaptureRows(_Sliceable):
     """Time of the first sample of the set, seconds."""
     session_start_s: float
     """First time of both channels, on the clock of this channel, seconds."""
-    session_middle_s: float
-    """Middle between the first and the last time of both channels, on the clock of this channel,
-    seconds."""
     runs: int
     """Number of runs; each channel of a recorded run counts as one run."""
     head_separation_rad: float
@@ -282,9 +279,6 @@ class ReferenceRows(_Sliceable):
     """Time of the first row of the reference, seconds; 0 without times."""
     session_start_s: float
     """First time of both channels, on the clock of this channel, seconds; 0 without times."""
-    session_middle_s: float
-    """Middle between the first and the last time of both channels, on the clock of this channel,
-    seconds; 0 without times."""
     middle_time_s: float
     """Middle between the first and the last time of the rows, seconds; 0 without times."""
     reference_temperature_c: float

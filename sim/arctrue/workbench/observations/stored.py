@@ -55,7 +55,6 @@ class StoredCapture:
     run_facts: RunFacts
     set_start_s: float
     session_start_s: float
-    session_middle_s: float
     head_separation_rad: float
     reference_temperature_c: float
     u_arcsec: Float | None = None
@@ -174,7 +173,6 @@ class StoredCapture:
             run_start_s=self.run_facts.start_s[run],
             set_start_s=self.set_start_s,
             session_start_s=self.session_start_s,
-            session_middle_s=self.session_middle_s,
             runs=self.runs,
             head_separation_rad=self.head_separation_rad,
             reference_temperature_c=self.reference_temperature_c,
