@@ -53,7 +53,7 @@ class CertifiedError:
     """Error function ε of head 1 at stated angles: reading minus true angle, as the fitted effects
     predict it.
 
-    The constant of a run is not part of it. An effect may add a constant: ``hysteresis`` adds half
+    It does not contain the constants of the runs. An effect may add a constant: ``hysteresis`` adds half
     the reversal error in one direction.
     """
 
