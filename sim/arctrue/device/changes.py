@@ -30,12 +30,11 @@ class Change:
 
 
 def calibration_turn(turns: Sequence[Mapping[str, Any]]) -> int:
-    """Return the index of the first turn corrected with the coefficients that are active in the
-    last turn.
+    """Return the index of the first turn whose telemetry counts the last swap of the coefficients.
 
-    Each swap of the coefficients raises the telemetry's ``swaps``. Without a swap in ``turns``, the
-    function returns the first turn after the board's start, or else the first turn. ``turns`` is
-    not empty.
+    Each swap of the coefficients raises the telemetry's ``swaps``, already in the line of the turn
+    that caused the swap. Without a swap in ``turns``, the function returns the first turn after the
+    board's start, or else the first turn. ``turns`` is not empty.
     """
     index = len(turns) - 1
     while index > 0:
