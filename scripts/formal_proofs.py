@@ -811,7 +811,7 @@ PROOFS = (
                 "      end if;\n      lowest  <= now - half;\n      highest <= now + half;\n",
             ),
             Break(
-                "`turn_select` changes with the turn number",
+                "`turn_select` changes together with the turn number, one clock too late",
                 "u_unsigned(number(1 downto 0)) + u_unsigned'(down & (up or down))",
                 "u_unsigned(number(1 downto 0))",
             ),

@@ -1,7 +1,7 @@
 """Tests in cocotb that the core with LOCAL_TABLE corrects the errors of scratches on the disc.
 
-The correction is the value of a local table with four windows plus a sum of harmonics. In every
-clock it equals the correction of the models.
+The correction is the value of a local table with four windows plus a sum of harmonics. For every
+accepted angle it equals the correction of the models.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Tests in cocotb that the core with REAL_ORDERS corrects errors of real (non-integer) orders.
 
-The table turns forwards and backwards over several turns. In every clock the correction equals that
-of the model for the turn in which the table then is.
+The table turns forwards and backwards over several turns. The correction of every accepted angle
+equals that of the model for the turn in which the table then is.
 """
 
 from __future__ import annotations

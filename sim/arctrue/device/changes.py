@@ -30,12 +30,12 @@ class Change:
 
 
 def calibration_turn(turns: Sequence[Mapping[str, Any]]) -> int:
-    """Return the index of the first turn corrected with the coefficients that are active in the
-    last turn.
+    """Return the index of the first turn whose telemetry counts the last swap of the coefficients.
 
-    Each swap of the coefficients raises the telemetry's ``swaps``. Without a swap in ``turns``, the
-    function returns the first turn after the board's start, or else the first turn. ``turns`` is
-    not empty.
+    Each swap of the coefficients raises the telemetry's ``swaps``, already in the line of the turn
+    that caused the swap. If ``turns`` contains no swap since the board's latest start, the function
+    returns the first turn after this start; if it contains no start either, the first turn.
+    ``turns`` is not empty.
     """
     index = len(turns) - 1
     while index > 0:
@@ -60,8 +60,8 @@ def changes_since(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[Cha
     """Compare two turns of telemetry: first the head separations, then every common order.
 
     An order's size² / u² has a χ² distribution with 2 degrees of freedom if nothing changed, so p =
-    exp(−size²/2u²). p times the number of quantities (Bonferroni) is at most FALSE_CHANGES_A_TURN
-    for a significant change.
+    exp(−size²/2u²). For the head separation, p is two-sided from a normal distribution. A change is
+    significant if p times the number of quantities (Bonferroni) is at most FALSE_CHANGES_A_TURN.
     """
     found: list[tuple[str, float, float, float]] = []
     names = ("separation_deg", "u_separation_arcsec")

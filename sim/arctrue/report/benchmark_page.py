@@ -51,12 +51,12 @@ prediction by less than half a count RMS does not count as visible.
 
     make benchmark                               # dev: 600 sets; TIER=quick, public, sealed, cases
     make benchmark TIER=calibration              # 180 sets: how often a sure answer is wrong
-    make benchmark TIER=sealed SETS="--generator both --limit 1500"  # a fifth of the second one
+    make benchmark TIER=sealed SETS="--generator both --limit 1500"  # a fifth: second generator
     arctrue benchmark make FOLDER --tier sealed  # seals generator and scoring, then draws the seed
     arctrue benchmark run FOLDER                 # --workers N, --scheduler ADDRESS, --shard i/n
     arctrue benchmark score FOLDER               # every rate; --answers FILE: other answers
     arctrue benchmark bound FOLDER               # each effect at its stated detectable size
-    make peers                                   # the rivals on the 200 public sets: PUBLIC
+    make peers                                   # rivals; PUBLIC: build/benchmark/public
     arctrue benchmark score FOLDER --keep        # its failures become cases, for TIER=cases
     arctrue benchmark page FOLDER --peers PUBLIC --to docs/benchmark.md --out docs/images
 
@@ -73,23 +73,24 @@ READING = """## How to read it
 
 *False name*: the answer names an effect that is not in the set; any name for a stranger is false.
 *Falsely adequate*: the answer is that nothing is missing, although the oracle sees something.
-*Right*: named. *First in class*: the answer is a class that this set cannot separate, and the
-truth is first in it. *In class*: the truth is listed, but another is first. Of several causes
-each counts as the truth. A wrongly stated separation of the heads is a `head_angle_error`.
-*Silent*: the answer is `cannot_tell`, although the oracle sees something. *Stranger*: a cause that
-no effect of the catalogue and no product of parts describes. *Product of parts*: a condition
-(temperature, speed, settling) times a wave of one order on the disc, the stator or a head. *Damped
-oscillation*: noise drives it; `unknown` is right if its frequency is stated within the half width
-at half power, and every name is false. *A second name that is not there*: in addition to the right
-name, the answer names an effect that is not in the set. Intervals are Clopper–Pearson, 95 %.
+*Right*: the answer names the truth. *First in class*: the answer is a class that this set cannot
+separate, and the truth is first in it. *In class*: the truth is listed, but another is first. Of
+several causes each counts as the truth. A wrongly stated separation of the heads is a
+`head_angle_error`. *Silent*: the answer is `cannot_tell`, although the oracle sees something.
+*Stranger*: a cause that no effect of the catalogue and no product of parts describes. *Product of
+parts*: a condition (temperature, speed, settling) times a wave of one order on the disc, the stator
+or a head. *Damped oscillation*: noise drives it; `unknown` is right if its frequency is stated
+within the half width at half power, and every name is false. *A second name that is not there*: in
+addition to the right name, the answer names an effect that is not in the set. Intervals are
+Clopper–Pearson, 95 %.
 """
 
 
 PEERS_STATED = {
     "arctrue": "`arctrue diagnose`.",
     "stepwise_bic": (
-        "Stepwise regression: the effect whose columns lower the BIC most is added, up to three, "
-        "in white noise. It always names an effect."
+        "Stepwise regression: it adds the effect whose columns lower the BIC most, up to three "
+        "effects, and assumes white noise. It always names an effect."
     ),
     "periodogram_rule": (
         "A rule of thumb: the strongest line of the residual in angle or time at a false alarm of "
@@ -308,19 +309,20 @@ def _probabilities(found: Mapping[str, Any]) -> list[str]:
         text[name], goals[name] = f"{value:.3f}" if kept else f"**{value:.3f}**", goal
     truth = []
     if stated["mean_of_truth_where_visible"] is not None:
-        truth.append(f"{stated['mean_of_truth_where_visible']:.3f} of all that the oracle sees")
+        truth.append(f"{stated['mean_of_truth_where_visible']:.3f} over all that the oracle sees")
     if TRUTH_PROBABILITY in goals:
         truth.append(
-            f"{text[TRUTH_PROBABILITY]} of that in the catalogue (goal "
+            f"{text[TRUTH_PROBABILITY]} over the part in the catalogue (goal "
             f"{goals[TRUTH_PROBABILITY]}: the rate of right first minus "
             f"{PROBABILITY_BELOW_RIGHT:g})"
         )
     lines = [
         f"Mean probability that is given to the truth: {', '.join(truth) or 'nothing is seen'}. "
         "The calibration error is the mean distance between the stated probability and the share "
-        "of right answers, over the ten bins below, which have equal numbers of sets. The log "
-        "score is that of the largest probability of each answer, in nats, minus that of the best "
-        "constant. The intervals are 95 % of a bootstrap over the sets.",
+        "of right answers, over ten bins with equal numbers of sets. The second table shows the "
+        "bins of all sets together. The log score is that of the largest probability of each "
+        "answer, in nats, minus that of the best constant. The intervals are 95 % of a bootstrap "
+        "over the sets.",
         "",
         "| | goal | value |",
         "|---|---|---|",
@@ -359,7 +361,7 @@ def _sizes(found: Mapping[str, Any]) -> list[str]:
     lines = [
         "### Size against the oracle",
         "",
-        "The table counts sets with one cause of the catalogue: the share, in percent, of the "
+        "For sets with one cause of the catalogue, the table states the percentage of the "
         "answers that put this cause first. The size is stated in limits; a limit is the smallest "
         "size that the oracle finds.",
         "",
@@ -416,8 +418,8 @@ def _failures(found: Mapping[str, Any], reasons: Mapping[str, Reason]) -> list[s
     lines = [
         f"{number} sets with an outcome that should not be, or with a second name that is not "
         f"there{rest}. The size in limits is the size divided by the smallest size that the oracle "
-        f"finds. The command makes the set again; {looked_into} of {len(failures)} have been "
-        "examined.",
+        f"finds. The command in each line makes its set again; {looked_into} of {len(failures)} "
+        "have been examined.",
         "",
     ]
     for item in shown:

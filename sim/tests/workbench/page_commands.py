@@ -90,8 +90,11 @@ def assert_shown(command: Command, output: str) -> None:
 
 
 def same(wanted: str, line: str) -> bool:
-    """Tell whether two lines have equal words, and numbers equal within RELATIVE; two values of p
-    below 1e-6 are equal."""
+    """Tell whether two lines have equal words and nearly equal numbers.
+
+    Numbers may differ by RELATIVE, or by 1.5 units of the last decimal if that is more; two values
+    of p below 1e-6 are equal.
+    """
     words = [" ".join(NUMBER.sub("#", text).split()) for text in (wanted, line)]
     if words[0] != words[1]:
         return False

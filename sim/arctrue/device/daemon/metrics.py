@@ -65,7 +65,7 @@ def metrics_text(state: DaemonState) -> str:
     lines += _family(
         "machine_alarm",
         "gauge",
-        "1 for each parameter whose limit arctrue life sees passed or near.",
+        "1 for each parameter whose limit arctrue life reports as passed or near.",
         [({**port, "alarm": name}, 1.0) for name in state.machine_alarms],
     )
     latest = state.latest

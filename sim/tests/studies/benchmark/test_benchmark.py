@@ -288,7 +288,8 @@ def test_page_tells_goals_of_probabilities_and_the_words_of_an_error() -> None:
     right = judged("named", effect("latency"), named="latency", probability=stated)
     failed = judged("error", effect("latency"), error="RuntimeError: no such matrix")
     text = benchmark_page(header_of(sets=2), scored([right, failed]))
-    assert "0.900 of all that the oracle sees, 0.900 of that in the catalogue (goal ≥ 0.470" in text
+    part = "0.900 over the part in the catalogue (goal ≥ 0.470"
+    assert f"0.900 over all that the oracle sees, {part}" in text
     assert "| calibration error, simulated | ≤ 0.03 | **0.100** (0.100 … 0.100) |" in text
     # The only answer with a probability is right, but the best constant states a higher probability
     # than this answer: the gain is log 0.9 − log 0.999.
@@ -297,7 +298,7 @@ def test_page_tells_goals_of_probabilities_and_the_words_of_an_error() -> None:
     assert "calibration error, simulated (0.100, goal ≤ 0.03)" in text.split("Missed:")[1]
     assert "error (error: RuntimeError: no such matrix). `arctrue benchmark set FOLDER" in text
     stranger = judged("unknown", effect("flat_track", "stranger"), probability={"unknown": 1.0})
-    assert "1.000 of all that the oracle sees. " in benchmark_page(
+    assert "1.000 over all that the oracle sees. " in benchmark_page(
         header_of(sets=1), scored([stranger])
     )
 
