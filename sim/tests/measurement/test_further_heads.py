@@ -88,7 +88,7 @@ def test_a_separation_that_contradicts_the_places_is_refused(tmp_path: Path) -> 
     toml.write_text(toml.read_text("utf-8") + "\n", "utf-8")
     text = toml.read_text("utf-8").replace("[table]", "[table]\nhead_separation_deg = 34.0")
     toml.write_text(text, "utf-8")
-    with pytest.raises(MeasurementError, match="leave it out"):
+    with pytest.raises(MeasurementError, match="leave out head_separation_deg"):
         read_measurement_set(tmp_path)
 
 
