@@ -53,8 +53,8 @@ class CertifiedError:
     """Error function ε of head 1 at stated angles: reading minus true angle, as the fitted effects
     predict it.
 
-    It does not contain the constants of the runs. An effect may add a constant: ``hysteresis`` adds half
-    the reversal error in one direction.
+    It does not contain the constants of the runs. An effect may add a constant: ``hysteresis`` adds
+    half the reversal error in one direction.
     """
 
     angle_deg: Float

@@ -388,7 +388,7 @@ def test_reason_of_a_case_stands_with_its_failure_and_stays(tmp_path: Path) -> N
     )
     assert f"(adequate). `{failed.command()}` {stale}" in text
     assert text.count(command) == 2
-    assert "makes the set again; 2 of 3 have been examined." in text
+    assert "makes its set again; 2 of 3 have been examined." in text
 
 
 def test_reasons_in_the_tree_are_sentences() -> None:
