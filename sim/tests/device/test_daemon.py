@@ -187,6 +187,19 @@ def test_earlier_turns_come_first_without_a_gap(replay: Replay, tmp_path: Path) 
         assert turns[0].fields["harmonics"] == [[1, 150.0, 0.4, 0.01, 1]]
 
 
+def test_an_event_keeps_characters_beyond_ascii(replay: Replay, tmp_path: Path) -> None:
+    text = "0.12″ more, in /home/müller/set"
+    with daemon(replay.port, tmp_path):
+        watch = Watch(announcement(replay.port))
+        ask(announcement(replay.port), "life", alarms={"hysteresis.a": text})
+        event = watch.event(PATIENCE_S)
+        while event is not None and event["event"] != "life":
+            event = watch.event(PATIENCE_S)
+        assert event is not None
+        assert text in event["text"]
+        assert event["state"]["machine_alarms"] == {"hysteresis.a": text}
+
+
 def test_edges_of_the_probe_are_recorded(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """The daemon records the edges of the probe and counts the missed ones. A new edge comes after
     each read of the latch; twice, three edges come at once, of which two are missed."""
