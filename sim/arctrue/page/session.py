@@ -121,10 +121,17 @@ class Session:
         """Store the key of a step's ranking. Raises OSError."""
         write_whole_text(self.folder / str(number) / _KEY, key)
 
-    def write_ranking(self, number: int, found: Ranking) -> None:
-        """Store the ranking of a step. Raises OSError."""
+    def write_ranking(self, number: int, found: Ranking, key: str | None = None) -> None:
+        """Store the ranking of a step, and the key of its inputs if ``key`` is given. Raises
+        OSError."""
         text = json.dumps(found, ensure_ascii=False)
         write_whole_text(self.folder / str(number) / _RANKING, text)
+        if key is not None:
+            self.write_ranking_key(number, key)
+
+    def drop_ranking(self, number: int) -> None:
+        """Delete the ranking of a step, whose inputs have changed. Raises OSError."""
+        (self.folder / str(number) / _RANKING).unlink(missing_ok=True)
 
     def grow(
         self,

@@ -6,6 +6,7 @@ from __future__ import annotations
 import io
 import json
 import re
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from threading import Thread
@@ -292,6 +293,32 @@ def test_a_set_that_is_opened_again_is_not_ranked_again(
     with (folder / "measurement.toml").open("a", encoding="utf-8") as file:
         file.write("# seen\n")
     assert open_it()[0].ranking(1) is None
+
+
+def test_a_changed_set_leaves_no_result_of_its_earlier_state(
+    client: FlaskClient, settings: PageSettings, rankings: list[Ranking]
+) -> None:
+    """After the mask of an opened set changed, the page drops the fit and the diagnosis of the
+    earlier set at the same address, also a diagnosis that a running job still writes."""
+    folder = settings.folder / "changed"
+    write_measurement_set(folder, measurement_set(paper_error, seed=6, runs=1, cycles=1, turns=1))
+    address = str(client.post("/open", data={"set": "changed"}).location)
+    session = Sessions(settings.state)[address.split("/")[2]]
+    key = session.ranking_key(1)
+    session.write_ranking(1, rankings[1])
+    assert client.get(f"{address}diagnosis.json").status_code == 200
+    before = client.get(f"{address}figure/residual_against.json").data
+    (folder / "mask.csv").write_text("capture_row,mask\n5,1\n", "utf-8")
+    assert client.get(f"{address}diagnosis.json").status_code == 404
+    assert client.post(f"{address}load").status_code == 404
+    assert client.get(f"{address}figure/residual_against.json").data != before
+    assert not session.ranking_is_whole(1)
+    session.write_ranking(1, rankings[1], key)
+    assert client.get(f"{address}diagnosis.json").status_code == 404
+    shutil.rmtree(folder)
+    gone = client.get(address)
+    assert gone.status_code == 422
+    assert "measurement.toml" in gone.text
 
 
 def test_the_key_of_a_ranking_changes_with_the_code_of_an_own_effect(
