@@ -57,7 +57,7 @@ def make_page(settings: PageSettings) -> Page:
     analyses = Analyses(sessions, catalogue(settings.effect_folders), commands)
     jobs = Jobs(settings.effect_folders)
     folder = ChosenFolder(settings.folder)
-    app.register_blueprint(start_pages(settings, folder, analyses, commands))
+    app.register_blueprint(start_pages(settings, folder, analyses, jobs, commands))
     app.register_blueprint(analysis_pages(settings, analyses, jobs, commands))
     if settings.device:
         app.register_blueprint(device_pages(LiveDevice(settings.device), analyses))

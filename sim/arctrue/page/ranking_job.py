@@ -31,7 +31,7 @@ class _DoingFile:
     def __call__(self, doing: str) -> None:
         if time.monotonic() - self._said >= _BETWEEN_S:
             self._said = time.monotonic()
-            write_whole_text(self._path, json.dumps({"doing": doing}))
+            write_whole_text(self._path, json.dumps({"doing": doing}), make_folder=False)
 
 
 def main(session_folder: str, step: str, *effect_folders: str) -> None:

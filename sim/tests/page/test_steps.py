@@ -18,7 +18,7 @@ from arctrue.base.json_text import plain
 from arctrue.measurement import write_measurement_set
 from arctrue.page.analyses import analyse_opened
 from arctrue.page.app import make_page
-from arctrue.page.jobs import CANCELLED, Jobs
+from arctrue.page.jobs import AT_ONCE, CANCELLED, Jobs
 from arctrue.page.ranking_key import ranking_key
 from arctrue.page.session import NoSuchSessionError, Session, Sessions
 from arctrue.page.settings import PageSettings
@@ -208,6 +208,25 @@ def test_a_ranking_is_ended_and_says_so(settings: PageSettings, first: str) -> N
     jobs.wait()
     assert jobs.state(session, 1)["state"] == "cancelled"
     assert (session.step_folder(1) / CANCELLED).exists()
+
+
+@pytest.mark.parametrize("queued", [False, True], ids=["running", "waiting"])
+def test_a_deleted_session_stays_deleted(
+    settings: PageSettings, first: str, rankings: list[Ranking], queued: bool
+) -> None:
+    """The page ends the ranking of a session before it deletes the session, whether the ranking
+    runs or waits for a place; what writes later makes no folder."""
+    made = make_page(settings)
+    session = made.analyses.sessions[first.split("/")[2]]
+    for _ in range(AT_ONCE if queued else 0):
+        made.jobs._places.acquire()
+    START(made.jobs, session, 1)
+    with made.app.test_client() as client:
+        assert client.post(f"/forget/{session.name}").status_code == 200
+    made.jobs.wait()
+    with pytest.raises(FileNotFoundError):
+        session.write_ranking(1, rankings[0])
+    assert not session.folder.exists()
 
 
 def test_a_ranking_that_fails_says_why(settings: PageSettings, first: str) -> None:
