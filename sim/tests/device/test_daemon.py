@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 from sim.tests.cli.test_load import file_of
@@ -38,6 +39,7 @@ from sim.tests.device.daemon_process import (
     until,
 )
 
+from arctrue.device.announcement import FOLDER_VARIABLE, Announcement, announce, announced
 from arctrue.device.connection import Watch, ask, console_through, daemon_at
 from arctrue.device.console import ConsoleError
 from arctrue.device.daemon.captures import drop_oldest
@@ -147,6 +149,32 @@ def test_one_operator_at_a_time_and_a_token(
         done = arctrue("device", "status", found.address)
         assert done.exit_code == 0, done.output
         assert daemon_at("/dev/ttyUSB1") is None
+
+
+def test_a_file_among_the_page_s_uploads_is_no_announcement(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A program finds the announcement that ``announce`` wrote for a user without a runtime folder,
+    and ignores a file of the same form that somebody dropped into the page."""
+    for name in (FOLDER_VARIABLE, "RUNTIME_DIRECTORY", "XDG_RUNTIME_DIR"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setattr("arctrue.device.announcement.SYSTEM_FOLDER", tmp_path / "system")
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        number = listening.getsockname()[1]
+        dropped = Announcement("/dev/dropped", "127.0.0.1", number, "token", 1)
+        files = tmp_path / ".local" / "state" / "arctrue" / "page" / "0123456789abcdef" / "files"
+        files.mkdir(parents=True)
+        (files / "plan.json").write_bytes(msgspec.json.encode(dropped))
+        assert announced("/dev/dropped") is None
+        own = msgspec.structs.replace(dropped, port="/dev/own")
+        announce(own)
+        assert announced("/dev/own") == own
+        # systemd makes one folder for each service.
+        service = msgspec.structs.replace(dropped, port="/dev/service")
+        (tmp_path / "system" / "table").mkdir(parents=True)
+        (tmp_path / "system" / "table" / "x.json").write_bytes(msgspec.json.encode(service))
+        assert announced("/dev/service") == service
 
 
 def test_a_refusal_does_not_damage_a_line_of_the_device(replay: Replay, tmp_path: Path) -> None:
