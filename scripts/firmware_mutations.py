@@ -282,8 +282,8 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "golden_is_written_again",
         "the golden image may be written although it is whole",
         "firmware/application/image_store.c",
-        "return touches && image_golden_is_whole(store) ?",
-        "return touches && first == 1U && image_golden_is_whole(store) ?",
+        "return touches ? image_store_golden(store) : IMAGE_DONE;",
+        "return touches && first == 1U ? image_store_golden(store) : IMAGE_DONE;",
         "scripts/tests/image/test_image_store.py::test_the_golden_image_and_what_is_saved_cannot_be_written",
     ),
     Mutation(

@@ -49,25 +49,27 @@ static enum image_answer image_take_flash(struct image_store *store) {
     return store->sector_bytes != 0 ? IMAGE_DONE : IMAGE_NO_FLASH;
 }
 
-static bool image_golden_is_whole(const struct image_store *store) {
+enum image_answer image_store_golden(struct image_store *store) {
     uint32_t words[HEADER_WORDS];
-    return store->flash.read(store->flash.context, store->map.golden + HEADER_CHECKED, words,
-                             HEADER_WORDS) &&
-           image_is_header(words);
+    enum image_answer answer = image_take_flash(store);
+    if (answer != IMAGE_DONE) {
+        return answer;
+    }
+    if (!store->flash.read(store->flash.context, store->map.golden + HEADER_CHECKED, words,
+                           HEADER_WORDS)) {
+        return IMAGE_NO_ANSWER;
+    }
+    return image_is_header(words) ? IMAGE_GOLDEN_STAYS : IMAGE_DONE;
 }
 
-bool image_store_has_golden(struct image_store *store) {
-    return image_take_flash(store) == IMAGE_DONE && image_golden_is_whole(store);
-}
-
-static enum image_answer image_may_change(const struct image_store *store, uint32_t first,
+static enum image_answer image_may_change(struct image_store *store, uint32_t first,
                                           uint32_t bytes) {
     const struct image_map *map = &store->map;
     if (first % WORD_BYTES != 0 || first >= map->end || bytes > map->end - first) {
         return IMAGE_PLACE;
     }
     bool touches = first < map->golden + map->golden_bytes && first + bytes > map->golden;
-    return touches && image_golden_is_whole(store) ? IMAGE_GOLDEN_STAYS : IMAGE_DONE;
+    return touches ? image_store_golden(store) : IMAGE_DONE;
 }
 
 static enum image_answer image_begun(struct image_store *store, bool answers, uint32_t address,

@@ -62,9 +62,9 @@ const char *image_answer_name(enum image_answer answer);
 void image_store_prepare(struct image_store *store, const struct flash_access *flash,
                          const struct image_map *map);
 
-/* Tells whether the golden image has a header that the boot ROM would accept. Call it only while no operation is in
-   progress, because the flash cannot be read during an operation. */
-bool image_store_has_golden(struct image_store *store);
+/* Returns IMAGE_GOLDEN_STAYS if the golden image has a header that the boot ROM would accept, IMAGE_DONE if it has none;
+   another answer if the flash cannot be read, for example during an operation. */
+enum image_answer image_store_golden(struct image_store *store);
 
 /* These functions begin an operation of the flash. They return IMAGE_DONE if the operation has begun. */
 enum image_answer image_store_erase(struct image_store *store, uint32_t address);

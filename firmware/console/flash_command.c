@@ -64,12 +64,12 @@ static void data(const struct console *console, struct image_store *store, char 
 }
 
 static void status(const struct console *console, struct image_store *store) {
-    if (store->busy) {
-        print_answer(console, IMAGE_UNDER_WAY);
+    enum image_answer golden = image_store_golden(store);
+    if (golden == IMAGE_UNDER_WAY || golden == IMAGE_NO_ANSWER) {
+        print_answer(console, golden);
         return;
     }
-    bool golden = image_store_has_golden(store);
-    text_line(&console->sink, golden ? "golden whole" : "golden none");
+    text_line(&console->sink, golden == IMAGE_GOLDEN_STAYS ? "golden whole" : "golden none");
     text_word(&console->sink, "sector_bytes ");
     text_unsigned(&console->sink, store->sector_bytes);
     text_word(&console->sink, "\r\nstarted_from 0x");

@@ -31,11 +31,17 @@ static void named(const struct text_sink *sink, const char *name, int64_t value)
 void parameters_show(const struct console *console, const char *beginning) {
     const struct text_sink *sink = &console->sink;
     for (uint32_t place = 0; place < parameters_number(); place++) {
-        const char *name = parameters_description(place)->name;
-        if (strncmp(name, beginning, strlen(beginning)) == 0) {
-            text_word(sink, name);
+        const struct parameter_description *description = parameters_description(place);
+        if (strncmp(description->name, beginning, strlen(beginning)) == 0) {
+            double value = parameters_value(&console->application->parameters, place);
+            text_word(sink, description->name);
             text_word(sink, " ");
-            text_fixed(sink, parameters_value(&console->application->parameters, place), 9);
+            /* A whole parameter is never negative, and may be too large for text_fixed(). */
+            if (description->whole) {
+                text_unsigned(sink, (uint64_t)value);
+            } else {
+                text_fixed(sink, value, 9);
+            }
             text_line(sink, "");
         }
     }

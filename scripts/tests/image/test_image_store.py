@@ -192,6 +192,21 @@ def test_status_during_an_operation_makes_no_statement_about_the_golden_image() 
     assert device.state_of(board).has_golden
 
 
+def test_a_flash_that_cannot_be_read_is_not_taken_for_one_without_golden_image() -> None:
+    """If the controller fails to read the golden header once, nothing is erased there, and the
+    status names the failure; an earlier firmware allowed the erase."""
+    board = Board(Chip())
+    write_image(board, boot_image(OLD, 0), silent)
+    before = bytes(board.chip.content)
+    ffi, _ = c_library()
+    fails = ffi.callback("flash_access_read", lambda *_: False)
+    board.store.flash.read = fails
+    for line in (f"flash erase {device.GOLDEN:X}", "flash status"):
+        with pytest.raises(ConsoleError, match="flash flash_silent"):
+            board.command(line)
+    assert bytes(board.chip.content) == before
+
+
 def test_saving_and_flashing_do_not_meet() -> None:
     """The firmware refuses ``save`` while an erase is running. A firmware without a flash answers
     ``flash status`` with an error."""

@@ -14,16 +14,17 @@ its owner can read."""
 
 
 @contextmanager
-def whole_file(path: Path) -> Iterator[Path]:
+def whole_file(path: Path, *, make_folder: bool = True) -> Iterator[Path]:
     """Yield a temporary file next to ``path``, which replaces ``path`` if the block succeeds.
 
     If the block fails, the temporary file is deleted and ``path`` stays unchanged. Missing folders
-    are made. The temporary name ends like ``path``, because matplotlib takes the format from it.
-    Raises OSError with ``path`` as file name: on a full disk, a library's own error would contain
-    no file name.
+    are made if ``make_folder`` is set. The temporary name ends like ``path``, because matplotlib
+    takes the format from it. Raises OSError with ``path`` as file name: on a full disk, a library's
+    own error would contain no file name.
     """
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        if make_folder:
+            path.parent.mkdir(parents=True, exist_ok=True)
         # If path is a link, the file to which it leads is replaced.
         target = path.resolve()
         mode = target.stat().st_mode & 0o777 if target.exists() else ORDINARY_MODE & ~_umask()
@@ -48,9 +49,11 @@ def whole_file(path: Path) -> Iterator[Path]:
         ) from error
 
 
-def write_whole_text(path: Path, text: str, encoding: str = "utf-8") -> None:
+def write_whole_text(
+    path: Path, text: str, encoding: str = "utf-8", *, make_folder: bool = True
+) -> None:
     """Write ``text`` to ``path`` completely or not at all. Raises OSError with the file name."""
-    with whole_file(path) as unfinished:
+    with whole_file(path, make_folder=make_folder) as unfinished:
         unfinished.write_text(text, encoding=encoding)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sqlite3
 import sys
-import time
 from pathlib import Path
 
 import click
@@ -17,8 +16,9 @@ from arctrue.cli._tables import live_head, live_row
 from arctrue.cli._terminal import note, say, sentence, tell_error
 from arctrue.device.connection import Watch, open_console
 from arctrue.device.console import Console, ConsoleError, TelemetryLine
+from arctrue.device.dated_set import write_dated_set
 from arctrue.device.recorder import Recorder
-from arctrue.measurement import MeasurementSet, write_measurement_set
+from arctrue.measurement import MeasurementSet
 
 NO_DEVICE = 2
 
@@ -88,9 +88,8 @@ def monitor(
         while turns is None or seen < turns:
             if sets is not None and seen >= captures * every:
                 captures += 1
-                name = time.strftime("%Y%m%dT%H%M%S")
-                write_measurement_set(sets / name, _capture(port, console, max(silence, 60.0)))
-                say(f"capture: {sets / name}")
+                taken = _capture(port, console, max(silence, 60.0))
+                say(f"capture: {write_dated_set(sets, taken)}")
             turn = _turn(watching or console, silence)
             if turn is None:
                 note(f"no turn for {silence:g} s; does the table turn?")

@@ -45,7 +45,10 @@ def own_folder() -> Path:
     if named:
         return Path(named)
     base = os.environ.get("XDG_RUNTIME_DIR")
-    return (Path(base) if base else Path.home() / ".local" / "state") / "arctrue"
+    if base:
+        return Path(base) / "arctrue"
+    # The folder above it also contains the files that users drop into the page.
+    return Path.home() / ".local" / "state" / "arctrue" / "run"
 
 
 def announce(announcement: Announcement) -> Path:
@@ -82,12 +85,11 @@ def announced_at(address: str) -> Announcement | None:
 
 
 def _all() -> Iterator[Announcement]:
-    for folder in dict.fromkeys((own_folder(), SYSTEM_FOLDER)):
-        for file in sorted(folder.glob("**/*.json")):
-            try:
-                yield msgspec.json.decode(file.read_bytes(), type=Announcement)
-            except (OSError, msgspec.MsgspecError):
-                continue  # the file belongs to another user, or is no announcement
+    for file in (*sorted(own_folder().glob("*.json")), *sorted(SYSTEM_FOLDER.glob("*/*.json"))):
+        try:
+            yield msgspec.json.decode(file.read_bytes(), type=Announcement)
+        except (OSError, msgspec.MsgspecError):
+            continue  # the file belongs to another user, or is no announcement
 
 
 def _answers(found: Announcement) -> bool:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from arctrue.calibration import whole_turns
 from arctrue.calibration.commissioning import Connection, Skew, judge_connection, skew_of
 from arctrue.calibration.heads_on_device import OnDevice, heads_on_device
-from arctrue.device.console import Console
+from arctrue.device.console import Console, ConsoleError
 from arctrue.device.heads_readings import read_heads
 
 ORDERS = 32
@@ -67,10 +67,17 @@ def read_parameters(console: Console) -> Parameters:
     words = [line.split() for line in console.command("show parameters")]
     version = [line.split() for line in console.command("version")]
     return {
-        one[0]: float(one[1])
+        one[0]: _number(one[0], one[1])
         for one in (*words, *(one for one in version if one[0] == "clock_hz"))
         if len(one) == 2
     }
+
+
+def _number(name: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError as error:
+        raise ConsoleError(f"the device's {name}: expected a number, found {text[:40]}") from error
 
 
 def planned_places(device: Parameters) -> tuple[float, ...]:

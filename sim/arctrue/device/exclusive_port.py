@@ -7,9 +7,15 @@ import sys
 from pathlib import Path
 from typing import Any
 
-if sys.platform != "win32":
+if sys.platform == "win32":
+    PORT_ERRORS: tuple[type[Exception], ...] = (OSError, ValueError)
+else:
     import fcntl
     import termios
+
+    PORT_ERRORS: tuple[type[Exception], ...] = (OSError, ValueError, termios.error)
+    """Exceptions that pyserial lets through when a port cannot be opened; its own SerialException
+    is an OSError, and the error of termios is none."""
 
 COMMAND_SHOWN = 200
 """Largest number of characters of another program's command line that a message shows."""

@@ -9,7 +9,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Protocol
 
 from arctrue.base.extras import LazyModule
-from arctrue.device.exclusive_port import keep_others_out, let_others_in, other_users
+from arctrue.device.exclusive_port import PORT_ERRORS, keep_others_out, let_others_in, other_users
 
 if TYPE_CHECKING:
     import serial
@@ -51,12 +51,16 @@ class SerialTransport:
         """
         try:
             self._serial = serial.serial_for_url(port, baud, timeout=timeout_s, exclusive=True)
-        except (serial.SerialException, ValueError) as error:
+        except PORT_ERRORS as error:
             raise _not_opened(port, error) from error
         if users := other_users(port):
             self._serial.close()
             raise _in_use(port, users)
-        keep_others_out(self._serial)
+        try:
+            keep_others_out(self._serial)
+        except PORT_ERRORS as error:
+            self._serial.close()
+            raise _not_opened(port, error) from error
 
     def fileno(self) -> int:
         """Return the file descriptor of the port. Raises OSError for a port without one."""
@@ -84,7 +88,8 @@ class SerialTransport:
 def _not_opened(port: str, error: Exception) -> ConsoleError:
     # pyserial's message repeats the port's name and the system's error; a locked port gets a
     # message of its own.
-    number = getattr(error, "errno", None)
+    first = error.args[0] if error.args else None  # the error of termios has no errno
+    number = getattr(error, "errno", first if isinstance(first, int) else None)
     if number in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in str(error):
         return _in_use(port, other_users(port))
     why = os.strerror(number) if number else str(error)

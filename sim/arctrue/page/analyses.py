@@ -39,8 +39,9 @@ class Analyses:
         self.sessions = sessions
         self.effects = effects
         self.commands = commands
-        self._kept: OrderedDict[tuple[str, int], Analysis] = OrderedDict()
-        self._devices: dict[tuple[str, int, float], dict[str, Any]] = {}
+        self._kept: OrderedDict[tuple[str, int], tuple[str, Analysis]] = OrderedDict()
+        """The analyses of the latest steps, each with the key of its inputs."""
+        self._devices: dict[tuple[str, int, str, float], dict[str, Any]] = {}
         self._busy: dict[tuple[str, int], threading.Lock] = {}
         self._lock = threading.Lock()
 
@@ -53,31 +54,52 @@ class Analyses:
         return session, self._grown(session, analysis, None, "open", "", start)
 
     def at(self, session: Session, number: int) -> Analysis:
-        """Return the analysis of a step; its model is fitted again if it is no longer in memory."""
+        """Return the analysis of a step; its model is fitted again if it is no longer in memory, or
+        if the set has changed."""
         key = (session.name, number)
+        session.step(number)
+        inputs = self._current_key(session, number)
         with self._lock:
-            if key in self._kept:
-                self._kept.move_to_end(key)
-                return self._kept[key]
+            if (found := self._found(key, inputs)) is not None:
+                return found
             busy = self._busy.setdefault(key, threading.Lock())
         with busy:
             with self._lock:
-                if key in self._kept:
-                    return self._kept[key]
-            session.step(number)
+                if (found := self._found(key, inputs)) is not None:
+                    return found
             analysis = analyse_opened(session.opened, session.model(number), self.effects)
-            self._keep(key, analysis)
+            self._keep(key, inputs, analysis)
         return analysis
+
+    def _found(self, key: tuple[str, int], inputs: str) -> Analysis | None:
+        """Return the analysis in memory if it was made from these inputs; the caller has the
+        lock."""
+        kept, analysis = self._kept.get(key, ("", None))
+        if analysis is None or kept != inputs:
+            return None
+        self._kept.move_to_end(key)
+        return analysis
+
+    def _current_key(self, session: Session, number: int) -> str:
+        """Return the key of a step's inputs as they are now; a stored ranking of other inputs is
+        deleted. Raises OSError, MeasurementError."""
+        opened, model = session.opened, session.model(number)
+        key = ranking_key(Path(opened.folder), opened.title, model, self.effects)
+        if key != session.ranking_key(number):
+            session.drop_ranking(number)
+            session.write_ranking_key(number, key)
+        return key
 
     def ranking(self, session: Session, number: int, temperature_c: float | None) -> Ranking | None:
         """Return the ranking of a step; if another temperature is requested, compute the device's
         coefficients for it."""
+        inputs = self._current_key(session, number)
         found = session.ranking(number)
         device = None if found is None else found["device"]
         if found is None or device is None or temperature_c in (None, device["temperature_c"]):
             return found
         assert temperature_c is not None
-        key = (session.name, number, temperature_c)
+        key = (session.name, number, inputs, temperature_c)
         if key not in self._devices:
             if len(self._devices) >= MOST_KEPT:
                 self._devices.clear()
@@ -144,17 +166,16 @@ class Analyses:
             command=self.commands.of_step(action, effect, opened),
             seconds=time.perf_counter() - start,
         )
-        self._keep((session.name, step.number), analysis)
-        key = ranking_key(Path(opened.folder), opened.title, analysis.model, self.effects)
+        key = self._current_key(session, step.number)
+        self._keep((session.name, step.number), key, analysis)
         found = self.sessions.ranked(key)
-        session.write_ranking_key(step.number, key)
         if found is not None:
             session.write_ranking(step.number, found)
         return step
 
-    def _keep(self, key: tuple[str, int], analysis: Analysis) -> None:
+    def _keep(self, key: tuple[str, int], inputs: str, analysis: Analysis) -> None:
         with self._lock:
-            self._kept[key] = analysis
+            self._kept[key] = (inputs, analysis)
             self._kept.move_to_end(key)
             while len(self._kept) > MOST_KEPT:
                 self._kept.popitem(last=False)

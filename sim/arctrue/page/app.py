@@ -10,6 +10,7 @@ from flask import Flask, Response, render_template, send_file
 from jinja2 import ChoiceLoader, PackageLoader
 from werkzeug.exceptions import HTTPException
 
+from arctrue.measurement import MeasurementError
 from arctrue.page.analyses import Analyses
 from arctrue.page.analysis_pages import analysis_pages
 from arctrue.page.commands import Commands
@@ -56,7 +57,7 @@ def make_page(settings: PageSettings) -> Page:
     analyses = Analyses(sessions, catalogue(settings.effect_folders), commands)
     jobs = Jobs(settings.effect_folders)
     folder = ChosenFolder(settings.folder)
-    app.register_blueprint(start_pages(settings, folder, analyses, commands))
+    app.register_blueprint(start_pages(settings, folder, analyses, jobs, commands))
     app.register_blueprint(analysis_pages(settings, analyses, jobs, commands))
     if settings.device:
         app.register_blueprint(device_pages(LiveDevice(settings.device), analyses))
@@ -73,6 +74,10 @@ def make_page(settings: PageSettings) -> Page:
     @app.errorhandler(NoSuchSessionError)
     def gone(error: NoSuchSessionError) -> tuple[str, int]:
         return _sentence(f"Not here: {error}. It may have been deleted."), 404
+
+    @app.errorhandler(MeasurementError)
+    def unreadable(error: MeasurementError) -> tuple[str, int]:
+        return _sentence(f"The set of this page cannot be read: {error}"), 422
 
     @app.errorhandler(HTTPException)
     def refused(error: HTTPException) -> tuple[str, int]:

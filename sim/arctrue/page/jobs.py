@@ -50,8 +50,13 @@ class Jobs:
 
     def _run(self, key: tuple[str, int], job: _Job) -> None:
         try:
-            with self._places:
+            while not (placed := self._places.acquire(timeout=_LOOK_S)) and not job.is_ended:
+                pass
+            try:
                 job.run()
+            finally:
+                if placed:
+                    self._places.release()
         finally:
             with self._lock:
                 self._running.pop(key, None)
@@ -62,6 +67,17 @@ class Jobs:
             job = self._running.get((session.name, number))
         if job is not None:
             job.end()
+
+    def end_session(self, session: Session) -> None:
+        """End all ranking processes of a session, and wait until none is running."""
+        while True:
+            with self._lock:
+                jobs = [job for (name, _), job in self._running.items() if name == session.name]
+            if not jobs:
+                return
+            for job in jobs:
+                job.end()
+            time.sleep(_LOOK_S / 4.0)
 
     def state(self, session: Session, number: int) -> dict[str, Any]:
         """Return the progress of the ranking of a step.
@@ -118,6 +134,10 @@ class _Job:
             doing = "waiting for its turn"
         return {"doing": doing, "seconds": seconds}
 
+    @property
+    def is_ended(self) -> bool:
+        return self._ended.is_set()
+
     def end(self) -> None:
         self._ended.set()
 
@@ -153,6 +173,6 @@ class _Job:
 
     def _say(self, name: str, text: str) -> None:
         try:
-            write_whole_text(self._folder / name, text)
+            write_whole_text(self._folder / name, text, make_folder=False)
         except OSError:
             return  # the session has been deleted

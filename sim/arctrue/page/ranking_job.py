@@ -31,23 +31,25 @@ class _DoingFile:
     def __call__(self, doing: str) -> None:
         if time.monotonic() - self._said >= _BETWEEN_S:
             self._said = time.monotonic()
-            write_whole_text(self._path, json.dumps({"doing": doing}))
+            write_whole_text(self._path, json.dumps({"doing": doing}), make_folder=False)
 
 
 def main(session_folder: str, step: str, *effect_folders: str) -> None:
     """Write the ranking into the step's folder: first the partial ranking, then the complete
     one."""
     session, number = Session(Path(session_folder)), int(step)
+    # The key is read before the set: if the set changes meanwhile, the page finds another key.
+    key = session.ranking_key(number)
     progress = _DoingFile(session.step_folder(number) / PROGRESS)
     progress("reading the set")
     effects = catalogue([Path(folder) for folder in effect_folders])
     analysis = analyse_opened(session.opened, session.model(number), effects)
 
     def partly(found: Ranking) -> None:
-        session.write_ranking(number, plain({**found, "whole": False}))
+        session.write_ranking(number, plain({**found, "whole": False}), key)
 
     found = ranked(analysis, progress, partly)
-    session.write_ranking(number, plain({**found, "whole": True}))
+    session.write_ranking(number, plain({**found, "whole": True}), key)
 
 
 if __name__ == "__main__":

@@ -119,12 +119,19 @@ class Session:
 
     def write_ranking_key(self, number: int, key: str) -> None:
         """Store the key of a step's ranking. Raises OSError."""
-        write_whole_text(self.folder / str(number) / _KEY, key)
+        write_whole_text(self.folder / str(number) / _KEY, key, make_folder=False)
 
-    def write_ranking(self, number: int, found: Ranking) -> None:
-        """Store the ranking of a step. Raises OSError."""
+    def write_ranking(self, number: int, found: Ranking, key: str | None = None) -> None:
+        """Store the ranking of a step, and the key of its inputs if ``key`` is given. Raises
+        OSError."""
         text = json.dumps(found, ensure_ascii=False)
-        write_whole_text(self.folder / str(number) / _RANKING, text)
+        write_whole_text(self.folder / str(number) / _RANKING, text, make_folder=False)
+        if key is not None:
+            self.write_ranking_key(number, key)
+
+    def drop_ranking(self, number: int) -> None:
+        """Delete the ranking of a step, whose inputs have changed. Raises OSError."""
+        (self.folder / str(number) / _RANKING).unlink(missing_ok=True)
 
     def grow(
         self,

@@ -20,6 +20,7 @@ from arctrue.page.addresses import to_step
 from arctrue.page.analyses import Analyses
 from arctrue.page.commands import Commands
 from arctrue.page.folder import ChosenFolder
+from arctrue.page.jobs import Jobs
 from arctrue.page.people import PEOPLE_ERRORS, sentence
 from arctrue.page.session import SET, Opened, Session, Step, now
 from arctrue.page.settings import MEGABYTE, PageSettings
@@ -39,7 +40,11 @@ _LARGEST_SEED = 2**32 - 1
 
 
 def start_pages(
-    settings: PageSettings, folder: ChosenFolder, analyses: Analyses, commands: Commands
+    settings: PageSettings,
+    folder: ChosenFolder,
+    analyses: Analyses,
+    jobs: Jobs,
+    commands: Commands,
 ) -> Blueprint:
     """Add the routes of the first page to the application."""
     pages = Blueprint("start", __name__)
@@ -125,6 +130,7 @@ def start_pages(
 
     @pages.post("/forget/<name>")
     def forget(name: str) -> tuple[str, int]:
+        jobs.end_session(analyses.sessions[name])
         analyses.sessions.forget(name)
         return start()
 

@@ -9,7 +9,8 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -22,6 +23,8 @@ from sim.tests.firmware.test_heads import PLACES, World
 from sim.tests.firmware.test_own_sets import FourHeadsCore
 
 from arctrue.cli import main
+from arctrue.device.commissioning import read_parameters
+from arctrue.device.console import Console, ConsoleError
 
 PLAN = ",".join(f"{place:g}" for place in PLACES[4])
 CLOCK_HZ = 100_000_000.0
@@ -168,3 +171,11 @@ def test_places_radii_and_skew_are_measured_and_written(monkeypatch: pytest.Monk
     parity = re.search(r"Noise of the parity: ([\d.]+)″", done.output)
     assert parity is not None
     assert float(parity[1]) == pytest.approx(0.1, rel=0.2), "that of one reading"
+
+
+def test_a_parameter_without_a_number_is_named() -> None:
+    """An earlier firmware prints null for a parameter above 9e8; the message names it."""
+    answers = {"show parameters": ["keep 0.8", "head_delays null"], "version": ["clock_hz 1"]}
+    console = cast("Console", SimpleNamespace(command=answers.__getitem__))
+    with pytest.raises(ConsoleError, match="head_delays: expected a number, found null"):
+        read_parameters(console)

@@ -14,7 +14,9 @@ import time
 import tty
 from collections.abc import Iterator
 from contextlib import contextmanager
+from datetime import UTC, datetime
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -242,11 +244,36 @@ def test_silence_is_followed_by_no_further_capture(
     monkeypatch.setattr(module, "watch_at", lambda _: Telemetry())
     monkeypatch.setattr(module, "_capture", capture)
     monkeypatch.setattr(module, "_row", str)
-    monkeypatch.setattr(module, "write_measurement_set", lambda *_: None)
+    monkeypatch.setattr(module, "write_dated_set", lambda *_: None)
     words = ["monitor", "port", "--turns", "3", "--sets", str(tmp_path / "sets"), "--every", "2"]
     done = CliRunner().invoke(main, words, catch_exceptions=False)
     assert done.exit_code == 0, done.output
     assert captures == ["port"] * 2
+
+
+def test_sets_of_the_monitor_state_their_date_in_utc(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The monitor writes each capture with its date, which ``arctrue life`` needs, and with a name
+    in UTC; two captures within one second become two sets."""
+    module = importlib.import_module("arctrue.cli.monitor")
+    made = MeasurementSet(Table(), None, Reference(np.zeros(1), np.zeros(1)))
+    lines = iter(range(2))
+    telemetry = SimpleNamespace(turn=lambda _: TelemetryLine({"turn": next(lines)}))
+    monkeypatch.setattr(module, "watch_at", lambda _: telemetry)
+    monkeypatch.setattr(module, "_capture", lambda *_: made)
+    monkeypatch.setattr(module, "_row", str)
+    words = ["monitor", "port", "--turns", "2", "--sets", str(tmp_path), "--every", "1"]
+    start = datetime.now(UTC).replace(microsecond=0)
+    done = CliRunner().invoke(main, words, catch_exceptions=False)
+    assert done.exit_code == 0, done.output
+    sets = sorted(tmp_path.iterdir())
+    assert len(sets) == 2
+    for path in sets:
+        date = read_measurement_set(path).date
+        assert date is not None
+        assert start <= date <= datetime.now(UTC)
+        assert path.name.startswith(f"{date:%Y%m%dT%H%M%SZ}")
 
 
 def test_a_port_that_is_not_there(tmp_path: Path) -> None:

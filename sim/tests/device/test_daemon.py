@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 from sim.tests.cli.test_load import file_of
@@ -38,6 +39,7 @@ from sim.tests.device.daemon_process import (
     until,
 )
 
+from arctrue.device.announcement import FOLDER_VARIABLE, Announcement, announce, announced
 from arctrue.device.connection import Watch, ask, console_through, daemon_at
 from arctrue.device.console import ConsoleError
 from arctrue.device.daemon.captures import drop_oldest
@@ -149,6 +151,32 @@ def test_one_operator_at_a_time_and_a_token(
         assert daemon_at("/dev/ttyUSB1") is None
 
 
+def test_a_file_among_the_page_s_uploads_is_no_announcement(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A program finds the announcement that ``announce`` wrote for a user without a runtime folder,
+    and ignores a file of the same form that somebody dropped into the page."""
+    for name in (FOLDER_VARIABLE, "RUNTIME_DIRECTORY", "XDG_RUNTIME_DIR"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setattr("arctrue.device.announcement.SYSTEM_FOLDER", tmp_path / "system")
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        number = listening.getsockname()[1]
+        dropped = Announcement("/dev/dropped", "127.0.0.1", number, "token", 1)
+        files = tmp_path / ".local" / "state" / "arctrue" / "page" / "0123456789abcdef" / "files"
+        files.mkdir(parents=True)
+        (files / "plan.json").write_bytes(msgspec.json.encode(dropped))
+        assert announced("/dev/dropped") is None
+        own = msgspec.structs.replace(dropped, port="/dev/own")
+        announce(own)
+        assert announced("/dev/own") == own
+        # systemd makes one folder for each service.
+        service = msgspec.structs.replace(dropped, port="/dev/service")
+        (tmp_path / "system" / "table").mkdir(parents=True)
+        (tmp_path / "system" / "table" / "x.json").write_bytes(msgspec.json.encode(service))
+        assert announced("/dev/service") == service
+
+
 def test_a_refusal_does_not_damage_a_line_of_the_device(replay: Replay, tmp_path: Path) -> None:
     """The daemon sends its refusal between two lines of the device, even if the refusal is ready in
     the middle of a line."""
@@ -185,6 +213,19 @@ def test_earlier_turns_come_first_without_a_gap(replay: Replay, tmp_path: Path) 
         assert [turn.fields["turn"] for turn in turns if turn] == list(range(5, 21))
         assert turns[0] is not None
         assert turns[0].fields["harmonics"] == [[1, 150.0, 0.4, 0.01, 1]]
+
+
+def test_an_event_keeps_characters_beyond_ascii(replay: Replay, tmp_path: Path) -> None:
+    text = "0.12″ more, in /home/müller/set"
+    with daemon(replay.port, tmp_path):
+        watch = Watch(announcement(replay.port))
+        ask(announcement(replay.port), "life", alarms={"hysteresis.a": text})
+        event = watch.event(PATIENCE_S)
+        while event is not None and event["event"] != "life":
+            event = watch.event(PATIENCE_S)
+        assert event is not None
+        assert text in event["text"]
+        assert event["state"]["machine_alarms"] == {"hysteresis.a": text}
 
 
 def test_edges_of_the_probe_are_recorded(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@ clients."""
 
 from __future__ import annotations
 
+import asyncio
 import json
 import os
 import signal
@@ -10,11 +11,13 @@ import socket
 import sqlite3
 import subprocess
 import sys
+import termios
 import threading
 import time
 from pathlib import Path
 
 import pytest
+import serial
 from sim.tests.command_line import arctrue
 from sim.tests.device.daemon_process import (
     PATIENCE_S,
@@ -26,7 +29,10 @@ from sim.tests.device.daemon_process import (
     until,
 )
 
+from arctrue.device import port
 from arctrue.device.connection import Watch, ask
+from arctrue.device.daemon import serial_link
+from arctrue.device.daemon.serial_link import SerialLink
 from arctrue.device.lines import LONGEST_LINE, LineAssembler, TelemetryLine, telemetry_of
 from arctrue.device.recorder import Recorder, Retention, read_turns
 
@@ -88,6 +94,41 @@ def test_a_pulled_port_is_opened_again(tmp_path: Path) -> None:
         with sqlite3.connect(tmp_path / "store" / "telemetry.sqlite") as database:
             kinds = [row[0] for row in database.execute("SELECT kind FROM event ORDER BY id")]
         assert kinds == ["port", "port", "port", "restart"]
+
+
+@pytest.mark.parametrize("place", ["_reset_input_buffer", "_update_dtr_state", "keep_others_out"])
+def test_an_error_of_usb_while_the_port_is_opened_again_is_retried(
+    place: str, replay: Replay, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The link opens a lost port again after errors that pyserial and the kernel raise while a USB
+    device is enumerated: termios.error from tcflush, plain OSError from ioctl."""
+    changes: list[bool] = []
+    errors = iter([termios.error(5, "Input/output error"), OSError(71, "Protocol error")])
+
+    async def faulty() -> None:
+        link = SerialLink(replay.port, 115_200, lambda _: None, lambda up, _: changes.append(up))
+        link.open()
+        owner = port if place == "keep_others_out" else serial.Serial
+        known = getattr(owner, place)
+
+        def fails(*arguments: object) -> None:
+            for error in errors:
+                raise error
+            known(*arguments)
+
+        monkeypatch.setattr(owner, place, fails)
+        task = asyncio.get_running_loop().create_task(link.keep_open())
+        link._lose("the test pulled it")
+        async with asyncio.timeout(PATIENCE_S):
+            while changes != [True, False, True]:
+                assert not task.done(), task.exception()
+                await asyncio.sleep(0.01)
+        task.cancel()
+        link.close()
+
+    monkeypatch.setattr(serial_link, "FIRST_WAIT_S", 0.01)
+    asyncio.run(faulty())
+    assert next(errors, None) is None
 
 
 def test_ten_thousand_lines_of_600_bytes_a_minute(replay: Replay, tmp_path: Path) -> None:

@@ -295,3 +295,23 @@ def test_a_killed_daemon_s_days_come_back_from_the_record(replay: Replay, tmp_pa
             assert time.monotonic() < end
             time.sleep(0.05)
     assert turns_of_file(path) == 31
+
+
+def test_a_file_of_another_program_is_reported_and_the_days_go_on(
+    replay: Replay, tmp_path: Path
+) -> None:
+    """The daemon reports a day's file that it cannot continue, and writes the day when the file is
+    gone. The file of this test has the groups of a day, but no amplitudes."""
+    store, files = tmp_path / "store", tmp_path / "files"
+    files.mkdir()
+    path = day_file(files, datetime.now(UTC).date())
+    with h5py.File(path, "w") as file:
+        for name in ("turns/id", "turns/time", "turns/turn", "orders/order"):
+            file[f"entry/{name}"] = np.array([1])
+        for name in ("recorded", "kind", "text"):
+            file.create_dataset(f"entry/events/{name}", data=["a"], dtype=h5py.string_dtype())
+    with daemon(replay.port, store, "--files", str(files), "--files-every", "0.05") as running:
+        replay.turn(1)
+        running.heard("no file was written: KeyError")
+        path.unlink()
+        until(lambda: turns_of_file(path) == 1)

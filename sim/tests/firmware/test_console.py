@@ -141,6 +141,14 @@ def test_parameters_are_set(running: Firmware) -> None:
     assert running.phase == "wait_for_index"
 
 
+def test_a_whole_parameter_is_shown_as_the_whole_number(running: Firmware) -> None:
+    """The console shows whole parameters without decimals over their whole range: a delay of head 4
+    of 54 clocks is 54 · 2²⁴ > 9e8, which a number with nine decimals cannot show."""
+    for value in (0, 54 << 24, (1 << 32) - 1):
+        assert running.send(f"set head_delays {value}").startswith("ok")
+        assert f"\r\nhead_delays {value}\r\n" in running.send("show parameters")
+
+
 def test_the_core_is_looked_for_again(running: Firmware) -> None:
     assert running.send("rearm") == "ok, waiting for the index again\r\n"
     assert running.phase == "wait_for_index"

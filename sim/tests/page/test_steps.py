@@ -6,6 +6,7 @@ from __future__ import annotations
 import io
 import json
 import re
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from threading import Thread
@@ -17,7 +18,7 @@ from arctrue.base.json_text import plain
 from arctrue.measurement import write_measurement_set
 from arctrue.page.analyses import analyse_opened
 from arctrue.page.app import make_page
-from arctrue.page.jobs import CANCELLED, Jobs
+from arctrue.page.jobs import AT_ONCE, CANCELLED, Jobs
 from arctrue.page.ranking_key import ranking_key
 from arctrue.page.session import NoSuchSessionError, Session, Sessions
 from arctrue.page.settings import PageSettings
@@ -209,6 +210,25 @@ def test_a_ranking_is_ended_and_says_so(settings: PageSettings, first: str) -> N
     assert (session.step_folder(1) / CANCELLED).exists()
 
 
+@pytest.mark.parametrize("queued", [False, True], ids=["running", "waiting"])
+def test_a_deleted_session_stays_deleted(
+    settings: PageSettings, first: str, rankings: list[Ranking], queued: bool
+) -> None:
+    """The page ends the ranking of a session before it deletes the session, whether the ranking
+    runs or waits for a place; what writes later makes no folder."""
+    made = make_page(settings)
+    session = made.analyses.sessions[first.split("/")[2]]
+    for _ in range(AT_ONCE if queued else 0):
+        made.jobs._places.acquire()
+    START(made.jobs, session, 1)
+    with made.app.test_client() as client:
+        assert client.post(f"/forget/{session.name}").status_code == 200
+    made.jobs.wait()
+    with pytest.raises(FileNotFoundError):
+        session.write_ranking(1, rankings[0])
+    assert not session.folder.exists()
+
+
 def test_a_ranking_that_fails_says_why(settings: PageSettings, first: str) -> None:
     session = Sessions(settings.state)[first.split("/")[2]]
     (session.step_folder(1) / "model.toml").write_text("schema = 7\n", encoding="utf-8")
@@ -292,6 +312,32 @@ def test_a_set_that_is_opened_again_is_not_ranked_again(
     with (folder / "measurement.toml").open("a", encoding="utf-8") as file:
         file.write("# seen\n")
     assert open_it()[0].ranking(1) is None
+
+
+def test_a_changed_set_leaves_no_result_of_its_earlier_state(
+    client: FlaskClient, settings: PageSettings, rankings: list[Ranking]
+) -> None:
+    """After the mask of an opened set changed, the page drops the fit and the diagnosis of the
+    earlier set at the same address, also a diagnosis that a running job still writes."""
+    folder = settings.folder / "changed"
+    write_measurement_set(folder, measurement_set(paper_error, seed=6, runs=1, cycles=1, turns=1))
+    address = str(client.post("/open", data={"set": "changed"}).location)
+    session = Sessions(settings.state)[address.split("/")[2]]
+    key = session.ranking_key(1)
+    session.write_ranking(1, rankings[1])
+    assert client.get(f"{address}diagnosis.json").status_code == 200
+    before = client.get(f"{address}figure/residual_against.json").data
+    (folder / "mask.csv").write_text("capture_row,mask\n5,1\n", "utf-8")
+    assert client.get(f"{address}diagnosis.json").status_code == 404
+    assert client.post(f"{address}load").status_code == 404
+    assert client.get(f"{address}figure/residual_against.json").data != before
+    assert not session.ranking_is_whole(1)
+    session.write_ranking(1, rankings[1], key)
+    assert client.get(f"{address}diagnosis.json").status_code == 404
+    shutil.rmtree(folder)
+    gone = client.get(address)
+    assert gone.status_code == 422
+    assert "measurement.toml" in gone.text
 
 
 def test_the_key_of_a_ranking_changes_with_the_code_of_an_own_effect(

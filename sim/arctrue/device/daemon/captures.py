@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import re
 import shutil
-from dataclasses import replace
-from datetime import UTC, datetime
 from pathlib import Path
 
 from arctrue.device.announcement import Announcement
 from arctrue.device.connection import console_through
-from arctrue.measurement import write_measurement_set
+from arctrue.device.dated_set import write_dated_set
 
 _NAME = re.compile(r"\d{8}T\d{6}Z(-\d+)?-(schedule|alarm|asked)")
 
@@ -26,14 +24,7 @@ def take_capture(daemon: Announcement, folder: Path, why: str, timeout_s: float)
         measurement = console.dump(timeout_s)
     finally:
         console.close()
-    now = datetime.now(UTC).replace(microsecond=0)
-    moment = now.strftime("%Y%m%dT%H%M%SZ")
-    path, number = folder / f"{moment}-{why}", 1
-    while path.exists():
-        number += 1
-        path = folder / f"{moment}-{number}-{why}"
-    write_measurement_set(path, replace(measurement, date=now))
-    return path
+    return write_dated_set(folder, measurement, why)
 
 
 def drop_oldest(folder: Path, most: int) -> None:

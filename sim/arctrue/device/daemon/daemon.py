@@ -249,8 +249,12 @@ class Daemon:
             try:
                 last = await asyncio.to_thread(last_turn, settings.record)
                 days = await asyncio.to_thread(write_missing_days, settings.record, settings.files)
-            except (OSError, sqlite3.Error) as error:
-                self._happened("files", f"{settings.files}: no file was written: {error}")
+            except Exception as error:
+                # A day's file of another program can lead to any error; the next attempt may
+                # succeed.
+                named = isinstance(error, (OSError, sqlite3.Error))
+                why = str(error) if named else f"{type(error).__name__}: {error}"
+                self._happened("files", f"{settings.files}: no file was written: {why}")
             else:
                 self._in_files = last
                 if self._recorder is not None:

@@ -42,10 +42,14 @@ class SerialLink:
         except OSError as error:
             transport.close()
             raise ConsoleError(f"{self._port}: expected a serial port: {error.strerror}") from error
-        os.set_blocking(number, False)
+        try:
+            os.set_blocking(number, False)
+            loop.add_reader(number, self._read, number)
+        except OSError as error:
+            transport.close()
+            raise ConsoleError(f"{self._port}: cannot be read: {error.strerror}") from error
         self._transport, self._unsent = transport, b""
         self._lost.clear()
-        loop.add_reader(number, self._read, number)
         self._changed(True, f"{self._port}: open")
 
     async def keep_open(self) -> None:

@@ -252,7 +252,8 @@ def turn_event(recorded_s: float, identifier: int | None, fields: dict[str, Any]
 
 
 def _line(content: dict[str, Any]) -> bytes:
-    return json.dumps(content, ensure_ascii=False).encode() + b"\n"
+    """Return one line of ASCII, because a client may divide it like the device's lines."""
+    return json.dumps(content).encode() + b"\n"
 
 
 def _request(line: bytes) -> dict[str, Any]:
