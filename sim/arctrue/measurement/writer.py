@@ -40,11 +40,28 @@ _REFERENCE_ORDER = (
     "u_arcsec",
     "mask",
 )
+FILES_OF_A_SET = ("capture.csv", "reference.csv", "mask.csv")
+"""Files that the reader takes as parts of a set because of their names."""
 ROWS_TOGETHER = 1 << 14
 SMALLEST_PLAIN, LARGEST_PLAIN = 1e-6, 1e10
 """Range of absolute values that are written without an exponent, as is 0; all other numbers have an
 exponent."""
 _DECIMALS = {"time_s": 6, "target_deg": 9, "error_arcsec": 6, "temperature_c": 3, "u_arcsec": 6}
+
+
+def refuse_occupied(folder: Path) -> None:
+    """Raise ValueError if ``folder`` holds a set or a file with the name of a part of a set.
+
+    Such a file may be the user's only copy, and a new set would replace it.
+    """
+    if (folder / FILE_NAME).exists():
+        raise ValueError(f"{folder}: already holds a measurement set; name a new folder")
+    for name in FILES_OF_A_SET:
+        if (folder / name).exists():
+            raise ValueError(
+                f"{folder}: already holds a {name}, which the new set would replace; "
+                "name a new folder"
+            )
 
 
 def write_measurement_set(folder: Path | str, measurement: MeasurementSet) -> None:

@@ -340,6 +340,19 @@ def test_a_dry_run_writes_nothing(real: MeasurementSet, tmp_path: Path) -> None:
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize("name", ["capture.csv", "reference.csv", "mask.csv"])
+def test_a_file_with_the_name_of_a_part_of_a_set_is_not_replaced(tmp_path: Path, name: str) -> None:
+    """The recorded file lies in OUT itself; the import must not replace it by a part of the set."""
+    recorded = tmp_path / name
+    text = "target_deg,error_arcsec,operator\n" + "".join(f"{i}0,{i},Ann\n" for i in range(36))
+    recorded.write_text(text)
+    done = arctrue(recorded, "--sign", "reading-true", tmp_path)
+    assert done.exit_code == 2
+    assert f"already holds a {name}" in done.output
+    assert recorded.read_text() == text
+    assert [path.name for path in tmp_path.iterdir()] == [name]
+
+
 def test_the_readers_are_entry_points() -> None:
     named = {point.name for point in entry_points(group="arctrue.readers")}
     assert {"text", "json", "numpy", "parquet", "hdf5", "phd2", "linuxcnc", "epics"} <= named
