@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from sim.tests.workbench.small_sets import measurement_set
 
 from arctrue.measurement import MeasurementError, read_measurement_set, write_measurement_set
 
@@ -52,6 +54,38 @@ def test_they_are_written_as_they_were_read(tmp_path: Path) -> None:
     for name in ("error_arcsec", "u_arcsec", "mask"):
         assert np.array_equal(getattr(again.reference, name), getattr(read.reference, name)), name
     assert again.reference.conditions["elevation_deg"].tolist() == [40.5, 41.0, 42.0]
+
+
+def test_rows_of_the_mask_file_are_written_as_they_were_read(tmp_path: Path) -> None:
+    read = read_measurement_set(_write(tmp_path, mask="reference_row,mask\n2,1\n3,0\n"))
+    write_measurement_set(tmp_path / "again", read)
+    again = read_measurement_set(tmp_path / "again")
+    assert again.warnings == ()
+    assert again.reference is not None
+    assert again.reference.mask is not None
+    assert again.reference.trusted is not None
+    assert again.reference.mask.tolist() == [True, False, False]
+    assert again.reference.trusted.tolist() == [False, True, False]
+
+
+def test_nothing_of_an_older_set_in_the_folder_becomes_part_of_the_new_one(tmp_path: Path) -> None:
+    older = measurement_set(runs=1, cycles=1)
+    write_measurement_set(tmp_path, older)
+    (tmp_path / "mask.csv").write_text("capture_row,mask\n2,1\n", encoding="utf-8")
+    write_measurement_set(tmp_path, replace(older, reference=None))
+    read = read_measurement_set(tmp_path)
+    assert read.reference is None
+    assert read.capture is not None
+    assert read.capture.mask is None
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["capture.csv", "measurement.toml"]
+
+
+def test_a_file_that_belongs_to_no_set_is_neither_replaced_nor_removed(tmp_path: Path) -> None:
+    (tmp_path / "reference.csv").write_text("raw\n", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"already holds a reference\.csv"):
+        write_measurement_set(tmp_path, measurement_set(runs=1, cycles=0, reference=False))
+    assert [path.name for path in tmp_path.iterdir()] == ["reference.csv"]
+    assert (tmp_path / "reference.csv").read_text(encoding="utf-8") == "raw\n"
 
 
 @pytest.mark.parametrize("field", ["", "nan", "inf", "0x10", "warm"])
