@@ -22,6 +22,7 @@ from arctrue.importing.quantities import (
     unit_named,
 )
 from arctrue.importing.sexagesimal import OF_DEGREES, is_sexagesimal, sexagesimal
+from arctrue.measurement.measurement_set import COLUMNS
 
 LOOKED_AT = 400
 """Number of rows that are examined to find the format of a column."""
@@ -55,8 +56,9 @@ def map_columns(
     ``columns`` gives the source by quantity or condition, as ``NAME``, ``NUMBER`` or ``FILE:NAME``;
     columns and files are numbered from 1. ``units`` gives the unit by quantity.
 
-    Raises ValueError for an unknown unit, for a column that does not exist or whose file is
-    unclear, and if no column is left for a quantity; AmbiguousError for an open assignment.
+    Raises ValueError for an unknown unit, for a condition with the name of a set's column, for a
+    column that does not exist or whose file is unclear, and if no column is left for a quantity;
+    AmbiguousError for an open assignment.
     """
     found: list[Mapped] = [{} for _ in recordings]
     for name, unit in units.items():
@@ -67,6 +69,7 @@ def map_columns(
     for name, source in columns.items():
         if source == NONE:
             continue
+        _refuse_column_of_a_set(name, source)
         places = _places(recordings, name, source)
         for file, column in places:
             unit = _unit(recordings[file], name, column, units, choices)
@@ -79,6 +82,23 @@ def map_columns(
         _by_common_names(recording, found[file], columns, units, choices)
     _ask_for_what_is_needed(recordings, found, columns, units, choices)
     return found
+
+
+def _refuse_column_of_a_set(name: str, source: str) -> None:
+    """Raise ValueError if a condition would have the name of a column of a set, as which the reader
+    would take it, although its unit was never converted."""
+    if name in QUANTITIES or name not in COLUMNS:
+        return
+    quantity = next((known for known in QUANTITIES if name.startswith(f"{known}_")), None)
+    remedy = (
+        f"--column {quantity}={source}, and --unit {quantity}=UNIT if the column's name does not "
+        "state the unit"
+        if quantity
+        else "another name"
+    )
+    raise ValueError(
+        f"--column {name}={source}: {name} is a column of a measurement set; use {remedy}"
+    )
 
 
 def _places(recordings: Sequence[FileContent], name: str, source: str) -> list[tuple[int, str]]:

@@ -340,6 +340,20 @@ def test_a_dry_run_writes_nothing(real: MeasurementSet, tmp_path: Path) -> None:
     assert not (tmp_path / "out").exists()
 
 
+def test_a_column_of_the_set_as_name_is_refused(tmp_path: Path) -> None:
+    """A condition named temperature_c would be read again as the temperature, without a unit."""
+    rows = "".join(f"{i},{i % 7},{293 + i / 100}\n" for i in range(40))
+    (tmp_path / "a.csv").write_text("target_deg,error_arcsec,T_K\n" + rows)
+    words = [tmp_path / "a.csv", "--sign", "reading-true"]
+    for name, quantity in (("temperature_c", "temperature"), ("time_s", "time")):
+        output = refused(tmp_path, *words, "--column", f"{name}=T_K")
+        assert f"use --column {quantity}=T_K" in " ".join(output.split())
+    read = imported(tmp_path, *words, "--column", "temperature=T_K").reference
+    assert read is not None
+    assert read.temperature_c is not None
+    assert np.allclose(read.temperature_c, 19.85 + np.arange(40) / 100, atol=1e-9)
+
+
 @pytest.mark.parametrize("name", ["capture.csv", "reference.csv", "mask.csv"])
 def test_a_file_with_the_name_of_a_part_of_a_set_is_not_replaced(tmp_path: Path, name: str) -> None:
     """The recorded file lies in OUT itself; the import must not replace it by a part of the set."""
