@@ -271,7 +271,8 @@ def _in_all(
     lacking = ", ".join(name for (name, _), one in zip(parts, there, strict=True) if not one)
     if not common_columns:
         raise JoinError(
-            f"{lacking} has no column {column}, the others have; --common-columns leaves it out"
+            f"{lacking} has no column {column}, the others have; arctrue join --common-columns "
+            "leaves it out"
         )
     notes.append(f"column {column} is left out: {lacking} has none")
     return False

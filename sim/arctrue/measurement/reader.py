@@ -99,6 +99,23 @@ def read_measurement_set(
     )
 
 
+def unread_columns(measurement: MeasurementSet, folder: Path) -> list[tuple[Path, str]]:
+    """Return file and name of each column in ``folder`` that the set read from there lacks, because
+    it is no number or its name occurs twice. Raises MeasurementError."""
+    description = read_description(folder)
+    found: list[tuple[Path, str]] = []
+    for section, rows, required, optional in (
+        ("capture", measurement.capture, CAPTURE_COLUMNS, CAPTURE_OPTIONAL),
+        ("reference", measurement.reference, REFERENCE_COLUMNS, REFERENCE_OPTIONAL),
+    ):
+        path = data_file(description, section)
+        if path is not None and rows is not None:
+            header = CsvFile(path, required, optional).header
+            read = {*required, *optional, *rows.conditions}
+            found += [(path, name) for name in dict.fromkeys(header) if name not in read]
+    return found
+
+
 @contextmanager
 def open_capture(folder: Path | str) -> Iterator[Iterator[Columns]]:
     """Yield the capture of a set in checked blocks, for sets that do not fit into the memory.
