@@ -80,11 +80,11 @@ def read_measurement_set(
     heads = compared = None
     if capture and capture_path:
         heads = _capture(description, capture_path, warnings, progress)
-        heads = with_mask_file(folder, "capture", heads, warnings)
+        heads = with_mask_file(folder, "capture", capture_path, heads, warnings)
         warnings += of_zero(heads, f"{capture_path}", 2)
     if reference and reference_path:
         compared = _reference(description, reference_path, warnings, progress)
-        compared = with_mask_file(folder, "reference", compared, warnings)
+        compared = with_mask_file(folder, "reference", reference_path, compared, warnings)
         warnings += of_zero(compared, f"{reference_path}", 2)
     return MeasurementSet(
         table=description.keys.table,

@@ -157,6 +157,21 @@ def test_a_column_of_the_mask_file_that_is_not_known_is_reported_once(tmp_path: 
     assert reported == [f"{tmp_path / 'mask.csv'}: column capture_rw is not known and is not used"]
 
 
+def test_a_mask_file_and_a_blank_line_before_a_row_are_refused(tmp_path: Path) -> None:
+    """The line number in mask.csv would name another row than the number that the commands
+    print."""
+    head, first, *rest = REFERENCE.splitlines()
+    blank = "\n".join([head, first, "", *rest])
+    _write(tmp_path, blank + "\n", "reference_row,mask\n4,1\n")
+    with pytest.raises(MeasurementError, match=r"reference\.csv, row 3: is blank.*mask\.csv"):
+        read_measurement_set(tmp_path)
+    _write(tmp_path, REFERENCE + "\n\n", "reference_row,mask\n4,1\n")
+    read = read_measurement_set(tmp_path).reference
+    assert read is not None
+    assert read.mask is not None
+    assert read.mask.tolist() == [False, True, True]
+
+
 def test_mask_file_has_the_last_word(tmp_path: Path) -> None:
     read = read_measurement_set(_write(tmp_path, mask="reference_row,mask\n2,1\n3,0\n"))
     assert read.reference is not None
