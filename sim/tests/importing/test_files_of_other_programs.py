@@ -146,6 +146,14 @@ def test_texts_of_any_length_in_hdf5_are_times(tmp_path: Path) -> None:
     np.testing.assert_allclose(found.time_s - found.time_s[0], np.arange(8.0), atol=1e-6)
 
 
+@pytest.mark.parametrize("text", ["[" * 60000, '{"a":' * 30000])
+def test_a_deeply_nested_file_is_refused(tmp_path: Path, text: str) -> None:
+    (tmp_path / "log.json").write_text(text + "\n")
+    done = arctrue(tmp_path / "log.json", tmp_path / "out")
+    assert done.exit_code == 2
+    assert "log.json" in done.output
+
+
 @pytest.mark.parametrize("write", [_mat_5, _mat_5_plain, _mat_5_struct, _mat_73])
 def test_mat_files(tmp_path: Path, write: Callable[[Path], None]) -> None:
     write(tmp_path / "log.mat")
