@@ -350,9 +350,25 @@ def numbers(recording: FileContent, source: Source) -> NDArray[np.int64] | NDArr
     for row, text in enumerate(values.tolist()):
         number = _number(str(text), sixty=sixty)
         if number is None:
-            raise recording.fault(f"expected a number, found {text!r}", row, source.column)
+            row = _wrong_row(values, row, sixty=sixty)
+            raise recording.fault(
+                f"expected a number, found {str(values[row])!r}", row, source.column
+            )
         found[row] = number
     return found
+
+
+def _wrong_row(values: NDArray[Any], first: int, *, sixty: bool) -> int:
+    """Return the first row whose text is no number with a decimal comma or with commas between
+    thousands either.
+
+    A reader leaves all fields of a column as texts if one of them is no number, so that ``first``,
+    the first text that is no number, may only have a comma.
+    """
+    for row, text in enumerate(values[first:].tolist(), start=first):
+        if all(_number(str(text).replace(",", sign), sixty=sixty) is None for sign in (".", "")):
+            return row
+    return first
 
 
 def _number(text: str, *, sixty: bool) -> float | None:

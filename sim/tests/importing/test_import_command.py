@@ -293,6 +293,15 @@ def test_missing_values_name_their_place(tmp_path: Path) -> None:
     assert found.target_deg.tolist() == [1.0, 3.0, 4.0]
 
 
+def test_a_wrong_field_among_decimal_commas_names_its_row(tmp_path: Path) -> None:
+    rows = [f"{i},5;{i},25" for i in range(60)]
+    rows[40] = "40,5;abc"
+    (tmp_path / "a.csv").write_text("target_deg;error_arcsec\n" + "\n".join(rows) + "\n")
+    words = [tmp_path / "a.csv", "--sign", "reading-true", "--decimal", "comma"]
+    output = refused(tmp_path, *words)
+    assert "a.csv, row 42, column error_arcsec: expected a number, found 'abc'" in output
+
+
 def test_the_command_is_written_and_repeats_the_import(
     real: MeasurementSet, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
