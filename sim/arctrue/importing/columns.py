@@ -393,7 +393,7 @@ def seconds(recording: FileContent, source: Source) -> NDArray[np.float64]:
     if source.unit != "iso":
         return np.asarray(numbers(recording, source) / UNITS["time"][source.unit], dtype=np.float64)
     found = np.empty(values.size, dtype=np.float64)
-    of_day = 0
+    of_day = missing = 0
     for row, text in enumerate(values.tolist()):
         hours = sexagesimal(str(text))
         try:
@@ -402,6 +402,7 @@ def seconds(recording: FileContent, source: Source) -> NDArray[np.float64]:
                 of_day += 1
             elif not str(text).strip():
                 found[row] = np.nan
+                missing += 1
             else:
                 moment = datetime.fromisoformat(str(text).strip().replace(",", "."))
                 # A time without a time zone is taken as UTC, because only differences matter.
@@ -413,9 +414,10 @@ def seconds(recording: FileContent, source: Source) -> NDArray[np.float64]:
                 row,
                 source.column,
             ) from None
-    if of_day == found.size:
+    if of_day == found.size - missing:
         # Times of day get one more day after each midnight, so that they continue to rise.
-        found[1:] += DAY_S * np.cumsum(np.diff(found) < -0.5 * DAY_S)
+        there = np.flatnonzero(~np.isnan(found))
+        found[there[1:]] += DAY_S * np.cumsum(np.diff(found[there]) < -0.5 * DAY_S)
     return found
 
 

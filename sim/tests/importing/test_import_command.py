@@ -302,6 +302,18 @@ def test_a_wrong_field_among_decimal_commas_names_its_row(tmp_path: Path) -> Non
     assert "a.csv, row 42, column error_arcsec: expected a number, found 'abc'" in output
 
 
+def test_times_of_day_continue_past_midnight_although_one_is_missing(tmp_path: Path) -> None:
+    clock = [*(f"23:59:{second}" for second in range(50, 60)), "", "00:00:01", "00:00:02"]
+    rows = [f"{time},{10 * i},{i % 3}" for i, time in enumerate(clock)]
+    (tmp_path / "a.csv").write_text("time,target_deg,error_arcsec\n" + "\n".join(rows) + "\n")
+    words = [tmp_path / "a.csv", "--sign", "reading-true", "--missing", "drop"]
+    found = imported(tmp_path, *words).reference
+    assert found is not None
+    assert found.time_s is not None
+    passed = found.time_s - found.time_s[0]
+    assert passed.tolist() == [*map(float, range(10)), 11.0, 12.0]
+
+
 def test_the_command_is_written_and_repeats_the_import(
     real: MeasurementSet, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
