@@ -157,6 +157,35 @@ def test_a_column_of_the_mask_file_that_is_not_known_is_reported_once(tmp_path: 
     assert reported == [f"{tmp_path / 'mask.csv'}: column capture_rw is not known and is not used"]
 
 
+@pytest.mark.parametrize("before", [0, 20000])
+@pytest.mark.parametrize("with_pyarrow", [True, False])
+def test_a_text_in_another_encoding_is_left_out_with_its_row(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, with_pyarrow: bool, before: int
+) -> None:
+    """The faulty text may lie in the part of the file that is read with the header, or behind
+    it."""
+    if not with_pyarrow:
+        monkeypatch.setattr("arctrue.measurement.csv_blocks.installed", lambda name: False)
+    (tmp_path / "measurement.toml").write_text(TOML, encoding="utf-8")
+    head, *rows = ["target_deg,error_arcsec,who", "0,1,2", "10,2,Prüfer", "20,3,4"]
+    text = "\n".join([head, *(f"{place},1,1" for place in range(before)), *rows, ""])
+    (tmp_path / "reference.csv").write_bytes(text.encode("latin-1"))
+    read = read_measurement_set(tmp_path)
+    assert read.reference is not None
+    assert read.reference.error_arcsec.size == before + 3
+    assert read.warnings == (
+        f"{tmp_path / 'reference.csv'}, row {before + 3}, column who: expected a number, found "
+        "'Pr�fer'; the column is not used",
+    )
+    (tmp_path / "reference.csv").write_bytes(text.replace("who", "für").encode("latin-1"))
+    with pytest.raises(MeasurementError, match=r"reference\.csv, row 1: is not text in UTF-8"):
+        read_measurement_set(tmp_path)
+    damaged = text.replace("10,2,", "10,ü,").encode("latin-1")
+    (tmp_path / "reference.csv").write_bytes(damaged)
+    with pytest.raises(MeasurementError, match=f"row {before + 3}, column error_arcsec"):
+        read_measurement_set(tmp_path)
+
+
 def test_a_mask_file_and_a_blank_line_before_a_row_are_refused(tmp_path: Path) -> None:
     """The line number in mask.csv would name another row than the number that the commands
     print."""
