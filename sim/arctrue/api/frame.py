@@ -99,7 +99,7 @@ def columns_of(
     for quantity, column in places.items():
         set_column = SET_COLUMNS[frame.name][quantity]
         values, kind = frame.columns[column], QUANTITIES[quantity]
-        if kind == "time" and (dates := _dates(values)) is not None:
+        if kind == "time" and (dates := _dates(frame, column, values)) is not None:
             time_ns = dates
             found[set_column] = np.zeros(dates.size)
             continue
@@ -265,17 +265,35 @@ def _of_astropy(frame: Frame, quantity: str, column: str, unit: Any) -> tuple[st
     return ours, np.asarray(plain, dtype=np.float64) * factor
 
 
-def _dates(values: Any) -> NDArray[np.int64] | None:
-    """Return nanoseconds since 1970, or the nanoseconds of a duration; None for other values."""
+def _dates(frame: Frame, column: str, values: Any) -> NDArray[np.int64] | None:
+    """Return nanoseconds since 1970, or the nanoseconds of a duration; None for other values.
+
+    Raises MeasurementError with the row of the first date that is missing.
+    """
     array = values.to_numpy() if hasattr(values, "to_numpy") else np.asarray(values)
     if array.dtype.kind == "O" and array.size and hasattr(array[0], "timestamp"):
+        _refuse_missing(frame, column, [item is None or item != item for item in array])
         array = np.array([item.timestamp() for item in array], dtype=np.float64)
         return np.round(array * 1e9).astype(np.int64)
+    if array.dtype.kind in "Mm":
+        _refuse_missing(frame, column, np.isnat(array))
     if array.dtype.kind == "M":
         return array.astype("datetime64[ns]").astype(np.int64)
     if array.dtype.kind == "m":
         return array.astype("timedelta64[ns]").astype(np.int64)
     return None
+
+
+def _refuse_missing(frame: Frame, column: str, missing: Any) -> None:
+    rows = np.flatnonzero(missing)
+    if rows.size:
+        raise _fault(
+            frame,
+            column,
+            f"row {rows[0]}: expected a time, found NaT; leave such rows out first, for instance "
+            "with frame.dropna()",
+            fault="not_a_number",
+        )
 
 
 def _numbers(frame: Frame, column: str, values: Any) -> NDArray[Any]:

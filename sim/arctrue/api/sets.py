@@ -34,7 +34,7 @@ def read_set(folder: Path | str) -> Dataset:
 
 
 def write_set(folder: Path | str, measurement: MeasurementSet) -> None:
-    """Write a measurement set into a folder.
+    """Write a measurement set into a folder; a set that it holds is replaced completely.
 
     Parameters
     ----------
@@ -47,7 +47,8 @@ def write_set(folder: Path | str, measurement: MeasurementSet) -> None:
     Raises
     ------
     ValueError
-        A value is not finite, or too large to be read again.
+        A value is not finite, or too large to be read again; or the folder holds a capture.csv,
+        reference.csv or mask.csv, but no set.
     OSError
         The folder cannot be written.
     """

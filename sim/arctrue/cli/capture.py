@@ -15,7 +15,7 @@ from arctrue.cli._guide import next_option, refuse_what_was_not_asked, steps
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._runs import print_runs
-from arctrue.cli._terminal import note, say, sentence, tell_error
+from arctrue.cli._terminal import note, say, sentence, tell_error, tell_warning
 from arctrue.device.console import ConsoleError
 from arctrue.measurement import (
     JoinError,
@@ -27,6 +27,8 @@ from arctrue.measurement import (
 )
 from arctrue.measurement.asked import by_device
 from arctrue.measurement.description import FILE_NAME
+from arctrue.measurement.reader import unread_columns
+from arctrue.measurement.writer import refuse_occupied
 
 NO_DEVICE = 2
 
@@ -53,9 +55,9 @@ def capture(
     The transfer of 12,000 samples takes 40 s at 115,200 baud. With --append the turn becomes a
     further run of the set OUT. With --next the command prints what to do at the table, waits for
     Enter (at a terminal), and refuses a turn that is not the requested measurement (exit code 1).
-    Exit code 2: the device does not answer, characters were lost, or OUT already holds a set and
-    --append is not given. The device's clock restarts with each capture, so the pause between two
-    runs is unknown.
+    Exit code 2: the device does not answer, characters were lost, --append would lose a column of
+    OUT, or OUT already holds a set or one of its files and --append is not given. The
+    device's clock restarts with each capture, so the pause between two runs is unknown.
     """
     there = (out / FILE_NAME).exists()
     if there and not append:
@@ -66,7 +68,9 @@ def capture(
         sys.exit(NO_DEVICE)
     notes: list[str] = []
     try:
-        before = read_measurement_set(out) if there else None
+        if not there:
+            refuse_occupied(out)
+        before = _before(out) if there else None
         if before is not None and kind is not None:
             _guide(kind, before)
         console = console_at(port)
@@ -86,6 +90,22 @@ def capture(
         for decided in notes:
             say(decided)
         print_runs(measurement)
+
+
+def _before(out: Path) -> MeasurementSet:
+    """Read the set to which the turn is appended, and print its warnings.
+
+    Raises MeasurementError, and ValueError if the set has columns that cannot be written again.
+    """
+    before = read_measurement_set(out)
+    for warning in before.warnings:
+        tell_warning(warning)
+    for path, column in unread_columns(before, out):
+        raise ValueError(
+            f"{path}: --append would lose the column {column or '(without a name)'}, which is not "
+            "read as numbers; write the turn to a new folder, or take the column out of the file"
+        )
+    return before
 
 
 def _guide(kind: str, before: MeasurementSet) -> None:

@@ -33,7 +33,7 @@ from arctrue.importing.quantities import QUANTITIES, UNITS
 from arctrue.importing.questions import Import
 from arctrue.measurement import Origin, Table, write_measurement_set
 from arctrue.measurement.date import moment
-from arctrue.measurement.description import FILE_NAME
+from arctrue.measurement.writer import refuse_occupied
 
 _UNITS = "; ".join(
     f"{kind}: {', '.join(units)}" for kind, units in UNITS.items() if kind != "whole"
@@ -192,8 +192,8 @@ def import_(
     their options and the first rows, and ends with exit code 2. The set stores the command that
     repeats the import.
     """
-    if not dry_run and (out / FILE_NAME).exists():
-        raise ValueError(f"{out}: already holds a measurement set; name a new folder")
+    if not dry_run:
+        refuse_occupied(out)
     settings = Settings(
         columns=_pairs("--column", columns),
         units=_pairs("--unit", units),

@@ -16,7 +16,7 @@ from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._runs import print_runs
 from arctrue.cli._terminal import tell_warning
 from arctrue.measurement import Origin, joined, read_measurement_set, write_measurement_set
-from arctrue.measurement.description import FILE_NAME
+from arctrue.measurement.writer import refuse_occupied
 
 
 @click.command("join", short_help="Make one set from several of the same table.")
@@ -51,8 +51,7 @@ def join(
     twice. Sets of different tables are refused. With --next the last SET must be the measurement
     that a diagnosis of the first SET requested (otherwise exit code 1).
     """
-    if (out / FILE_NAME).exists():
-        raise ValueError(f"{out}: already holds a measurement set; name a new folder")
+    refuse_occupied(out)
     read = [read_measurement_set(folder) for folder in sets]
     for item in read:
         for warning in item.warnings:

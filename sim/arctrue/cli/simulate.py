@@ -155,10 +155,6 @@ def simulate(
         noise=[_noise(text) for text in noises],
         heads=heads,
     )
-    for leftover in ("capture.csv", "reference.csv"):
-        # A reader would otherwise take a file of an older set in this folder for a part of this
-        # set.
-        (out / leftover).unlink(missing_ok=True)
     write_measurement_set(out, replace(made.measurement, date=measured_at))
     truth = write_truth(out, made.truth)
     console.print(f"wrote {out}; its truth is in {truth}", soft_wrap=True)

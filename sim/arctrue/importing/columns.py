@@ -22,6 +22,7 @@ from arctrue.importing.quantities import (
     unit_named,
 )
 from arctrue.importing.sexagesimal import OF_DEGREES, is_sexagesimal, sexagesimal
+from arctrue.measurement.measurement_set import COLUMNS
 
 LOOKED_AT = 400
 """Number of rows that are examined to find the format of a column."""
@@ -55,8 +56,9 @@ def map_columns(
     ``columns`` gives the source by quantity or condition, as ``NAME``, ``NUMBER`` or ``FILE:NAME``;
     columns and files are numbered from 1. ``units`` gives the unit by quantity.
 
-    Raises ValueError for an unknown unit, for a column that does not exist or whose file is
-    unclear, and if no column is left for a quantity; AmbiguousError for an open assignment.
+    Raises ValueError for an unknown unit, for a condition with the name of a set's column, for a
+    column that does not exist or whose file is unclear, and if no column is left for a quantity;
+    AmbiguousError for an open assignment.
     """
     found: list[Mapped] = [{} for _ in recordings]
     for name, unit in units.items():
@@ -67,6 +69,7 @@ def map_columns(
     for name, source in columns.items():
         if source == NONE:
             continue
+        _refuse_column_of_a_set(name, source)
         places = _places(recordings, name, source)
         for file, column in places:
             unit = _unit(recordings[file], name, column, units, choices)
@@ -79,6 +82,23 @@ def map_columns(
         _by_common_names(recording, found[file], columns, units, choices)
     _ask_for_what_is_needed(recordings, found, columns, units, choices)
     return found
+
+
+def _refuse_column_of_a_set(name: str, source: str) -> None:
+    """Raise ValueError if a condition would have the name of a column of a set, as which the reader
+    would take it, although its unit was never converted."""
+    if name in QUANTITIES or name not in COLUMNS:
+        return
+    quantity = next((known for known in QUANTITIES if name.startswith(f"{known}_")), None)
+    remedy = (
+        f"--column {quantity}={source}, and --unit {quantity}=UNIT if the column's name does not "
+        "state the unit"
+        if quantity
+        else "another name"
+    )
+    raise ValueError(
+        f"--column {name}={source}: {name} is a column of a measurement set; use {remedy}"
+    )
 
 
 def _places(recordings: Sequence[FileContent], name: str, source: str) -> list[tuple[int, str]]:
@@ -330,9 +350,25 @@ def numbers(recording: FileContent, source: Source) -> NDArray[np.int64] | NDArr
     for row, text in enumerate(values.tolist()):
         number = _number(str(text), sixty=sixty)
         if number is None:
-            raise recording.fault(f"expected a number, found {text!r}", row, source.column)
+            row = _wrong_row(values, row, sixty=sixty)
+            raise recording.fault(
+                f"expected a number, found {str(values[row])!r}", row, source.column
+            )
         found[row] = number
     return found
+
+
+def _wrong_row(values: NDArray[Any], first: int, *, sixty: bool) -> int:
+    """Return the first row whose text is no number with a decimal comma or with commas between
+    thousands either.
+
+    A reader leaves all fields of a column as texts if one of them is no number, so that ``first``,
+    the first text that is no number, may only have a comma.
+    """
+    for row, text in enumerate(values[first:].tolist(), start=first):
+        if all(_number(str(text).replace(",", sign), sixty=sixty) is None for sign in (".", "")):
+            return row
+    return first
 
 
 def _number(text: str, *, sixty: bool) -> float | None:
@@ -357,7 +393,7 @@ def seconds(recording: FileContent, source: Source) -> NDArray[np.float64]:
     if source.unit != "iso":
         return np.asarray(numbers(recording, source) / UNITS["time"][source.unit], dtype=np.float64)
     found = np.empty(values.size, dtype=np.float64)
-    of_day = 0
+    of_day = missing = 0
     for row, text in enumerate(values.tolist()):
         hours = sexagesimal(str(text))
         try:
@@ -366,6 +402,7 @@ def seconds(recording: FileContent, source: Source) -> NDArray[np.float64]:
                 of_day += 1
             elif not str(text).strip():
                 found[row] = np.nan
+                missing += 1
             else:
                 moment = datetime.fromisoformat(str(text).strip().replace(",", "."))
                 # A time without a time zone is taken as UTC, because only differences matter.
@@ -377,9 +414,10 @@ def seconds(recording: FileContent, source: Source) -> NDArray[np.float64]:
                 row,
                 source.column,
             ) from None
-    if of_day == found.size:
+    if of_day == found.size - missing:
         # Times of day get one more day after each midnight, so that they continue to rise.
-        found[1:] += DAY_S * np.cumsum(np.diff(found) < -0.5 * DAY_S)
+        there = np.flatnonzero(~np.isnan(found))
+        found[there[1:]] += DAY_S * np.cumsum(np.diff(found[there]) < -0.5 * DAY_S)
     return found
 
 

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.measurement.wraps import ROUNDED_TURN
+
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
@@ -34,10 +36,10 @@ class Pass:
 def without_jumps(angle_turns: Float) -> tuple[Float, int]:
     """Continue angles (n,) past the end of each turn, and count the wraps.
 
-    The angles are changed only if all of them lie within one turn; each step between two rows is
-    then taken as the shorter way round.
+    The angles are changed only if all of them lie within one turn (rounded); each step between two
+    rows is then taken as the shorter way round.
     """
-    if angle_turns.size < 2 or float(np.ptp(angle_turns)) > 1.0:
+    if angle_turns.size < 2 or float(np.ptp(angle_turns)) > ROUNDED_TURN:
         return angle_turns, 0
     turns = -np.round(np.diff(angle_turns))
     wraps = int(np.count_nonzero(turns))

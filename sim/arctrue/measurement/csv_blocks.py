@@ -71,11 +71,13 @@ class CsvFile:
     def __post_init__(self) -> None:
         """Read the header and check its columns."""
         try:
-            with self.path.open(encoding="utf-8-sig", newline="") as file:
+            # The text layer decodes more than the header; only faults in the header are raised.
+            with self.path.open(encoding="utf-8-sig", errors="surrogateescape", newline="") as file:
                 first = file.readline()
+            first.encode()
         except FileNotFoundError as error:
             raise MeasurementError("missing", self.path, "no such file") from error
-        except UnicodeDecodeError as error:
+        except UnicodeEncodeError as error:
             raise MeasurementError("format", self.path, "is not text in UTF-8", row=1) from error
         except OSError as error:
             raise MeasurementError(
@@ -223,14 +225,18 @@ class CsvFile:
             numbers = np.asarray(pc.cast(pc.utf8_trim_whitespace(texts), pa.float64()))
             wrong = np.flatnonzero(~(np.abs(numbers) <= LARGEST_NUMBER))
         except pa.ArrowInvalid:
-            wrong = np.array(
-                [i for i, text in enumerate(texts.to_pylist()) if not _FLOAT.match(text.strip())]
-            )
+            fields = self._texts(texts)
+            wrong = np.array([i for i, text in enumerate(fields) if not _FLOAT.match(text.strip())])
         if wrong.size == 0:
             return numbers
         place = int(wrong[0])
-        self._leave_out(name, first + place, texts[place].as_py())
+        self._leave_out(name, first + place, self._texts(texts[place : place + 1])[0])
         return None
+
+    @staticmethod
+    def _texts(column: pa.Array) -> list[str]:
+        """Return the texts of a column, with � for bytes that are not UTF-8."""
+        return [text.decode("utf-8", "replace") for text in column.cast(pa.binary()).to_pylist()]
 
     def _leave_out(self, name: str, index: int, text: str) -> None:
         """Stop reading a condition, with a warning, because one of its fields is no number."""

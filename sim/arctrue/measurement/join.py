@@ -82,10 +82,6 @@ def joined(
             captures.append((name, _moved(item.capture, move, turn, shift_s)))
         if item.reference is not None:
             references.append((name, _moved(item.reference, move, turn, shift_s)))
-        for part in (item.capture, item.reference):
-            if part is not None and part.trusted is not None and part.trusted.any():
-                notes.append(f"{name}: rows that mask.csv forces to be used are ordinary rows here")
-                break
     title = next((item.title for item in sets if item.title), "")
     result = replace(
         sets[0],
@@ -246,7 +242,7 @@ def _stacked(parts: Sequence[tuple[str, Rows]], common_columns: bool, notes: lis
         elif column in ("mask", "trusted"):
             any_there = any(one is not None for one in found)
             masks = [_flags(one, rows) for one, (_, rows) in zip(found, parts, strict=True)]
-            values[column] = np.concatenate(masks) if any_there and column == "mask" else None
+            values[column] = np.concatenate(masks) if any_there else None
         elif any(isinstance(one, np.ndarray) for one in found):
             there = [one is not None for one in found]
             kept = _in_all(column, there, parts, common_columns, notes)
@@ -275,7 +271,8 @@ def _in_all(
     lacking = ", ".join(name for (name, _), one in zip(parts, there, strict=True) if not one)
     if not common_columns:
         raise JoinError(
-            f"{lacking} has no column {column}, the others have; --common-columns leaves it out"
+            f"{lacking} has no column {column}, the others have; arctrue join --common-columns "
+            "leaves it out"
         )
     notes.append(f"column {column} is left out: {lacking} has none")
     return False

@@ -18,15 +18,21 @@ Channel = TypeVar("Channel", Capture, Reference)
 
 
 def with_mask_file(
-    folder: Path, channel: Literal["capture", "reference"], rows: Channel, warnings: list[str]
+    folder: Path,
+    channel: Literal["capture", "reference"],
+    recorded: Path,
+    rows: Channel,
+    warnings: list[str],
 ) -> Channel:
-    """Apply ``folder``/mask.csv to ``rows``; if this file is missing, the rows remain unchanged.
+    """Apply ``folder``/mask.csv to the ``rows`` of the file ``recorded``; if mask.csv is missing,
+    the rows remain unchanged.
 
     The file has the columns ``capture_row,mask`` or ``reference_row,mask``, or all three; a row
     number of 0 then means that the line names no row of that channel. A row is named by its line in
     the CSV file; the header is line 1. ``mask`` is 1 for a row that must not be used and 0 for a
     row that must be used. If the file has another column, a warning is added to ``warnings``, once
-    for both channels. Raises MeasurementError.
+    for both channels. Raises MeasurementError; also if ``recorded`` has a blank line before a row,
+    because all later rows would have two numbers: the line, and the number that the commands print.
     """
     path = folder / FILE_NAME
     if not path.is_file():
@@ -37,6 +43,13 @@ def with_mask_file(
     if len(file.columns) == 1:
         raise MeasurementError(
             "missing", path, "expected a column capture_row or reference_row", row=1
+        )
+    if column in file.columns and (blank := _blank_line(recorded)) is not None:
+        raise MeasurementError(
+            "format",
+            recorded,
+            f"is blank; remove the blank lines, because {FILE_NAME} names the rows by their lines",
+            row=blank,
         )
     size = (rows.head1_counts if isinstance(rows, Capture) else rows.error_arcsec).size
     mask = np.zeros(size, dtype=bool) if rows.mask is None else rows.mask.copy()
@@ -70,3 +83,16 @@ def with_mask_file(
                 mask[place], trusted[place] = value == 1, value == 0
             done += 1
     return replace(rows, mask=mask, trusted=trusted)
+
+
+def _blank_line(path: Path) -> int | None:
+    """Return the number of the first blank line that has a row after it; None without one."""
+    blank = None
+    with path.open("rb") as file:
+        for number, line in enumerate(file, start=1):
+            if line.strip(b"\r\n"):
+                if blank is not None:
+                    return blank
+            elif blank is None:
+                blank = number
+    return None

@@ -80,11 +80,11 @@ def read_measurement_set(
     heads = compared = None
     if capture and capture_path:
         heads = _capture(description, capture_path, warnings, progress)
-        heads = with_mask_file(folder, "capture", heads, warnings)
+        heads = with_mask_file(folder, "capture", capture_path, heads, warnings)
         warnings += of_zero(heads, f"{capture_path}", 2)
     if reference and reference_path:
         compared = _reference(description, reference_path, warnings, progress)
-        compared = with_mask_file(folder, "reference", compared, warnings)
+        compared = with_mask_file(folder, "reference", reference_path, compared, warnings)
         warnings += of_zero(compared, f"{reference_path}", 2)
     return MeasurementSet(
         table=description.keys.table,
@@ -97,6 +97,23 @@ def read_measurement_set(
         folder=folder,
         date=moment(description.keys.date) if description.keys.date else None,
     )
+
+
+def unread_columns(measurement: MeasurementSet, folder: Path) -> list[tuple[Path, str]]:
+    """Return file and name of each column in ``folder`` that the set read from there lacks, because
+    it is no number or its name occurs twice. Raises MeasurementError."""
+    description = read_description(folder)
+    found: list[tuple[Path, str]] = []
+    for section, rows, required, optional in (
+        ("capture", measurement.capture, CAPTURE_COLUMNS, CAPTURE_OPTIONAL),
+        ("reference", measurement.reference, REFERENCE_COLUMNS, REFERENCE_OPTIONAL),
+    ):
+        path = data_file(description, section)
+        if path is not None and rows is not None:
+            header = CsvFile(path, required, optional).header
+            read = {*required, *optional, *rows.conditions}
+            found += [(path, name) for name in dict.fromkeys(header) if name not in read]
+    return found
 
 
 @contextmanager

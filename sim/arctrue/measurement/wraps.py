@@ -11,6 +11,10 @@ from arctrue.base.units import ARCSEC_PER_TURN
 Integer = NDArray[np.int64]
 Float = NDArray[np.float64]
 
+ROUNDED_TURN = 1.0 + 1e-3
+"""Largest range, in turns, of angles that restart at each turn: a display rounds the last angle of
+a turn up, to 6.2832 rad or 360.0°."""
+
 
 def without_wraps(error_arcsec: Float) -> tuple[Float, Integer]:
     """Return errors (n,) without whole turns, and the indices of the rows that contained whole
@@ -37,11 +41,12 @@ def unwrapped_counts(
 ) -> tuple[Integer, int]:
     """Return counts (n,) that continue past the turn, and the number of restarts.
 
-    Counts are changed only if all of them lie within one turn and some step is longer than half a
-    turn. Such a step is replaced by the step that agrees best with the run's usual speed and the
-    elapsed time.
+    Counts are changed only if all of them lie within one turn (rounded) and some step is longer
+    than half a turn. Such a step is replaced by the step that agrees best with the run's usual
+    speed and the elapsed time.
     """
-    if counts.size < 3 or int(counts.min()) < 0 or int(counts.max()) >= counts_per_rev:
+    largest = ROUNDED_TURN * counts_per_rev
+    if counts.size < 3 or int(counts.min()) < 0 or int(counts.max()) > largest:
         return counts, 0
     found = counts.copy()
     wraps = 0

@@ -18,6 +18,7 @@ from arctrue.base.extras import installed, optional
 from arctrue.base.whole_file import whole_file
 from arctrue.measurement.csv_blocks import LARGEST_NUMBER
 from arctrue.measurement.description import FILE_NAME, SECTIONS
+from arctrue.measurement.mask_file import FILE_NAME as MASK_NAME
 from arctrue.measurement.measurement_set import (
     CAPTURE_COLUMNS,
     CAPTURE_OPTIONAL,
@@ -40,6 +41,8 @@ _REFERENCE_ORDER = (
     "u_arcsec",
     "mask",
 )
+FILES_OF_A_SET = ("capture.csv", "reference.csv", MASK_NAME)
+"""Files that the reader takes as parts of a set because of their names."""
 ROWS_TOGETHER = 1 << 14
 SMALLEST_PLAIN, LARGEST_PLAIN = 1e-6, 1e10
 """Range of absolute values that are written without an exponent, as is 0; all other numbers have an
@@ -47,11 +50,27 @@ exponent."""
 _DECIMALS = {"time_s": 6, "target_deg": 9, "error_arcsec": 6, "temperature_c": 3, "u_arcsec": 6}
 
 
+def refuse_occupied(folder: Path) -> None:
+    """Raise ValueError if ``folder`` holds a set or a file with the name of a part of a set.
+
+    Such a file may be the user's only copy, and a new set would replace it.
+    """
+    if (folder / FILE_NAME).exists():
+        raise ValueError(f"{folder}: already holds a measurement set; name a new folder")
+    for name in FILES_OF_A_SET:
+        if (folder / name).exists():
+            raise ValueError(
+                f"{folder}: already holds a {name}, which the new set would replace; "
+                "name a new folder"
+            )
+
+
 def write_measurement_set(folder: Path | str, measurement: MeasurementSet) -> None:
     """Write a set to a folder.
 
     Times are rounded to 1 µs, targets to 10⁻⁹ °, errors and uncertainties to 10⁻⁶ ″, temperatures
-    to 1 mK.
+    to 1 mK. If the folder holds a set, the new set replaces it completely: capture.csv,
+    reference.csv and mask.csv are removed if the new set has no such part.
 
     Parameters
     ----------
@@ -63,19 +82,23 @@ def write_measurement_set(folder: Path | str, measurement: MeasurementSet) -> No
     Raises
     ------
     ValueError
-        If the set has neither capture nor reference, or a value is not finite or above the limit
-        that the reader accepts.
+        If the set has neither capture nor reference, a value is not finite or above the limit
+        that the reader accepts, or the folder holds such a file but no set.
     OSError
         If the folder cannot be written.
     """
     if measurement.capture is None and measurement.reference is None:
         raise ValueError("a measurement set needs a capture or a reference run")
     folder = Path(folder)
+    if not (folder / FILE_NAME).exists():
+        refuse_occupied(folder)
     tables = {}
     if measurement.capture is not None:
         tables["capture.csv"] = _columns(measurement.capture, (*CAPTURE_COLUMNS, *CAPTURE_OPTIONAL))
     if measurement.reference is not None:
         tables["reference.csv"] = _columns(measurement.reference, _REFERENCE_ORDER)
+    if (mask := _mask_file(measurement)) is not None:
+        tables[MASK_NAME] = mask
     with ExitStack() as unfinished:
         # The description is moved to its final place last, because only a folder with a description
         # is a set.
@@ -83,6 +106,36 @@ def write_measurement_set(folder: Path | str, measurement: MeasurementSet) -> No
         description.write_text(_description(measurement), encoding="utf-8")
         for name, table in tables.items():
             _write_csv(unfinished.enter_context(whole_file(folder / name)), table)
+    for name in FILES_OF_A_SET:
+        if name not in tables:
+            (folder / name).unlink(missing_ok=True)
+
+
+def _mask_file(measurement: MeasurementSet) -> dict[str, NDArray[Any]] | None:
+    """Return the columns of mask.csv, which lists the rows that must be used although they look
+    wrong; None if the set names no such rows.
+
+    The masked rows are listed too, because a set with a mask.csv decides about every row itself.
+    """
+    parts = {"capture": measurement.capture, "reference": measurement.reference}
+    decided = {
+        name: (rows.trusted, np.zeros_like(rows.trusted) if rows.mask is None else rows.mask)
+        for name, rows in parts.items()
+        if rows is not None and rows.trusted is not None
+    }
+    lines = {name: np.flatnonzero(used | masked) for name, (used, masked) in decided.items()}
+    size = sum(listed.size for listed in lines.values())
+    if not size:
+        return None
+    columns = {f"{name}_row": np.zeros(size, dtype=np.int64) for name in lines}
+    columns["mask"] = np.zeros(size, dtype=np.int64)
+    start = 0
+    for name, listed in lines.items():
+        span = slice(start, start + listed.size)
+        columns[f"{name}_row"][span] = listed + 2
+        columns["mask"][span] = decided[name][1][listed]
+        start = span.stop
+    return columns
 
 
 def _write_csv(path: Path, columns: Mapping[str, NDArray[Any]]) -> None:

@@ -193,6 +193,23 @@ def test_dates_become_seconds_of_one_clock() -> None:
     np.testing.assert_allclose(data.reference.time_s, 60.0 + np.arange(48))
 
 
+@pytest.mark.parametrize("of_pandas", [False, True])
+@pytest.mark.parametrize("kind", ["datetime64[ns]", "timedelta64[ns]", "object"])
+def test_a_date_that_is_missing_is_refused_with_its_row(kind: str, of_pandas: bool) -> None:
+    pandas = pytest.importorskip("pandas")
+    reference: dict[str, Any] = stations()
+    seconds = np.arange(48).astype("timedelta64[s]").astype("timedelta64[ns]")
+    times = seconds if kind.startswith("timedelta") else np.datetime64("2026-11-23", "ns") + seconds
+    times[47] = np.timedelta64("NaT") if kind.startswith("timedelta") else np.datetime64("NaT")
+    column = pandas.Series(times)
+    if kind == "object":
+        column = column.dt.tz_localize("UTC")
+    reference["time"] = column if of_pandas else column.to_numpy()
+    del reference["time_s"]
+    with pytest.raises(MeasurementError, match=r"column time: row 47: expected a time, found NaT"):
+        at.Dataset.from_arrays(reference=reference)
+
+
 def test_a_name_of_ones_own_is_said() -> None:
     own = {"Winkel": stations()["target_deg"], "delta": stations()["error_arcsec"] / 3600.0}
     data = at.Dataset.from_arrays(

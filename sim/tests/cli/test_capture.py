@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,10 +15,11 @@ from sim.tests.cli.test_monitor import COUNTS, Device
 from sim.tests.firmware.emulator import PATIENCE_S
 from sim.tests.firmware.library import firmware
 from sim.tests.firmware.model_core import Firmware
+from sim.tests.workbench.small_sets import measurement_set
 
 from arctrue.cli import main
 from arctrue.device.dump import read_head, read_row
-from arctrue.measurement import read_measurement_set
+from arctrue.measurement import JoinError, joined, read_measurement_set, write_measurement_set
 
 
 class NoisyLine(Device):
@@ -53,6 +55,42 @@ class NoisyLine(Device):
 class SampledFromOutside(Device):
     def attach(self, made: Firmware) -> None:
         made.application.parameters.sync_capture = 1
+
+
+def test_a_turn_is_not_appended_where_columns_would_be_lost(tmp_path: Path) -> None:
+    """The command would write the set without its column of texts; it refuses before it opens the
+    port."""
+    out = tmp_path / "set"
+    write_measurement_set(out, measurement_set(runs=1, cycles=0, reference=False))
+    path = out / "capture.csv"
+    head, *rows = path.read_text(encoding="utf-8").splitlines()
+    path.write_text("\n".join([f"{head},who", *(f"{row},Ann" for row in rows)]) + "\n", "utf-8")
+    before = path.read_bytes()
+    done = CliRunner().invoke(main, ["capture", str(tmp_path / "no port"), str(out), "--append"])
+    assert done.exit_code == 2
+    said = " ".join(done.stderr.split())
+    assert "capture.csv: --append would lose the column who" in said
+    assert path.read_bytes() == before
+
+
+def test_a_column_that_the_turn_lacks_names_a_remedy_that_exists() -> None:
+    made = measurement_set(runs=1, cycles=0, reference=False)
+    assert made.capture is not None
+    loaded = replace(made.capture, conditions={"load_nm": np.ones(made.capture.run.size)})
+    later = replace(
+        made.capture,
+        head1_counts=made.capture.head1_counts + 1,
+        head2_counts=made.capture.head2_counts + 1,
+    )
+    with pytest.raises(JoinError, match="arctrue join --common-columns leaves it out"):
+        joined([replace(made, capture=loaded), replace(made, capture=later)], times="after")
+
+
+def test_a_file_of_the_user_is_not_replaced_by_a_turn(tmp_path: Path) -> None:
+    (tmp_path / "capture.csv").write_text("raw\n", encoding="utf-8")
+    done = CliRunner().invoke(main, ["capture", str(tmp_path / "no port"), str(tmp_path)])
+    assert done.exit_code == 2
+    assert "already holds a capture.csv" in " ".join(done.stderr.split())
 
 
 @pytest.fixture

@@ -31,7 +31,7 @@ from sim.tests.device.daemon_process import (
 
 from arctrue.device import port
 from arctrue.device.connection import Watch, ask
-from arctrue.device.daemon import serial_link
+from arctrue.device.daemon import serial_link, server
 from arctrue.device.daemon.serial_link import SerialLink
 from arctrue.device.lines import LONGEST_LINE, LineAssembler, TelemetryLine, telemetry_of
 from arctrue.device.recorder import Recorder, Retention, read_turns
@@ -308,6 +308,11 @@ def test_the_record_keeps_to_its_limits(tmp_path: Path) -> None:
     recorder.apply_retention()
     recorder.close()
     assert numbers(file) == [2000]
+
+
+def test_a_deeply_nested_request_is_no_request() -> None:
+    with pytest.raises(ValueError, match="expected an object"):
+        server._request(b"[" * 60000 + b"\n")
 
 
 def test_lines_are_the_same_however_they_arrive() -> None:

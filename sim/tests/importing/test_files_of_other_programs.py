@@ -130,6 +130,30 @@ def _mat_73(path: Path) -> None:
         raw.write(head)
 
 
+def test_texts_of_any_length_in_hdf5_are_times(tmp_path: Path) -> None:
+    """h5py returns such texts as an array of bytes objects."""
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "log.h5", "w") as file:
+        times = [f"2026-01-31T12:00:{second:02d}" for second in range(8)]
+        file.create_dataset("time", data=times, dtype=h5py.string_dtype())
+        file["target_deg"], file["error_arcsec"] = np.arange(8.0) * 10.0, np.arange(8.0)
+    words = ["--sign", "reading-true", tmp_path / "out"]
+    done = arctrue(tmp_path / "log.h5", *words)
+    assert done.exit_code == 0, done.output
+    found = read_measurement_set(tmp_path / "out").reference
+    assert found is not None
+    assert found.time_s is not None
+    np.testing.assert_allclose(found.time_s - found.time_s[0], np.arange(8.0), atol=1e-6)
+
+
+@pytest.mark.parametrize("text", ["[" * 60000, '{"a":' * 30000])
+def test_a_deeply_nested_file_is_refused(tmp_path: Path, text: str) -> None:
+    (tmp_path / "log.json").write_text(text + "\n")
+    done = arctrue(tmp_path / "log.json", tmp_path / "out")
+    assert done.exit_code == 2
+    assert "log.json" in done.output
+
+
 @pytest.mark.parametrize("write", [_mat_5, _mat_5_plain, _mat_5_struct, _mat_73])
 def test_mat_files(tmp_path: Path, write: Callable[[Path], None]) -> None:
     write(tmp_path / "log.mat")

@@ -293,6 +293,27 @@ def test_missing_values_name_their_place(tmp_path: Path) -> None:
     assert found.target_deg.tolist() == [1.0, 3.0, 4.0]
 
 
+def test_a_wrong_field_among_decimal_commas_names_its_row(tmp_path: Path) -> None:
+    rows = [f"{i},5;{i},25" for i in range(60)]
+    rows[40] = "40,5;abc"
+    (tmp_path / "a.csv").write_text("target_deg;error_arcsec\n" + "\n".join(rows) + "\n")
+    words = [tmp_path / "a.csv", "--sign", "reading-true", "--decimal", "comma"]
+    output = refused(tmp_path, *words)
+    assert "a.csv, row 42, column error_arcsec: expected a number, found 'abc'" in output
+
+
+def test_times_of_day_continue_past_midnight_although_one_is_missing(tmp_path: Path) -> None:
+    clock = [*(f"23:59:{second}" for second in range(50, 60)), "", "00:00:01", "00:00:02"]
+    rows = [f"{time},{10 * i},{i % 3}" for i, time in enumerate(clock)]
+    (tmp_path / "a.csv").write_text("time,target_deg,error_arcsec\n" + "\n".join(rows) + "\n")
+    words = [tmp_path / "a.csv", "--sign", "reading-true", "--missing", "drop"]
+    found = imported(tmp_path, *words).reference
+    assert found is not None
+    assert found.time_s is not None
+    passed = found.time_s - found.time_s[0]
+    assert passed.tolist() == [*map(float, range(10)), 11.0, 12.0]
+
+
 def test_the_command_is_written_and_repeats_the_import(
     real: MeasurementSet, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -338,6 +359,33 @@ def test_a_dry_run_writes_nothing(real: MeasurementSet, tmp_path: Path) -> None:
     assert done.exit_code == 0, done.output
     assert "2,119 rows" in done.output
     assert not (tmp_path / "out").exists()
+
+
+def test_a_column_of_the_set_as_name_is_refused(tmp_path: Path) -> None:
+    """A condition named temperature_c would be read again as the temperature, without a unit."""
+    rows = "".join(f"{i},{i % 7},{293 + i / 100}\n" for i in range(40))
+    (tmp_path / "a.csv").write_text("target_deg,error_arcsec,T_K\n" + rows)
+    words = [tmp_path / "a.csv", "--sign", "reading-true"]
+    for name, quantity in (("temperature_c", "temperature"), ("time_s", "time")):
+        output = refused(tmp_path, *words, "--column", f"{name}=T_K")
+        assert f"use --column {quantity}=T_K" in " ".join(output.split())
+    read = imported(tmp_path, *words, "--column", "temperature=T_K").reference
+    assert read is not None
+    assert read.temperature_c is not None
+    assert np.allclose(read.temperature_c, 19.85 + np.arange(40) / 100, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["capture.csv", "reference.csv", "mask.csv"])
+def test_a_file_with_the_name_of_a_part_of_a_set_is_not_replaced(tmp_path: Path, name: str) -> None:
+    """The recorded file lies in OUT itself; the import must not replace it by a part of the set."""
+    recorded = tmp_path / name
+    text = "target_deg,error_arcsec,operator\n" + "".join(f"{i}0,{i},Ann\n" for i in range(36))
+    recorded.write_text(text)
+    done = arctrue(recorded, "--sign", "reading-true", tmp_path)
+    assert done.exit_code == 2
+    assert f"already holds a {name}" in done.output
+    assert recorded.read_text() == text
+    assert [path.name for path in tmp_path.iterdir()] == [name]
 
 
 def test_the_readers_are_entry_points() -> None:

@@ -126,15 +126,17 @@ def test_samples_of_linuxcnc_with_an_overrun(tmp_path: Path) -> None:
         read(path, period_s=0.002)
 
 
-def epics_log(path: Path) -> None:
+def epics_log(path: Path, deg_s: float = 2.0) -> None:
     lines = []
     for n in range(200):
         at = n * 0.1
         second, micro = int(at), round((at % 1.0) * 1e6)
-        lines.append(f"AX:Enc-RB  2026-01-31 12:00:{second:02d}.{micro:06d} {2.0 * at:.6f}")
+        angle = deg_s * at % 360.0
+        lines.append(f"AX:Enc-RB  2026-01-31 12:00:{second:02d}.{micro:06d} {angle:.6f}")
         late = at + 0.05
         second, micro = int(late), round((late % 1.0) * 1e6)
-        lines.append(f"AX:Ref-I   2026-01-31 12:00:{second:02d}.{micro:06d} {2.0 * late:.6f} HIGH")
+        angle = deg_s * late % 360.0
+        lines.append(f"AX:Ref-I   2026-01-31 12:00:{second:02d}.{micro:06d} {angle:.6f} HIGH")
     path.write_text("AX:Enc-RB  *** Not connected (PV not found)\n" + "\n".join(lines) + "\n")
 
 
@@ -152,6 +154,18 @@ def test_a_log_of_epics_variables(tmp_path: Path) -> None:
     assert reference is not None
     # Interpolation of a straight line is exact; the log has six decimals of a degree.
     assert np.abs(reference.error_arcsec).max() < 1e-6 / 360.0 * ARCSEC_PER_TURN
+
+
+def test_an_epics_angle_is_not_interpolated_across_the_end_of_a_turn(tmp_path: Path) -> None:
+    """At 33°/s the encoder restarts once in 20 s; the row in this step has no value between 359°
+    and 2°."""
+    epics_log(tmp_path / "monitor.log", deg_s=33.0)
+    found = read(tmp_path / "monitor.log", group="AX:Ref-I")
+    away = found.columns["AX:Enc-RB"] - found.columns["AX:Ref-I"]
+    # Bound: six decimals of a degree, and the resolution of a time since 1970 in float64.
+    assert np.abs(away).max() <= 1e-6 + 33.0 * float(np.spacing(1.77e9))
+    assert found.rows == 198  # 200 without the row after the last angle of the encoder
+    assert any("AX:Enc-RB steps once by more than half of its range" in n for n in found.notes)
 
 
 @pytest.mark.parametrize(

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from sim.tests.workbench.small_sets import measurement_set
 
 from arctrue.measurement import MeasurementError, read_measurement_set, write_measurement_set
 
@@ -52,6 +54,38 @@ def test_they_are_written_as_they_were_read(tmp_path: Path) -> None:
     for name in ("error_arcsec", "u_arcsec", "mask"):
         assert np.array_equal(getattr(again.reference, name), getattr(read.reference, name)), name
     assert again.reference.conditions["elevation_deg"].tolist() == [40.5, 41.0, 42.0]
+
+
+def test_rows_of_the_mask_file_are_written_as_they_were_read(tmp_path: Path) -> None:
+    read = read_measurement_set(_write(tmp_path, mask="reference_row,mask\n2,1\n3,0\n"))
+    write_measurement_set(tmp_path / "again", read)
+    again = read_measurement_set(tmp_path / "again")
+    assert again.warnings == ()
+    assert again.reference is not None
+    assert again.reference.mask is not None
+    assert again.reference.trusted is not None
+    assert again.reference.mask.tolist() == [True, False, False]
+    assert again.reference.trusted.tolist() == [False, True, False]
+
+
+def test_nothing_of_an_older_set_in_the_folder_becomes_part_of_the_new_one(tmp_path: Path) -> None:
+    older = measurement_set(runs=1, cycles=1)
+    write_measurement_set(tmp_path, older)
+    (tmp_path / "mask.csv").write_text("capture_row,mask\n2,1\n", encoding="utf-8")
+    write_measurement_set(tmp_path, replace(older, reference=None))
+    read = read_measurement_set(tmp_path)
+    assert read.reference is None
+    assert read.capture is not None
+    assert read.capture.mask is None
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["capture.csv", "measurement.toml"]
+
+
+def test_a_file_that_belongs_to_no_set_is_neither_replaced_nor_removed(tmp_path: Path) -> None:
+    (tmp_path / "reference.csv").write_text("raw\n", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"already holds a reference\.csv"):
+        write_measurement_set(tmp_path, measurement_set(runs=1, cycles=0, reference=False))
+    assert [path.name for path in tmp_path.iterdir()] == ["reference.csv"]
+    assert (tmp_path / "reference.csv").read_text(encoding="utf-8") == "raw\n"
 
 
 @pytest.mark.parametrize("field", ["", "nan", "inf", "0x10", "warm"])
@@ -121,6 +155,50 @@ def test_a_column_of_the_mask_file_that_is_not_known_is_reported_once(tmp_path: 
     read = read_measurement_set(_write(tmp_path, mask=text))
     reported = [warning for warning in read.warnings if "mask.csv" in warning]
     assert reported == [f"{tmp_path / 'mask.csv'}: column capture_rw is not known and is not used"]
+
+
+@pytest.mark.parametrize("before", [0, 20000])
+@pytest.mark.parametrize("with_pyarrow", [True, False])
+def test_a_text_in_another_encoding_is_left_out_with_its_row(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, with_pyarrow: bool, before: int
+) -> None:
+    """The faulty text may lie in the part of the file that is read with the header, or behind
+    it."""
+    if not with_pyarrow:
+        monkeypatch.setattr("arctrue.measurement.csv_blocks.installed", lambda name: False)
+    (tmp_path / "measurement.toml").write_text(TOML, encoding="utf-8")
+    head, *rows = ["target_deg,error_arcsec,who", "0,1,2", "10,2,Prüfer", "20,3,4"]
+    text = "\n".join([head, *(f"{place},1,1" for place in range(before)), *rows, ""])
+    (tmp_path / "reference.csv").write_bytes(text.encode("latin-1"))
+    read = read_measurement_set(tmp_path)
+    assert read.reference is not None
+    assert read.reference.error_arcsec.size == before + 3
+    assert read.warnings == (
+        f"{tmp_path / 'reference.csv'}, row {before + 3}, column who: expected a number, found "
+        "'Pr�fer'; the column is not used",
+    )
+    (tmp_path / "reference.csv").write_bytes(text.replace("who", "für").encode("latin-1"))
+    with pytest.raises(MeasurementError, match=r"reference\.csv, row 1: is not text in UTF-8"):
+        read_measurement_set(tmp_path)
+    damaged = text.replace("10,2,", "10,ü,").encode("latin-1")
+    (tmp_path / "reference.csv").write_bytes(damaged)
+    with pytest.raises(MeasurementError, match=f"row {before + 3}, column error_arcsec"):
+        read_measurement_set(tmp_path)
+
+
+def test_a_mask_file_and_a_blank_line_before_a_row_are_refused(tmp_path: Path) -> None:
+    """The line number in mask.csv would name another row than the number that the commands
+    print."""
+    head, first, *rest = REFERENCE.splitlines()
+    blank = "\n".join([head, first, "", *rest])
+    _write(tmp_path, blank + "\n", "reference_row,mask\n4,1\n")
+    with pytest.raises(MeasurementError, match=r"reference\.csv, row 3: is blank.*mask\.csv"):
+        read_measurement_set(tmp_path)
+    _write(tmp_path, REFERENCE + "\n\n", "reference_row,mask\n4,1\n")
+    read = read_measurement_set(tmp_path).reference
+    assert read is not None
+    assert read.mask is not None
+    assert read.mask.tolist() == [False, True, True]
 
 
 def test_mask_file_has_the_last_word(tmp_path: Path) -> None:

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from sim.tests.workbench.small_sets import COUNTS_PER_REV, measurement_set
 
+from arctrue.importing.motion import without_jumps
 from arctrue.measurement import read_measurement_set, write_measurement_set
-from arctrue.measurement.wraps import without_wraps
+from arctrue.measurement.wraps import unwrapped_counts, without_wraps
 
 
 def test_wrapped_counts_are_read_as_they_were_before(tmp_path: Path) -> None:
@@ -34,6 +35,27 @@ def test_wrapped_counts_are_read_as_they_were_before(tmp_path: Path) -> None:
     reported = [warning for warning in read.warnings if "starts anew" in warning]
     assert len(reported) == 2
     assert "head1_counts starts anew at 16777216 counts 6 times" in reported[0]
+
+
+@pytest.mark.parametrize("decimals", [3, 4])
+def test_an_angle_that_a_display_rounds_up_to_a_turn_is_continued(decimals: int) -> None:
+    """At 3 and 4 decimals of a radian the last angle of a turn is 6.283 or 6.2832, which is 16,384
+    counts (rounded) and more than 2π."""
+    time_s = np.arange(0.0, 40.0, 0.003)
+    true_turns = time_s / 12.00002
+    shown_rad = np.round(2.0 * np.pi * np.mod(true_turns, 1.0), decimals)
+    shown_turns = shown_rad / (2.0 * np.pi)
+    counts = np.round(shown_turns * 16384).astype(np.int64)
+    assert counts.max() == 16384
+    run = np.zeros(counts.size, dtype=np.int64)
+    continued, wraps = unwrapped_counts(counts, run, time_s, 16384)
+    # Bound: half a step of the display and half a count.
+    bound = 0.5 * 10.0**-decimals / (2.0 * np.pi)
+    assert wraps == 3
+    assert np.abs(continued / 16384 - true_turns).max() <= bound + 0.5 / 16384
+    angles, jumps = without_jumps(shown_turns)
+    assert jumps == 3
+    assert np.abs(angles - true_turns).max() <= bound * (1.0 + 1e-6)
 
 
 def test_a_gap_across_the_zero_is_counted_by_time(tmp_path: Path) -> None:

@@ -258,7 +258,10 @@ def _line(content: dict[str, Any]) -> bytes:
 
 def _request(line: bytes) -> dict[str, Any]:
     """Read the first line of a client, a request. Raises ValueError."""
-    found = json.loads(line)
+    try:
+        found = json.loads(line)
+    except RecursionError:
+        raise ValueError("expected an object, found too many levels") from None
     if not isinstance(found, dict):
         raise ValueError("expected an object")
     return found

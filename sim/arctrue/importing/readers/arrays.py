@@ -65,4 +65,9 @@ def _plain(path: Path, name: str, array: NDArray[Any]) -> NDArray[Any]:
         return np.datetime_as_string(array, unit="us")
     if kind == "S":
         return np.char.decode(array, "utf-8", "replace")
-    return np.array([str(item) for item in array.tolist()])
+    return np.array(
+        [
+            item.decode("utf-8", "replace") if isinstance(item, bytes) else str(item)
+            for item in array.tolist()
+        ]
+    )

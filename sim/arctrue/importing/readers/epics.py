@@ -17,6 +17,10 @@ from arctrue.measurement import MeasurementError
 
 _LINE = re.compile(r"(\S+)\s+(\d{4}-\d\d-\d\d)[ T](\d\d:\d\d:\d\d(?:\.\d+)?)\s+(\S+)(.*)\Z")
 _NOT_THERE = re.compile(r"\S+\s+\*\*\* ")
+TURN_STEP_SHARE = 0.5
+"""Share of a variable's range above which a step is the restart at the end of a turn."""
+USUAL_STEP_SHARE = 0.25
+"""Largest median step, as a share of the range, of a variable whose restarts are recognisable."""
 
 
 def recognises(path: Path, head: bytes) -> bool:
@@ -31,8 +35,8 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     EPICS records a variable when its value changes, so each variable has its own times; the values
     of the other variables are interpolated linearly. ``settings.group`` names the variable whose
     times are used; the user is asked for it if the times differ. Rows outside the times of another
-    variable are left out. Raises MeasurementError, which names the row of a wrong line, and
-    AmbiguousError.
+    variable, and rows in a step of another variable at the end of a turn, are left out. Raises
+    MeasurementError, which names the row of a wrong line, and AmbiguousError.
     """
     times: dict[str, list[float]] = {}
     values: dict[str, list[float]] = {}
@@ -62,6 +66,20 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
         inside &= (at >= times[name][0]) & (at <= times[name][-1])
     if not inside.any():
         raise MeasurementError("empty", path, "its variables were never recorded together")
+    outside = int((~inside).sum())
+    stepping: dict[str, str] = {}
+    for name in names:
+        steps, within = _steps_of_a_turn(at, np.array(times[name]), np.array(values[name]))
+        if (inside & within).any():
+            often = "once" if steps == 1 else f"{steps} times"
+            stepping[name] = (
+                f"{path.name}: {name} steps {often} by more than half of its range, like an angle "
+                f"at the end of a turn; {int((inside & within).sum())} rows in such a step are "
+                "left out"
+            )
+            inside &= ~within
+    if not inside.any():
+        raise MeasurementError("empty", path, "all of its rows lie in steps at the end of a turn")
     start = float(at[inside][0])
     columns: dict[str, NDArray[np.float64]] = {"time_s": at[inside] - start}
     notes = [f"{path.name}: {len(names)} EPICS variables, {int(inside.sum())} rows"]
@@ -73,9 +91,11 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
                 f"{path.name}: {name} is interpolated linearly to the times of {base}; "
                 f"its values are {longest:.3g} s apart at most"
             )
-    if gone or int((~inside).sum()):
+        if name in stepping:
+            notes.append(stepping[name])
+    if gone or outside:
         notes.append(
-            f"{path.name}: {int((~inside).sum())} rows outside the others' times and {gone} lines "
+            f"{path.name}: {outside} rows outside the others' times and {gone} lines "
             "without a value are left out"
         )
     return FileContent(
@@ -86,6 +106,24 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
         known={"time": Known("time_s", "s")},
         notes=tuple(notes),
     )
+
+
+def _steps_of_a_turn(
+    at: NDArray[np.float64], times: NDArray[np.float64], values: NDArray[np.float64]
+) -> tuple[int, NDArray[np.bool_]]:
+    """Return the number of steps of a variable at the end of a turn, and for each time ``at`` (n,)
+    whether it lies within such a step.
+
+    The unit of the variable is not known here; a step counts if it is longer than half of the
+    range, while a usual step is shorter than a quarter of the range.
+    """
+    step, span = np.abs(np.diff(values)), float(np.ptp(values))
+    if not step.size or float(np.median(step)) > USUAL_STEP_SHARE * span:
+        return 0, np.zeros(at.size, dtype=bool)
+    long = step > TURN_STEP_SHARE * span
+    place = np.clip(np.searchsorted(times, at, "right") - 1, 0, step.size - 1)
+    within = long[place] & (at > times[place]) & (at < times[place + 1])
+    return int(np.count_nonzero(long)), within
 
 
 def _fields(path: Path, row: int, text: str) -> tuple[str, float, float]:

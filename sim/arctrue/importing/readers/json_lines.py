@@ -23,7 +23,7 @@ def recognises(path: Path, head: bytes) -> bool:
         return False
     try:
         return isinstance(json.loads(first), dict | list)
-    except ValueError:
+    except (ValueError, RecursionError):
         return False
 
 

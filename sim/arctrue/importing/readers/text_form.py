@@ -3,6 +3,7 @@ numbers."""
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import itertools
 import re
@@ -37,7 +38,9 @@ class Form:
         if sign is None:
             return line.split()
         if '"' in line:
-            return [field.strip() for field in next(csv.reader([line], delimiter=sign))]
+            # A field above the limit of the csv module is no number, whatever quotes it has.
+            with contextlib.suppress(csv.Error):
+                return [field.strip() for field in next(csv.reader([line], delimiter=sign))]
         return [field.strip() for field in line.split(sign)]
 
     def number_pattern(self) -> str:
