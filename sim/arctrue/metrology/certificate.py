@@ -22,7 +22,6 @@ from arctrue.measurement import MeasurementSet, Table
 from arctrue.metrology.budget import (
     CONFIDENCE,
     COVERAGE,
-    REVERSAL,
     Contribution,
     count_lines,
     reversal_lines,
@@ -212,10 +211,7 @@ def _contributions(
                 reference.standard_uncertainty_arcsec,
             )
         )
-        if "hysteresis" not in model.names():
-            found += [
-                one
-                for one in reversal_lines(reference, reference.error_arcsec)
-                if one.quantity == REVERSAL
-            ]
+        rows, residual = solution.observations.reference, solution.reference_residual_arcsec()
+        if "hysteresis" not in model.names() and rows is not None and residual is not None:
+            found += reversal_lines(rows.direction, residual)
     return [*found, *count_lines(measurement.table)]

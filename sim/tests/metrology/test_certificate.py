@@ -18,6 +18,7 @@ from scipy import stats
 from arctrue.cli import main
 from arctrue.measurement import MeasurementSet, Reference, Table, write_measurement_set
 from arctrue.measurement.digest import set_digest
+from arctrue.metrology.budget import REVERSAL
 from arctrue.metrology.certificate import SHIFT_ARCSEC, certified_error
 from arctrue.workbench.effects.registry import catalogue
 from arctrue.workbench.model.model import Model, ModelEffect, default_model
@@ -103,6 +104,45 @@ def test_the_uncertainty_of_the_fit_is_that_of_monte_carlo() -> None:
     expanded = np.array([one.expanded_arcsec for one in made])
     held = np.abs(off + constant + counts) <= expanded
     assert held[:, 0].sum() >= stats.binom.ppf(SURE, number, 0.95)
+
+
+def reversal_arcsec(rows: Reference) -> float:
+    """Return the certificate's contribution of the reversal error for these rows."""
+    made = MeasurementSet(Table(counts_per_rev=COUNTS), reference=rows, title="reversal")
+    found = certified_error(made, model(1), catalogue(), ANGLES, {})
+    return next(one.u_arcsec for one in found.contributions if one.quantity == REVERSAL)
+
+
+def up_and_down(reversal: float) -> Reference:
+    """Return three runs up and three runs down over 24 targets, with an eccentricity of 100″ and a
+    reversal error."""
+    once, random = np.arange(24) * 15.0, np.random.default_rng(1)
+    target = np.concatenate([once, once[::-1]] * 3)
+    direction = np.tile(np.repeat([1, -1], 24), 3)
+    noise = 0.05 * random.standard_normal(target.size)
+    return Reference(
+        target_deg=target,
+        error_arcsec=100.0 * np.cos(np.radians(target)) + 0.5 * reversal * direction + noise,
+        direction=direction,
+        run=np.repeat(np.arange(6), 24),
+        standard_uncertainty_arcsec=0.05,
+        instrument="polygon",
+    )
+
+
+def test_the_reversal_error_is_that_of_the_residual_of_the_used_rows() -> None:
+    """Neither a masked row nor a target that one direction lacks adds a reversal error. The bound
+    is four standard errors of half the difference of two means of 72 rows."""
+    bound = 4.0 * 0.05 / np.sqrt(144.0)
+    plain = up_and_down(0.0)
+    assert reversal_arcsec(plain) < bound
+    mask = np.arange(144) == 5
+    masked = replace(plain, error_arcsec=plain.error_arcsec + 3600.0 * mask, mask=mask)
+    assert reversal_arcsec(masked) < bound
+    assert reversal_arcsec(plain.where(~((plain.target_deg == 0.0) & (plain.direction == 1)))) < (
+        bound * np.sqrt(72.0 / 69.0)
+    )
+    assert reversal_arcsec(up_and_down(3.0)) == pytest.approx(1.5, abs=bound)
 
 
 def test_u_is_the_root_of_the_sum_of_squares() -> None:
