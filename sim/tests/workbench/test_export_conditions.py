@@ -262,7 +262,7 @@ def test_the_file_states_the_scale_of_a_word(made: MeasurementSet, tmp_path: Pat
     entry = ModelEffect("load_wave", columns=["cos 3", "sin 3"], coefficients=[0.3, -0.4])
     write_model(model, Model([entry]))
     words = ("export", tmp_path / "set", "--model", model, "--effects", tmp_path)
-    answer = _run(*words, "--out", tmp_path, "--modulators", "--force")
+    answer = _run(*words, "--out", tmp_path, "--modulators")
     assert answer.exit_code == 0, answer.output
     text = (tmp_path / "coefficients.toml").read_text(encoding="utf-8")
     assert 'title = "reversal; order 3 × load_n: 15″ at load_n = 70, where word a is 1' in text
