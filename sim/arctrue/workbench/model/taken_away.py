@@ -30,7 +30,7 @@ from arctrue.workbench.model.export import (
     lanes_by_condition,
     lanes_of_real_orders,
 )
-from arctrue.workbench.model.local_errors import local_errors, table_of, taken_off_arcsec
+from arctrue.workbench.model.local_errors import local_errors, part_of_table, taken_off_arcsec
 from arctrue.workbench.model.model import Model, ModelEffect
 from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.rows import ReferenceRows
@@ -104,7 +104,8 @@ def outcome(
     if coefficients.extension is not None and coefficients.extension.turn_steps:
         real = lanes_of_real_orders(model, observations, effects)
     local: dict[int, LocalError] = {}
-    if coefficients.extension is not None and coefficients.extension.local_table is not None:
+    table = None if coefficients.extension is None else coefficients.extension.local_table
+    if table is not None:
         local = local_errors(model, effects)
     taken = frozenset(followed) | frozenset(local) | frozenset(real)
     lanes = _LanesOf.of_model(model, observations, effects, coefficients, temperature_c, taken)
@@ -131,9 +132,9 @@ def outcome(
         if index in followed:
             left = values - _followed_arcsec(followed[index], table_rows, reading_rad)
             by = "lanes by condition"
-        elif index in local:
+        elif table is not None and index in local:
             counts_per_rev = coefficients.counts_per_rev
-            held = table_of([local[index]], counts_per_rev)
+            held = part_of_table(table, local[index], counts_per_rev)
             left = values - taken_off_arcsec(held, counts_per_rev, table_rows.line_rad)
             by = "local table"
         elif index in real:
