@@ -243,6 +243,8 @@ def reference_budget(measurement: MeasurementSet, correction: Correction) -> Bud
                 float(freedom),
             ),
         )
+        # The fit absorbs one degree of freedom of the means for each of its coefficients.
+        square *= means.size / max(means.size - width, 1)
         square -= repeat**2 * float(np.mean(1.0 / visits))
         lines.insert(
             1,
