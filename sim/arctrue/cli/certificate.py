@@ -22,6 +22,8 @@ from arctrue.metrology.certificate_details import CertificateDetails, read_detai
 from arctrue.workbench.model.stations import model_of_stations
 
 FULL_TURN_DEG = 360.0
+HEADS = {2: "two", 3: "three", 4: "four"}
+"""Words for the number of read heads in the description of the method."""
 
 
 @click.command("certificate", short_help="Write a Digital Calibration Certificate (DCC) of a set.")
@@ -118,7 +120,7 @@ def certificate(
         sha256=set_digest(measurement_set),
         title=loaded.measurement,
         version=version("arctrue"),
-        method=_method(measured),
+        method=method_of(measured),
         temperature_c=temperature_c,
     )
     content = certificate_xml(found, details, facts)
@@ -136,10 +138,12 @@ def certificate(
     console.print(f"wrote {out} and {page}", soft_wrap=True)
 
 
-def _method(measured: MeasurementSet) -> str:
+def method_of(measured: MeasurementSet) -> str:
+    """Return the description of the calibration method of a set."""
     ways = []
     if measured.capture is not None:
-        ways.append("self-calibration with two read heads")
+        heads = HEADS[len(measured.capture.heads)]
+        ways.append(f"self-calibration with {heads} read heads")
     if measured.reference is not None:
         instrument = measured.reference.instrument
         ways.append("comparison with " + (instrument or "a reference"))

@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from arctrue.cli import main
-from arctrue.measurement import MeasurementSet, Reference, Table, write_measurement_set
+from arctrue.cli.certificate import method_of
+from arctrue.measurement import Capture, MeasurementSet, Reference, Table, write_measurement_set
 from arctrue.measurement.digest import set_digest
 from arctrue.metrology.budget import REVERSAL
-from arctrue.metrology.certificate import SHIFT_ARCSEC, certified_error
+from arctrue.metrology.certificate import SHIFT_ARCSEC, CertifiedError, certified_error
 from arctrue.workbench.effects.registry import catalogue
 from arctrue.workbench.model.model import Model, ModelEffect, default_model
 from tests.workbench.small_sets import measurement_set
@@ -143,6 +144,38 @@ def test_the_reversal_error_is_that_of_the_residual_of_the_used_rows() -> None:
         bound * np.sqrt(72.0 / 69.0)
     )
     assert reversal_arcsec(up_and_down(3.0)) == pytest.approx(1.5, abs=bound)
+
+
+@pytest.mark.parametrize("heads", [3, 4])
+def test_the_mounting_of_every_head_adds_to_the_uncertainty(heads: int) -> None:
+    """The certificate's uncertainty is the root of the sum of squares over the places of heads 2 to
+    4; the test moves each place and takes the difference of the certified errors."""
+    places = (0.0, 64.3, 177.0, 257.9)[:heads]
+    angle, random = 2.0 * np.pi * np.arange(900) / 900, np.random.default_rng(0)
+    columns = {}
+    for number, place in enumerate(places, start=1):
+        disc = angle + np.radians(place)
+        error = 1000.0 * np.cos(disc) + 300.0 * np.cos(3.0 * disc)
+        error += 0.02 * random.standard_normal(disc.size)
+        turn = disc / (2.0 * np.pi) + error / 1_296_000
+        columns[f"head{number}_counts"] = np.rint(turn * COUNTS).astype(np.int64)
+    capture = Capture(run=np.zeros(900, dtype=np.int64), time_s=np.arange(900) * 1e-3, **columns)  # type: ignore[arg-type]
+
+    def certified(*moved_deg: float) -> CertifiedError:
+        table = Table(counts_per_rev=COUNTS, head_places_deg=moved_deg)
+        made = MeasurementSet(table, capture=capture, title="heads")
+        return certified_error(made, model(1, 3), catalogue(), ANGLES, {})
+
+    found, square = certified(*places), np.zeros(ANGLES.size)
+    for head in range(1, heads):
+        moved = certified(*(places + np.eye(heads)[head] * SHIFT_ARCSEC / 3600.0))
+        slope = (moved.error_arcsec - found.error_arcsec) / SHIFT_ARCSEC
+        square += (slope * 50.0) ** 2 / 3.0
+    np.testing.assert_allclose(found.u_separation_arcsec, np.sqrt(square), rtol=1e-6)
+    measured = MeasurementSet(
+        Table(counts_per_rev=COUNTS, head_places_deg=places), capture=capture, title="heads"
+    )
+    assert f"with {('three', 'four')[heads - 3]} read heads" in method_of(measured).lower()
 
 
 def test_u_is_the_root_of_the_sum_of_squares() -> None:
