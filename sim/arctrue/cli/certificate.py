@@ -3,12 +3,14 @@ printing."""
 
 from __future__ import annotations
 
+import math
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
 import click
 import numpy as np
+from numpy.typing import NDArray
 
 from arctrue.base.whole_file import write_whole_text
 from arctrue.cli._loaded_set import console, effects_option, for_people, load, model_option
@@ -107,7 +109,7 @@ def certificate(
             measured,
             model,
             loaded.effects,
-            np.arange(0.0, FULL_TURN_DEG, step),
+            angles_deg(step),
             conditions,
         )
     # matplotlib is imported here, because its import takes longer than everything else.
@@ -136,6 +138,14 @@ def certificate(
         f"U (k = 2) from {found.expanded_arcsec.min():.4f}″ to {found.expanded_arcsec.max():.4f}″"
     )
     console.print(f"wrote {out} and {page}", soft_wrap=True)
+
+
+def angles_deg(step: float) -> NDArray[np.float64]:
+    """Return the multiples of ``step`` below a full turn, degrees.
+
+    A step that divides the turn except for rounding gives no value at 360°, which is angle 0.
+    """
+    return step * np.arange(math.ceil(FULL_TURN_DEG / step - 1e-9))
 
 
 def method_of(measured: MeasurementSet) -> str:

@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from arctrue.cli import main
-from arctrue.cli.certificate import method_of
+from arctrue.cli.certificate import angles_deg, method_of
 from arctrue.measurement import Capture, MeasurementSet, Reference, Table, write_measurement_set
 from arctrue.measurement.digest import set_digest
 from arctrue.metrology.budget import REVERSAL
 from arctrue.metrology.certificate import SHIFT_ARCSEC, CertifiedError, certified_error
+from arctrue.report.certificate_page import angle_digits
 from arctrue.workbench.effects.registry import catalogue
 from arctrue.workbench.model.model import Model, ModelEffect, default_model
 from tests.workbench.small_sets import measurement_set
@@ -380,6 +381,17 @@ def test_a_model_alone_is_refused(place: Path) -> None:
     done = certificate(place, "m.toml", "--details", "details.toml", "--out", "no.xml")
     assert done.exit_code == 2
     assert "a model alone has no covariance" in " ".join(done.stderr.split())
+
+
+@pytest.mark.parametrize("number", [1, 7, 49, 360, 1233, 2880, 3599])
+def test_equal_steps_do_not_reach_the_full_turn(number: int) -> None:
+    """A step of an n-th of the turn gives n angles, of which none is 360°, whatever its rounding;
+    the page shows each angle with the decimals that it needs."""
+    for step in (360.0 / number, np.nextafter(360.0 / number, 0.0)):
+        angle = angles_deg(step)
+        np.testing.assert_allclose(angle, np.arange(number) * 360.0 / number, atol=1e-9)
+    places = (np.array([0.5, 15.0]), 2), (angles_deg(0.125), 3), (angles_deg(360.0 / 7.0), 4)
+    assert [angle_digits(angle) for angle, _ in places] == [digits for _, digits in places]
 
 
 SCHEMA = """<xs:schema xmlns:xs="http://www.w3.org/2001/XMLSchema" xmlns:dcc="https://ptb.de/dcc"
