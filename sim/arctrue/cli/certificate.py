@@ -145,7 +145,7 @@ def angles_deg(step: float) -> NDArray[np.float64]:
 
     A step that divides the turn except for rounding gives no value at 360°, which is angle 0.
     """
-    return step * np.arange(math.ceil(FULL_TURN_DEG / step - 1e-9))
+    return np.asarray(step * np.arange(math.ceil(FULL_TURN_DEG / step - 1e-9)), dtype=np.float64)
 
 
 def method_of(measured: MeasurementSet) -> str:
