@@ -162,7 +162,8 @@ def export(
         The correction would increase the error of the set, or the firmware would refuse it; nothing
         was written.
     ValueError
-        The format is not known, or the set does not state the counts per turn.
+        The format is not known or does not accept ``points``, or the set does not state the counts
+        per turn.
     OSError
         The file cannot be written.
     """
@@ -183,6 +184,7 @@ def export(
             raise ValueError(
                 f"table_format {table_format!r}: expected {', '.join((GATEWARE, *FORMATS))}"
             )
+        FORMATS[table_format].check_points(points)
         form = FORMATS[table_format].for_axis(observations.drive_gear_teeth, steps_per_second)
         correction = form.part_of(
             Correction.of_model(content, observations, known, temperature_c=temperature_c)
@@ -191,7 +193,7 @@ def export(
         refused = table_objections(judged.reference, correction, observations.counts_per_rev)
         _refuse(path, refused, force=force)
         write_whole_text(path, form.text(correction, points or form.points, one_line(data.label)))
-        return [*refused, *correction.warnings, *correction.left_out]
+        return [*refused, *correction.warnings, *form.not_corrected(correction)]
     result = export_model(
         content,
         observations,

@@ -58,7 +58,7 @@ def combined_estimate(
     sigmas = noise_by_run(own_residuals, 2 * seen.size + 1)
     covariance = np.linalg.inv(_sum(information, sigmas))
     spectrum = ResidualSpectrum(
-        turns, [r / s for r, s in zip(own_residuals, sigmas, strict=True)], seen
+        turns, [r / s for r, s in zip(own_residuals, sigmas, strict=True)], sigmas, seen
     )
     colour = spectrum.at(seen)
     disagreement = _disagreement(values, by_run, information, sigmas, colour)
@@ -79,7 +79,6 @@ def combined_estimate(
     rms = float(
         np.sqrt(np.average(np.square(residual_rms_by_run), weights=[p.samples for p in turns]))
     )
-    typical = float(np.median(sigmas))
     return Estimate(
         function_of=function_of,
         orders=orders,
@@ -89,7 +88,10 @@ def combined_estimate(
         disagreement=disagree,
         residual_rms_arcsec=rms,
         residual_peaks=tuple(
-            (order, a * typical) for order, a in spectrum.peaks() if a * typical > LEAST_LINE_ARCSEC
+            sorted(
+                (line for line in spectrum.peaks() if line[1] > LEAST_LINE_ARCSEC),
+                key=lambda line: -line[1],
+            )
         ),
         head_separation_rad=used_separation_rad,
         u_head_separation_rad=u_used_separation_rad,

@@ -9,8 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.base.units import arcsec_per_count
+from arctrue.gateware.amplitude_sweep import Modulators, modulated
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.compensation_pipeline import compensate
+from arctrue.gateware.local_table import LocalTable
+from arctrue.gateware.table_conditions import MODULATOR_ONE
 from arctrue.measurement.measurement_set import Reference
 
 Float = NDArray[np.float64]
@@ -57,12 +60,15 @@ def compare(reference: Reference, coefficients: Coefficients) -> ReferenceCompar
     gateware.
 
     The gateware outputs whole counts, so that its rounding is part of the error after the
-    correction.
+    correction. A lane that follows the direction has the direction of the row, and 0 if the rows
+    state none. The rows contain neither the words of the host nor, as a rule, a speed; a lane that
+    follows one of them has the amplitude 0. The turn of a lane of a real order, and the local
+    table, belong to the correction.
     """
     counts_per_rev = coefficients.counts_per_rev
     counts = reading_counts(reference, counts_per_rev)
     angle = np.remainder(counts, counts_per_rev)
-    corrected = compensate(angle, np.zeros_like(angle), coefficients).corrected_angle
+    corrected = _corrected(counts, reference.direction, coefficients)
     half = counts_per_rev // 2
     correction = (angle - corrected + half) % counts_per_rev - half
     after = reference.error_arcsec - correction * arcsec_per_count(counts_per_rev)
@@ -83,6 +89,24 @@ def reading_counts(reference: Reference, counts_per_rev: int) -> NDArray[np.int6
         return reference.head1_counts
     degrees = reference.target_deg + reference.error_arcsec / 3600.0
     return np.rint(degrees / 360.0 * counts_per_rev).astype(np.int64)
+
+
+def _corrected(
+    counts: NDArray[np.int64], direction: NDArray[np.int64] | None, coefficients: Coefficients
+) -> NDArray[np.int64]:
+    """Return the corrected angles of readings in counts, (rows,), with the row's direction."""
+    turns, angle = np.divmod(counts, coefficients.counts_per_rev)
+    held = None if coefficients.extension is None else coefficients.extension.local_table
+    table = None if held is None else LocalTable.of_file(held, coefficients.counts_per_rev)
+    ways = np.zeros(counts.size, dtype=np.int64) if direction is None else np.sign(direction)
+    corrected = np.empty_like(angle)
+    for way in np.unique(ways).tolist():
+        rows = ways == way
+        bank = modulated(coefficients, Modulators(direction=way * MODULATOR_ONE))
+        zero = np.zeros(np.count_nonzero(rows), dtype=np.int64)
+        found = compensate(angle[rows], zero, bank, table=table, turns=turns[rows])
+        corrected[rows] = found.corrected_angle
+    return corrected
 
 
 def _repeat_noise(reference: Reference) -> Extent | None:

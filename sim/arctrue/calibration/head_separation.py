@@ -92,14 +92,19 @@ def chosen(
     return by_harmonics
 
 
+def _difference_arcsec(angle_rad: float, from_rad: float) -> float:
+    """Return the difference of two angles, within half a turn."""
+    return math.remainder(angle_rad - from_rad, math.tau) * ARCSEC_PER_RAD
+
+
 def doubts(nominal_rad: float, measured_rad: float) -> str | None:
     """Return a warning if no mounting explains the measured separation; None if the value is
     plausible."""
-    off_arcsec = (measured_rad - nominal_rad) * ARCSEC_PER_RAD
+    off_arcsec = _difference_arcsec(measured_rad, nominal_rad)
     if abs(off_arcsec) <= BELIEVABLE_ARCSEC:
         return None
     said = f"the measured head separation is {off_arcsec:+.1f}″ from nominal"
-    if abs(measured_rad + nominal_rad) * ARCSEC_PER_RAD <= BELIEVABLE_ARCSEC:
+    if abs(_difference_arcsec(measured_rad, -nominal_rad)) <= BELIEVABLE_ARCSEC:
         return (
             f"{said}, which is the opposite direction: are head1_counts and head2_counts swapped?"
         )
@@ -127,7 +132,7 @@ def judge(
     """
     warnings = []
     trusted = True
-    off_arcsec = (measured_rad - nominal_rad) * ARCSEC_PER_RAD
+    off_arcsec = _difference_arcsec(measured_rad, nominal_rad)
     spread = max(by_run_rad) - min(by_run_rad)
     # RUNS_AGREE_COUNTS holds for ± 1 count; a larger stated repeatability widens the limit in
     # proportion.

@@ -536,8 +536,9 @@ def _colour(data: _Data, residuals: Sequence[Float], orders: Integer) -> Float:
     """Return the power of the residual near each order divided by the power of white noise of the
     same variance."""
     pairs = [(part, row) for part, one in zip(data.turns, residuals, strict=True) for row in one.T]
-    scaled = [row / max(float(np.std(row)), 1e-18) for _, row in pairs]
-    return ResidualSpectrum([part for part, _ in pairs], scaled, orders).at(orders)
+    sigmas = np.array([max(float(np.std(row)), 1e-18) for _, row in pairs])
+    scaled = [row / sigma for (_, row), sigma in zip(pairs, sigmas, strict=True)]
+    return ResidualSpectrum([part for part, _ in pairs], scaled, sigmas, orders).at(orders)
 
 
 def _noise(data: _Data, state: State) -> float:

@@ -21,23 +21,28 @@ class ResidualSpectrum:
     """Periodogram of the residuals of all runs as a function of the order; white noise of variance
     1 gives 1.
 
-    ``residuals``: one array per run, each divided by the standard deviation of its run's noise.
+    ``residuals``: one array per run, each divided by the standard deviation of its run's noise;
+    ``sigmas``: these standard deviations.
     Lines of the fitted orders are omitted, because the fit has removed them.
     """
 
     def __init__(
-        self, turns: Sequence[WholeTurns], residuals: Sequence[Float], fitted: NDArray[np.int64]
+        self,
+        turns: Sequence[WholeTurns],
+        residuals: Sequence[Float],
+        sigmas: Float,
+        fitted: NDArray[np.int64],
     ) -> None:
         """Calculate one periodogram for each run; the lines of all runs are in one list."""
         orders, power, amplitude = [], [], []
-        for part, residual in zip(turns, residuals, strict=True):
+        for part, residual, sigma in zip(turns, residuals, sigmas, strict=True):
             spectrum = np.fft.rfft(residual)[1 : (residual.size + 1) // 2]
             line = np.arange(1, spectrum.size + 1)
             whole = (line % part.turns == 0) & np.isin(line // part.turns, fitted)
             free = ~whole
             orders.append(line[free] / part.turns)
             power.append(np.abs(spectrum[free]) ** 2 / residual.size)
-            amplitude.append(np.abs(spectrum[free]) * (2.0 / residual.size))
+            amplitude.append(np.abs(spectrum[free]) * (2.0 / residual.size) * sigma)
         joined = np.concatenate(orders)
         sorting = np.argsort(joined, kind="stable")
         self.orders: Float = joined[sorting]
@@ -57,7 +62,7 @@ class ResidualSpectrum:
 
     def peaks(self, most: int = 3) -> list[tuple[float, float]]:
         """Return the largest spectral lines that white noise does not explain, at most ``most``:
-        (order, amplitude in standard deviations of the noise)."""
+        (order, amplitude in the unit of the residuals' standard deviations)."""
         if self.power.size < NEIGHBOURS:
             return []
         # The median of an exponential distribution is ln 2 times its mean, and a few strong lines

@@ -3,12 +3,14 @@ printing."""
 
 from __future__ import annotations
 
+import math
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
 import click
 import numpy as np
+from numpy.typing import NDArray
 
 from arctrue.base.whole_file import write_whole_text
 from arctrue.cli._loaded_set import console, effects_option, for_people, load, model_option
@@ -22,6 +24,8 @@ from arctrue.metrology.certificate_details import CertificateDetails, read_detai
 from arctrue.workbench.model.stations import model_of_stations
 
 FULL_TURN_DEG = 360.0
+HEADS = {2: "two", 3: "three", 4: "four"}
+"""Words for the number of read heads in the description of the method."""
 
 
 @click.command("certificate", short_help="Write a Digital Calibration Certificate (DCC) of a set.")
@@ -105,7 +109,7 @@ def certificate(
             measured,
             model,
             loaded.effects,
-            np.arange(0.0, FULL_TURN_DEG, step),
+            angles_deg(step),
             conditions,
         )
     # matplotlib is imported here, because its import takes longer than everything else.
@@ -118,7 +122,7 @@ def certificate(
         sha256=set_digest(measurement_set),
         title=loaded.measurement,
         version=version("arctrue"),
-        method=_method(measured),
+        method=method_of(measured),
         temperature_c=temperature_c,
     )
     content = certificate_xml(found, details, facts)
@@ -136,10 +140,20 @@ def certificate(
     console.print(f"wrote {out} and {page}", soft_wrap=True)
 
 
-def _method(measured: MeasurementSet) -> str:
+def angles_deg(step: float) -> NDArray[np.float64]:
+    """Return the multiples of ``step`` below a full turn, degrees.
+
+    A step that divides the turn except for rounding gives no value at 360°, which is angle 0.
+    """
+    return np.asarray(step * np.arange(math.ceil(FULL_TURN_DEG / step - 1e-9)), dtype=np.float64)
+
+
+def method_of(measured: MeasurementSet) -> str:
+    """Return the description of the calibration method of a set."""
     ways = []
     if measured.capture is not None:
-        ways.append("self-calibration with two read heads")
+        heads = HEADS[len(measured.capture.heads)]
+        ways.append(f"self-calibration with {heads} read heads")
     if measured.reference is not None:
         instrument = measured.reference.instrument
         ways.append("comparison with " + (instrument or "a reference"))

@@ -229,7 +229,7 @@ def export(
         raise ValueError("--phase-from: expected with --real-orders only")
     if table_format != GATEWARE:
         refuse_given(_OF_GATEWARE, f"is for the gateware; --format {table_format} is a table")
-        _check_points(FORMATS[table_format], points)
+        FORMATS[table_format].check_points(points)
     if mean_file is not None:
         refuse_given(_NOT_OF_MEAN, "does not apply to --mean, which only adds a table to its file")
     if temperature is not None:
@@ -469,14 +469,6 @@ def _tell_not_judged(errors: Sequence[TakenAway]) -> None:
         )
 
 
-def _check_points(form: TableFormat, points: int | None) -> None:
-    """Raise ValueError if the controller does not accept this number of steps per turn."""
-    least, most = form.least_points, form.most_points
-    if points is not None and not least <= points <= most:
-        takes = str(most) if least == most else f"{least} to {most}"
-        raise ValueError(f"--points: {form.name} takes {takes} steps a turn, found {points}")
-
-
 def _write_table(
     loaded: LoadedSet,
     correction: Correction,
@@ -496,12 +488,7 @@ def _write_table(
         tell_warning(warning)
     for objection in refused:
         tell_objection(objection, forced=force)
-    left_out = list(correction.left_out)
-    if correction.reversal_arcsec and not form.knows_direction:
-        left_out.append(
-            f"reversal error {figure(correction.reversal_arcsec, 3, signed=True)}″: the table "
-            "does not know the direction"
-        )
+    left_out = form.not_corrected(correction)
     written = force or not refused
     if written:
         write_whole_text(path, text)

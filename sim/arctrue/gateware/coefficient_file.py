@@ -420,7 +420,8 @@ def _lanes(
         _check_words(place, lane, file.counts_per_rev)
         if isinstance(lane, _ThermalLane) and lane.slope is not None:
             _check_slope(place, lane, file.counts_per_rev)
-            slopes[lane.order] = lane.slope
+            # In a file of schema 3 the order of a lane is a floating-point number.
+            slopes[int(lane.order)] = lane.slope
     return lanes, slopes
 
 

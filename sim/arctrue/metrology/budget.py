@@ -162,7 +162,7 @@ def two_heads_budget(measurement: MeasurementSet, calibration: Calibration) -> B
         used = measurement.reference
         if used.mask is not None and not used.mask.all():
             used = used.where(~used.mask)
-        lines += reversal_lines(used, left_arcsec)
+        lines += reversal_lines(used.direction, left_arcsec)
         checks.append(_check(lines, used, left_arcsec))
     hidden = estimate.orders[~np.isfinite(estimate.noise_gain)].tolist()
     return Budget(
@@ -227,7 +227,7 @@ def reference_budget(measurement: MeasurementSet, correction: Correction) -> Bud
     repeat, freedom, means, visits = _repeats(reference, error)
     lines: list[Contribution] = []
     if not corrected_reversal:
-        lines += reversal_lines(reference, error)
+        lines += reversal_lines(reference.direction, error)
     half_reversal = lines[0].u_arcsec if lines else 0.0
     square = float(np.mean(means**2)) - half_reversal**2
     if freedom > 0:
@@ -243,6 +243,8 @@ def reference_budget(measurement: MeasurementSet, correction: Correction) -> Bud
                 float(freedom),
             ),
         )
+        # The fit absorbs one degree of freedom of the means for each of its coefficients.
+        square *= means.size / max(means.size - width, 1)
         square -= repeat**2 * float(np.mean(1.0 / visits))
         lines.insert(
             1,
@@ -344,12 +346,12 @@ def _separation_lines(
     ]
 
 
-def reversal_lines(reference: Reference, error: Float) -> list[Contribution]:
+def reversal_lines(direction: NDArray[np.generic] | None, error: Float) -> list[Contribution]:
     """Return half the reversal error of the errors (rows,) as a contribution; an empty list for a
-    run in one direction."""
-    if reference.direction is None:
+    run in one direction. ``direction``: direction of motion of each row, (rows,)."""
+    if direction is None:
         return []
-    up, down = (error[reference.direction == way] for way in (1, -1))
+    up, down = (error[direction == way] for way in (1, -1))
     if not (up.size and down.size):
         return []
     return [

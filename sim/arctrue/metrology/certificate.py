@@ -4,8 +4,8 @@ certificate.
 U = k·u with k = 2. u² is the sum of xᵀ·C·x and of the squares of the contributions that the fit
 does not contain; C is the covariance of the fitted coefficients, and x contains the values of their
 design-matrix columns at the angle (JCGM 100:2008, equations 10 and 13). The sensitivity to the head
-separation is computed for the whole fit: a second fit uses another separation (JCGM 100:2008,
-clause 5.1.4).
+separation is computed for the whole fit: for each head except head 1, another fit uses another
+place of this head (JCGM 100:2008, clause 5.1.4); the mountings of the heads are independent.
 """
 
 from __future__ import annotations
@@ -22,7 +22,6 @@ from arctrue.measurement import MeasurementSet, Table
 from arctrue.metrology.budget import (
     CONFIDENCE,
     COVERAGE,
-    REVERSAL,
     Contribution,
     count_lines,
     reversal_lines,
@@ -119,9 +118,11 @@ def certified_error(
     separation = np.zeros(angle_deg.size)
     has_separation = "head_angle_error" in model.names()
     if measurement.capture is not None and not has_separation:
-        moved = _fit(replace(measurement, table=_shifted(measurement.table)), model, effects)
-        slope = (_error_at(moved, angle_deg, conditions)[0] - error) / SHIFT_ARCSEC
-        separation = np.abs(slope) * NOMINAL_TOLERANCE_ARCSEC / math.sqrt(3.0)
+        square = np.zeros(angle_deg.size)
+        for table in _shifted(measurement.table):
+            moved = _fit(replace(measurement, table=table), model, effects)
+            square += ((_error_at(moved, angle_deg, conditions)[0] - error) / SHIFT_ARCSEC) ** 2
+        separation = np.sqrt(square) * NOMINAL_TOLERANCE_ARCSEC / math.sqrt(3.0)
     return CertifiedError(
         angle_deg,
         error,
@@ -172,15 +173,18 @@ def _error_at(
     return columns @ solution.coefficients, np.sqrt(np.maximum(variance, 0.0))
 
 
-def _shifted(table: Table) -> Table:
-    """Return the table with the place of head 2 moved away from head 1 by ``SHIFT_ARCSEC``."""
+def _shifted(table: Table) -> list[Table]:
+    """Return one table for each head except head 1, with the place of this head moved away from
+    head 1 by ``SHIFT_ARCSEC``."""
     shift_deg = SHIFT_ARCSEC / 3600.0
     if table.head_places_deg is not None:
-        first, second, *further = table.head_places_deg
-        places = (first, second + shift_deg, *further)
-        return replace(table, head_separation_deg=None, head_places_deg=places)
+        places = np.array(table.head_places_deg) + shift_deg * np.eye(len(table.head_places_deg))
+        return [
+            replace(table, head_separation_deg=None, head_places_deg=tuple(row.tolist()))
+            for row in places[1:]
+        ]
     assert table.head_separation_deg is not None
-    return replace(table, head_separation_deg=table.head_separation_deg + shift_deg)
+    return [replace(table, head_separation_deg=table.head_separation_deg + shift_deg)]
 
 
 def _contributions(
@@ -212,10 +216,7 @@ def _contributions(
                 reference.standard_uncertainty_arcsec,
             )
         )
-        if "hysteresis" not in model.names():
-            found += [
-                one
-                for one in reversal_lines(reference, reference.error_arcsec)
-                if one.quantity == REVERSAL
-            ]
+        rows, residual = solution.observations.reference, solution.reference_residual_arcsec()
+        if "hysteresis" not in model.names() and rows is not None and residual is not None:
+            found += reversal_lines(rows.direction, residual)
     return [*found, *count_lines(measurement.table)]

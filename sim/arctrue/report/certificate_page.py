@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from arctrue.metrology.budget import COVERAGE
 from arctrue.metrology.certificate import CertifiedError
@@ -33,8 +35,9 @@ def certificate_page(
         ("method", facts.method),
         ("temperature", f"{facts.temperature_c:.2f} °C"),
     ]
+    digits = angle_digits(found.angle_deg)
     rows = [
-        [decimal(angle, 2), decimal(error, 4), decimal(expanded, 4)]
+        [decimal(angle, digits), decimal(error, 4), decimal(expanded, 4)]
         for angle, error, expanded in zip(
             found.angle_deg, found.error_arcsec, found.expanded_arcsec, strict=True
         )
@@ -76,6 +79,14 @@ def certificate_page(
             ],
         )
     )
+
+
+def angle_digits(angle_deg: NDArray[np.float64]) -> int:
+    """Return the number of decimals, 2 to 4, with which these angles are exact, if possible."""
+    exact = (
+        digits for digits in (2, 3) if np.abs(np.round(angle_deg, digits) - angle_deg).max() < 1e-9
+    )
+    return next(exact, 4)
 
 
 def _address(contact: Contact) -> str:

@@ -89,3 +89,19 @@ def test_a_correction_that_makes_it_worse_is_refused(tmp_path: Path) -> None:
     assert at.export(wrong, model, file, force=True)
     assert file.exists()
     at.export(right, model, tmp_path / "right.toml")
+
+
+def test_a_table_has_the_checks_of_the_command(tmp_path: Path) -> None:
+    """The export refuses a number of steps that the controller does not accept, and names a
+    reversal error that the table does not correct."""
+    angle, direction = np.tile(np.arange(24) * 15.0, 2), np.repeat([1, -1], 24)
+    error = 20.0 * np.cos(np.deg2rad(angle)) + 2.0 * direction + 0.1 * np.sin(np.arange(48.0) ** 2)
+    columns = {"target_deg": angle, "error_arcsec": error, "direction": direction}
+    data = at.Dataset.from_arrays(reference=columns, counts_per_rev=1 << 20, faces=24)
+    model = at.Model().having(graduation_harmonics={"orders": [1]}, hysteresis={})
+    settled, file = at.fit(data, model).model, tmp_path / "table"
+    with pytest.raises(ValueError, match=r"linuxcnc takes .* steps a turn, found 100001"):
+        at.export(data, settled, file, table_format="linuxcnc", points=100_001)
+    assert not file.exists()
+    said = at.export(data, settled, file, table_format="simplefoc")
+    assert any("the table does not know the direction" in text for text in said)

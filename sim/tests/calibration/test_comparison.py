@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 from arctrue.calibration import calibrate
+from arctrue.calibration.calibration import objections
 from arctrue.calibration.comparison import compare, extent, reading_counts
 from arctrue.gateware.coefficients import Coefficients
-from arctrue.measurement import Reference
+from arctrue.gateware.extension import Conditions, Extension
+from arctrue.measurement import MeasurementSet, Reference, Table
 
 from .synthetic import COUNTS, Disc, capture_of, polygon_of, set_of, turn_angles
 
@@ -85,3 +87,40 @@ def test_readings_at_the_turn() -> None:
     )
     comparison = compare(reference, coefficients)
     assert np.ptp(comparison.before_arcsec - comparison.after_arcsec) < 2.0
+
+
+ROUNDING_ARCSEC = 1_296_000 / COUNTS
+"""Bound of the rounding: half a count of the reading and half a count of the result."""
+
+
+def one_lane(order: int, size_arcsec: float) -> Coefficients:
+    size_counts = size_arcsec * COUNTS / 1_296_000
+    return Coefficients.from_harmonics([order], [size_counts], [0.0], COUNTS, 4)
+
+
+@pytest.mark.parametrize("modulator", ["direction", "speed", "word_a"])
+def test_a_lane_with_a_condition_acts_as_in_the_rows(modulator: str) -> None:
+    """A lane that follows the direction corrects ±5″ in both directions. A lane whose condition the
+    rows do not state has no effect, so that nothing objects to its coefficients."""
+    target, direction = np.tile(np.arange(24) * 15.0, 2), np.repeat([1, -1], 24)
+    error = 5.0 * direction * np.cos(np.radians(target))
+    reference = Reference(target, error, direction=direction)
+    conditions = Conditions(16 * COUNTS // 360, 4, 90.0)
+    coefficients = replace(
+        one_lane(1, 5.0),
+        extension=Extension(conditions=conditions, modulators=((0, modulator),)),
+    )
+    after = compare(reference, coefficients).after_arcsec
+    left = 0.0 if modulator == "direction" else error - error.mean()
+    assert np.abs(after - left).max() < ROUNDING_ARCSEC
+    made = MeasurementSet(Table(counts_per_rev=COUNTS), reference=reference, title="condition")
+    assert objections(made, coefficients) == []
+
+
+def test_a_lane_of_a_real_order_has_the_turn_of_the_row() -> None:
+    target = np.arange(-48, 96) * 15.0
+    error = 5.0 * np.cos(71.4 * np.radians(target))
+    coefficients = one_lane(0, 5.0).with_real_orders({0: 71.4})
+    after = compare(Reference(target, error), coefficients).after_arcsec
+    # The reading differs from the target by up to 5″, on which the wave changes by 71.4 · 5″ · 5″.
+    assert np.abs(after).max() < 2.0 * ROUNDING_ARCSEC + 71.4 * 25.0 * np.pi / 648_000.0

@@ -232,3 +232,23 @@ def test_two_heads_given_by_their_places_are_the_same_to_the_bit(
     np.testing.assert_array_equal(one.estimate.values, other.estimate.values)
     np.testing.assert_array_equal(one.estimate.covariance, other.estimate.covariance)
     assert one.coefficients == other.coefficients
+
+
+def test_a_line_of_a_quiet_run_has_its_amplitude() -> None:
+    """A line of 0.1″ in the quietest of three runs is reported with 0.1″; the noise of the other
+    runs does not scale it.
+
+    The bound is 4 standard deviations of the amplitude of a line in 12,000 samples, with the noise
+    of two heads.
+    """
+    theta, random, noise = turn_angles(), np.random.default_rng(4), 0.05
+    disc = Disc({1: (50.0, 0.0)})
+    runs = [disc.heads(theta, size, random) for size in (noise, 0.4, 0.4)]
+    line = 0.1 * np.cos(100.0 * theta) * ARCSEC * COUNTS / (2.0 * np.pi)
+    runs[0][1] += np.rint(line).astype(np.int64)
+    found = calibrate(set_of(disc, capture_of(runs))).estimate.residual_peaks
+    assert [round(order) for order, _ in found] == [100]
+    # The line is rounded to whole counts of 0.077″, so that its amplitude in counts is computed.
+    rounded = 2.0 * np.mean(np.rint(line) * np.cos(100.0 * theta)) * 1_296_000 / COUNTS
+    bound = 4.0 * noise * np.sqrt(2.0) * np.sqrt(2.0 / theta.size)
+    assert found[0][1] == pytest.approx(rounded, abs=bound)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from arctrue.calibration import CalibrationSettings, acceptance, calibrate
+from arctrue.calibration.head_separation import doubts
 from arctrue.measurement import Capture, MeasurementSet
 
 from .synthetic import ARCSEC, COUNTS, Disc, capture_of, polygon_of, set_of, turn_angles
@@ -182,3 +183,18 @@ def test_the_gate_is_that_of_the_firmware() -> None:
     with_them, without = (float(word[:-1]) for word in said[0].split() if word.endswith("″"))
     assert without == pytest.approx(67.18, abs=0.02)
     assert with_them == pytest.approx(2 * 67.18, abs=0.04)
+
+
+@pytest.mark.parametrize(("nominal_deg", "measured_deg"), [(33.0, 33.01), (300.0, -60.01)])
+def test_a_whole_turn_is_no_difference_of_the_separation(
+    nominal_deg: float, measured_deg: float
+) -> None:
+    assert doubts(np.radians(nominal_deg), np.radians(measured_deg)) is None
+    assert doubts(np.radians(nominal_deg), np.radians(measured_deg + 360.0)) is None
+
+
+@pytest.mark.parametrize("measured_deg", [60.0, 420.0, -300.0])
+def test_exchanged_heads_are_named_in_every_turn(measured_deg: float) -> None:
+    said = doubts(np.radians(300.0), np.radians(measured_deg))
+    assert said is not None
+    assert "swapped" in said

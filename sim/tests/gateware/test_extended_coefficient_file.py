@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from arctrue.device.load import load_frames
 from arctrue.gateware.capability import EVERYTHING, Capability
 from arctrue.gateware.coefficient_file import (
     CoefficientFileError,
@@ -138,7 +139,12 @@ def test_the_example_of_the_page_is_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("generics", "old", "new", "message"),
     [
-        ("HEADS = 4, MEAN = true", "carrier = 2", "carrier = 5", "carrier: head 5, expected"),
+        (
+            "HEADS = 4, MEAN = true",
+            "carrier = 2",
+            "carrier = 5",
+            "carrier: head 5, expected 1 to 4",
+        ),
         ("HEADS = 4, MEAN = true", "weight_word = 14000", "weight_word = 14001", "weight: found"),
         ("HEADS = 4, MEAN = true", "offset_word = 160", "offset_word = 161", "offset_counts: fou"),
         ("HEADS = 4, MEAN = true", "delay_clocks = 255", "delay_clocks = 256", "delay of head 3"),
@@ -188,3 +194,16 @@ def test_prepared_sets_exclude_lanes_of_real_orders(of_set: bool) -> None:
     entry = dataclasses.replace(HALF_ORDER, extension=extension)
     with pytest.raises(ValueError, match="without: a set for a missing head holds no turn steps"):
         Extension(FOUR, turn_steps=() if of_set else steps, without=(entry,))
+
+
+def test_a_file_with_slopes_and_modulators_loads_as_written(tmp_path: Path) -> None:
+    """The device gets the same lines from the file as from the coefficients that were written."""
+    written = dataclasses.replace(
+        PLAIN,
+        offset=0,
+        thermal=ThermalLanes.from_slopes({1: np.array([1.0, 2.0, 0.0, 0.0])}, 20.0),
+        extension=PARTS["MODULATORS = true"],
+    )
+    path = tmp_path / "c.toml"
+    path.write_text(coefficient_file_text(written), encoding="utf-8")
+    assert load_frames(read_coefficient_file(path, EVERYTHING)) == load_frames(written)

@@ -15,7 +15,7 @@ from sim.tests.workbench.small_sets import REFERENCE_NOISE, measurement_set, pap
 
 from arctrue.calibration.calibration import CalibrationSettings, calibrate
 from arctrue.cli import main
-from arctrue.measurement import MeasurementSet, write_measurement_set
+from arctrue.measurement import MeasurementSet, Reference, Table, write_measurement_set
 from arctrue.metrology.budget import (
     REVERSAL,
     Budget,
@@ -143,6 +143,41 @@ def test_a_reference_alone(tmp_path: Path) -> None:
         for text in (data["set"]["sha256"], data["program"], f"{data['expanded_arcsec']:.4f}"):
             assert text in page
     assert (tmp_path / "out" / "budget.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_the_remaining_error_is_that_of_the_targets() -> None:
+    """The mean square of the stated remaining error over 300 random tables is that of the error
+    that each target has besides the fitted orders.
+
+    The bound is 4 standard deviations: an estimate has 24 − 15 degrees of freedom for the means,
+    whose variance is 0.1² + 0.1²/3.
+    """
+    random, number, size = np.random.default_rng(2), 300, 0.1
+    target, orders = np.tile(np.arange(24) * 15.0, 3), np.arange(1, 8)
+    phase = np.outer(np.radians(target), orders)
+    columns = np.hstack([np.ones((target.size, 1)), np.cos(phase), np.sin(phase)])
+    found = []
+    for _ in range(number):
+        of_target = np.tile(size * random.standard_normal(24), 3)
+        error = 20.0 * np.cos(np.radians(target)) + of_target
+        error += size * random.standard_normal(target.size)
+        values = np.linalg.lstsq(columns, error, rcond=None)[0]
+        made = MeasurementSet(
+            Table(counts_per_rev=1 << 24),
+            reference=Reference(
+                target,
+                error,
+                head1_counts=np.rint(target / 360.0 * 2**24).astype(np.int64),
+                standard_uncertainty_arcsec=0.1,
+            ),
+            title="targets",
+        )
+        pairs = np.stack([values[1:8], values[8:]], axis=1)
+        budget = reference_budget(made, Correction(orders, pairs, 0.0, (), ()))
+        lines = {one.quantity: one.u_arcsec for one in budget.contributions}
+        found.append(lines["remaining error at the targets after the correction"] ** 2)
+    spread = (size**2 + size**2 / 3.0) * np.sqrt(2.0 / 9.0) + size**2 / 3.0 * np.sqrt(2.0 / 48.0)
+    assert np.mean(found) == pytest.approx(size**2, abs=4.0 * spread / np.sqrt(number))
 
 
 def test_what_the_set_does_not_state_is_said(tmp_path: Path) -> None:

@@ -16,9 +16,12 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from arctrue.cli import main
-from arctrue.measurement import MeasurementSet, Reference, Table, write_measurement_set
+from arctrue.cli.certificate import angles_deg, method_of
+from arctrue.measurement import Capture, MeasurementSet, Reference, Table, write_measurement_set
 from arctrue.measurement.digest import set_digest
-from arctrue.metrology.certificate import SHIFT_ARCSEC, certified_error
+from arctrue.metrology.budget import REVERSAL
+from arctrue.metrology.certificate import SHIFT_ARCSEC, CertifiedError, certified_error
+from arctrue.report.certificate_page import angle_digits
 from arctrue.workbench.effects.registry import catalogue
 from arctrue.workbench.model.model import Model, ModelEffect, default_model
 from tests.workbench.small_sets import measurement_set
@@ -103,6 +106,77 @@ def test_the_uncertainty_of_the_fit_is_that_of_monte_carlo() -> None:
     expanded = np.array([one.expanded_arcsec for one in made])
     held = np.abs(off + constant + counts) <= expanded
     assert held[:, 0].sum() >= stats.binom.ppf(SURE, number, 0.95)
+
+
+def reversal_arcsec(rows: Reference) -> float:
+    """Return the certificate's contribution of the reversal error for these rows."""
+    made = MeasurementSet(Table(counts_per_rev=COUNTS), reference=rows, title="reversal")
+    found = certified_error(made, model(1), catalogue(), ANGLES, {})
+    return next(one.u_arcsec for one in found.contributions if one.quantity == REVERSAL)
+
+
+def up_and_down(reversal: float) -> Reference:
+    """Return three runs up and three runs down over 24 targets, with an eccentricity of 100″ and a
+    reversal error."""
+    once, random = np.arange(24) * 15.0, np.random.default_rng(1)
+    target = np.concatenate([once, once[::-1]] * 3)
+    direction = np.tile(np.repeat([1, -1], 24), 3)
+    noise = 0.05 * random.standard_normal(target.size)
+    return Reference(
+        target_deg=target,
+        error_arcsec=100.0 * np.cos(np.radians(target)) + 0.5 * reversal * direction + noise,
+        direction=direction,
+        run=np.repeat(np.arange(6), 24),
+        standard_uncertainty_arcsec=0.05,
+        instrument="polygon",
+    )
+
+
+def test_the_reversal_error_is_that_of_the_residual_of_the_used_rows() -> None:
+    """Neither a masked row nor a target that one direction lacks adds a reversal error. The bound
+    is four standard errors of half the difference of two means of 72 rows."""
+    bound = 4.0 * 0.05 / np.sqrt(144.0)
+    plain = up_and_down(0.0)
+    assert reversal_arcsec(plain) < bound
+    mask = np.arange(144) == 5
+    masked = replace(plain, error_arcsec=plain.error_arcsec + 3600.0 * mask, mask=mask)
+    assert reversal_arcsec(masked) < bound
+    assert reversal_arcsec(plain.where(~((plain.target_deg == 0.0) & (plain.direction == 1)))) < (
+        bound * np.sqrt(72.0 / 69.0)
+    )
+    assert reversal_arcsec(up_and_down(3.0)) == pytest.approx(1.5, abs=bound)
+
+
+@pytest.mark.parametrize("heads", [3, 4])
+def test_the_mounting_of_every_head_adds_to_the_uncertainty(heads: int) -> None:
+    """The certificate's uncertainty is the root of the sum of squares over the places of heads 2 to
+    4; the test moves each place and takes the difference of the certified errors."""
+    places = (0.0, 64.3, 177.0, 257.9)[:heads]
+    angle, random = 2.0 * np.pi * np.arange(900) / 900, np.random.default_rng(0)
+    columns = {}
+    for number, place in enumerate(places, start=1):
+        disc = angle + np.radians(place)
+        error = 1000.0 * np.cos(disc) + 300.0 * np.cos(3.0 * disc)
+        error += 0.02 * random.standard_normal(disc.size)
+        turn = disc / (2.0 * np.pi) + error / 1_296_000
+        columns[f"head{number}_counts"] = np.rint(turn * COUNTS).astype(np.int64)
+    capture = Capture(run=np.zeros(900, dtype=np.int64), time_s=np.arange(900) * 1e-3, **columns)  # type: ignore[arg-type]
+
+    def certified(*moved_deg: float) -> CertifiedError:
+        table = Table(counts_per_rev=COUNTS, head_places_deg=moved_deg)
+        made = MeasurementSet(table, capture=capture, title="heads")
+        return certified_error(made, model(1, 3), catalogue(), ANGLES, {})
+
+    found, square = certified(*places), np.zeros(ANGLES.size)
+    for head in range(1, heads):
+        moved = certified(*(places + np.eye(heads)[head] * SHIFT_ARCSEC / 3600.0))
+        slope = (moved.error_arcsec - found.error_arcsec) / SHIFT_ARCSEC
+        square += (slope * 50.0) ** 2 / 3.0
+    np.testing.assert_allclose(found.u_separation_arcsec, np.sqrt(square), rtol=1e-6)
+    measured = MeasurementSet(
+        Table(counts_per_rev=COUNTS, head_places_deg=places), capture=capture, title="heads"
+    )
+    assert f"with {('three', 'four')[heads - 3]} read heads" in method_of(measured).lower()
 
 
 def test_u_is_the_root_of_the_sum_of_squares() -> None:
@@ -307,6 +381,17 @@ def test_a_model_alone_is_refused(place: Path) -> None:
     done = certificate(place, "m.toml", "--details", "details.toml", "--out", "no.xml")
     assert done.exit_code == 2
     assert "a model alone has no covariance" in " ".join(done.stderr.split())
+
+
+@pytest.mark.parametrize("number", [1, 7, 49, 360, 1233, 2880, 3599])
+def test_equal_steps_do_not_reach_the_full_turn(number: int) -> None:
+    """A step of an n-th of the turn gives n angles, of which none is 360°, whatever its rounding;
+    the page shows each angle with the decimals that it needs."""
+    for step in (360.0 / number, np.nextafter(360.0 / number, 0.0)):
+        angle = angles_deg(step)
+        np.testing.assert_allclose(angle, np.arange(number) * 360.0 / number, atol=1e-9)
+    places = (np.array([0.5, 15.0]), 2), (angles_deg(0.125), 3), (angles_deg(360.0 / 7.0), 4)
+    assert [angle_digits(angle) for angle, _ in places] == [digits for _, digits in places]
 
 
 SCHEMA = """<xs:schema xmlns:xs="http://www.w3.org/2001/XMLSchema" xmlns:dcc="https://ptb.de/dcc"

@@ -11,6 +11,7 @@ from scipy import stats
 from arctrue.metrology.life.change import (
     basis,
     find_changes,
+    largest_tail,
     look_probability,
     places,
     ratios,
@@ -61,6 +62,42 @@ def test_the_scatter_between_sets_solves_its_equation() -> None:
     assert scatter[0] == pytest.approx(0.2, abs=4.0 * 0.2 / np.sqrt(800.0))
     within = weights((u * 0.1)[:, None], u, np.ones((400, 1)))
     np.testing.assert_allclose(within, 1.0 / u**2)
+
+
+@pytest.mark.parametrize("parts", [1, 2])
+def test_the_tail_is_an_upper_limit_of_that_of_draws(parts: int) -> None:
+    """The limit is not below the share of random series with a larger ratio. Divided by the number
+    of changes it is the share of one change, which the test draws as a quotient of χ² variables."""
+    random, number, sets = np.random.default_rng(11), 20_000, 14
+    days, weight = np.arange(sets) * WEEK, random.uniform(0.5, 2.0, sets)
+    drawn = random.standard_normal((number, sets, parts)) / np.sqrt(weight)[:, None]
+    found = ratios(days, weight[None], drawn)
+    taken = random.chisquare(parts, 20 * number)
+    rest = random.chisquare(parts * (sets - 2), 20 * number)
+    one_change = parts * sets * np.log1p(taken / rest)
+    for share in (0.01, 0.002):
+        ratio = float(np.quantile(found, 1.0 - share))
+        tail = largest_tail(ratio, sets, parts)
+        # Four standard deviations of a number of draws.
+        assert tail > share - 4.0 * np.sqrt(share / number)
+        counted = np.count_nonzero(one_change >= ratio)
+        expected = 20 * number * tail / len(places(sets))
+        assert abs(counted - expected) < 4.0 * np.sqrt(expected) + 1.0
+
+
+@pytest.mark.parametrize(("number", "gap_days"), [(30, 1.0), (5, 1.0 / 24.0)])
+def test_many_series_and_short_intervals_hide_no_large_change(number: int, gap_days: float) -> None:
+    """A step of 1000 standard deviations is found where α of a series is below one of 20,000."""
+    random, days = np.random.default_rng(12), np.arange(14) * gap_days
+    assert look_probability(days, 0.5) / number < 1.0 / 20_000.0
+    machine = []
+    for place in range(number):
+        values = 0.01 * random.standard_normal((14, 1))
+        if place == 0:
+            values[7:] += 10.0
+        machine.append(Series(f"e.p{place}", "arcsec", days, values, np.full(14, 0.01)))
+    found = find_changes(machine, 0.5, random)
+    assert [(one.series.name, one.kind) for one in found] == [("e.p0", "step")]
 
 
 def test_false_findings_are_as_frequent_as_stated() -> None:

@@ -21,9 +21,14 @@ from arctrue.gateware.coefficient_file import (
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.extension import Extension
 from arctrue.gateware.mean_set import MeanSet
-from arctrue.measurement import write_measurement_set
+from arctrue.measurement import MeasurementSet, Reference, Table, write_measurement_set
 from arctrue.workbench.effects.base import LocalError
+from arctrue.workbench.effects.catalogue.graduation_defect import GraduationDefect
+from arctrue.workbench.model.export import export_model
 from arctrue.workbench.model.local_errors import at_heads_of_mean, table_of, taken_off_arcsec
+from arctrue.workbench.model.model import Model, ModelEffect
+from arctrue.workbench.model.taken_away import outcome
+from arctrue.workbench.observations.build import observations_of
 
 from .small_sets import Float, measurement_set, paper_error
 
@@ -98,6 +103,40 @@ def test_a_scratch_is_taken_away_at_every_head_of_the_mean(heads: int) -> None:
         assert np.abs(total[near]).max() > 0.99 * size
         assert np.abs(left[near]).max() < size / 10.0
     assert np.abs(left).max() < 2.0 * min(weights) / 65536
+
+
+def test_the_stated_remainder_is_that_of_the_common_table() -> None:
+    """A wide scratch widens the windows of the table, so that its points miss the form of a narrow
+    scratch; the stated remainder is that of the written table."""
+    target = np.concatenate([np.arange(360.0), 250.0 + np.linspace(-0.3, 0.3, 601)])
+    reference = Reference(target, np.zeros(target.size), standard_uncertainty_arcsec=0.1)
+    observations = observations_of(
+        MeasurementSet(Table(counts_per_rev=TURN), reference=reference, title="two scratches"),
+        mask_outliers=False,
+    )
+    model = Model(
+        [
+            ModelEffect("graduation_defect", {}, {"place": 100.0, "width": 12.0}, ["b"], [1.0]),
+            ModelEffect("graduation_defect", {}, {"place": 250.0, "width": 0.03}, ["b"], [10.0]),
+        ]
+    )
+    effects = {"graduation_defect": GraduationDefect}
+    held = export_model(
+        model, observations, effects, lanes=4, temperature_c=None, with_local_table=True
+    ).coefficients
+    assert held.extension is not None
+    assert held.extension.local_table is not None
+    became = outcome(model, observations, effects, held, temperature_c=None)
+    total = np.zeros(target.size)
+    for place, width, height in ((100.0, 12.0, 1.0), (250.0, 0.03, 10.0)):
+        # The width is the standard deviation of the bell.
+        away = (target - place + 180.0) % 360.0 - 180.0
+        total += height * np.exp(-0.5 * (away / width) ** 2)
+    left = total - taken_off_arcsec(held.extension.local_table, TURN, np.radians(target))
+    assert left.std() > 0.2
+    # Each of the two parts is rounded to the points' words of 2⁻¹⁰ count or more.
+    assert became.left_arcsec == pytest.approx(left.std(), abs=COUNT_ARCSEC)
+    assert became.effects[1].left_arcsec == pytest.approx(left.std(), rel=0.05)
 
 
 def test_an_error_that_no_point_holds_is_refused() -> None:

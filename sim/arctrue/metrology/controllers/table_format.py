@@ -10,6 +10,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.figures import figure
 from arctrue.metrology.correction import Correction
 
 Float = NDArray[np.float64]
@@ -71,6 +72,45 @@ class TableFormat(ABC):
         if steps_per_second is not None:
             raise ValueError(f"--steps-per-second: {self.name} does not take it")
         return self
+
+    def check_points(self, points: int | None) -> None:
+        """Check a number of rows per turn.
+
+        Parameters
+        ----------
+        points : int or None
+            Number of rows per turn; None stands for the default.
+
+        Raises
+        ------
+        ValueError
+            If the controller does not accept this number.
+        """
+        least, most = self.least_points, self.most_points
+        if points is not None and not least <= points <= most:
+            takes = str(most) if least == most else f"{least} to {most}"
+            raise ValueError(f"--points: {self.name} takes {takes} steps a turn, found {points}")
+
+    def not_corrected(self, correction: Correction) -> list[str]:
+        """List the parts of the model that the table does not correct.
+
+        Parameters
+        ----------
+        correction : Correction
+            The part that the table can hold, from :meth:`part_of`.
+
+        Returns
+        -------
+        list of str
+            One sentence for each part.
+        """
+        left_out = list(correction.left_out)
+        if correction.reversal_arcsec and not self.knows_direction:
+            left_out.append(
+                f"reversal error {figure(correction.reversal_arcsec, 3, signed=True)}″: the table "
+                "does not know the direction"
+            )
+        return left_out
 
     def part_of(self, correction: Correction) -> Correction:
         """Return the part of a correction that the table can represent.

@@ -9,7 +9,9 @@ a set is 1/(u² + s²); u comes from its fit, and s is the scatter between sets 
 The null distribution is computed from the statistic of normal random numbers with these weights. A
 common factor of the variance cancels, so the true scatter need not be known. The p-value of a
 series is its rank among these draws; multiplied by the number of series (Bonferroni) it bounds the
-probability of any false alarm in one evaluation of the whole machine.
+probability of any false alarm in one evaluation of the whole machine. A p-value below one draw is
+the sum of the exact tail probabilities over all changes that were tried (Boole's inequality): for
+one change, 1 − RSS₁/RSS₀ has the distribution Beta(d/2, d·(n − 2)/2), with n sets of d components.
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import betainc
 
 from arctrue.metrology.life.series import Series
 
@@ -39,9 +42,9 @@ MOST_CHANGES = 4
 """Largest number of changes that the search finds in one series."""
 FEWEST_DRAWS, MOST_DRAWS = 199, 19_999
 DRAWS_OF_ALPHA = 10.0
-"""Number of draws for each series, multiplied by α and divided by the number of series. The
-smallest adjusted p-value is then a tenth of α, if the number is within FEWEST_DRAWS and MOST_DRAWS.
-"""
+"""Number of draws for each series, multiplied by α and divided by the number of series, within
+FEWEST_DRAWS and MOST_DRAWS. The smallest adjusted rank is then a tenth of α, or more with
+MOST_DRAWS."""
 EXPONENTS = (0.5, 1.0, 2.0)
 """Exponents of the time since a drift began: with 0.5 the drift slows down, with 1 it keeps its
 rate, with 2 it speeds up. The search for changes uses 1; date, size and forecast are averaged over
@@ -172,6 +175,15 @@ def look_probability(days: Float, false_alarms_a_year: float) -> float:
     return float(min(false_alarms_a_year * between / DAYS_A_YEAR, LARGEST_ALPHA))
 
 
+def largest_tail(ratio: float, sets: int, components: int) -> float:
+    """Return an upper limit of the probability that an unchanged series has a likelihood ratio of
+    at least ``ratio``: the sum of the probabilities of all changes that are tried."""
+    one_change = betainc(
+        0.5 * components * (sets - 2), 0.5 * components, np.exp(-ratio / (components * sets))
+    )
+    return float(len(places(sets)) * one_change)
+
+
 def adjusted_p_values(
     series: Sequence[Series], values: Sequence[Float], alpha: float, random: Random
 ) -> Float:
@@ -185,7 +197,10 @@ def adjusted_p_values(
     found = np.empty(len(series))
     for place, (one, own) in enumerate(zip(series, values, strict=True)):
         weight = weights(own, one.u, np.ones((one.days.size, 1)))[None]
-        measured = ratios(one.days, weight, own[None])[0]
+        measured = float(ratios(one.days, weight, own[None])[0])
+        found[place] = largest_tail(measured, *own.shape)
+        if found[place] < 1.0 / (number + 1.0):
+            continue
         normal = random.standard_normal((number, *own.shape)) / np.sqrt(weight)[:, :, None]
         null = ratios(one.days, weight, normal)
         found[place] = (1.0 + np.count_nonzero(null >= measured)) / (number + 1.0)

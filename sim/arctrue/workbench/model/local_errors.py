@@ -4,6 +4,7 @@ correction."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -127,11 +128,7 @@ def table_of(errors: Sequence[LocalError], counts_per_rev: int) -> LocalTable:
     windows = next(number for number in WINDOWS if number >= len(centres))
     centres += [centres[0]] * (windows - len(centres))
     starts = [round((centre - window_rad / 2.0) / count_rad) % counts_per_rev for centre in centres]
-    places = window_rad * np.arange(POINTS // windows) / (POINTS // windows)
-    reading = np.concatenate([start * count_rad + places for start in starts])
-    counts = np.zeros(POINTS)
-    for error in errors:
-        counts += error.error_arcsec(reading) / arcsec_per_count(counts_per_rev)
+    counts = _at_points(errors, starts, exponent, counts_per_rev)
     for fraction_bits in sorted(FRACTION_BITS, reverse=True):
         words = np.rint(counts * (1 << fraction_bits)).astype(np.int64)
         if np.abs(words).max() < POINT_LIMIT:
@@ -140,6 +137,41 @@ def table_of(errors: Sequence[LocalError], counts_per_rev: int) -> LocalTable:
         f"a local error reaches {np.abs(counts).max():.0f} counts, and a point of the gateware's "
         f"table holds fewer than {POINT_LIMIT >> min(FRACTION_BITS)}; repair the disc first"
     )
+
+
+def part_of_table(table: LocalTable, error: LocalError, counts_per_rev: int) -> LocalTable:
+    """Return the table with one of its errors alone, at the same points.
+
+    Parameters
+    ----------
+    table : LocalTable
+        A table of several errors, from :func:`table_of`.
+    error : LocalError
+        One of the errors.
+    counts_per_rev : int
+        Number of counts per turn.
+
+    Returns
+    -------
+    LocalTable
+        The part of the table that corrects this error.
+    """
+    counts = _at_points([error], table.starts_counts, table.width_exponent, counts_per_rev)
+    words = np.rint(counts * (1 << table.fraction_bits)).astype(np.int64)
+    return replace(table, points=tuple(words.tolist()))
+
+
+def _at_points(
+    errors: Sequence[LocalError], starts: Sequence[int], exponent: int, counts_per_rev: int
+) -> Float:
+    """Return the sum of the errors at the points of a table, counts, (POINTS,)."""
+    each = POINTS // len(starts)
+    places = 2.0 * np.pi / 2**exponent * np.arange(each) / each
+    reading = np.concatenate([start * 2.0 * np.pi / counts_per_rev + places for start in starts])
+    counts = np.zeros(POINTS)
+    for error in errors:
+        counts += error.error_arcsec(reading) / arcsec_per_count(counts_per_rev)
+    return counts
 
 
 def taken_off_arcsec(table: LocalTable, counts_per_rev: int, reading_rad: Float) -> Float:

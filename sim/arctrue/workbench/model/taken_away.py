@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.calibration.head_weights import WeightsRefusedError, mean_weights
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.measurement import MeasurementSet
@@ -23,12 +24,13 @@ from arctrue.workbench.effects.base import (
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.solution import context_of_terms
 from arctrue.workbench.model.export import (
-    LOW_ORDERS,
     THERMAL_SPAN_K,
+    CorrectableLanes,
+    correctable_lanes,
     lanes_by_condition,
     lanes_of_real_orders,
 )
-from arctrue.workbench.model.local_errors import local_errors, table_of, taken_off_arcsec
+from arctrue.workbench.model.local_errors import local_errors, part_of_table, taken_off_arcsec
 from arctrue.workbench.model.model import Model, ModelEffect
 from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.rows import ReferenceRows
@@ -102,8 +104,18 @@ def outcome(
     if coefficients.extension is not None and coefficients.extension.turn_steps:
         real = lanes_of_real_orders(model, observations, effects)
     local: dict[int, LocalError] = {}
-    if coefficients.extension is not None and coefficients.extension.local_table is not None:
+    table = None if coefficients.extension is None else coefficients.extension.local_table
+    if table is not None:
         local = local_errors(model, effects)
+    taken = frozenset(followed) | frozenset(local) | frozenset(real)
+    lanes = _LanesOf.of_model(model, observations, effects, coefficients, temperature_c, taken)
+    # The lanes act at the reading, which is the true angle plus the error of the model.
+    reading_rad = table_rows.angle_rad.copy()
+    for entry in model.effects:
+        effect = entry.effect(effects)
+        if effect.compensation != "reference":
+            values = _values(entry, effect, table_rows, context)
+            reading_rad += 0.0 if values is None else values * RAD_PER_ARCSEC
     for index, entry in enumerate(model.effects):
         effect = entry.effect(effects)
         if effect.compensation == "reference":
@@ -118,21 +130,20 @@ def outcome(
         by: Taker = "nothing"
         left = values
         if index in followed:
-            left = values - _followed_arcsec(followed[index], table_rows)
+            left = values - _followed_arcsec(followed[index], table_rows, reading_rad)
             by = "lanes by condition"
-        elif index in local:
+        elif table is not None and index in local:
             counts_per_rev = coefficients.counts_per_rev
-            held = table_of([local[index]], counts_per_rev)
+            held = part_of_table(table, local[index], counts_per_rev)
             left = values - taken_off_arcsec(held, counts_per_rev, table_rows.line_rad)
             by = "local table"
         elif index in real:
-            left = values - _real_arcsec(real[index], table_rows)
+            left = values - _real_arcsec(real[index], reading_rad)
             by = "lanes of real orders"
         elif effect.compensation == "lanes":
-            lanes = _LanesOf(entry, effect, observations, coefficients, temperature_c)
-            left = values - lanes.correction_arcsec(table_rows)
-            if lanes.orders:
-                by = "firmware's model" if lanes.following else "lanes"
+            left = values - lanes.correction_arcsec(index, table_rows, reading_rad)
+            if lanes.orders(index):
+                by = "firmware's model" if lanes.following(index) else "lanes"
         together += left
         if effect.moves_axis and has_mean:
             by, left = "the mean", np.zeros_like(left)
@@ -192,72 +203,91 @@ def without_reference_errors(
 
 @dataclass(frozen=True)
 class _LanesOf:
-    """The lanes of one effect whose orders are in the coefficients."""
+    """The harmonics of the reading of each effect at three temperatures: the temperature of the
+    export, and THERMAL_SPAN_K below and above it."""
 
-    entry: ModelEffect
-    effect: Effect
-    observations: Observations
+    lanes: tuple[CorrectableLanes, ...]
+    """The effects at the three temperatures, in ascending order."""
+    parts: tuple[list[dict[int, Float]], ...]
+    """Cosine and sine of every order of the reading, arcseconds, by temperature and effect."""
     coefficients: Coefficients
-    temperature_c: float | None
+    export_c: float
+
+    @classmethod
+    def of_model(
+        cls,
+        model: Model,
+        observations: Observations,
+        effects: Mapping[str, type[Effect]],
+        coefficients: Coefficients,
+        temperature_c: float | None,
+        taken: frozenset[int],
+    ) -> _LanesOf:
+        """Convert the effects that plain lanes correct; ``taken``: indices of other effects."""
+        export_c = observations.reference_temperature_c if temperature_c is None else temperature_c
+        below, at, above = (
+            correctable_lanes(
+                model, observations, effects, temperature_c=export_c + step, taken=taken
+            )
+            for step in (-THERMAL_SPAN_K, 0.0, THERMAL_SPAN_K)
+        )
+        middle = at.of_reading()
+        if coefficients.thermal is None:
+            return cls((below, at, above), (middle,) * 3, coefficients, export_c)
+        parts = below.of_reading(), middle, above.of_reading()
+        return cls((below, at, above), parts, coefficients, export_c)
+
+    def _place(self, index: int) -> int:
+        return [number for number, _, _ in self.lanes[1].entries].index(index)
 
     @property
-    def orders(self) -> list[int]:
-        """Return this effect's orders that have a lane in the coefficients."""
-        there = self.coefficients.orders[self.coefficients.amplitudes != 0].tolist()
-        return [order for order in self._at(self._export_c) if order in there]
+    def _there(self) -> set[int]:
+        return set(self.coefficients.orders[self.coefficients.amplitudes != 0].tolist())
 
-    @property
-    def following(self) -> list[int]:
+    def orders(self, index: int) -> list[int]:
+        """Return the orders of the effect ``index`` of the model that have a lane."""
+        there = self._there
+        return [order for order in self.lanes[1].own_orders(self._place(index)) if order in there]
+
+    def following(self, index: int) -> list[int]:
         """Return this effect's orders whose lanes follow the temperature."""
-        thermal = self.coefficients.thermal
-        cold = self._at(self._export_c)
-        warm = self._at(self._export_c + THERMAL_SPAN_K)
+        thermal, place = self.coefficients.thermal, self._place(index)
+        values = np.array(self.lanes[1].entries[place][1].coefficients)
+        _, cold, warm = (lanes.components(place, values) for lanes in self.lanes)
         return [
             order
-            for order in self.orders
+            for order in self.orders(index)
             if thermal is not None
             and order in thermal.orders
             and not np.array_equal(cold[order], warm[order])
         ]
 
-    @property
-    def _export_c(self) -> float:
-        known = self.temperature_c
-        return self.observations.reference_temperature_c if known is None else known
-
-    def _at(self, celsius: float) -> dict[int, Float]:
-        """Return cosine and sine of every order of this effect at a temperature, arcseconds."""
-        found: dict[int, Float] = {}
-        values = np.array(self.entry.coefficients)
-        for lane in self.effect.lanes(values, self.entry.search, self.observations, celsius):
-            pair = np.array([lane.cosine_arcsec, lane.sine_arcsec])
-            found[lane.order] = found.get(lane.order, np.zeros(2)) + pair
-        return found
-
-    def correction_arcsec(self, rows: ReferenceRows) -> Float:
-        """Return the lanes' correction at every row, (rows,), at the temperature of the row.
+    def correction_arcsec(self, index: int, rows: ReferenceRows, reading_rad: Float) -> Float:
+        """Return the lanes' correction of an effect at every row, (rows,), at the temperature of
+        the row.
 
         A lane that follows the temperature is a polynomial through three temperatures, as the
         firmware computes it.
         """
-        below, at, above = (
-            self._at(self._export_c + step) for step in (-THERMAL_SPAN_K, 0.0, THERMAL_SPAN_K)
-        )
-        following = self.following
+        below, at, above = (parts[self._place(index)] for parts in self.parts)
+        thermal, there = self.coefficients.thermal, self._there
         total = np.zeros(rows.run.size)
-        for order in self.orders:
+        for order in sorted(there & at.keys()):
             pair = at[order][:, np.newaxis]
-            if order in following and rows.temperature_c is not None:
-                warmth = (rows.temperature_c - self._export_c) / THERMAL_SPAN_K
+            follows = thermal is not None and order in thermal.orders
+            if follows and rows.temperature_c is not None:
+                warmth = (rows.temperature_c - self.export_c) / THERMAL_SPAN_K
                 slope = np.outer(0.5 * (above[order] - below[order]), warmth)
                 curve = 0.5 * (above[order] + below[order] - 2.0 * at[order])
                 pair = pair + slope + np.outer(curve, warmth**2)
-            phase = order * (rows.angle_rad if order <= LOW_ORDERS else rows.line_rad)
+            phase = order * reading_rad
             total += pair[0] * np.cos(phase) + pair[1] * np.sin(phase)
         return total
 
 
-def _followed_arcsec(lanes: Sequence[ConditionedLane], rows: ReferenceRows) -> Float:
+def _followed_arcsec(
+    lanes: Sequence[ConditionedLane], rows: ReferenceRows, reading_rad: Float
+) -> Float:
     """Return the correction that lanes with a condition make at every row, (rows,)."""
     speed = np.zeros(rows.run.size) if rows.speed_rad_s is None else rows.speed_rad_s
     direction = np.sign(speed) if rows.direction is None else rows.direction
@@ -267,17 +297,17 @@ def _followed_arcsec(lanes: Sequence[ConditionedLane], rows: ReferenceRows) -> F
         if one.condition == "column":
             column = rows.conditions.get(one.column, np.full(rows.run.size, one.column_zero))
             values["column"] = column - one.column_zero
-        phase = one.lane.order * rows.angle_rad
+        phase = one.lane.order * reading_rad
         wave = one.lane.cosine_arcsec * np.cos(phase) + one.lane.sine_arcsec * np.sin(phase)
         total += values[one.condition] * wave
     return total
 
 
-def _real_arcsec(lanes: Sequence[RealLane], rows: ReferenceRows) -> Float:
-    """Return the correction that lanes of real orders make at every row, (rows,)."""
-    total = np.zeros(rows.run.size)
+def _real_arcsec(lanes: Sequence[RealLane], reading_rad: Float) -> Float:
+    """Return the correction that lanes of real orders make at every reading, (rows,)."""
+    total = np.zeros(reading_rad.size)
     for lane in lanes:
-        phase = lane.order * rows.angle_rad
+        phase = lane.order * reading_rad
         total += lane.cosine_arcsec * np.cos(phase) + lane.sine_arcsec * np.sin(phase)
     return total
 

@@ -56,6 +56,7 @@ class SubdivisionError(Effect):
         "head2_multiple_K_phase": "deg",
     }
     compensation = "lanes"
+    at_reading = True
     compensation_note = (
         "lanes at the orders k × lines correct head 1's part; the parts of other heads are not "
         "in the output"
