@@ -63,7 +63,7 @@ def test_a_new_start_after_a_fault_has_the_operators_settings() -> None:
     for order in ORDERS:
         assert device.firmware.send(order).startswith("ok")
     ordered = device.firmware.parameters()
-    assert ordered["counts_per_rev"] == "3600000.000000000"
+    assert ordered["counts_per_rev"] == "3600000"
     device.start(after_fault=True)
     assert device.firmware.parameters() == ordered
     assert device.firmware.status("settings") == ["kept"]
