@@ -113,8 +113,8 @@ class CorrectableLanes:
         }
         if not own:
             return parts
-        beside = {order + step for order in own for step in SIDEBANDS if order}
-        wanted = np.array(sorted(own | {one for one in beside if 0 < one <= ORDER_MAX}))
+        neighbours = {order + step for order in own for step in SIDEBANDS if order}
+        wanted = np.array(sorted(own | {one for one in neighbours if 0 < one <= ORDER_MAX}))
         angle_rad = _angle_of_readings(parts, at_reading)
         converted = []
         for part, stays in zip(parts, at_reading, strict=True):
