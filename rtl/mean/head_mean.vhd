@@ -49,11 +49,11 @@ entity head_mean is
     -- The heads
     angles            : in    std_ulogic_vector(HEADS * ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
     positions         : in    std_ulogic_vector(HEADS * POSITION_WIDTH - 1 downto 0);       -- counts, including counts put back
-    phases_of_zero    : in    std_ulogic_vector(HEADS * 2 - 1 downto 0);                    -- index of (A, B) in 00, 10, 11, 01 at position 0
+    phases_of_zero    : in    std_ulogic_vector(HEADS * 2 - 1 downto 0);                    -- index of (A, B) in 00 10 11 01 at position 0
     put_backs         : in    std_ulogic_vector(HEADS * 16 - 1 downto 0);                   -- counts in position without an edge
     zeros_moved       : in    std_ulogic_vector(HEADS - 1 downto 0);                        -- toggles when the zero of a head moves
     indices_seen      : in    std_ulogic_vector(HEADS - 1 downto 0);                        -- level
-    unsettle          : in    std_ulogic;                                                   -- level: angles start anew, so no swap is allowed
+    unsettle          : in    std_ulogic;                                                   -- level: angles start anew, no swap is allowed
     counts_per_rev    : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);                -- counts
     compensate        : in    std_ulogic;                                                   -- level: the processor requests the correction
     -- The words, see mean_words
@@ -69,7 +69,7 @@ entity head_mean is
     -- To the pipeline
     angle             : out   u_unsigned(ANGLE_WIDTH - 1 downto 0);                         -- counts, below counts_per_rev
     position          : out   u_signed(POSITION_WIDTH - 1 downto 0);                        -- counts
-    phase_of_zero     : out   u_unsigned(1 downto 0);                                       -- index of (A, B) in 00, 10, 11, 01 at position 0
+    phase_of_zero     : out   u_unsigned(1 downto 0);                                       -- index of (A, B) in 00 10 11 01 at position 0
     put_back          : out   u_signed(15 downto 0);                                        -- counts in position without an edge
     zero_moved        : out   std_ulogic;                                                   -- toggles when the zero of a head moves
     referenced        : out   std_ulogic;                                                   -- level: the angle counts from an index
@@ -82,7 +82,7 @@ entity head_mean is
     mean_term         : out   u_signed(MEAN_TERM_WIDTH - 1 downto 0);                       -- counts, s19.20
     limited           : out   std_ulogic;                                                   -- level: a difference in this term is limited
     jumped            : out   std_ulogic;                                                   -- pulse: the first angle of new words
-    jump              : out   u_signed(15 downto 0)                                         -- counts by which the reading jumps, valid with jumped
+    jump              : out   u_signed(15 downto 0)                                         -- counts of the jump, valid with jumped
   );
 end entity head_mean;
 
