@@ -24,8 +24,8 @@ known index repeatability. A single free offset agrees whenever two runs have th
 example if a head was displaced before both runs."""
 
 LEAST_RUNS = 6
-"""Smallest number of runs whose offsets are compared with a condition: five offsets lie as near to
-some straight line of a condition in one of a thousand sets."""
+"""Smallest number of runs whose offsets are compared with a condition. With five runs only a
+correlation above 0.999 would be significant."""
 FOLLOWS_P = 1e-4
 """Largest p, over all conditions, at which the offsets count as a function of a condition; it
 equals the limit of a sure lack of fit."""
@@ -105,11 +105,11 @@ def offsets_follow(residuals: Residuals) -> FollowedCondition | None:
     known = with_index_as_known(residuals).solution
     offsets, variance = known.run_offsets_arcsec, known.noise.index_variance
     size = np.bincount(rows.run, minlength=offsets.size)
-    conditions = {
-        item.part.partition("^")[0]: np.bincount(rows.run, values, offsets.size) / size
+    conditions = [
+        (item.part.partition("^")[0], np.bincount(rows.run, values, offsets.size) / size)
         for item in recorded_conditions(observations)
         if (values := item.values(rows)) is not None
-    }
+    ]
     found: list[tuple[float, FollowedCondition]] = []
     for channel in range(channels):
         own = offsets[channel::channels]
@@ -117,7 +117,7 @@ def offsets_follow(residuals: Residuals) -> FollowedCondition | None:
         if float(chdtrc(own.size - 1, float(about_mean @ about_mean) / variance)) > FOLLOWS_P:
             continue
         rms, index = float(np.sqrt(np.mean(about_mean**2))), float(np.sqrt(variance))
-        for part, means in conditions.items():
+        for part, means in conditions:
             p_value = _p_of_a_line(means[channel::channels], about_mean)
             found.append((p_value, FollowedCondition(part, rms, index)))
     p_value, best = min(found, key=lambda item: item[0], default=(1.0, None))

@@ -21,7 +21,8 @@ OF_THE_STATIONS = 0.9
 """Smallest share of an effect's variance that is the same at all visits of a station if the
 rounding can cause the effect."""
 SAME_STATION_DEG = 1e-4
-"""Targets nearer than this are the same station; a file states them with four decimals or more."""
+"""Targets are rounded to this angle before equal ones are grouped to a station; the stations of a
+polygon are thousands of times farther apart."""
 
 
 def rounded_at_the_stations(item: Candidate, noise_arcsec: float) -> float:

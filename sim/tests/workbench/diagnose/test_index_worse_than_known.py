@@ -15,7 +15,15 @@ from sim.tests.workbench.base_diagnosis import diagnosis_of
 from sim.tests.workbench.small_sets import ALPHA, ARCSEC, COUNTS_PER_REV, measurement_set
 
 from arctrue.measurement import Capture, MeasurementSet, Table
+from arctrue.workbench.diagnose.of_the_runs import offsets_follow
 from arctrue.workbench.diagnose.report import sentences
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.design_matrix import Term
+from arctrue.workbench.inference.fit import fit
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.observations.build import observations_of
+
+TERMS = [Term(built_in()["graduation_harmonics"](), {})]
 
 OF_THE_RUNS = {"timing_skew", "head_angle_error", "thermal_head_drift"}
 
@@ -92,3 +100,35 @@ def test_runs_that_follow_the_temperature_are_no_adequate_model(seed: int) -> No
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_runs_that_follow_nothing_are_adequate(seed: int) -> None:
     assert diagnosis_of(_runs_at_temperatures(0.0, seed)).verdict in ("adequate", "cannot_tell")
+
+
+def test_runs_that_follow_the_signed_speed_are_found() -> None:
+    """The signed speed is one of the conditions, although the size and the square of the speed do
+    not follow the offsets."""
+    speeds = np.array([1.0, -1.0, 0.5, -0.5, 2.0, -2.0])
+    made = _runs_at_speeds(speeds, 1.0 * speeds)
+    found = offsets_follow(Residuals(fit(TERMS, observations_of(made))))
+    assert found is not None
+    assert found.part == "speed"
+    same = _runs_at_speeds(speeds, np.array([0.4, -0.9, 0.7, 0.8, -0.6, -0.4]))
+    assert offsets_follow(Residuals(fit(TERMS, observations_of(same)))) is None
+
+
+def _runs_at_speeds(speeds: np.ndarray, offsets_arcsec: np.ndarray) -> MeasurementSet:
+    """Return one turn at each speed in rad/s; head 2 has an offset in each run."""
+    random = np.random.default_rng(3)
+    size = 400
+    columns: list[list[np.ndarray]] = [[], [], []]
+    for run, (speed, offset) in enumerate(zip(speeds, offsets_arcsec, strict=True)):
+        since = np.arange(size) * 2.0 * np.pi / size / abs(speed)
+        columns[0].append(100.0 * run + since)
+        for column, place, shift in ((1, 0.0, 0.0), (2, ALPHA, offset)):
+            disc = speed * since + place
+            error = 90.0 * np.cos(disc + 0.4) + shift + random.normal(0.0, 0.1, size)
+            value = (disc + error * ARCSEC) / (2.0 * np.pi) * COUNTS_PER_REV
+            columns[column].append(np.round(value).astype(np.int64))
+    capture = Capture(
+        np.repeat(np.arange(speeds.size), size), *(np.concatenate(values) for values in columns)
+    )
+    table = Table(counts_per_rev=COUNTS_PER_REV, head_separation_deg=33.0)
+    return MeasurementSet(table, capture, None, title="six speeds")
