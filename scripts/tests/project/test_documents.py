@@ -65,6 +65,17 @@ def words_by_hand() -> dict[Path, int]:
     }
 
 
+def test_no_page_has_marks_of_a_conflict() -> None:
+    marks = ("<" * 7 + " ", ">" * 7 + " ")
+    found = [
+        f"{page.relative_to(ROOT)}:{number}"
+        for page in DOCUMENTS
+        for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), start=1)
+        if line.startswith(marks)
+    ]
+    assert found == []
+
+
 def test_pages_by_hand_are_short() -> None:
     """No hand-written page has more than 2,500 words, the limit in CONTRIBUTING.md."""
     assert {page.name: words for page, words in words_by_hand().items() if words > 2500} == {}
