@@ -21,7 +21,7 @@ from arctrue.base.whole_file import write_whole_text
 from arctrue.calibration.head_separation import doubts
 from arctrue.cli._numbers import SEED
 from arctrue.cli._options import json_option
-from arctrue.cli._outputs import OutputFolder
+from arctrue.cli._outputs import OutputFolder, refuse_to_replace
 from arctrue.cli._progress import Progress
 from arctrue.cli._terminal import Console, note, sentence, tell_error, tell_warning
 from arctrue.measurement import MeasurementError, MeasurementSet, read_measurement_set
@@ -155,7 +155,10 @@ def for_people(function: Callable[..., None]) -> Callable[..., None]:
 def load_model(model_file: Path | None, *, may_be_new: bool = False) -> Model:
     """Read the model from the file; without a file (or with a new one), return the default
     model."""
-    if model_file is None or (may_be_new and not model_file.exists()):
+    if model_file is None:
+        return default_model()
+    refuse_to_replace(model_file)
+    if may_be_new and not model_file.exists():
         return default_model()
     return read_model(model_file)
 

@@ -1,9 +1,10 @@
 """Defines the types of output paths; a path is checked before the work begins, so that no result is
-lost."""
+lost and no measurement is overwritten."""
 
 from __future__ import annotations
 
 import os
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +28,10 @@ class OutputFile(click.Path):
         if self._endings and path.suffix.lower() not in self._endings:
             known = ", ".join(self._endings)
             self.fail(f"{path}: expected a name that ends in {known}.", param, ctx)
-        if fault := _name_fault(path) or _folder_fault(path.parent):
+        for fault_of in (_name_fault, _file_fault):
+            if fault := fault_of(path):
+                self.fail(fault, param, ctx)
+        if fault := _folder_fault(path.parent):
             self.fail(fault, param, ctx)
         return path
 
@@ -54,6 +58,53 @@ def _name_fault(path: Path) -> str | None:
     except OSError as error:
         return f"'{path}': {error.strerror}; name another place."
     return None
+
+
+def _file_fault(path: Path) -> str | None:
+    """Return the reason why a result must not replace this file; None if it may."""
+    if str(path) == "-":
+        return "'-' is not a file name; the command writes this result only to a file."
+    if not path.exists():
+        return None
+    if not path.is_file():
+        return f"'{path}' is not an ordinary file; name another file."
+    if path.name in _files_of_a_set(path.parent):
+        return f"'{path}' belongs to the measurement set '{path.parent}'; name another file."
+    return None
+
+
+def _files_of_a_set(folder: Path) -> set[str]:
+    """Return the names of the files of a measurement set; an empty set if the folder holds none."""
+    description = folder / "measurement.toml"
+    if not description.is_file():
+        return set()
+    found = {description.name, "mask.csv", "capture.csv", "reference.csv"}
+    try:
+        tables = tomllib.loads(description.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return found  # the command that reads the set reports what is wrong with the file
+    entries = [table.get("file") for table in tables.values() if isinstance(table, dict)]
+    return found | {name for name in entries if isinstance(name, str)}
+
+
+def refuse_to_replace(kept: Path) -> None:
+    """Raise UsageError if an output option of the present command names this file, which the
+    command reads."""
+    context = click.get_current_context(silent=True)
+    if context is None:
+        return
+    for parameter in context.command.params:
+        path = context.params.get(parameter.name or "")
+        if (
+            isinstance(parameter.type, OutputFile)
+            and isinstance(path, Path)
+            and path.resolve() == kept.resolve()
+        ):
+            raise click.UsageError(
+                f"{parameter.opts[0]}: '{path}' is the model that the command reads; "
+                "name another file.",
+                context,
+            )
 
 
 def _folder_fault(folder: Path) -> str | None:

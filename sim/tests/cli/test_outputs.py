@@ -7,7 +7,10 @@ import sys
 from pathlib import Path
 
 import pytest
+from filelock import Timeout
 from sim.tests.command_line import arctrue
+
+from arctrue.workbench.model.model_file import model_lock
 
 SCENARIO = Path(__file__).resolve().parents[2] / "scenarios" / "hysteresis.toml"
 
@@ -71,6 +74,64 @@ def test_a_folder_in_place_of_a_file_is_reported(tmp_path: Path) -> None:
     done = arctrue("history", "--model", "any.toml", "--json", tmp_path)
     assert done.exit_code == 2
     assert "directory" in done.output
+
+
+@pytest.mark.parametrize(
+    ("option", "name"),
+    [
+        (["compare", "--json"], "reference.csv"),
+        (["compare", "--json"], "capture.csv"),
+        (["export", "--coefficients"], "measurement.toml"),
+    ],
+    ids=lambda item: " ".join(item) if isinstance(item, list) else item,
+)
+def test_no_file_of_a_set_is_overwritten(option: list[str], name: str, tmp_path: Path) -> None:
+    out = tmp_path / "monday"
+    arctrue("simulate", out, "--effect", "hysteresis", "--seed", "1", "--experiment", "one_pass")
+    before = (out / name).read_bytes()
+    command, output = option
+    done = arctrue(command, out, output, out / name)
+    assert done.exit_code == 2, done.output
+    assert "belongs to the measurement set" in done.output
+    assert (out / name).read_bytes() == before
+
+
+def test_the_model_is_not_overwritten(tmp_path: Path) -> None:
+    out, model = tmp_path / "monday", tmp_path / "model.toml"
+    arctrue("simulate", out, "--effect", "hysteresis", "--seed", "1", "--experiment", "one_pass")
+    assert arctrue("add", "hysteresis", out, "--model", model).exit_code == 0
+    before = model.read_bytes()
+    done = arctrue("compare", out, "--model", model, "--json", model)
+    assert done.exit_code == 2, done.output
+    assert "name another file" in done.output
+    assert model.read_bytes() == before
+
+
+@pytest.mark.parametrize("name", ["-", "/dev/null"])
+def test_a_result_goes_to_an_ordinary_file_only(name: str, tmp_path: Path) -> None:
+    done = arctrue("compare", tmp_path / "no set", "--json", name)
+    assert done.exit_code == 2
+    assert "file" in done.output
+    assert "--json" in done.output
+    assert not Path("-").exists()
+
+
+def test_a_file_of_effects_is_a_python_file(tmp_path: Path) -> None:
+    (tmp_path / "effect.bin").write_bytes(b"\0\1")
+    done = arctrue("effects", "check", tmp_path / "effect.bin")
+    assert done.exit_code == 2, done.output
+    assert "ends in .py" in done.output
+
+
+def test_a_lock_that_cannot_be_made_is_reported(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise Timeout(str(tmp_path / "lock"))
+
+    monkeypatch.setattr("arctrue.workbench.model.model_file.FileLock.acquire", refuse)
+    with pytest.raises(PermissionError), model_lock(tmp_path / "model.toml"):
+        pass
 
 
 def test_a_recorded_set_is_not_simulated_over(tmp_path: Path) -> None:

@@ -106,6 +106,8 @@ def from_file(path: Path) -> dict[str, type[Effect]]:
     """
     if not path.is_file():
         raise EffectFileError(f"{path}: no such file of effects")
+    if path.suffix != ".py":
+        raise EffectFileError(f"{path}: expected a Python file, whose name ends in .py")
     spec = importlib.util.spec_from_file_location(f"arctrue_user_effects.{path.stem}", path)
     assert spec is not None
     assert spec.loader is not None

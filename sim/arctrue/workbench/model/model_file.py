@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import math
 import os
 from collections.abc import Callable, Iterator, Sequence
@@ -144,6 +145,9 @@ def model_lock(path: Path, waiting: Callable[[], None] = lambda: None) -> Iterat
     try:
         lock.acquire(blocking=False)
     except Timeout:
+        if not place.exists():
+            # Some file systems (/proc) report a file that cannot be made as a file in use.
+            raise OSError(errno.EACCES, os.strerror(errno.EACCES), str(place)) from None
         waiting()
         lock.acquire()
     try:
