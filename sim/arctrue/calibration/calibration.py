@@ -171,7 +171,7 @@ def calibrate(
     )
 
 
-def _at_the_temperature_of(measurement: MeasurementSet, coefficients: Coefficients) -> Coefficients:
+def at_the_temperature_of(measurement: MeasurementSet, coefficients: Coefficients) -> Coefficients:
     """Return the coefficients that the firmware applies at the mean temperature of the reference
     run or, in a set without a reference run, of the capture; if these rows have no temperatures, at
     the reference temperature."""
@@ -199,7 +199,7 @@ def objections(measurement: MeasurementSet, coefficients: Coefficients) -> list[
     found = acceptance.of_steepness(coefficients)
     if found:
         return found
-    coefficients = _at_the_temperature_of(measurement, coefficients)
+    coefficients = at_the_temperature_of(measurement, coefficients)
     if reference is not None:
         found += acceptance.of_comparison(compare(reference, coefficients))
     if capture is None or counts_per_rev is None or table.head_separation_deg is None:

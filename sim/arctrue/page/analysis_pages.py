@@ -9,6 +9,7 @@ from typing import Any
 
 from flask import Blueprint, Response, abort, jsonify, render_template, request, send_file
 from werkzeug.exceptions import RequestEntityTooLarge
+from werkzeug.utils import secure_filename
 from werkzeug.wrappers import Response as AnyResponse
 
 from arctrue.base.json_text import plain
@@ -23,7 +24,7 @@ from arctrue.report.charts.chart import Chart
 from arctrue.report.charts.matplotlib_chart import chart_svg, save_chart
 from arctrue.report.charts.plotly_chart import chart_data
 from arctrue.report.charts.spectrum import ALONG
-from arctrue.report.display import FIGURES, DisplaySettings, chart_of
+from arctrue.report.display import FIGURES, DisplaySettings, chart_of, temperature_fault
 from arctrue.report.sections import addable, report_sections, words
 from arctrue.studies.simulate.truth import BrokenSealError, read_truth
 from arctrue.workbench.model.model_file import read_model
@@ -49,6 +50,8 @@ def analysis_pages(
         ranking = analyses.ranking(session, number, display.temperature_c)
         if status == 200 and jobs.state(session, number)["state"] == "none":
             jobs.start(session, number)
+        temperature = request.args.get("temperature", "")
+        messages = {"device": temperature_fault(temperature), **messages}
         html = render_template(
             "analysis.html.j2",
             session=session,
@@ -56,6 +59,7 @@ def analysis_pages(
             step=step,
             steps=session.steps(),
             display=display,
+            temperature=temperature,
             query=display.query(),
             sections=report_sections(analysis, ranking, display),
             ranking=jobs.state(session, number),
@@ -115,6 +119,12 @@ def analysis_pages(
             path = save_chart(chart(name, number, figure), Path(folder) / f"{figure}.png")
             return Response(path.read_bytes(), mimetype="image/png")
 
+    @pages.get(_ADDRESS + "<any(add, drop, model, load):action>")
+    def not_repeated(name: str, number: int, action: str) -> AnyResponse:
+        """Lead from the address of a form, as opened again in the browser, to the page of the
+        step."""
+        return to_step(sessions[name], number, _query())
+
     @pages.post(_ADDRESS + "add")
     def add(name: str, number: int) -> tuple[str, int] | AnyResponse:
         effect = request.form.get("effect", "")
@@ -142,6 +152,7 @@ def analysis_pages(
                 file = request.files.get("model")
                 if file is None or not file.filename:
                     raise ValueError("no file was chosen: choose a model file")
+                path = path.with_name(secure_filename(file.filename) or MODEL)
                 file.save(path)
                 step = analyses.load(session, number, read_model(path))
             except RequestEntityTooLarge:

@@ -63,6 +63,13 @@ def make_page(settings: PageSettings) -> Page:
         app.register_blueprint(device_pages(LiveDevice(settings.device), analyses))
         app.register_blueprint(commissioning_pages(settings.device))
 
+    @app.after_request
+    def as_it_is_now(response: Response) -> Response:
+        if response.mimetype == "text/html":
+            # After Back, a stored copy of the page would lack the steps that were made since.
+            response.headers["Cache-Control"] = "no-store"
+        return response
+
     @app.get("/style.css")
     def style() -> Response:
         return Response(render_template("live_style.css.j2"), mimetype="text/css")

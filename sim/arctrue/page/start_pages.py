@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from flask import Blueprint, render_template, request
+from flask import Blueprint, redirect, render_template, request
 from werkzeug.exceptions import RequestEntityTooLarge
 from werkzeug.wrappers import Response
 
@@ -129,10 +129,10 @@ def start_pages(
         return to_step(session, step.number)
 
     @pages.post("/forget/<name>")
-    def forget(name: str) -> tuple[str, int]:
+    def forget(name: str) -> Response:
         jobs.end_session(analyses.sessions[name])
         analyses.sessions.forget(name)
-        return start()
+        return redirect("/", 303)
 
     return pages
 

@@ -47,8 +47,8 @@ class DisplaySettings:
     along: Along = "order"
     finding: str = ""
     temperature_c: float | None = None
-    """Temperature for which the device's coefficients are computed; None: the temperature of the
-    measurement."""
+    """Temperature for which the device's coefficients are computed; None: lanes that change with
+    the temperature follow the table's thermometer."""
     reveal: bool = False
 
     @classmethod
@@ -80,6 +80,14 @@ class DisplaySettings:
         }
         text = urlencode({key: value for key, value in said.items() if value})
         return f"?{text}" if text else ""
+
+
+def temperature_fault(text: str) -> str:
+    """Return the sentence for a temperature that cannot be used; an empty text if there is no
+    fault."""
+    if not text.strip() or _temperature(text) is not None:
+        return ""
+    return f"{text}: expected a temperature from {-_HOTTEST_C:g} to {_HOTTEST_C:g} °C"
 
 
 def _temperature(text: str) -> float | None:

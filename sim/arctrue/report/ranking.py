@@ -12,7 +12,7 @@ from dataclasses import asdict
 from typing import Any
 
 from arctrue.base.progress import ReportStep
-from arctrue.calibration.calibration import objections
+from arctrue.calibration.calibration import at_the_temperature_of, objections
 from arctrue.calibration.comparison import compare as compare_with_reference
 from arctrue.gateware.coefficient_file import coefficient_file_text
 from arctrue.generated.number_formats import LANES_DEFAULT
@@ -104,11 +104,10 @@ def device_data(analysis: Analysis, temperature_c: float | None = None) -> dict[
     """Return the lanes, the remaining error, the objections and the coefficient file for the
     device, or the reason why there is no file.
 
-    Effects that depend on the temperature are evaluated at ``temperature_c``; by default it is the
-    median temperature of the set's rows.
+    Effects that depend on the temperature are evaluated at ``temperature_c``; without it, the lanes
+    of these effects follow the table's thermometer.
     """
-    if temperature_c is None and analysis.observations.has_temperature:
-        temperature_c = round(analysis.observations.reference_temperature_c, 2)
+    has_temperature = analysis.observations.has_temperature
     try:
         export = export_model(
             analysis.model,
@@ -118,13 +117,18 @@ def device_data(analysis: Analysis, temperature_c: float | None = None) -> dict[
             temperature_c=temperature_c,
         )
     except ValueError as error:
-        return {"refused": str(error), "temperature_c": temperature_c}
+        return {
+            "refused": str(error),
+            "temperature_c": temperature_c,
+            "has_temperature": has_temperature,
+        }
     reference = analysis.measurement.reference
     at_reference = None
     if reference is not None:
         if reference.mask is not None:
             reference = reference.where(~reference.mask)
-        seen = compare_with_reference(reference, export.coefficients)
+        applied = at_the_temperature_of(analysis.measurement, export.coefficients)
+        seen = compare_with_reference(reference, applied)
         at_reference = [
             seen.target_deg.tolist(),
             seen.before_arcsec.tolist(),
@@ -132,6 +136,8 @@ def device_data(analysis: Analysis, temperature_c: float | None = None) -> dict[
         ]
     return {
         "temperature_c": temperature_c,
+        "has_temperature": has_temperature,
+        "follows": export.coefficients.thermal is not None,
         "orders": export.orders,
         "amplitudes_arcsec": export.amplitudes_arcsec,
         "lanes": LANES_DEFAULT,

@@ -132,7 +132,7 @@ def test_a_model_is_downloaded_and_loaded(client: FlaskClient, opened: str, tmp_
     ("content", "said"),
     [
         ("schema = 1\n", "expected one [[effect]] or more"),
-        ("\x00", "m"),
+        ("\x00", "m.toml: "),
         ('schema = 1\n[[effect]]\nname = "nothing_known"\n', "no effect is named"),
         (
             'schema = 1\n[table]\ncounts_per_rev = 4096\n[[effect]]\nname = "hysteresis"\n',
@@ -176,8 +176,32 @@ def test_what_is_not_there_is_said(client: FlaskClient, opened: str, address: st
 
 def test_a_session_can_be_deleted(client: FlaskClient, first: str) -> None:
     name = first.split("/")[2]
-    assert client.post(f"/forget/{name}").status_code == 200
+    start = client.get("/").text
+    assert "Delete the session of" in start.split(f'action="/forget/{name}" data-confirm="')[1]
+    answer = client.post(f"/forget/{name}")
+    assert (answer.status_code, answer.location) == (303, "/")
     assert client.get(first).status_code == 404
+
+
+@pytest.mark.parametrize("action", ["add", "drop", "model", "load"])
+def test_the_address_of_a_form_leads_to_its_step(
+    client: FlaskClient, opened: str, action: str
+) -> None:
+    answer = client.get(f"{opened}{action}")
+    assert answer.status_code == 303
+    assert step(answer.location) == opened
+
+
+def test_a_page_is_not_kept_by_the_browser(client: FlaskClient, opened: str) -> None:
+    for address in ("/", opened):
+        assert client.get(address).headers["Cache-Control"] == "no-store"
+
+
+def test_a_temperature_that_cannot_be_used_is_shown_with_the_reason(
+    client: FlaskClient, opened: str
+) -> None:
+    answer = client.get(f"{opened}?temperature=abc").text
+    assert "abc: expected a temperature from -200 to 200 °C" in answer
 
 
 def test_numbers_of_steps_are_given_once(tmp_path: Path) -> None:
@@ -222,7 +246,7 @@ def test_a_deleted_session_stays_deleted(
         made.jobs._places.acquire()
     START(made.jobs, session, 1)
     with made.app.test_client() as client:
-        assert client.post(f"/forget/{session.name}").status_code == 200
+        assert client.post(f"/forget/{session.name}").status_code == 303
     made.jobs.wait()
     with pytest.raises(FileNotFoundError):
         session.write_ranking(1, rankings[0])

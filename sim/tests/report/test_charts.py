@@ -14,7 +14,17 @@ from msgspec.structs import replace
 from arctrue.base.json_text import plain
 from arctrue.report.analysis import Analysis, analyse, with_effect
 from arctrue.report.charts.bins import of_turn
-from arctrue.report.charts.chart import ARCSEC, QUIET, Axis, Chart, Curve, HeatMap, Panel, in_unit
+from arctrue.report.charts.chart import (
+    ARCSEC,
+    QUIET,
+    Axis,
+    Chart,
+    Curve,
+    HeatMap,
+    Level,
+    Panel,
+    in_unit,
+)
 from arctrue.report.charts.heat_map import heat_map
 from arctrue.report.charts.ladder import ladder
 from arctrue.report.charts.matplotlib_chart import chart_svg, save_chart
@@ -118,7 +128,9 @@ def test_the_ladder_has_every_step(added: Analysis) -> None:
         drawn = curves(chart, number)
         assert drawn["fitted"].y.tolist() == [first.rms_arcsec[channel], last.rms_arcsec[channel]]
         assert drawn["held out"].y[-1] == last.heldout_rms_arcsec[channel]
-        assert drawn["noise floor"].y[-1] == last.noise_arcsec[channel]
+        (floor,) = [layer for layer in panel.layers if isinstance(layer, Level)]
+        assert floor.name == "noise"
+        assert floor.value == last.noise_arcsec[channel]
 
 
 def test_the_heat_map_shows_the_warm_run_alone(warming: Analysis) -> None:

@@ -14,7 +14,7 @@ from msgspec import structs
 from arctrue.cli import main
 from arctrue.measurement import Capture, MeasurementSet, write_measurement_set
 from arctrue.report.analysis import Analysis, analyse, with_effect, without_effect
-from arctrue.report.charts.chart import Curve
+from arctrue.report.charts.chart import Level
 from arctrue.report.charts.ladder import ladder
 from arctrue.report.display import DisplaySettings
 from arctrue.report.sections import channels_section, ladder_section
@@ -118,9 +118,9 @@ def test_chart_table_and_json_have_one_figure(
     assert len(history) == 3
     (value,) = {step.noise_arcsec["capture"] for step in with_one_floor(history)}
     layers = {layer.name: layer for layer in ladder(history).panels[0].layers}  # type: ignore[union-attr]
-    drawn = layers["noise floor"]
-    assert isinstance(drawn, Curve)
-    assert drawn.y.tolist() == [value] * 3
+    drawn = layers["noise"]
+    assert isinstance(drawn, Level)
+    assert drawn.value == value
     assert {row["noise"] for row in ladder_section(after, DisplaySettings())} == {
         f"{floor_of(after.model.history)['capture']:.4f}″"
     }

@@ -70,6 +70,10 @@ function beforeSending(event, form) {
     problem.textContent = `The files have ${(bytes / 1e6).toFixed(0)} MB together; the limit is ${most / 1e6} MB.`;
     return;
   }
+  if (form.dataset.confirm && !confirm(form.dataset.confirm)) {
+    event.preventDefault();
+    return;
+  }
   if (form.method !== "post") return;
   // Disable the buttons after this event, because a disabled button would not send its value.
   setTimeout(() => {

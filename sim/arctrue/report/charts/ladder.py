@@ -15,12 +15,24 @@ from arctrue.report.charts.chart import (
     Chart,
     Curve,
     Layer,
+    Level,
     Panel,
 )
 from arctrue.workbench.model.model import HistoryStep
 from arctrue.workbench.model.noise_floor import with_one_floor
 
 Float = NDArray[np.float64]
+
+
+def _noise_floor(place: Float, noise: Float) -> list[Layer]:
+    """Return the line of the noise: one level if all steps have the same noise, otherwise a
+    curve."""
+    known = noise[np.isfinite(noise)]
+    if not known.size:
+        return []
+    if np.all(known == known[0]):
+        return [Level(float(known[0]), "noise", QUIET, "dot")]
+    return [Curve(place, noise, "noise", QUIET, dash="dot")]
 
 
 def ladder(history: Sequence[HistoryStep]) -> Chart:
@@ -37,7 +49,7 @@ def ladder(history: Sequence[HistoryStep]) -> Chart:
         held_out = _of(history, "heldout_rms_arcsec", channel)
         noise = _of(history, "noise_arcsec", channel)
         layers: list[Layer] = [
-            Curve(place, noise, "noise floor", QUIET, dash="dot"),
+            *_noise_floor(place, noise),
             Curve(place, fitted, "fitted", colour, kind="both", size=6, values_shown=True),
             Curve(place, held_out, "held out", colour, kind="points", marker="hollow", size=9),
         ]
