@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -179,9 +180,43 @@ def _print_noise(noise: dict[str, Any]) -> None:
         )
 
 
+def short_coefficient_names(names: Sequence[str]) -> list[str]:
+    """Return the names of coefficients (``effect: cos 3``) for reading: for each effect, orders
+    whose cosine and sine are both listed become ranges."""
+    parts: dict[str, set[str]] = {}
+    for name in names:
+        effect, _, part = name.partition(": ")
+        parts.setdefault(effect, set()).add(part)
+    found = []
+    for effect, own in parts.items():
+        orders = sorted(
+            int(part[4:])
+            for part in own
+            if part.startswith("cos ") and part[4:].isdigit() and f"sin {part[4:]}" in own
+        )
+        left = own - {f"{wave} {order}" for wave in ("cos", "sin") for order in orders}
+        shown = [part for name in names if (part := name.partition(": ")[2]) in left]
+        if orders:
+            shown.insert(0, f"{'order' if len(orders) == 1 else 'orders'} {_ranges(orders)}")
+        found.append(f"{effect}: {', '.join(shown)}" if any(shown) else effect)
+    return found
+
+
+def _ranges(numbers: Sequence[int]) -> str:
+    """Return increasing integers as text, with ranges for consecutive ones: ``1-3, 7``."""
+    found: list[list[int]] = []
+    for value in numbers:
+        if found and value == found[-1][-1] + 1:
+            found[-1].append(value)
+        else:
+            found.append([value])
+    return ", ".join(f"{one[0]}" if len(one) == 1 else f"{one[0]}-{one[-1]}" for one in found)
+
+
 def _print_identifiability(found: Identifiability) -> None:
     if found.undetermined:
-        console.print(f"The set does not determine: {', '.join(found.undetermined)}.")
+        named = "; ".join(short_coefficient_names(found.undetermined))
+        console.print(f"The set does not determine: {named}.", soft_wrap=True)
     for pair in found.correlated[:SHOWN_PAIRS]:
         console.print(
             f"Hardly separable: {pair.first} and {pair.second}, "

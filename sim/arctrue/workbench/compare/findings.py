@@ -46,6 +46,12 @@ class ExcessOf:
     rms_arcsec: float
     excess_arcsec: float
 
+    @property
+    def noise_share(self) -> float:
+        """Share of the noise in the whole variance, 0 to 1."""
+        whole = self.rms_arcsec**2
+        return float(min(max(1.0 - self.excess_arcsec**2 / max(whole, 1e-30), 0.0), 1.0))
+
     def share(self, share_of_variance: float) -> float:
         """Convert a share of the whole variance into a share of the excess over the noise.
 
@@ -90,13 +96,18 @@ class _Follower(ABC):
 
 
 class _Map(_Follower):
-    def __init__(self, item: ResidualMap) -> None:
+    def __init__(self, item: ResidualMap, noise_share: float) -> None:
         self.channel, self.words, self._map = item.channel, item.condition, item
+        self._noise_share = noise_share
 
     def variance_share(self, residuals: Residuals, whole: float) -> float:
         values = _centred(residuals, self.channel)
         there = variance_share(values, self._map.group, self._map.bins) * float(values @ values)
-        return there / max(whole, 1e-30) - self._map.null_share
+        share = there / max(whole, 1e-30)
+        if share <= self._map.null_share:
+            return 0.0
+        # Means of bins explain ``null_share`` of the noise, which is only a part of the residual.
+        return share - self._map.null_share * self._noise_share
 
     def taken_from(self, residuals: Residuals) -> Residuals:
         values = _centred(residuals, self.channel)
@@ -186,7 +197,9 @@ def _ranked(
     values = _centred(start, channel)
     whole = float(values @ values)
     known: set[str] = set()
-    waiting: list[_Follower] = [_Map(item) for item in maps if item.channel == channel]
+    waiting: list[_Follower] = [
+        _Map(item, excess.noise_share) for item in maps if item.channel == channel
+    ]
     waiting += _products(start, channel, known)
     by_itself: dict[_Follower, float] = {}
     now: dict[_Follower, float] = {}

@@ -45,8 +45,8 @@ class ResidualMap:
 
     @property
     def excess_share(self) -> float:
-        """Share of the variance above :attr:`null_share`; never below 0."""
-        return max(self.share - self.null_share, 0.0)
+        """Share of the variance that the means explain; 0 if noise alone explains as much."""
+        return self.share if self.share > self.null_share else 0.0
 
 
 @dataclass(frozen=True)
