@@ -51,6 +51,12 @@ class OutputFolder(click.Path):
         return folder
 
 
+def near(path: Path) -> Path:
+    """Return the path relative to the current folder if it lies below; otherwise unchanged."""
+    here = Path.cwd()
+    return path.relative_to(here) if path.is_relative_to(here) else path
+
+
 def _name_fault(path: Path) -> str | None:
     """Return the reason why no file or folder can have this name; None if one can have it."""
     try:

@@ -12,7 +12,7 @@ from arctrue.cli._campaign import CampaignBar, campaign_options, interruptible
 from arctrue.cli._group import Commands
 from arctrue.cli._loaded_set import console, for_people, write_json
 from arctrue.cli._numbers import SEED
-from arctrue.cli._outputs import OutputFile, OutputFolder
+from arctrue.cli._outputs import OutputFile, OutputFolder, near
 from arctrue.cli._progress import Progress
 from arctrue.cli._terminal import tell_error
 from arctrue.measurement import write_measurement_set
@@ -303,7 +303,7 @@ def one_set(folder: Path, world: str, content: str, seed: int, samples: int) -> 
     refuse_recorded(folder)
     made = make_set({"world": world, "content": content, "seed": seed, "samples": samples})
     write_measurement_set(folder, made.measurement)
-    console.print(f"wrote {folder}; its truth is in {write_truth(folder, made.truth)}")
+    console.print(f"wrote {folder}; its truth is in {near(write_truth(folder, made.truth))}")
 
 
 @benchmark.command("sets")

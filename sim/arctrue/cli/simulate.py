@@ -11,7 +11,7 @@ import numpy as np
 
 from arctrue.cli._loaded_set import console, for_people
 from arctrue.cli._numbers import SEED, Finite
-from arctrue.cli._outputs import OutputFolder
+from arctrue.cli._outputs import OutputFolder, near
 from arctrue.cli._tables import table, words
 from arctrue.measurement import write_measurement_set
 from arctrue.measurement.date import moment
@@ -157,7 +157,7 @@ def simulate(
     )
     write_measurement_set(out, replace(made.measurement, date=measured_at))
     truth = write_truth(out, made.truth)
-    console.print(f"wrote {out}; its truth is in {truth}", soft_wrap=True)
+    console.print(f"wrote {out}; its truth is in {near(truth)}", soft_wrap=True)
 
 
 def _noise(text: str) -> Wanted:

@@ -79,7 +79,11 @@ def set_section(analysis: Analysis, ranking: Ranking | None) -> dict[str, Any]:
         "masked_rows": [str(row) for row in masked[:MOST_MASKED]],
         "warnings": list(analysis.measurement.warnings),
         "faults": None if diagnosis is None else diagnosis["data_faults"],
-        "blind_orders": None if diagnosis is None else diagnosis["covers"]["blind_orders"],
+        "blind_orders": (
+            None
+            if diagnosis is None or analysis.observations.capture is None
+            else diagnosis["covers"]["blind_orders"]
+        ),
     }
 
 

@@ -34,6 +34,8 @@ _MARKED = 3
 """Number of lines that are labelled with order, frequency or period."""
 _HEADROOM = 1.25
 """Factor for the free space above the highest line, where its label is drawn."""
+_MOST_ABOVE = 3.0
+"""Largest ratio of the height of the panel to the highest line."""
 _MOST_POINTS = 2000
 """Number of points of a curve: of k times as many points, only the highest point of each group of k
 neighbours is drawn, so that fewer than twice this number remain."""
@@ -75,6 +77,7 @@ def _panel(residuals: Residuals, channel: str, along: Along) -> Panel:
     rows = residuals.observations.capture if is_capture else residuals.observations.reference
     if along == "order" and rows is not None:
         speed = speed_turns_s(rows, float(found.rates[-1]))
+        title += f", from {found.rates.min():.3g}"
         title += "" if speed is None else f" (one speed: order 1 is {speed:.4g} Hz too)"
     places = 1.0 / found.rates if along == "s" else found.rates
     # ``limit``: reduction of χ² by the two coefficients of a line that noise alone exceeds anywhere
@@ -108,7 +111,9 @@ def _panel(residuals: Residuals, channel: str, along: Along) -> Panel:
             Curve(places[marked], heights, "", CHANNEL_COLOUR[channel], kind="points", labels=names)
         )
     x = Axis(_LABELS[along], _UNITS[along], logarithmic=True)
-    top = float(max(found.amplitude_arcsec.max(), np.median(chance)))
+    # Coloured noise at the lowest rates must not press everything else onto the axis.
+    highest = float(max(found.amplitude_arcsec.max(), np.median(chance)))
+    top = max(highest, min(float(chance.max()), _MOST_ABOVE * highest))
     y = Axis("amplitude", ARCSEC, reach=(0.0, _HEADROOM * top))
     return Panel(x, y, layers, title)
 
