@@ -22,6 +22,12 @@
 -- **Error.** In steady motion each end of a window lies within a clock of its passage, so the relative error of the
 -- ratio is at most 1 / 2¹⁴ = 6·10⁻⁵; the rounding of the quotient adds at most 2⁻¹⁷ to the ratio.
 --
+-- **Feedback.** Lanes that follow the speed move the corrected angle, in which the speed is measured. If the correction
+-- changes by g times the change of the travel in a window, a measured speed is wrong by g times the difference of the
+-- two speeds measured before it. g is τ / 2**WINDOW clocks for a latency τ, and at most the sum of the amplitudes of
+-- these lanes (twice the amplitude for the squared speed) over the travel in a window at the nominal speed. The speed
+-- settles for -1/2 < g < 1; export and firmware refuse lanes with |g| above SPEED_FEEDBACK_EIGHTHS / 8.
+--
 -- **Lag.** The mean of a window is half a window old when the window ends, and one and a half windows old when the next
 -- window ends: 0.08 to 0.25 ms at 100 MHz, plus a period of A and B; the division adds 3 µs at the most.
 --
