@@ -439,6 +439,24 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         f"{_TESTS}/test_steepness.py::test_a_slope_that_becomes_too_steep_is_refused_everywhere",
     ),
     Mutation(
+        "squares_feed_back_once",
+        "the lanes of the squared speed count only once for the stability of the speed",
+        "firmware/application/followed.c",
+        "            counts += 2.0 * size;\n",
+        "            counts += size;\n",
+        f"{_TESTS}/test_load_followed.py"
+        "::test_lanes_of_the_speed_that_would_swing_are_refused[45.0-0.5-0.2505-False]",
+    ),
+    Mutation(
+        "conditions_are_not_read_back",
+        "the firmware swaps although the conditions do not read back",
+        "firmware/application/core.c",
+        "    return followed->lanes == 0 ||\n",
+        "    return true ||\n",
+        f"{_TESTS}/test_load_followed.py"
+        "::test_conditions_that_do_not_read_back_are_not_used[width]",
+    ),
+    Mutation(
         "lanes_leave_their_range",
         "lanes follow the temperature beyond the range of the file",
         "firmware/application/thermal.c",

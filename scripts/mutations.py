@@ -43,6 +43,22 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "tb/core/test_modulated_core.py",
     ),
     Mutation(
+        "idle_bank_of_the_active_speed",
+        "the idle bank's amplitudes are prepared for the nominal speed of the active bank",
+        "rtl/coefficients/amplitude_sweep.vhd",
+        "        next_speed(idle)     := idle_speed;\n",
+        "        next_speed(idle)     := speed;\n",
+        "tb/conditions/test_conditions.py",
+    ),
+    Mutation(
+        "conditions_before_the_swap",
+        "a written nominal speed applies at once",
+        "rtl/conditions/table_conditions.vhd",
+        "      if swap_comes = '1' then\n        width",
+        "      if write_now = '1' or swap_comes = '1' then\n        width",
+        "tb/conditions/test_conditions.py",
+    ),
+    Mutation(
         "swap_before_the_sweep",
         "a swap does not wait for the amplitudes of the words that were written last",
         "rtl/coefficients/amplitude_sweep.vhd",

@@ -323,7 +323,7 @@ static enum judgement calibrate_judge_mean(struct application *application, cons
 }
 
 /* Returns LOAD_TAKEN if the core can apply a set, otherwise the reason why it cannot. A set that was loaded or saved
-   earlier may have been made for another bitstream. */
+   earlier may have been made for another bitstream, or saved by an earlier firmware. */
 static enum load_answer calibrate_core_takes(const struct application *application,
                                              const struct coefficients *set,
                                              const struct followed *followed,
@@ -339,6 +339,9 @@ static enum load_answer calibrate_core_takes(const struct application *applicati
     }
     if (followed->lanes != 0 && !origin.has_modulators) {
         return LOAD_NO_MODULATORS;
+    }
+    if (!followed_speed_is_stable(followed)) {
+        return LOAD_UNSTABLE_SPEED;
     }
     if (followed->real_lanes != 0 && !origin.has_real_orders) {
         return LOAD_NO_REAL_ORDERS;

@@ -547,7 +547,10 @@ bool core_verify_followed(const struct core_access *core, const struct followed 
             }
         }
     }
-    return true;
+    return followed->lanes == 0 ||
+           (core_read(core, AT(conditions.width)) == followed->width &&
+            core_read(core, AT(conditions.dead_zone)) == followed->dead_zone &&
+            core_read(core, AT(conditions.nominal_speed)) == followed->nominal_speed);
 }
 
 enum { TURN_STEP_WORDS = 2 };

@@ -258,8 +258,8 @@ void core_write_coefficients(const struct core_access *core,
 /* Reads the idle bank back; returns false if a word differs. */
 bool core_verify_coefficients(const struct core_access *core,
                               const struct coefficients *coefficients);
-/* Writes the lanes that follow a condition to the last lanes of the bank, and writes the settings of the conditions.
-   The second function reads these lanes back, but not the settings; it returns false if a word differs. */
+/* Writes the lanes that follow a condition to the last lanes of the idle bank, and the settings of the conditions, which
+   the swap also makes active. The second function reads both back; it returns false if a word differs. */
 void core_write_followed(const struct core_access *core, const struct followed *followed,
                          uint32_t counts_per_rev, uint32_t lanes);
 bool core_verify_followed(const struct core_access *core, const struct followed *followed,

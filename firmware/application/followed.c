@@ -81,6 +81,25 @@ bool followed_conditions_are_valid(uint32_t width, uint32_t dead_zone, uint32_t 
     return width > 0 && width < WIDTH_WORDS && dead_zone <= DEAD_ZONE_MOST && nominal_speed > 0;
 }
 
+bool followed_speed_is_stable(const struct followed *followed) {
+    double counts = 0.0;
+    ASSERT(followed->lanes <= FOLLOWED_LANES_MAX);
+    for (uint32_t place = 0; place < followed->lanes; place++) {
+        const struct followed_lane *lane = &followed->lane[place];
+        double size = AMPLITUDE_COUNTS(lane->lane.amplitude);
+        if (lane->modulator == MODULATOR_SPEED) {
+            counts += size;
+        } else if (lane->modulator == MODULATOR_SPEED_SQUARED) {
+            /* The square changes by at most twice the change of the ratio. */
+            counts += 2.0 * size;
+        }
+    }
+    /* Travel at the nominal speed in a window, which lasts at least a period of A and B. */
+    double travel = followed->nominal_speed / NOMINAL_STEPS * (1 << ARCTRUE_SPEED_WINDOW_BITS);
+    return counts <= ARCTRUE_SPEED_FEEDBACK_EIGHTHS / 8.0 *
+                         fmax(travel, ARCTRUE_COUNTS_PER_PERIOD);
+}
+
 double followed_reversal_slope(const struct followed *followed) {
     double slope = 0.0;
     ASSERT(followed->lanes <= FOLLOWED_LANES_MAX);

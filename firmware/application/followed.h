@@ -81,6 +81,9 @@ bool followed_conditions_are_valid(uint32_t width, uint32_t dead_zone, uint32_t 
 /* Returns an upper bound of |d eps / d R|, the sum of the steepest slopes of all lanes plus
    followed_reversal_slope(). */
 double followed_steepest(const struct followed *followed, uint32_t counts_per_rev);
+/* Tells whether the measurement of the speed stays stable: it uses the corrected angle, which the lanes that follow the
+   speed move. */
+bool followed_speed_is_stable(const struct followed *followed);
 /* Returns the part of followed_steepest() that arises while the gateware changes from one direction to the other; 1/2
    or more is too steep. */
 double followed_reversal_slope(const struct followed *followed);

@@ -34,6 +34,7 @@ const char *load_answer_name(enum load_answer answer) {
         [LOAD_NOT_READ_BACK] = "not_read_back",
         [LOAD_UNSEEN] = "unseen_order",
         [LOAD_NO_MODULATORS] = "no_modulators",
+        [LOAD_UNSTABLE_SPEED] = "unstable_speed",
         [LOAD_NO_REAL_ORDERS] = "no_real_orders",
         [LOAD_TOO_FEW_COUNTS] = "too_few_counts",
         [LOAD_NO_LOCAL_TABLE] = "no_local_table",
@@ -676,6 +677,9 @@ static enum load_answer load_check_followed(const struct load *load, bool has_mo
     }
     if (followed_reversal_slope(followed) >= STEEPEST_REVERSAL) {
         return LOAD_TOO_STEEP;
+    }
+    if (!followed_speed_is_stable(followed)) {
+        return LOAD_UNSTABLE_SPEED;
     }
     for (uint32_t place = 0; place < followed->lanes && !load_takes_unseen(load); place++) {
         if (!followed_lane_is_seen(&followed->lane[place])) {

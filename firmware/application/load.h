@@ -60,6 +60,8 @@ enum load_answer {
     LOAD_UNSEEN,
     /* A lane follows a condition, and the gateware is built without MODULATORS. */
     LOAD_NO_MODULATORS,
+    /* The lanes that follow the speed would make the measurement of the speed unstable. */
+    LOAD_UNSTABLE_SPEED,
     /* A lane has a real order, and the gateware is built without REAL_ORDERS, or a turn has too few counts for it. */
     LOAD_NO_REAL_ORDERS,
     LOAD_TOO_FEW_COUNTS,

@@ -11,8 +11,9 @@
 -- **Sweep.** A sweep lasts AMPLITUDE_SWEEP_CLOCKS clocks, in which `sweep_step` counts from 0 to
 -- AMPLITUDE_SWEEP_CLOCKS - 1; sweeps follow one another without a pause. Steps 0 to 63 process the lanes of bank 0,
 -- steps 64 to 127 the lanes of bank 1; steps of lanes that are not built write nothing. The last step latches the
--- modulators for the whole next sweep. In SQUARE_STEP the entity multiplies the speed by itself, which gives the
--- modulator `speed_squared`.
+-- modulators for the whole next sweep. Each bank has its own speed, because its nominal speed may differ: `speed` for
+-- the active bank, `idle_speed` for the idle bank. SQUARE_STEP latches both, and then the entity multiplies each by
+-- itself, which gives the modulator `speed_squared`.
 --
 -- **Swap.** `swept` is high from the end of the first whole sweep after the last write of a nominal word until the next
 -- write; during this time the effective amplitudes of the idle bank are complete. After a write it is high again within
@@ -45,13 +46,14 @@ entity amplitude_sweep is
     sweep_step      : in    u_unsigned(7 downto 0);
     direction       : in    modulator;
     speed           : in    modulator;
+    idle_speed      : in    modulator;
     word_a          : in    modulator;
     word_b          : in    modulator;
     speed_squared   : out   modulator := (others => '0');
     -- Writes of the nominal words of the idle bank
     write_amplitude : in    std_ulogic;                                  -- pulse: write the amplitude
     write_choice    : in    std_ulogic;                                  -- pulse: write the choice of the modulator
-    write_bank      : in    std_ulogic;
+    write_bank      : in    std_ulogic;                                  -- number of the idle bank
     write_lane      : in    u_unsigned(5 downto 0);
     write_word      : in    std_ulogic_vector(AMPLITUDE_WIDTH - 1 downto 0);
     swept           : out   std_ulogic := '0';                           -- level: a whole sweep has followed the last write
@@ -76,6 +78,8 @@ architecture rtl of amplitude_sweep is
   type choices is array (0 to 127) of std_ulogic_vector(2 downto 0);
 
   type steps_then is array (1 to 4) of u_unsigned(7 downto 0);
+
+  type of_banks is array (0 to 1) of modulator;
 
   signal nominal        : nominal_words                                  := (others => (others => '0'));
   signal choice         : choices                                        := (others => (others => '0'));
@@ -114,13 +118,18 @@ begin
 
     -- Modulators, held for the whole sweep
     variable held_direction : modulator := (others => '0');
-    variable held_speed     : modulator := (others => '0');
-    variable held_square    : modulator := (others => '0');
+    variable held_speed     : of_banks  := (others => (others => '0'));
+    variable held_square    : of_banks  := (others => (others => '0'));
     variable held_a         : modulator := (others => '0');
     variable held_b         : modulator := (others => '0');
-    variable square         : modulator := (others => '0');
+    -- Speeds for the next sweep. They belong to a bank and not to a role, so that a swap during the sweep leaves each
+    -- bank its speed.
+    variable next_speed     : of_banks  := (others => (others => '0'));
+    variable next_square    : of_banks  := (others => (others => '0'));
 
     variable lane           : u_unsigned(5 downto 0);
+    variable bank_2         : natural range 0 to 1;
+    variable idle           : natural range 0 to 1;
     variable sum            : u_signed(product_3'range);
 
   begin
@@ -143,7 +152,9 @@ begin
         effective <= '0' & (AMPLITUDE_WIDTH - 2 downto 0 => '1');
       end if;
       if step_1_to_4(4) = SQUARE_STEP then
-        square := rounded_4(modulator'range);
+        next_square(0) := rounded_4(modulator'range);
+      elsif step_1_to_4(4) = SQUARE_STEP + 1 then
+        next_square(1) := rounded_4(modulator'range);
       end if;
 
       -- Fourth clock: round the product.
@@ -155,6 +166,7 @@ begin
 
       -- Second clock: select the modulator of the lane.
       amplitude_2 := u_signed(nominal_read);
+      bank_2      := 1 when step_1_to_4(1)(6) = '1' else 0;
 
       case to_integer(u_unsigned(choice_read)) is
 
@@ -162,10 +174,10 @@ begin
           modulator_2 := held_direction;
 
         when BY_SPEED =>
-          modulator_2 := held_speed;
+          modulator_2 := held_speed(bank_2);
 
         when BY_SPEED_SQUARED =>
-          modulator_2 := held_square;
+          modulator_2 := held_square(bank_2);
 
         when BY_WORD_A =>
           modulator_2 := held_a;
@@ -179,21 +191,28 @@ begin
       end case;
 
       if step_1_to_4(1) = SQUARE_STEP then
-        amplitude_2 := resize(speed, AMPLITUDE_WIDTH);
-        modulator_2 := speed;
+        amplitude_2 := resize(next_speed(0), AMPLITUDE_WIDTH);
+        modulator_2 := next_speed(0);
+      elsif step_1_to_4(1) = SQUARE_STEP + 1 then
+        amplitude_2 := resize(next_speed(1), AMPLITUDE_WIDTH);
+        modulator_2 := next_speed(1);
       end if;
 
       -- First clock: store the step; in the last step of a sweep, latch the modulators.
       step_1_to_4 := sweep_step & step_1_to_4(1 to 3);
+      idle        := 1 when write_bank = '1' else 0;
 
-      if sweep_step = AMPLITUDE_SWEEP_CLOCKS - 1 then
+      if sweep_step = SQUARE_STEP then
+        next_speed(idle)     := idle_speed;
+        next_speed(1 - idle) := speed;
+      elsif sweep_step = AMPLITUDE_SWEEP_CLOCKS - 1 then
         held_direction := direction;
-        held_speed     := speed;
-        held_square    := square;
+        held_speed     := next_speed;
+        held_square    := next_square;
         held_a         := word_a;
         held_b         := word_b;
       end if;
-      speed_squared <= held_square;
+      speed_squared <= held_square(1 - idle);
     end if;
 
   end process multiply;

@@ -93,6 +93,7 @@ entity coefficient_memory is
     sweep_step        : in    u_unsigned(7 downto 0) := (others => '0');
     direction         : in    modulator              := (others => '0');
     speed             : in    modulator              := (others => '0');
+    idle_speed        : in    modulator              := (others => '0');
     word_a            : in    modulator              := (others => '0');
     word_b            : in    modulator              := (others => '0');
     speed_squared     : out   modulator;
@@ -432,6 +433,7 @@ begin
         sweep_step      => sweep_step,
         direction       => direction,
         speed           => speed,
+        idle_speed      => idle_speed,
         word_a          => word_a,
         word_b          => word_b,
         speed_squared   => speed_squared,

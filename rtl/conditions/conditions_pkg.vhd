@@ -29,10 +29,13 @@ package conditions_pkg is
   -- A sweep of amplitude_sweep: steps 0 to 127 process the lanes of both banks.
   constant DIRECTION_STEP   : natural := 0;   -- step in which the division of the direction begins
   constant SPEED_STEP       : natural := 32;  -- step in which the division of the speed begins
-  constant SQUARE_STEP      : natural := 128; -- step in which the speed is multiplied by itself
+  constant IDLE_SPEED_STEP  : natural := 96;  -- step in which its division for the idle bank begins
+  constant PRODUCT_CLOCKS   : natural := 32;  -- clocks before these two steps in which their divisor is computed
+  constant SQUARE_STEP      : natural := 128; -- step in which the speed for bank 0 is multiplied by itself; bank 1 follows
 
   -- Formats of table_speed
   constant TRAVEL_WIDTH     : positive := 31; -- u20.11 counts
+  constant ELAPSED_WIDTH    : positive := 24; -- clocks
   constant NOMINAL_WIDTH    : positive := 56; -- u24.32 counts
 
 end package conditions_pkg;

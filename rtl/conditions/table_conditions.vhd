@@ -11,17 +11,28 @@
 -- `slew` per sweep. Once the direction is known, h moves towards it by `slew` per sweep, so that the output makes no
 -- step; after h has reached the direction, h equals the direction without this limit.
 --
+-- **Two banks.** Width, dead zone and nominal speed belong to the coefficients: the processor writes the words of the
+-- idle bank, and `swap_comes` makes them active together with the lanes. `idle_speed` is the speed over the nominal
+-- speed of the idle bank, so that amplitude_sweep prepares the amplitudes of that bank for its own nominal speed.
+-- `settled` is low from a write of these words until the idle bank's amplitudes are ready, for at most
+-- 3 · AMPLITUDE_SWEEP_CLOCKS + 1 clocks; a swap must wait for it. A write of these words waits while `hold_writes` is
+-- high, that is while a swap waits, so that a swap takes over exactly the acknowledged writes.
+--
+-- **Speed.** Each sweep divides the last travel of table_speed anew, once for each bank. A bound replaces the travel if
+-- the speed that follows is not larger and the table does not stand.
+--
 -- **Words of the window**, by `address`: 0 width, 1 dead_zone, 2 nominal_speed, 3 word_a, 4 word_b (limited to ±1), 5
 -- slew; read-only: 6 direction, with bit 31 high while it is known, 7 speed, 8 speed squared. Signed words are read
 -- sign-extended.
 --
 -- **Latency.** 1 to 2 sweeps and 8 clocks (at most 3 µs at 100 MHz) from a motion of the table to the sweep that uses
--- the new h; 1 clock from an access to `read_data` and `done`.
+-- the new h; 1 clock from an access to `read_data` and `done`, 2 clocks for a write of a word of the idle bank.
 --
 -- **Number formats.** position s31.0 counts; correction s19.11 counts; modulators s1.16, with a magnitude of at most 1;
 -- table_speed and stop_operator state the other formats.
 --
--- **Reset.** Slew is 2⁻¹⁶, so that a word moves from 0 to 1 in 94 ms at 100 MHz; all other words are 0.
+-- **Reset.** Slew is 2⁻¹⁶, so that a word moves from 0 to 1 in 94 ms at 100 MHz; word_a and word_b are 0. The words of
+-- both banks keep their values, as the banks of the lanes do; at power-up they are 0. A pending write is dropped.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -50,10 +61,15 @@ entity table_conditions is
     write_data         : in    std_ulogic_vector(31 downto 0);
     done               : out   std_ulogic := '0';                       -- pulse: the word is read or written
     read_data          : out   std_ulogic_vector(31 downto 0);
+    -- Swap of the banks
+    hold_writes        : in    std_ulogic;                              -- a swap is requested, waits or takes effect
+    swap_comes         : in    std_ulogic;                              -- the idle words are active from the next clock on
+    settled            : out   std_ulogic := '1';                       -- level: a swap may take effect
     -- To amplitude_sweep
     sweep_step         : out   u_unsigned(7 downto 0);                  -- 0 to AMPLITUDE_SWEEP_CLOCKS - 1
     direction          : out   modulator;
     speed              : out   modulator;
+    idle_speed         : out   modulator;                               -- speed for the nominal speed of the idle bank
     word_a             : out   modulator;
     word_b             : out   modulator;
     speed_squared      : in    modulator                                -- as amplitude_sweep uses it
@@ -97,9 +113,16 @@ architecture rtl of table_conditions is
 
   end function with_sign;
 
-  signal width         : u_unsigned(STOP_WIDTH - 1 downto 0)      := (others => '0');
-  signal dead_zone     : u_unsigned(DEAD_ZONE_WIDTH - 1 downto 0) := (others => '0');
-  signal nominal       : u_unsigned(31 downto 0)                  := (others => '0');
+  signal width          : u_unsigned(STOP_WIDTH - 1 downto 0)      := (others => '0');
+  signal dead_zone      : u_unsigned(DEAD_ZONE_WIDTH - 1 downto 0) := (others => '0');
+  signal nominal        : u_unsigned(31 downto 0)                  := (others => '0');
+  signal idle_width     : u_unsigned(STOP_WIDTH - 1 downto 0)      := (others => '0');
+  signal idle_dead_zone : u_unsigned(DEAD_ZONE_WIDTH - 1 downto 0) := (others => '0');
+  signal idle_nominal   : u_unsigned(31 downto 0)                  := (others => '0');
+  signal is_banked      : std_ulogic;
+  signal pending        : std_ulogic                               := '0';
+  signal write_now      : std_ulogic;
+
   signal target_a      : modulator                                := (others => '0');
   signal target_b      : modulator                                := (others => '0');
   signal slew          : u_unsigned(31 downto 0)                  := u_unsigned(SLEW_AT_RESET);
@@ -120,7 +143,7 @@ architecture rtl of table_conditions is
   signal travel         : u_unsigned(TRAVEL_WIDTH - 1 downto 0);
   signal is_down        : std_ulogic;
   signal is_bound       : std_ulogic;
-  signal nominal_travel : u_unsigned(NOMINAL_WIDTH - 1 downto 0);
+  signal elapsed        : u_unsigned(ELAPSED_WIDTH - 1 downto 0);
 
   signal start         : std_ulogic := '0';
   signal dividend      : u_unsigned(NOMINAL_WIDTH - 1 downto 0) := (others => '0');
@@ -128,6 +151,7 @@ architecture rtl of table_conditions is
   signal divided       : std_ulogic;
   signal ratio         : u_unsigned(MODULATOR_FRACTION downto 0);
   signal speed_size    : u_unsigned(MODULATOR_FRACTION downto 0) := (others => '0');
+  signal idle_size     : u_unsigned(MODULATOR_FRACTION downto 0) := (others => '0');
   signal speed_is_down : std_ulogic := '0';
 
 begin
@@ -157,12 +181,11 @@ begin
       reset          => reset,
       position       => corrected_position,
       correction     => correction,
-      nominal        => nominal,
       measured       => measured,
       travel         => travel,
       is_down        => is_down,
       is_bound       => is_bound,
-      nominal_travel => nominal_travel
+      elapsed        => elapsed
     );
 
   divider : entity work.unit_divider
@@ -214,16 +237,32 @@ begin
 
   direction <= real_direction when has_caught_up = '1' else
                led_direction;
-  speed     <= with_sign(speed_size, speed_is_down);
+  speed      <= with_sign(speed_size, speed_is_down);
+  idle_speed <= with_sign(idle_size, speed_is_down);
 
   divide_in_turn : process (clock) is
 
+    type condition is (OF_DIRECTION, OF_SPEED, OF_IDLE_SPEED);
+
     variable is_measured      : std_ulogic := '0';
-    variable down_then        : std_ulogic := '0';
-    variable bound_then       : std_ulogic := '0';
     variable place_was_down   : std_ulogic := '0';
     variable place_was_known  : std_ulogic := '0';
-    variable serves_speed     : std_ulogic := '0';
+    variable serves           : condition  := OF_DIRECTION;
+    -- Travel and clocks to which the speed belongs, and those that are being judged
+    variable travel_taken     : u_unsigned(TRAVEL_WIDTH - 1 downto 0)  := (others => '0');
+    variable elapsed_taken    : u_unsigned(ELAPSED_WIDTH - 1 downto 0) := (others => '0');
+    variable travel_judged    : u_unsigned(TRAVEL_WIDTH - 1 downto 0)  := (others => '0');
+    variable elapsed_judged   : u_unsigned(ELAPSED_WIDTH - 1 downto 0) := (others => '0');
+    variable judged_is_bound  : std_ulogic                             := '0';
+    variable judged_is_down   : std_ulogic                             := '0';
+    -- Travel at the nominal speed in these clocks: the product of both, one bit of the clocks per clock of the fabric
+    variable factor           : u_unsigned(ELAPSED_WIDTH - 1 downto 0) := (others => '0');
+    variable of_idle          : std_ulogic                             := '0';
+    variable nominal_travel   : u_unsigned(NOMINAL_WIDTH - 1 downto 0) := (others => '0');
+    variable left             : natural range 0 to ELAPSED_WIDTH       := 0;
+    variable addend           : u_unsigned(31 downto 0);
+    -- High until the end of a sweep in which the nominal speed has changed
+    variable is_stale         : std_ulogic := '0';
     -- High if the direction was already known when the sweep began, so that `reached` refers to the known direction.
     variable was_known        : std_ulogic := '0';
     variable size             : u_signed(STOP_WIDTH downto 0);
@@ -243,27 +282,61 @@ begin
         divisor         <= resize(width, NOMINAL_WIDTH);
         place_was_down  := place(place'high);
         place_was_known := known;
-        serves_speed    := '0';
-      elsif step = SPEED_STEP and is_measured = '1' then
-        start        <= '1';
+        serves          := OF_DIRECTION;
+      elsif step = SPEED_STEP or step = IDLE_SPEED_STEP then
+        start    <= '1';
         -- Dividend and divisor are in units of 2⁻³² count.
-        dividend     <= shift_left(resize(travel, NOMINAL_WIDTH), 32 - CORRECTION_FRACTION);
-        divisor      <= nominal_travel;
-        down_then    := is_down;
-        bound_then   := is_bound;
-        serves_speed := '1';
-        is_measured  := '0';
+        dividend <= shift_left(resize(travel_judged, NOMINAL_WIDTH), 32 - CORRECTION_FRACTION);
+        divisor  <= nominal_travel;
+        serves   := OF_IDLE_SPEED when of_idle = '1' else OF_SPEED;
+      end if;
+
+      if left > 0 then
+        addend         := idle_nominal when of_idle = '1' else nominal;
+        addend         := addend and (addend'range => factor(factor'high));
+        nominal_travel := shift_left(nominal_travel, 1) + addend;
+        factor := shift_left(factor, 1);
+        left   := left - 1;
+      end if;
+
+      if step = SPEED_STEP - PRODUCT_CLOCKS then
+        is_stale := '0';
+        if is_measured = '1' then
+          travel_judged   := travel;
+          elapsed_judged  := elapsed;
+          judged_is_bound := is_bound;
+          judged_is_down  := is_down;
+          is_measured     := '0';
+        end if;
+      end if;
+      if step = SPEED_STEP - PRODUCT_CLOCKS or step = IDLE_SPEED_STEP - PRODUCT_CLOCKS then
+        of_idle        := '0' when step = SPEED_STEP - PRODUCT_CLOCKS else '1';
+        factor         := elapsed_judged;
+        nominal_travel := (others => '0');
+        left           := ELAPSED_WIDTH;
       end if;
       is_measured := is_measured or measured;
 
-      if divided = '1' and serves_speed = '0' then
+      if divided = '1' and serves = OF_DIRECTION then
         real_direction <= with_sign(ratio, place_was_down);
         is_known       <= place_was_known;
-      elsif divided = '1' and bound_then = '0' then
-        speed_size    <= ratio;
-        speed_is_down <= down_then;
-      elsif divided = '1' and ratio < speed_size then
-        speed_size <= ratio;
+      elsif divided = '1' and is_stale = '0' and serves = OF_SPEED then
+        if judged_is_bound = '0' or (ratio <= speed_size and (or travel_taken) = '1') then
+          speed_size    <= ratio;
+          speed_is_down <= judged_is_down;
+          travel_taken  := travel_judged;
+          elapsed_taken := elapsed_judged;
+        end if;
+        travel_judged   := travel_taken;
+        elapsed_judged  := elapsed_taken;
+        judged_is_bound := '0';
+      elsif divided = '1' and is_stale = '0' then
+        idle_size <= ratio;
+      end if;
+
+      if swap_comes = '1' then
+        speed_size <= idle_size;
+        is_stale   := '1';
       end if;
 
       if step = AMPLITUDE_SWEEP_CLOCKS - 1 then
@@ -278,15 +351,42 @@ begin
         step           <= (others => '0');
         start          <= '0';
         is_measured    := '0';
+        travel_taken   := (others => '0');
+        travel_judged  := (others => '0');
+        left           := 0;
         is_known       <= '0';
         was_known      := '0';
         has_caught_up  <= '0';
         speed_size     <= (others => '0');
+        idle_size      <= (others => '0');
         real_direction <= (others => '0');
       end if;
     end if;
 
   end process divide_in_turn;
+
+  is_banked <= address ?< 3;
+  write_now <= pending and not hold_writes and not reset;
+
+  -- Counts the ends of sweeps since the last write. The sweep after the first end computes the speed for the new words,
+  -- the sweep after the second end multiplies the amplitudes by it.
+  settle : process (clock) is
+
+    variable ends : natural range 0 to 3 := 3;
+
+  begin
+
+    if rising_edge(clock) then
+      if step = AMPLITUDE_SWEEP_CLOCKS - 1 and ends < 3 then
+        ends := ends + 1;
+      end if;
+      if write_now = '1' then
+        ends := 0;
+      end if;
+      settled <= '1' when ends = 3 else '0';
+    end if;
+
+  end process settle;
 
   registers : process (clock) is
 
@@ -300,27 +400,33 @@ begin
   begin
 
     if rising_edge(clock) then
-      done      <= read_enable or write_enable;
+      done      <= read_enable or (write_enable and not is_banked) or write_now;
+      pending   <= ((write_enable and is_banked) or (pending and not write_now)) and not reset;
+      if swap_comes = '1' then
+        width     <= idle_width;
+        dead_zone <= idle_dead_zone;
+        nominal   <= idle_nominal;
+      end if;
       read_data <= (others => '0');
 
       case to_integer(address) is
 
         when 0 =>
-          read_data <= bus_word(resize(width, 32));
-          if write_enable = '1' then
-            width <= u_unsigned(write_data(width'range));
+          read_data <= bus_word(resize(idle_width, 32));
+          if write_now = '1' then
+            idle_width <= u_unsigned(write_data(width'range));
           end if;
 
         when 1 =>
-          read_data <= bus_word(resize(dead_zone, 32));
-          if write_enable = '1' then
-            dead_zone <= u_unsigned(write_data(dead_zone'range));
+          read_data <= bus_word(resize(idle_dead_zone, 32));
+          if write_now = '1' then
+            idle_dead_zone <= u_unsigned(write_data(dead_zone'range));
           end if;
 
         when 2 =>
-          read_data <= bus_word(nominal);
-          if write_enable = '1' then
-            nominal <= u_unsigned(write_data);
+          read_data <= bus_word(idle_nominal);
+          if write_now = '1' then
+            idle_nominal <= u_unsigned(write_data);
           end if;
 
         when 3 =>
@@ -354,9 +460,6 @@ begin
       end case;
 
       if reset = '1' then
-        width     <= (others => '0');
-        dead_zone <= (others => '0');
-        nominal   <= (others => '0');
         target_a  <= (others => '0');
         target_b  <= (others => '0');
         slew      <= u_unsigned(SLEW_AT_RESET);

@@ -2,10 +2,10 @@
 --
 -- # table_speed
 --
--- Measures the travel of the table in a window of time, and computes the travel at the nominal speed in the same time.
--- table_conditions divides the two; the ratio is the modulator `speed` of the lanes. The travel is measured in the
--- corrected angle with its fraction. A window begins and ends where the reading passes from one period of A and B to
--- the next, so that unequal distances of the four edges of a period do not matter.
+-- Measures the travel of the table in a window of time, and the clocks of the window. table_conditions divides the
+-- travel by the travel at the nominal speed; the ratio is the modulator `speed` of the lanes. The travel is measured in
+-- the corrected angle with its fraction. A window begins and ends where the reading passes from one period of A and B
+-- to the next, so that unequal distances of the four edges of a period do not matter.
 --
 -- **Window.** A window ends with the first such passage after 2**WINDOW = 16,384 clocks (164 µs at 100 MHz). The mean
 -- over the window is the only filter. If a period of A and B takes longer, a window is one period.
@@ -22,17 +22,21 @@
 -- **Error.** In steady motion each end of a window lies within a clock of its passage, so the relative error of the
 -- ratio is at most 1 / 2¹⁴ = 6·10⁻⁵; the rounding of the quotient adds at most 2⁻¹⁷ to the ratio.
 --
+-- **Feedback.** Lanes that follow the speed move the corrected angle, in which the speed is measured. If the correction
+-- changes by g times the change of the travel in a window, a measured speed is wrong by g times the difference of the
+-- two speeds measured before it. g is τ / 2**WINDOW clocks for a latency τ, and at most the sum of the amplitudes of
+-- these lanes (twice the amplitude for the squared speed) over the travel in a window at the nominal speed. The speed
+-- settles for -1/2 < g < 1; export and firmware refuse lanes with |g| above SPEED_FEEDBACK_EIGHTHS / 8.
+--
 -- **Lag.** The mean of a window is half a window old when the window ends, and one and a half windows old when the next
 -- window ends: 0.08 to 0.25 ms at 100 MHz, plus a period of A and B; the division adds 3 µs at the most.
 --
--- **Range.** The entity measures speeds from one period of A and B in 168 ms up to one count per clock. `nominal` 0
--- makes every ratio 0.
+-- **Range.** The entity measures speeds from one period of A and B in 168 ms up to one count per clock.
 --
 -- **Latency.** 3 clocks from `position` and `correction` to the outputs, which keep their values until the next
 -- `measured`.
 --
--- **Number formats.** position s31.0 counts; correction s19.11 counts; nominal u0.32 counts per clock; travel u20.11
--- counts; nominal_travel u24.32 counts.
+-- **Number formats.** position s31.0 counts; correction s19.11 counts; travel u20.11 counts; elapsed u24.0 clocks.
 --
 -- **Reset** ends the window; until the next window ends, the entity reports only bounds (0 at a standstill).
 
@@ -53,12 +57,11 @@ entity table_speed is
     reset          : in    std_ulogic;
     position       : in    u_signed(POSITION_WIDTH - 1 downto 0);             -- counts, corrected
     correction     : in    u_signed(CORRECTION_WIDTH - 1 downto 0);           -- counts, s19.11, already subtracted from position
-    nominal        : in    u_unsigned(31 downto 0);                           -- counts per clock, u0.32
     measured       : out   std_ulogic                                := '0';  -- strobe: the other outputs are new
     travel         : out   u_unsigned(TRAVEL_WIDTH - 1 downto 0);             -- counts, u20.11; one unit too small if the angle fell
     is_down        : out   std_ulogic                                := '0';  -- high if the angle fell in the window
     is_bound       : out   std_ulogic                                := '0';  -- high if the ratio is an upper bound of the speed
-    nominal_travel : out   u_unsigned(NOMINAL_WIDTH - 1 downto 0)             -- counts, u24.32
+    elapsed        : out   u_unsigned(ELAPSED_WIDTH - 1 downto 0)             -- clocks of the travel
   );
 end entity table_speed;
 
@@ -86,10 +89,9 @@ begin
     variable fine_2       : fine_count                               := (others => '0');
     variable way_2        : fine_count                               := (others => '0');
     variable passes_2     : std_ulogic                               := '0';
-    -- The window: angle at its beginning, clocks since then, and travel at the nominal speed since then
+    -- The window: angle at its beginning, and clocks since then
     variable base         : fine_count                               := (others => '0');
-    variable elapsed      : u_unsigned(LONGEST - 1 downto 0)         := (others => '0');
-    variable nominal_way  : u_unsigned(NOMINAL_WIDTH - 1 downto 0)   := (others => '0');
+    variable age          : u_unsigned(LONGEST - 1 downto 0)         := (others => '0');
     -- is_anchored: the window began with a passage. has_passed: the window contained further passages
     variable is_anchored  : std_ulogic                               := '0';
     variable has_passed   : std_ulogic                               := '0';
@@ -106,9 +108,9 @@ begin
 
     if rising_edge(clock) then
       -- Third clock: decide whether the window ends.
-      is_full := or elapsed(LONGEST - 1 downto WINDOW);
-      is_tick := is_full and not (or elapsed(WINDOW - 1 downto 0)) and (or elapsed(LONGEST - 1 downto WINDOW + 1));
-      is_over := and elapsed;
+      is_full := or age(LONGEST - 1 downto WINDOW);
+      is_tick := is_full and not (or age(WINDOW - 1 downto 0)) and (or age(LONGEST - 1 downto WINDOW + 1));
+      is_over := and age;
       size    := way_2 xor (way_2'range => way_2(way_2'high));
       begins  := '0';
 
@@ -117,7 +119,7 @@ begin
         measured       <= '1';
         is_bound       <= '0';
         is_down        <= way_2(way_2'high);
-        nominal_travel <= nominal_way;
+        elapsed  <= resize(age, ELAPSED_WIDTH);
         travel         <= u_unsigned(size(travel'range));
         if size < TREMBLE then
           travel <= (others => '0');
@@ -128,7 +130,7 @@ begin
       elsif (is_over = '1' and was_over = '0') or is_tick = '1' then
         measured       <= '1';
         is_bound       <= '1';
-        nominal_travel <= nominal_way;
+        elapsed  <= resize(age, ELAPSED_WIDTH);
         travel         <= to_unsigned(MOST_QUIET, TRAVEL_WIDTH);
         if is_over = '1' then
           travel      <= (others => '0');
@@ -144,12 +146,10 @@ begin
         base        := fine_2;
         is_anchored := '1';
         has_passed  := '0';
-        elapsed     := to_unsigned(1, LONGEST);
-        nominal_way := resize(nominal, NOMINAL_WIDTH);
+        age         := to_unsigned(1, LONGEST);
       elsif is_over = '0' then
         has_passed  := has_passed or passes_2;
-        elapsed     := elapsed + 1;
-        nominal_way := nominal_way + nominal;
+        age         := age + 1;
       end if;
 
       -- Second clock: compute the travel, and find a passage to another period of A and B.
@@ -171,8 +171,7 @@ begin
         is_anchored := '0';
         has_passed  := '0';
         was_over    := '0';
-        elapsed     := (others => '0');
-        nominal_way := (others => '0');
+        age         := (others => '0');
         passes_2    := '0';
       end if;
     end if;

@@ -48,10 +48,10 @@
 -- encoders, `sync_in` and `probe_in` are asynchronous; every other port is synchronous to `clock`.
 --
 -- **Reset** is synchronous. It stops and clears everything, with these exceptions. Both banks of all words that a swap
--- activates (coefficients, turn steps, mean, local table), the prepared sets, and the levels of out_a and out_b keep
--- their values; `driver_enable` keeps its value for 2²⁰ clocks (10 ms at 100 MHz) or until the processor enables the
--- output (fault_outputs). Hold the reset for at least 64 clocks, so that the pipeline contains no angle from before the
--- reset.
+-- activates (coefficients, turn steps, mean, local table, conditions), the prepared sets, and the levels of out_a and
+-- out_b keep their values; `driver_enable` keeps its value for 2²⁰ clocks (10 ms at 100 MHz) or until the processor
+-- enables the output (fault_outputs). Hold the reset for at least 64 clocks, so that the pipeline contains no angle from
+-- before the reset.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -211,9 +211,11 @@ architecture rtl of arctrue_core is
   signal conditions_write : std_ulogic;
   signal conditions_done  : std_ulogic;
   signal conditions_data  : std_ulogic_vector(31 downto 0);
+  signal conditions_settled : std_ulogic;
   signal sweep_step       : u_unsigned(7 downto 0);
   signal direction        : modulator;
   signal speed            : modulator;
+  signal idle_speed       : modulator;
   signal word_a           : modulator;
   signal word_b           : modulator;
   signal speed_squared    : modulator;
@@ -872,12 +874,13 @@ begin
       read_data          => coefficient_data,
       idle_offset        => idle_offset,
       swap               => bank_swap,
-      swap_allowed       => may_swap,
+      swap_allowed       => may_swap and conditions_settled,
       swap_comes         => swap_comes,
       swap_busy          => swap_busy,
       sweep_step         => sweep_step,
       direction          => direction,
       speed              => speed,
+      idle_speed         => idle_speed,
       word_a             => word_a,
       word_b             => word_b,
       speed_squared      => speed_squared,
@@ -916,9 +919,13 @@ begin
         write_data         => access_data,
         done               => conditions_done,
         read_data          => conditions_data,
+        hold_writes        => bank_swap or swap_busy,
+        swap_comes         => swap_comes,
+        settled            => conditions_settled,
         sweep_step         => sweep_step,
         direction          => direction,
         speed              => speed,
+        idle_speed         => idle_speed,
         word_a             => word_a,
         word_b             => word_b,
         speed_squared      => speed_squared
@@ -927,9 +934,11 @@ begin
   else generate
     conditions_done <= '0';
     conditions_data <= (others => '0');
+    conditions_settled <= '1';
     sweep_step      <= (others => '0');
     direction       <= (others => '0');
     speed           <= (others => '0');
+    idle_speed      <= (others => '0');
     word_a          <= (others => '0');
     word_b          <= (others => '0');
   end generate modulated;

@@ -113,6 +113,7 @@ entity compensation_pipeline is
     sweep_step         : in    u_unsigned(7 downto 0) := (others => '0');     -- see amplitude_sweep
     direction          : in    modulator              := (others => '0');     -- s1.16
     speed              : in    modulator              := (others => '0');     -- s1.16
+    idle_speed         : in    modulator              := (others => '0');     -- s1.16, for the idle bank
     word_a             : in    modulator              := (others => '0');     -- s1.16
     word_b             : in    modulator              := (others => '0');     -- s1.16
     speed_squared      : out   modulator;                                     -- s1.16, as the lanes use it
@@ -258,6 +259,7 @@ begin
       sweep_step        => sweep_step,
       direction         => direction,
       speed             => speed,
+      idle_speed        => idle_speed,
       word_a            => word_a,
       word_b            => word_b,
       speed_squared     => speed_squared,

@@ -160,6 +160,13 @@ package number_formats_pkg is
   -- Binary logarithm of the clocks of a window of table_speed: 16,384 clocks. Each end of a window lies within a clock of
   -- its passage, so the relative error of the speed is at most 1 / 16,384 = 6E-5.
   constant SPEED_WINDOW_BITS          : positive := 14;
+  -- Limit, in eighths, of the change of the corrected angle that the lanes of the speed make when the measured speed
+  -- changes, over the change of the travel in a window. These lanes move the angle in which the speed is measured:
+  -- speed(n) = true + g * (speed(n - 1) - speed(n - 2)), which diverges from g = 1 on, and from g = -1/2 on for the other
+  -- sign. With |g| <= 3/8 an error is multiplied by at most 0.61 per window (0.83 for the other sign), and the rounding of
+  -- the speed, one clock per window, grows by at most 1 / (1 - 2 * |g|) = 4: it moves the correction by at most 4 * |g| =
+  -- 1.5 counts at one count per clock, and by 0.02 count at the paper's 30 deg/s.
+  constant SPEED_FEEDBACK_EIGHTHS     : positive := 3;
   -- Binary logarithm of the clocks without an end of a window after which the speed is 0: 168 ms at 100 MHz.
   constant SPEED_LONGEST_BITS         : positive := 24;
   -- Travel in counts below which a window of table_speed gives the speed 0: a vibration across one passage moves less.

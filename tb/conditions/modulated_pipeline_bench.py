@@ -82,10 +82,12 @@ class Sweep:
         self.held: list[Modulators] = []
         """Modulators at the last step of each sweep, in the order of the sweeps."""
 
-    def put(self, modulators: Modulators) -> None:
+    def put(self, modulators: Modulators, idle_speed: int | None = None) -> None:
+        """Drive the modulators; the idle bank has the speed ``idle_speed`` (None: the same)."""
         self.now = modulators
         for name in NAMES:
             getattr(self.dut, name).value = getattr(modulators, name)
+        self.dut.idle_speed.value = modulators.speed if idle_speed is None else idle_speed
 
     def random(self) -> Modulators:
         one = MODULATOR_ONE
@@ -188,6 +190,51 @@ async def the_read_back_is_nominal(dut: Any) -> None:
     dut.swap.value = 0
     await sweep.settle()
     assert outputs(dut) == before
+
+
+RAMP_RATE = 16 << 24
+"""Rate of the ramp in the test below: 16 units of 2⁻¹¹ count per clock."""
+
+
+@cocotb.test()
+async def a_swap_with_another_nominal_speed(dut: Any) -> None:
+    """A bank with another nominal speed begins with its own ratio: at the swap and after it the
+    correction changes by no more than the ramp's rate, and it ends at the model's value.
+
+    The swap comes in another clock of the sweep each time. The bound is the rate of the ramp for
+    the FOLD clocks of an angle, and a unit for the truncation of the output.
+    """
+    sweep = await begin(dut, 7)
+    dut.ramp_rate.value = RAMP_RATE
+    dut.angle.value = dut.position.value = 777
+    await sweep.settle()
+    for number in range(24):
+        bank = bank_of(number)
+        speed = sweep.random().speed
+        sweep.put(sweep.now, idle_speed=speed)
+        for address, data in bank_words(bank):
+            await write(dut, address, data)
+        for _ in range(13 * number + 3 * AMPLITUDE_SWEEP_CLOCKS):
+            await RisingEdge(dut.clock)
+        dut.swap.value = 1
+        await RisingEdge(dut.clock)
+        dut.swap.value = 0
+        before = outputs(dut)[2]
+        while dut.swap_comes.value != 1:
+            await RisingEdge(dut.clock)
+        await RisingEdge(dut.clock)
+        # table_conditions makes the idle speed the speed in the clock after swap_comes.
+        sweep.put(sweep.now._replace(speed=speed))
+        for _ in range(4 * AMPLITUDE_SWEEP_CLOCKS):
+            await RisingEdge(dut.clock)
+            now = outputs(dut)[2]
+            assert abs(now - before) <= (RAMP_RATE >> 24) * FOLD + 1, (number, before, now)
+            before = now
+        dut.ramp_rate.value = 0xFFFF_FFFF
+        await sweep.settle()
+        dut.ramp_rate.value = RAMP_RATE
+        expected = compensate(np.array([777]), np.array([777]), modulated(bank, sweep.now))
+        assert outputs(dut) == tuple(int(column[0]) for column in expected)
 
 
 @cocotb.test()

@@ -6,6 +6,7 @@ from itertools import pairwise
 from typing import Any
 
 import cocotb
+import pytest
 from cocotb.clock import Clock
 from cocotb.triggers import RisingEdge
 
@@ -32,6 +33,7 @@ class Window:
             getattr(self.dut, name).value = 0
         for name in ("read_enable", "write_enable", "address", "write_data", "speed_squared"):
             getattr(self.dut, name).value = 0
+        self.dut.hold_writes.value = self.dut.swap_comes.value = 0
         self.dut.reset.value = 1
         cocotb.start_soon(Clock(self.dut.clock, 10, unit="ns", impl="gpi").start())
         for _ in range(8):
@@ -45,14 +47,32 @@ class Window:
             self.dut.corrected_position.value = int(self.place // 1)
             await RisingEdge(self.dut.clock)
 
-    async def write(self, address: int, word: int) -> None:
+    async def write_idle(self, address: int, word: int) -> None:
+        """Write a word; a word of a bank becomes active with the next swap."""
         self.dut.address.value = address
         self.dut.write_data.value = word & 0xFFFF_FFFF
         self.dut.write_enable.value = 1
         await self.clock()
         self.dut.write_enable.value = 0
-        await self.clock()
+        await self.clock(1 if address > NOMINAL else 2)
         assert self.dut.done.value
+
+    async def write(self, address: int, word: int) -> None:
+        """Write a word, and make it active if it belongs to a bank."""
+        await self.write_idle(address, word)
+        if address <= NOMINAL:
+            await self.swap()
+
+    async def swap(self) -> None:
+        """Swap as coefficient_memory does, when the conditions are settled."""
+        self.dut.hold_writes.value = 1
+        while True:
+            await self.clock()
+            if self.dut.settled.value == 1:
+                break
+        self.dut.swap_comes.value = 1
+        await self.clock()
+        self.dut.swap_comes.value = self.dut.hold_writes.value = 0
 
     async def read(self, address: int) -> int:
         self.dut.address.value = address
@@ -118,6 +138,7 @@ async def direction_follows_and_is_led_in(dut: Any) -> None:
     window = Window(dut)
     await window.start()
     width = 400
+    await window.write_idle(DEAD_ZONE, 0)
     await window.write(WIDTH, 16 * width)
     await window.write(SLEW, 1 << 28)
     await window.clock(2 * AMPLITUDE_SWEEP_CLOCKS)
@@ -181,3 +202,68 @@ async def speed_of_a_table(dut: Any) -> None:
         window.place = edge + (0.5 if clock // 97 % 2 else -0.5)
         await window.clock()
         assert dut.speed.value.to_signed() == 0
+
+
+@cocotb.test()
+async def a_bank_keeps_its_conditions_until_the_swap(dut: Any) -> None:
+    """Written words of the idle bank change nothing before the swap; `idle_speed` is then the speed
+    over the nominal speed of the idle bank, and the swap makes it the speed.
+
+    The bound of a ratio is one clock per window, as at constant speed.
+    """
+    window = Window(dut)
+    await window.start()
+    nominal = round(0.5 * 2**32)
+    width = 100
+    await window.write_idle(NOMINAL, nominal)
+    await window.write(WIDTH, 16 * width)
+    await window.write(SLEW, 0xFFFF_FFFF)
+    window.speed = 0.2
+    await window.clock(6 * WINDOW + 20 * width)
+    h = dut.direction.value.to_signed()
+    assert h == MODULATOR_ONE
+    for phase in range(0, 3 * AMPLITUDE_SWEEP_CLOCKS, 29):
+        await window.clock(phase)
+        nominal = nominal * 5 // 4 if phase % 2 else nominal * 3 // 4
+        before = dut.speed.value.to_signed()
+        await window.write_idle(NOMINAL, nominal)
+        assert await window.read(NOMINAL) == nominal
+        await window.write_idle(WIDTH, 16 * width)
+        written = 0
+        while dut.settled.value == 0:
+            await window.clock()
+            written += 1
+        assert 2 * AMPLITUDE_SWEEP_CLOCKS <= written <= 3 * AMPLITUDE_SWEEP_CLOCKS + 1
+        speed = 0.2 * 2**32
+        assert dut.speed.value.to_signed() == pytest.approx(before, abs=before / WINDOW + 2)
+        idle = dut.idle_speed.value.to_signed()
+        assert idle / MODULATOR_ONE == pytest.approx(
+            speed / nominal, abs=speed / nominal / WINDOW + 2.0**-16
+        )
+        dut.swap_comes.value = 1
+        await window.clock()
+        dut.swap_comes.value = 0
+        for _ in range(3 * AMPLITUDE_SWEEP_CLOCKS):
+            await window.clock()
+            assert dut.speed.value.to_signed() == pytest.approx(idle, abs=idle / WINDOW + 2)
+        assert dut.direction.value.to_signed() == h
+    # A new width makes the direction unknown with the swap, not before.
+    await window.write_idle(WIDTH, 16 * width + 1)
+    await window.clock(3 * AMPLITUDE_SWEEP_CLOCKS)
+    assert await window.read(DIRECTION) & KNOWN
+    await window.swap()
+    await window.clock(2 * AMPLITUDE_SWEEP_CLOCKS)
+    assert not await window.read(DIRECTION) & KNOWN
+    # A write waits while a swap waits.
+    dut.hold_writes.value = 1
+    dut.address.value, dut.write_data.value = NOMINAL, 5
+    dut.write_enable.value = 1
+    await window.clock()
+    dut.write_enable.value = 0
+    for _ in range(20):
+        await window.clock()
+        assert dut.done.value == 0
+    dut.hold_writes.value = 0
+    await window.clock(2)
+    assert dut.done.value == 1
+    assert await window.read(NOMINAL) == 5

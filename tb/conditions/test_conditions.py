@@ -17,6 +17,12 @@ def test_table_speed() -> None:
     )
 
 
+def test_table_speed_on_an_eccentric_disc() -> None:
+    """The error of the speed stays below 2·10⁻⁴ while the speed of the reading swings by
+    8·10⁻⁴."""
+    simulate("table_speed", "tb.conditions.table_speed_accuracy_bench")
+
+
 def test_unit_divider() -> None:
     simulate("unit_divider", "tb.conditions.unit_divider_bench")
 

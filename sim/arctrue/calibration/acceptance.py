@@ -14,7 +14,13 @@ from arctrue.base.units import ARCSEC_PER_RAD, arcsec_per_count
 from arctrue.calibration.comparison import ReferenceComparison, extent
 from arctrue.calibration.estimate import Estimate
 from arctrue.calibration.head_separation import BELIEVABLE_ARCSEC
-from arctrue.gateware.coefficients import AMPLITUDE_LIMIT_COUNTS, STEEPEST, Coefficients
+from arctrue.gateware.coefficients import (
+    AMPLITUDE_LIMIT_COUNTS,
+    MOST_SPEED_FEEDBACK,
+    STEEPEST,
+    Coefficients,
+)
+from arctrue.generated.number_formats import CLOCK_HZ, SPEED_WINDOW_BITS
 
 
 def of_comparison(comparison: ReferenceComparison | None) -> list[str]:
@@ -39,7 +45,7 @@ def of_comparison(comparison: ReferenceComparison | None) -> list[str]:
 
 def of_steepness(coefficients: Coefficients) -> list[str]:
     """Return an objection if the firmware would answer ``too_steep`` or ``out_of_range`` at any
-    temperature of the file's range."""
+    temperature of the file's range, or ``unstable_speed``."""
     steepest, largest = coefficients.extent()
     thermal = coefficients.thermal
     where = "" if thermal is None else f" between {thermal.least_c:g} and {thermal.most_c:g} °C"
@@ -54,7 +60,22 @@ def of_steepness(coefficients: Coefficients) -> list[str]:
             f"a lane reaches {largest:.0f} counts{where}, and the gateware holds no more than "
             f"{AMPLITUDE_LIMIT_COUNTS:g}"
         )
-    return found
+    return [*found, *of_speed_feedback(coefficients)]
+
+
+def of_speed_feedback(coefficients: Coefficients, clock_hz: float = CLOCK_HZ) -> list[str]:
+    """Return an objection if the lanes that follow the speed would make its measurement
+    unstable."""
+    feedback = coefficients.speed_feedback(clock_hz)
+    if feedback <= MOST_SPEED_FEEDBACK:
+        return []
+    most_us = 1e6 * MOST_SPEED_FEEDBACK * (1 << SPEED_WINDOW_BITS) / clock_hz
+    return [
+        f"the lanes that follow the speed change the corrected angle by {feedback:.3g} of the "
+        "travel in 2^14 clocks at the nominal speed; the gateware measures the speed in this "
+        f"angle, so the limit is {MOST_SPEED_FEEDBACK:g} (a delay of {most_us:.0f} µs): leave "
+        "these lanes out, and shorten a delay at its source"
+    ]
 
 
 def of_separation(nominal_rad: float, measured_rad: float) -> list[str]:

@@ -32,7 +32,7 @@ from arctrue.cli._terminal import tell_error, tell_objection, tell_warning
 from arctrue.gateware.capability import EVERYTHING
 from arctrue.gateware.coefficient_file import read_coefficient_file, write_coefficient_file
 from arctrue.gateware.thermal import TIME_CONSTANT_MOST_S
-from arctrue.generated.number_formats import THERMAL_RANGE_K
+from arctrue.generated.number_formats import CLOCK_HZ, THERMAL_RANGE_K
 from arctrue.metrology.controllers import FORMATS, TableFormat
 from arctrue.metrology.correction import Correction, table_objections
 from arctrue.workbench.model.export import (
@@ -280,6 +280,8 @@ def export(
         path = coefficient_file if out is None else out / coefficient_file.name
         _write_table_of_mean(model, loaded, mean_file, path)
         return
+    captured = loaded.measurement_set.capture
+    clock_hz = (captured.clock_hz if captured is not None else None) or float(CLOCK_HZ)
     result = export_model(
         model,
         loaded.observations,
@@ -288,7 +290,7 @@ def export(
         temperature_c=temperature,
         sensor_time_constant_s=sensor_lag,
         range_c=range_c,
-        conditions=ConditionSettings(reversal_width) if modulators else None,
+        conditions=ConditionSettings(reversal_width, clock_hz=clock_hz) if modulators else None,
         with_local_table=local_table,
         with_real_orders=real_orders,
     )

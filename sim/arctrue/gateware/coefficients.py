@@ -16,11 +16,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from arctrue.gateware.extension import MODULATORS, Extension, PhaseSource
 from arctrue.gateware.mean_set import OFFSET_ONE
+from arctrue.gateware.table_conditions import nominal_speed_word
 from arctrue.gateware.thermal import ThermalLanes, as_lane
 from arctrue.gateware.turn_offset_sweep import least_counts, turn_offsets
 from arctrue.generated.number_formats import (
     AMPLITUDE_FRACTION,
     AMPLITUDE_WIDTH,
+    CLOCK_HZ,
+    COUNTS_PER_PERIOD,
     COUNTS_PER_REV_MAX,
     COUNTS_PER_REV_MIN,
     LANES_DEFAULT,
@@ -28,6 +31,8 @@ from arctrue.generated.number_formats import (
     ORDER_WIDTH,
     PHASE_STEP_WIDTH,
     PHASE_WIDTH,
+    SPEED_FEEDBACK_EIGHTHS,
+    SPEED_WINDOW_BITS,
     STEEPEST_PERCENT,
 )
 
@@ -45,6 +50,7 @@ RANGE_STEPS = 32
 """Number of steps into which a temperature range is divided to compute bounds; the firmware uses
 the same number."""
 STEEPEST = STEEPEST_PERCENT / 100
+MOST_SPEED_FEEDBACK = SPEED_FEEDBACK_EIGHTHS / 8
 AMPLITUDE_LIMIT_COUNTS = float(1 << (AMPLITUDE_WIDTH - 1 - AMPLITUDE_FRACTION))
 
 
@@ -218,6 +224,26 @@ class Coefficients:
             if self.extension.local_table is not None:
                 slope += self.extension.local_table.steepest(self.counts_per_rev)
         return slope, largest
+
+    def speed_feedback(self, clock_hz: float = CLOCK_HZ) -> float:
+        """Return the change of the corrected angle, over the change of the travel in a window, that
+        the lanes of the speed make when the measured speed changes, whatever their phases.
+
+        ``table_speed`` measures ω in the corrected angle, so that
+        ωₙ = ω + g·(ωₙ₋₁ − ωₙ₋₂) with |g| up to this value. A window lasts 2¹⁴ clocks or a period
+        of A and B; the square of the ratio changes by up to twice the change of the ratio.
+        """
+        if self.extension is None or self.extension.conditions is None:
+            return 0.0
+        weights = {"speed": 1.0, "speed_squared": 2.0}
+        sizes = np.abs(self.amplitudes_counts)
+        counts = sum(
+            weights.get(name, 0.0) * float(sizes[lane]) for lane, name in self.extension.modulators
+        )
+        nominal = nominal_speed_word(
+            self.extension.conditions.nominal_deg_per_s, self.counts_per_rev, clock_hz
+        )
+        return counts / max(nominal / 2.0 ** (32 - SPEED_WINDOW_BITS), float(COUNTS_PER_PERIOD))
 
     @property
     def lanes(self) -> int:

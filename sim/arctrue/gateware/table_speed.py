@@ -27,20 +27,17 @@ class Measured(NamedTuple):
     angle fell."""
     is_down: bool
     is_bound: bool
-    nominal_travel: int
-    """Travel in the same time at the nominal speed, in 2⁻³² count."""
+    elapsed: int
+    """Clocks of the travel."""
 
 
 class TableSpeed:
     """Measures the speed; each call of ``move`` processes one corrected reading. The model omits
     the latency of the entity."""
 
-    def __init__(
-        self, nominal: int, window: int = SPEED_WINDOW_BITS, longest: int = SPEED_LONGEST_BITS
-    ) -> None:
-        """Store ``nominal`` in 2⁻³² count per clock; ``window`` and ``longest`` are log2 of
-        clocks."""
-        self._nominal, self._window = nominal, 1 << window
+    def __init__(self, window: int = SPEED_WINDOW_BITS, longest: int = SPEED_LONGEST_BITS) -> None:
+        """Begin without a window; ``window`` and ``longest`` are log2 of clocks."""
+        self._window = 1 << window
         self._longest = (1 << longest) - 1
         self._period: int | None = None
         self._base = self._elapsed = 0
@@ -65,13 +62,13 @@ class TableSpeed:
             self._is_down = way < 0
             size = ~way if way < 0 else way
             travel = 0 if size < _TREMBLE else size
-            found = Measured(travel, self._is_down, False, self._nominal * self._elapsed)
+            found = Measured(travel, self._is_down, False, self._elapsed)
             begins = True
         elif passes and not self._anchored:
             begins = True
         elif (over and not self._was_over) or self._is_tick():
             travel = 0 if over else _MOST_QUIET
-            found = Measured(travel, self._is_down, True, self._nominal * self._elapsed)
+            found = Measured(travel, self._is_down, True, self._elapsed)
             self._anchored = self._anchored and not over and not self._passed
         self._was_over = over
         if begins:

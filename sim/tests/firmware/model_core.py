@@ -50,6 +50,8 @@ class ModelCore:
         self.active: dict[int, int] = {}
         self.bank: NDArray[np.int32] = np.zeros((0, 2), dtype=np.int32)
         self.broken_lane: int | None = None
+        self.broken_word: int | None = None
+        """Address of a register whose lowest bit reads inverted."""
         self.swaps_are_lost = False
         self.armed: list[tuple[int, int]] = []
         self.lasting_faults: set[str] = set()
@@ -93,7 +95,7 @@ class ModelCore:
                 | self.release_causes << field_shift("status", "release_causes")
                 | releasing << field_shift("status", "release_present")
             )
-        return self.words.get(offset, 0)
+        return self.words.get(offset, 0) ^ (offset == self.broken_word)
 
     def write(self, _: Any, offset: int, word: int) -> None:
         self.writes.append((offset, word))

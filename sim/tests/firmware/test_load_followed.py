@@ -16,6 +16,7 @@ from sim.tests.firmware.test_application import SAMPLES
 from sim.tests.firmware.test_estimates import counts_of
 from sim.tests.firmware.test_load import DISC, SUBDIVISION, file_of, running, send, state, turn
 
+from arctrue.calibration.acceptance import of_speed_feedback
 from arctrue.device.load import load_frames
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.extension import Conditions, Extension
@@ -109,6 +110,67 @@ def test_what_cannot_be_is_refused(
     *before, last = send(running, frames)
     assert set(before) == {"ok"}
     assert last.startswith(f"error: load {reason}")
+
+
+@pytest.mark.parametrize(
+    ("nominal_deg_per_s", "by_speed", "by_square", "is_taken"),
+    [
+        (45.0, 0.999, 0.0, True),
+        (45.0, 1.001, 0.0, False),
+        (45.0, 0.5, 0.2495, True),
+        (45.0, 0.5, 0.2505, False),
+        (45.0, -1.001, 0.0, False),
+        # The window lasts a period of four counts if the table needs longer for it than 2^14
+        # clocks.
+        (0.05, 0.999, 0.0, True),
+        (0.05, 1.001, 0.0, False),
+    ],
+)
+def test_lanes_of_the_speed_that_would_swing_are_refused(
+    running: Firmware, nominal_deg_per_s: float, by_speed: float, by_square: float, is_taken: bool
+) -> None:
+    """The firmware and the host accept the same lanes: up to 3/8 of the travel in a window at
+    the nominal speed, of any order, and half as much for the squared speed."""
+    modulators(running)
+    bank = file_of(SUBDIVISION)
+    most = 0.375 * max(nominal_deg_per_s / 360.0 * COUNTS / 1e8 * 2**14, 4.0)
+    lanes = Coefficients.from_harmonics(
+        [0, 3], [abs(by_speed) * most, by_square * most], [np.pi * (by_speed < 0), 0.4], COUNTS, 2
+    )
+    steps, offsets, sizes = (
+        bank.phase_steps.copy(),
+        bank.phase_offsets.copy(),
+        bank.amplitudes.copy(),
+    )
+    steps[-2:], offsets[-2:] = lanes.phase_steps, lanes.phase_offsets
+    sizes[-2:] = lanes.amplitudes
+    wanted = dataclasses.replace(
+        bank,
+        phase_steps=steps,
+        phase_offsets=offsets,
+        amplitudes=sizes,
+        extension=Extension(
+            conditions=Conditions(16 * 700, 4, nominal_deg_per_s),
+            modulators=((LANES - 2, "speed"), (LANES - 1, "speed_squared")),
+        ),
+    )
+    *before, last = send(running, load_frames(wanted, force=True))
+    assert set(before) == {"ok"}
+    assert (last.strip() == "ok") == is_taken
+    if not is_taken:
+        assert last.startswith("error: load unstable_speed")
+    assert (of_speed_feedback(wanted) == []) == is_taken
+
+
+@pytest.mark.parametrize("word", ["width", "dead_zone", "nominal_speed"])
+def test_conditions_that_do_not_read_back_are_not_used(running: Firmware, word: str) -> None:
+    """A bit that the gateware does not hold ends the load before the swap."""
+    modulators(running)
+    running.core.broken_word = address(f"conditions.{word}")
+    assert set(send(running, load_frames(with_direction(SUBDIVISION), force=True))) == {"ok"}
+    running.turn(turn(5))
+    assert state(running) == "load refused not_read_back"
+    assert last_lane(running.core.active)[1] == 0, "no lane follows the direction"
 
 
 def test_a_spoiled_frame_and_a_wrong_modulator_are_refused(running: Firmware) -> None:

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from sim.tests.instrument.sizes import DEPTH, EXTENSIONS, LANES
 
-from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.coefficients import MOST_SPEED_FEEDBACK, Coefficients
 from arctrue.gateware.extension import Conditions, Extension
 from arctrue.gateware.table_conditions import MODULATOR_ONE
 from arctrue.generated.number_formats import AMPLITUDE_SWEEP_CLOCKS
@@ -43,7 +43,7 @@ class Script:
         speed = np.concatenate([np.full(clocks // KNOT, pace) for clocks, pace in legs])
         self.clocks = speed.size * KNOT
         self.place = np.concatenate([[0.0], np.cumsum(speed * KNOT)]) - 3000.5
-        late = np.clip(np.arange(self.place.size) - late_clocks / KNOT, 0.0, None)
+        late = np.clip(np.arange(self.place.size) - late_clocks / KNOT, 0.0, self.place.size - 1.0)
         reading = np.interp(late, np.arange(self.place.size), self.place)
         wound, winding = -1.0, np.empty(self.place.size)
         for knot, step in enumerate(np.diff(self.place, prepend=self.place[0])):
@@ -194,6 +194,95 @@ def test_latency_at_the_papers_scale_while_the_speed_changes(modulated: Instrume
     assert np.abs(error[-500:]).max() <= 2.0
     without = changing_errors(modulated, None)
     assert np.abs(without).max() == pytest.approx(0.5 * FULL_LATE * FULL_PACE, abs=1.5)
+
+
+WINDOW_CLOCKS = 1 << 14
+RINGING_COUNTS = 3.0
+"""Bound of the error from peak to peak: a count each for the roundings of reading and output, and
+twice the half count that is left of the step's error."""
+
+
+@pytest.mark.parametrize(
+    ("delay_us", "windows"), [(20.0, 12), (61.4, 12), (-61.4, 26), (100.0, 12), (-85.0, 26)]
+)
+def test_the_measured_speed_settles_after_a_step(
+    modulated: Instrument, delay_us: float, windows: int
+) -> None:
+    """Up to the limit of the feedback the output has settled ``windows`` windows after the speed
+    has halved; with a delay beyond the limit, which every loader refuses, it still rings, or has
+    stopped.
+
+    Two windows are the lag. In the others an error of τ·Δω = 43 counts (61 µs) falls below half a
+    count: it is multiplied by at most 0.61 per window, by 0.83 for a reading that is early
+    (``SPEED_FEEDBACK_EIGHTHS``).
+    """
+    late, step = round(100 * delay_us), 400_000
+    nominal = 1.5 * FULL_PACE
+    bank = order_0(-late * nominal, "speed", FULL_COUNTS)
+    conditions = Conditions(1, 0, nominal * 100e6 * 360.0 / FULL_COUNTS)
+    assert bank.extension is not None
+    held = dataclasses.replace(
+        bank, extension=dataclasses.replace(bank.extension, conditions=conditions)
+    )
+    assert held.speed_feedback() == pytest.approx(abs(late) / WINDOW_CLOCKS, rel=1e-4)
+    start = modulated.clock
+    clock, error, _ = run(
+        modulated,
+        Script(
+            [(step, FULL_PACE), ((windows + 12) * WINDOW_CLOCKS, 0.5 * FULL_PACE)],
+            late_clocks=late,
+            counts_per_rev=FULL_COUNTS,
+        ),
+        bank,
+        nominal_speed=round(nominal * 2**32),
+    )
+    left = error[clock - start > step + windows * WINDOW_CLOCKS]
+    # A measured speed that diverges stops the output.
+    has_settled = left.size > 0 and float(np.ptp(left)) <= RINGING_COUNTS
+    is_accepted = held.speed_feedback() <= MOST_SPEED_FEEDBACK
+    assert is_accepted == (abs(delay_us) < 61.5)
+    assert has_settled == is_accepted
+
+
+def test_a_swap_to_another_nominal_speed_makes_no_jump(modulated: Instrument) -> None:
+    """A set with the same delay and another nominal speed replaces the present set while the table
+    turns; the output does not move.
+
+    The bound is half a count each for the roundings of reading and output before and after the
+    swap. The new words become active with the new lanes: before the swap the old ratio of the
+    speeds stays.
+    """
+    script = Script([(900_000, FULL_PACE)], late_clocks=FULL_LATE, counts_per_rev=FULL_COUNTS)
+    modulated.attach_curves(script)  # type: ignore[arg-type]
+    modulated.reset()
+    start = modulated.clock
+    modulated.write("counts_per_rev", FULL_COUNTS)
+    modulated.command("rearm")
+    modulated.write("output_spacing", 1)
+    modulated.update("control", compensate=1, output_enable=1)
+    modulated.record(every=1)
+    for swaps, (nominal, until) in enumerate(((1.5, 500e3), (3.0, 700e3), (1.1, 880e3))):
+        modulated.write_coefficients(
+            order_0(-FULL_LATE * nominal * FULL_PACE, "speed", FULL_COUNTS)
+        )
+        before = modulated.read("conditions.speed")
+        modulated.write("conditions.nominal_speed", round(nominal * FULL_PACE * 2**32))
+        modulated.run(40_000)
+        if swaps:
+            now = modulated.read("conditions.speed")
+            assert abs(now - before) <= before / (1 << 14) + 2.0
+        modulated.command("swap")
+        modulated.run(2000)
+        if swaps:
+            ratio = modulated.read("conditions.speed") / MODULATOR_ONE
+            assert ratio == pytest.approx(1.0 / nominal, abs=2e-4)
+        modulated.run(start + round(until) - modulated.clock)
+    modulated.run_until(end_of_stimulus=True)
+    seen = modulated.recording().output
+    modulated.detach()
+    error = seen.position - seen.true_angle_rad * FULL_COUNTS / (2.0 * np.pi)
+    settled = seen.clock - start > 400_000
+    assert np.ptp(error[settled]) <= 2.0
 
 
 FULL_HALF_REVERSAL = 1.0 / 1_296_000 * FULL_COUNTS

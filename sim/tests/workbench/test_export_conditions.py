@@ -14,7 +14,7 @@ from arctrue.device.load import load_frames
 from arctrue.gateware.amplitude_sweep import Modulators, modulated
 from arctrue.gateware.capability import EVERYTHING
 from arctrue.gateware.coefficient_file import CoefficientFileError, read_coefficient_file
-from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.coefficients import MOST_SPEED_FEEDBACK, Coefficients
 from arctrue.gateware.table_conditions import MODULATOR_ONE
 from arctrue.measurement import MeasurementSet, write_measurement_set
 from arctrue.workbench.effects.base import ConditionedLane, Lane
@@ -99,6 +99,36 @@ def test_latency_is_order_0_times_speed(made: MeasurementSet) -> None:
     assert [one.condition for one in lanes] == ["speed"]
     assert lanes[0].lane.order == 0
     assert lanes[0].lane.cosine_arcsec == pytest.approx(-20e-6 * 180 * 3600 / np.pi)
+
+
+@pytest.mark.parametrize(
+    ("delay_us", "clock_hz", "is_written"),
+    [(61.0, 1e8, True), (62.0, 1e8, False), (62.0, 5e7, True), (-62.0, 1e8, False)],
+)
+def test_a_latency_beyond_the_feedback_is_refused(
+    made: MeasurementSet, delay_us: float, clock_hz: float, is_written: bool
+) -> None:
+    """The export refuses a latency of more than 3/8 of a window of 2¹⁴ clocks: the measurement of
+    the speed in the corrected angle would become unstable."""
+    model = Model([ModelEffect("latency", {}, coefficients=[delay_us])])
+
+    def written() -> Coefficients:
+        return export_model(
+            model,
+            observations_of(made),
+            {"latency": Latency},
+            lanes=4,
+            temperature_c=None,
+            conditions=ConditionSettings(clock_hz=clock_hz, nominal_deg_per_s=90.0),
+        ).coefficients
+
+    if is_written:
+        expected = abs(delay_us) * 1e-6 * clock_hz / (1 << 14)
+        assert written().speed_feedback(clock_hz) == pytest.approx(expected, rel=1e-3)
+    else:
+        limit = f"the limit is {MOST_SPEED_FEEDBACK:g} .a delay of 61 µs"
+        with pytest.raises(ValueError, match=limit):
+            written()
 
 
 @pytest.mark.parametrize(

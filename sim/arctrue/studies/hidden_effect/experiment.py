@@ -413,8 +413,11 @@ class _Run:
             return None
         # The nominal speed must be below one count per clock, and this table already turns at
         # nearly one count per clock.
-        speed_deg_s = float(np.degrees(self.settings.revolution.speed_rad_s))
-        return ConditionSettings(nominal_deg_per_s=NOMINAL_SHARE * speed_deg_s)
+        scale = self.settings.revolution
+        return ConditionSettings(
+            nominal_deg_per_s=NOMINAL_SHARE * float(np.degrees(scale.speed_rad_s)),
+            clock_hz=scale.clock_hz,
+        )
 
     def _drive(self, plan: RunPlan, turns: float) -> Motion:
         scale = self.settings.revolution

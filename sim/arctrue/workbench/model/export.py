@@ -16,12 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.base.units import RAD_PER_ARCSEC, arcsec_per_count
+from arctrue.calibration.acceptance import of_speed_feedback
 from arctrue.calibration.harmonics import error_arcsec
 from arctrue.calibration.selection import significance_factor
 from arctrue.gateware.coefficients import ORDER_MAX, Coefficients
 from arctrue.gateware.extension import WIDTH_ONE, Conditions, Extension
 from arctrue.gateware.thermal import ORDERS_MOST, ThermalLanes
-from arctrue.generated.number_formats import THERMAL_RANGE_K
+from arctrue.generated.number_formats import CLOCK_HZ, THERMAL_RANGE_K
 from arctrue.workbench.effects.base import ConditionedLane, Effect, RealLane
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.model.local_errors import local_errors, table_of
@@ -49,6 +50,8 @@ class ConditionSettings:
     dead_zone_counts: int = 4
     nominal_deg_per_s: float | None = None
     """Speed at which the modulator is 1; None: 1.5 times the largest speed in the set."""
+    clock_hz: float = CLOCK_HZ
+    """Clock of the gateware, whose windows for the speed are counted in clocks."""
 
 
 LARGEST_REVERSAL_SLOPE = 0.5
@@ -392,7 +395,8 @@ def export_model(
     gateware with LOCAL_TABLE. ``with_real_orders``: harmonics at orders that are not integers get
     lanes, which need a gateware with REAL_ORDERS. Raises ValueError for a model without
     coefficients, a set without counts per turn, fewer lanes than conditions and real orders need,
-    or a correction that changes too steeply after a reversal.
+    a correction that changes too steeply after a reversal, or lanes that would make the speed
+    unstable.
     """
     if observations.counts_per_rev is None:
         raise ValueError(
@@ -462,6 +466,9 @@ def export_model(
     )
     if followed.lanes:
         coefficients = dataclasses.replace(coefficients, extension=followed.extension(len(kept)))
+        assert conditions is not None
+        for objection in of_speed_feedback(coefficients, conditions.clock_hz):
+            raise ValueError(objection)
     if real:
         first = len(kept) + len(followed.orders)
         coefficients = coefficients.with_real_orders(
