@@ -141,6 +141,14 @@ class Coefficients:
                 f"needs {least_counts(self.lanes)} at least: with fewer the next turn's phase "
                 "offset is not ready in time"
             )
+        if self.extension.local_table is not None:
+            windows = self.extension.local_table.overlap(self.counts_per_rev)
+            if windows is not None:
+                raise ValueError(
+                    f"starts_counts: the windows that begin at {windows[0]} and {windows[1]} "
+                    "counts overlap or touch; expected a count or more between them, because the "
+                    "correction would jump from one window's points to the other's"
+                )
         if self.extension.mean:
             for head, offset in enumerate(self.extension.mean.offsets, start=1):
                 if offset >= self.counts_per_rev * OFFSET_ONE:

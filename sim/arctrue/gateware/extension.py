@@ -4,6 +4,7 @@ not integers (real orders), and local table."""
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import permutations
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -101,10 +102,11 @@ class LocalTable:
                 )
 
     def steepest(self, counts_per_rev: int) -> float:
-        """Return the largest |dε/dR| of the table.
+        """Return a bound of the table's |dε/dR|, as the firmware computes it.
 
-        At the start of a window shorter than a turn the value steps from 0 to the first point; this
-        step counts as a slope over one count.
+        At the start of a window shorter than a turn the value steps from 0 to the first point,
+        which counts as a slope over one count. At the end of the window it steps to 0 from a value
+        that is at most one count's slope away from the first point.
         """
         windows = len(self.starts_counts)
         words = np.zeros(POINTS)
@@ -113,7 +115,16 @@ class LocalTable:
         between = counts_per_rev / float(2**self.width_exponent * each.shape[1])
         rise = float(np.abs(np.roll(each, -1, axis=1) - each).max()) / between
         leap = float(np.abs(each[:, 0]).max()) if self.width_exponent else 0.0
-        return max(rise, leap)
+        return rise + leap
+
+    def overlap(self, counts_per_rev: int) -> tuple[int, int] | None:
+        """Return the starts of two windows that overlap or touch, None if there are none; a window
+        that begins like an earlier one is never used."""
+        for one, other in permutations(self.starts_counts, 2):
+            away = (other - one) % counts_per_rev
+            if away and (away - 1) << self.width_exponent < counts_per_rev:
+                return one, other
+        return None
 
 
 @dataclass(frozen=True)
