@@ -13,7 +13,7 @@ from arctrue.base.figures import figure
 from arctrue.base.printable import one_line
 from arctrue.base.units import arcsec_per_count
 from arctrue.base.whole_file import write_whole_text
-from arctrue.calibration.acceptance import of_steepness
+from arctrue.calibration.acceptance import of_limits
 from arctrue.calibration.calibration import objections
 from arctrue.cli._loaded_set import (
     LoadedSet,
@@ -403,7 +403,7 @@ def _write_table_of_mean(model: Model, loaded: LoadedSet, mean_file: Path, path:
         raise ValueError("--mean: no effect of the model is an error at one place of the turn")
     made_table = table_of(at_heads_of_mean(errors, of_mean.extension.mean, counts), counts)
     made = replace(of_mean, extension=replace(of_mean.extension, local_table=made_table))
-    refused = of_steepness(made)
+    refused = of_limits(made)
     if refused:
         raise ValueError(f"{path} is not written: {'; '.join(refused)}")
     path.parent.mkdir(parents=True, exist_ok=True)

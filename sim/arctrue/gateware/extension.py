@@ -35,6 +35,10 @@ POINTS: Final = 1 << LOCAL_INDEX_WIDTH
 """Number of points of a local table."""
 POINT_LIMIT: Final = 1 << (LOCAL_POINT_WIDTH - 1)
 """Limit of a point's word: from −POINT_LIMIT to POINT_LIMIT − 1."""
+FOLLOWED_LANES_MOST: Final = 8
+"""Largest number of lanes with a modulator in the firmware."""
+REAL_LANES_MOST: Final = 8
+"""Largest number of lanes with real orders in the firmware."""
 FRACTION_BITS: Final = (4, 6, 8, 10)
 WINDOW_EXPONENT_MOST: Final = 6
 WIDTH_ONE: Final = 1 << STOP_FRACTION

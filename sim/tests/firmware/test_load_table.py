@@ -18,7 +18,7 @@ from sim.tests.firmware.test_application import ARCSEC_PER_COUNT, active_coeffic
 from sim.tests.firmware.test_load import DISC, file_of, running, send, state, turn
 from sim.tests.firmware.test_save import REGION, Board
 
-from arctrue.calibration.acceptance import of_steepness
+from arctrue.calibration.acceptance import of_limits
 from arctrue.device.load import load_frames
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.extension import POINTS, Extension, LocalTable
@@ -201,7 +201,7 @@ def test_the_leap_at_the_ends_of_a_window_is_bounded(
     built(running)
     leaping = starting((0, 4 * WINDOW), 6, first)
     assert send(running, load_frames(leaping))[-1] == answer
-    assert (of_steepness(leaping) == []) == (answer == "ok")
+    assert (of_limits(leaping) == []) == (answer == "ok")
 
 
 def test_a_missing_or_changed_frame_spoils_the_whole(running: Firmware) -> None:

@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 from sim.tests.command_line import arctrue as _run
 
+from arctrue.calibration.acceptance import of_limits
 from arctrue.device.load import load_frames
 from arctrue.gateware.amplitude_sweep import Modulators, modulated
 from arctrue.gateware.capability import EVERYTHING
 from arctrue.gateware.coefficient_file import CoefficientFileError, read_coefficient_file
 from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.extension import FOLLOWED_LANES_MOST
 from arctrue.gateware.table_conditions import MODULATOR_ONE
 from arctrue.measurement import MeasurementSet, write_measurement_set
 from arctrue.workbench.effects.base import ConditionedLane, Lane
@@ -164,6 +166,34 @@ def test_a_plain_lane_of_0_takes_no_room_from_what_is_there(made: MeasurementSet
     held = exported(made, 3, 2)
     assert held.orders.tolist() == [1, 3]
     assert (held.amplitudes != 0).all()
+
+
+def test_the_firmware_holds_eight_lanes_with_a_modulator(made: MeasurementSet) -> None:
+    """Of ten orders × direction the eight largest get a lane, and the export names the others."""
+    sizes = np.linspace(1.0, 0.1, 10)
+    entry = ModelEffect(
+        "product_of_parts",
+        {"fixed_to": "disc", "orders": [float(n) for n in range(1, 11)], "condition": "direction"},
+        coefficients=[value for size in sizes.tolist() for value in (size, 0.0)],
+    )
+    result = export_model(
+        Model([entry]),
+        observations_of(made),
+        {"product_of_parts": ProductOfParts},
+        lanes=32,
+        temperature_c=None,
+        conditions=ConditionSettings(),
+    )
+    extension = result.coefficients.extension
+    assert extension is not None
+    assert len(extension.modulators) == FOLLOWED_LANES_MOST
+    kept = sorted(int(result.coefficients.orders[lane]) for lane, _ in extension.modulators)
+    assert kept == list(range(1, 9))
+    assert of_limits(result.coefficients) == []
+    assert [text for text in result.left_out if "at most 8" in text] == [
+        "order 9 × direction (0.200″): the firmware holds at most 8 lanes that follow a condition",
+        "order 10 × direction (0.100″): the firmware holds at most 8 lanes that follow a condition",
+    ]
 
 
 def with_columns(made: MeasurementSet, names: tuple[str, ...]) -> MeasurementSet:

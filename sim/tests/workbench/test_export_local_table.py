@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from sim.tests.command_line import arctrue as _run
 
-from arctrue.calibration.acceptance import of_steepness
+from arctrue.calibration.acceptance import of_limits
 from arctrue.device.load import load_frames
 from arctrue.gateware.capability import EVERYTHING
 from arctrue.gateware.coefficient_file import (
@@ -109,7 +109,7 @@ def test_no_window_ends_within_another_bell(
     assert (len(table.starts_counts), table.width_exponent) == (windows, exponent)
     lanes = Coefficients.from_harmonics([], [], [], TURN, 8)
     held = replace(lanes, extension=Extension(local_table=table))
-    assert of_steepness(held) == []
+    assert of_limits(held) == []
     width = TURN >> exponent
     # Every count near the ends of the windows and near the middles of the bells.
     ends = [start + end for start in table.starts_counts for end in (0, width)]
