@@ -410,7 +410,8 @@ def export_model(
     local = local_errors(model, effects)
     of_real_order = lanes_of_real_orders(model, observations, effects)
     real = [lane for entry in of_real_order.values() for lane in entry if with_real_orders]
-    taken = frozenset(conditioned) | frozenset(local) | frozenset(of_real_order)
+    # The lanes of an effect may include both plain lanes and lanes with a condition.
+    taken = without_plain_lanes(model, effects, conditioned) | {*local, *of_real_order}
     if temperature_c is None and follows_temperature(model, observations, effects):
         thermal = _with_temperature(model, observations, effects, taken)
     else:
@@ -441,6 +442,7 @@ def export_model(
         left_out.append(
             f"{names}: a gateware with REAL_ORDERS = true can correct it, with --real-orders"
         )
+    left_out += _without_lanes(model, observations, effects)
     if len(followed.lanes) + len(real) > lanes:
         raise ValueError(
             f"{len(followed.lanes)} lanes follow a condition and {len(real)} have a real order, "
@@ -631,6 +633,38 @@ def _column_most(one: ConditionedLane, observations: Observations) -> float:
         if rows is not None and one.column in rows.conditions
     ]
     return max(most, default=0.0)
+
+
+def without_plain_lanes(
+    model: Model, effects: Mapping[str, type[Effect]], conditioned: Iterable[int]
+) -> frozenset[int]:
+    """Return those effects with lanes that follow a condition, by their index in the model, that
+    have no plain lanes."""
+    return frozenset(
+        index
+        for index in conditioned
+        if model.effects[index].effect(effects).compensation != "lanes"
+    )
+
+
+def _without_lanes(
+    model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
+) -> list[str]:
+    """Give the reason for each effect of a kind that lanes correct, if it has no lanes."""
+    others = {
+        *lanes_by_condition(model, observations, effects),
+        *lanes_of_real_orders(model, observations, effects),
+        *local_errors(model, effects),
+    }
+    found = []
+    for index, entry in enumerate(model.effects):
+        effect = entry.effect(effects)
+        if effect.compensation != "lanes" or index in others or not any(entry.coefficients):
+            continue
+        warm_c = observations.reference_temperature_c + THERMAL_SPAN_K
+        if not effect.lanes(np.array(entry.coefficients), entry.search, observations, warm_c):
+            found.append(f"{entry.name}: {effect.compensation_note or 'no lane can correct it'}")
+    return found
 
 
 def _beyond_the_firmware(
