@@ -555,6 +555,31 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "sim/tests/firmware/test_load_table.py::test_a_wrong_table_is_refused",
     ),
     Mutation(
+        "table_is_not_judged_after_rearm",
+        "a turn after rearm that contradicts the local table does not reject it",
+        "firmware/application/calibrate.c",
+        "    if (calibrate_table_is_wrong(application, &load->loaded, &load->table, turn)) {\n",
+        "    if (false) {\n",
+        "sim/tests/firmware/test_load_table.py::test_after_a_rearm_a_turn_that_contradicts_it_rejects_it",
+    ),
+    Mutation(
+        "table_is_not_watched",
+        "turns that contradict the active local table raise no alarm",
+        "firmware/application/calibrate.c",
+        "    if (load->table.place.choice != 0 && local_table_is_held",
+        "    if (false && local_table_is_held",
+        "sim/tests/firmware/test_load_table.py"
+        "::test_turns_that_contradict_the_active_table_raise_the_alarm",
+    ),
+    Mutation(
+        "windows_may_overlap",
+        "windows of a local table that overlap are not refused",
+        "firmware/application/load.c",
+        "away != 0 && (uint64_t)(away - 1)",
+        "false && (uint64_t)(away - 1)",
+        "sim/tests/firmware/test_load_table.py::test_windows_that_overlap_or_touch_are_refused",
+    ),
+    Mutation(
         "saved_points_are_lost",
         "a saved local table is not written back into the idle bank after power-on",
         "firmware/application/local_table.c",

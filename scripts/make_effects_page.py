@@ -14,9 +14,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from arctrue.gateware.coefficients import ORDER_MAX
+from arctrue.report.taken_away_table import TAKEN, stored
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.registry import built_in
-from scripts.measure_taken_away import stored
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = Path("docs/effects.md")
@@ -28,20 +28,6 @@ COMPENSATED = {
     "local_table": "by the table of a bitstream with `LOCAL_TABLE`",
     "none": "no",
     "reference": "nothing to correct",
-}
-
-TAKEN = {
-    "lanes": "lanes",
-    "firmware's model": "the firmware's model: lanes at the table's temperature",
-    "lanes by condition": "lanes of a bitstream with `MODULATORS`",
-    "lanes of real orders": "lanes of a bitstream with `REAL_ORDERS`",
-    "local table": "the table of a bitstream with `LOCAL_TABLE`",
-    "nothing": "nothing",
-    "not in the output": (
-        "no correction needed: in this simulation only head 2 has the error, and the output does "
-        "not contain head 2"
-    ),
-    "reference": "no correction needed: the reference has the error, the table does not",
 }
 
 HEAD = """\
@@ -102,7 +88,7 @@ def _compensation(effects: dict[str, type[Effect]]) -> list[str]:
     """Return a table: the part that corrects each effect on a simulated table, and the remaining
     error."""
     measured = stored()
-    faces, gear = (measured["effects"][name] for name in ("polygon_face_error", "drive_gear_error"))
+    faces = measured["effects"]["polygon_face_error"]
     lines = [
         "",
         "## Which part of the gateware corrects it",
@@ -150,10 +136,10 @@ def _compensation(effects: dict[str, type[Effect]]) -> list[str]:
         "The figures do not contain errors of the reference; for such an",
         "effect `arctrue export` states that the reference has the error. The simulated gear of",
         "`drive_gear_error` is eccentric and also causes the two orders next to its tooth count.",
-        "The fitted model does not contain them (settings `below` and `above`), so "
-        f"{gear['left_with_arcsec']:.3f}″ remain.",
+        "The fitted model contains them (settings `below` and `above`).",
         "The effect `periodic_error` was measured with a gear of the same kind. Its search finds",
-        "the order as a real number, so a lane of a bitstream with `REAL_ORDERS` corrects it.",
+        "the order as a real number, so a lane of a bitstream with `REAL_ORDERS` corrects it. The",
+        "model has one such line; the two lines next to it remain.",
         "",
     ]
     return lines

@@ -21,7 +21,6 @@ import json
 import sys
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -33,6 +32,7 @@ from arctrue.gateware.amplitude_sweep import Modulators, modulated
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.table_conditions import MODULATOR_ONE
 from arctrue.generated.number_formats import LANES_DEFAULT
+from arctrue.report.taken_away_table import STORED, stored
 from arctrue.studies.simulate.experiment import (
     SLOW_RAD_S,
     Experiment,
@@ -53,7 +53,6 @@ from arctrue.workbench.observations.build import observations_of
 
 Float = NDArray[np.float64]
 
-STORED = Path(__file__).resolve().parents[1] / "docs" / "data" / "taken_away.json"
 SEED = 13
 FRESH_C = USUAL_TEMPERATURE_C + 2.2
 """Temperature of the two judged turns, on which the lanes are compared with the true error; it lies
@@ -66,6 +65,12 @@ DENSE_STATIONS = 4096
 SIMULATED_BY = {"graduation_harmonics": None, "periodic_error": "drive_gear_error"}
 """Name of the recipe that simulates an effect, if it differs from the effect's name; None: every
 table has the effect."""
+
+SETTINGS: dict[str, dict[str, object]] = {
+    "drive_gear_error": {"multiples": [1], "below": [1], "above": [1]}
+}
+"""Settings of an effect in the model: the simulated gear is eccentric, which causes the orders next
+to the tooth count."""
 
 
 def measured_effects() -> list[str]:
@@ -118,7 +123,8 @@ def measure(name: str, seed: int = SEED) -> Measured:
     base = default_model()
     grown = base
     if name not in {entry.name for entry in base.effects}:
-        grown = replace(base, effects=[*base.effects, ModelEffect(name)])
+        added = ModelEffect(name, SETTINGS.get(name, {}))
+        grown = replace(base, effects=[*base.effects, added])
     else:
         base = replace(base, effects=[entry for entry in base.effects if entry.name != name])
     without, _ = _left(base, made, fresh, error, name)
@@ -212,12 +218,6 @@ def _correction_counts(export: Coefficients, counts: Float, fresh: Conditions) -
         rows = fresh.speed_rad_s == speed_rad_s
         total[rows] = bank.error_counts(counts[rows])
     return total
-
-
-def stored() -> dict[str, Any]:
-    """Return the figures that the last run stored."""
-    found: dict[str, Any] = json.loads(STORED.read_text(encoding="utf-8"))
-    return found
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -190,7 +190,16 @@ static struct judge calibrate_judge(struct application *application, const struc
     };
 }
 
-/* Compares the loaded orders with the turn. Call it before the turn is averaged, because an average would lag behind an
+/* Compares the active local table with the turn, if the idle bank, a copy of the active one, still holds its points. */
+static void calibrate_watch_table(struct application *application, const struct turn *turn) {
+    struct load *load = &application->load;
+    if (load->table.place.choice != 0 && local_table_is_held(application, load->table.crc)) {
+        watch_table(&load->watch, local_table_evidence(application, &load->table.place, turn),
+                    EVIDENCE_ENOUGH);
+    }
+}
+
+/* Compares the loaded orders and the loaded local table with the turn. Call it before the turn is averaged, because an average would lag behind an
    order that changes. */
 static void calibrate_watch_loaded(struct application *application, const struct turn *turn) {
     struct load *load = &application->load;
@@ -218,6 +227,7 @@ static void calibrate_watch_loaded(struct application *application, const struct
             watch_lane(&load->watch, place, &sight, applied);
         }
     }
+    calibrate_watch_table(application, turn);
     if (application->report.followed_lanes == 0) {
         application->report.followed_lanes =
             judge_measure_followed(&judge, &application->active, application->report.followed);
@@ -353,6 +363,14 @@ static enum load_answer calibrate_core_takes(const struct application *applicati
     return table->place.choice == 0 || origin.has_local_table ? LOAD_TAKEN : LOAD_NO_LOCAL_TABLE;
 }
 
+/* Tells whether a turn of two heads contradicts the local table of a set. Turns do not judge the table of a mean. */
+static bool calibrate_table_is_wrong(const struct application *application,
+                                     const struct coefficients *set, const struct load_table *table,
+                                     const struct turn *turn) {
+    return table->place.choice != 0 && set->mean.heads == 0 &&
+           local_table_evidence(application, &table->place, turn) <= -EVIDENCE_ENOUGH;
+}
+
 /* Judges the saved coefficients, combined with the active lanes or, if none are active, with the saved lanes of the
    calibration. */
 static void calibrate_judge_saved(struct application *application, const struct turn *turn) {
@@ -383,8 +401,7 @@ static void calibrate_judge_saved(struct application *application, const struct 
             ? calibrate_judge_mean(application, turn, &saved->loaded.mean)
             : judge_again(&judge, &saved->loaded, saved->unjudged,
                           application->parameters.alarm_error_arcsec, &application->candidate);
-    if (saved->table.place.choice != 0 && saved->loaded.mean.heads == 0 &&
-        local_table_evidence(application, &saved->table.place, turn) <= -EVIDENCE_ENOUGH) {
+    if (calibrate_table_is_wrong(application, &saved->loaded, &saved->table, turn)) {
         found = JUDGED_WRONG;
     }
     if (found == JUDGED_RIGHT) {
@@ -473,6 +490,9 @@ static void calibrate_judge_pending(struct application *application, const struc
     enum judgement found = load->loaded.mean.heads != 0
                                ? calibrate_judge_mean(application, turn, &load->loaded.mean)
                                : judge_again(&judge, &load->loaded, load->unjudged, 0.0, candidate);
+    if (calibrate_table_is_wrong(application, &load->loaded, &load->table, turn)) {
+        found = JUDGED_WRONG;
+    }
     if (found == JUDGED_WRONG) {
         load_reject(load, LOAD_WORSE);
     } else if (found == JUDGED_RIGHT) {

@@ -394,6 +394,21 @@ double load_table_unit(const struct table_place *place) {
     return 1.0 / (double)(16U << 2U * (place->choice >> TABLE_FRACTION_SHIFT & 3U));
 }
 
+/* Tells whether two windows overlap or touch. A window that begins like an earlier one only fills up the number of
+   windows; it never gives the value. */
+static bool load_windows_overlap(const struct table_place *place, uint32_t windows,
+                                 uint32_t counts_per_rev) {
+    bool overlap = false;
+    for (uint32_t pair = 0; pair < windows * windows; pair++) {
+        uint32_t from = place->start[pair / windows];
+        uint32_t to = place->start[pair % windows];
+        uint32_t away = to >= from ? to - from : to + counts_per_rev - from;
+        overlap = overlap ||
+                  (away != 0 && (uint64_t)(away - 1) << load_table_width(place) < counts_per_rev);
+    }
+    return overlap;
+}
+
 bool load_table_is_valid(const struct table_place *place, uint32_t counts_per_rev) {
     uint32_t windows = load_table_windows(place);
     bool fits = (place->choice & ~(uint32_t)TABLE_CHOICE_BITS) == 0 && windows <= TABLE_WINDOWS &&
@@ -402,7 +417,7 @@ bool load_table_is_valid(const struct table_place *place, uint32_t counts_per_re
     for (uint32_t window = 0; window < TABLE_WINDOWS; window++) {
         fits = fits && place->start[window] < counts_per_rev;
     }
-    return fits;
+    return fits && !load_windows_overlap(place, windows, counts_per_rev);
 }
 
 enum load_answer load_table(struct load *load, const struct table_place *place, uint32_t crc) {
@@ -474,8 +489,9 @@ enum load_answer load_points(struct load *load, uint32_t number, const int32_t p
     return LOAD_TAKEN;
 }
 
-/* Returns an upper bound of the table's |d eps / d R|. A window shorter than a turn begins with a step from 0, which
-   counts as a slope over one count. The points that did not arrive are 0. */
+/* Returns an upper bound of the table's |d eps / d R|. A window shorter than a turn begins with a step from 0 to its
+   first point, which counts as a slope over one count, and ends with a step to 0 from a value that is at most one
+   count's slope away from the first point. The points that did not arrive are 0. */
 static double load_table_steepest(const struct load_table *received, uint32_t counts_per_rev) {
     struct load_table table = *received;
     if (table.place.choice == 0) {
@@ -489,7 +505,7 @@ static double load_table_steepest(const struct load_table *received, uint32_t co
     double between = counts_per_rev / ((double)(1U << width) * points);
     double rise = table.rise / between;
     double leap = width != 0 ? table.leap : 0.0;
-    return (rise > leap ? rise : leap) * load_table_unit(&table.place);
+    return (rise + leap) * load_table_unit(&table.place);
 }
 
 enum load_answer load_mean(struct load *load, const struct mean_set *mean, uint32_t crc) {

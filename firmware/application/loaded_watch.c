@@ -55,6 +55,13 @@ void watch_lane(struct loaded_watch *watch, uint32_t place, const struct sight *
     watch->mean_square += 0.5 * fmax(square - 2.0 * sight->variance, 0.0) + sight->by_separation;
 }
 
+void watch_table(struct loaded_watch *watch, double evidence, double enough) {
+    /* The lower limit lets a few turns end the fault, however long it lasted. */
+    double sum = fmax(fmin(watch->table_evidence + evidence, 0.0), -2.0 * enough);
+    watch->table_evidence = (float)sum;
+    watch->at_fault = watch->at_fault || sum <= -enough;
+}
+
 double watch_left(const struct loaded_watch *watch, uint32_t place) {
     ASSERT(place < LANES_LIMIT);
     const struct watched_lane *lane = &watch->lane[place];

@@ -36,6 +36,9 @@ struct loaded_watch {
        arcsec^2; whether an order is at fault. */
     double mean_square;
     bool at_fault;
+    /* Log odds of the local table against no table, summed over the turns since the sum was last 0; it is never above
+       0. */
+    float table_evidence;
 };
 
 /* Clears the results of the latest turn; call it at the beginning of a turn. */
@@ -45,6 +48,10 @@ void watch_begin(struct loaded_watch *watch);
    this turn. */
 void watch_lane(struct loaded_watch *watch, uint32_t place, const struct sight *sight,
                 struct vector applied);
+
+/* Adds the turn's log odds of the local table against no table. The table is at fault when turns have made no table
+   more probable than the table by `enough`; it is no longer at fault once turns have made it more probable again. */
+void watch_table(struct loaded_watch *watch, double evidence, double enough);
 
 /* Returns the remaining amplitude at the order of a lane in the latest turn, arcsec; negative if no turn has shown the
    lane. */

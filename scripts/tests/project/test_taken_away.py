@@ -14,6 +14,7 @@ from arctrue.calibration.calibration import objections
 from arctrue.cli import main
 from arctrue.gateware.coefficient_file import read_coefficient_file
 from arctrue.measurement import write_measurement_set
+from arctrue.report.taken_away_table import stored
 from arctrue.studies.simulate.experiment import short
 from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
 from arctrue.workbench.effects.registry import built_in
@@ -21,7 +22,7 @@ from arctrue.workbench.model.growth import fitted
 from arctrue.workbench.model.model import ModelEffect, default_model
 from arctrue.workbench.model.model_file import write_model
 from arctrue.workbench.observations.build import observations_of
-from scripts.measure_taken_away import measure, measured_effects, stored
+from scripts.measure_taken_away import measure, measured_effects
 
 TAKERS = {
     "lanes": "lanes",
@@ -41,10 +42,8 @@ def test_what_can_be_taken_away_is() -> None:
     most a small share of the effect, or 0.03″, remains.
 
     The limit of 0.03″ is three standard uncertainties of the lanes' sum, about 0.01″ each for a set
-    with a sixth of the samples. The share is larger for drive_gear_error, because the gear's
-    eccentricity causes two orders next to the tooth count, which the effect models only with a
-    separate setting, and because a lane depends on the reading, but the gear's error on the true
-    angle. For periodic_error the lane has the order of the effect, which is not an integer.
+    with a sixth of the samples. For periodic_error the lanes have the orders that the search finds,
+    which are not integers.
     """
     for name, row in stored()["effects"].items():
         declared = built_in()[name].compensation
@@ -54,8 +53,7 @@ def test_what_can_be_taken_away_is() -> None:
         elif by in ("lanes", "firmware's model", "lanes by condition", "local table"):
             whose = {taker: kind for kind, taker in TAKERS.items()}
             assert declared == whose.get(by, "lanes"), name
-            share = 0.25 if name == "drive_gear_error" else 0.05
-            assert row["left_with_arcsec"] < max(share * row["part_arcsec"], 0.03), name
+            assert row["left_with_arcsec"] < max(0.05 * row["part_arcsec"], 0.03), name
         elif name == "periodic_error":
             assert by == "lanes of real orders"
             assert row["left_with_arcsec"] < 0.25 * row["part_arcsec"]

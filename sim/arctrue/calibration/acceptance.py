@@ -18,8 +18,10 @@ from arctrue.gateware.coefficients import (
     AMPLITUDE_LIMIT_COUNTS,
     MOST_SPEED_FEEDBACK,
     STEEPEST,
+    STEEPEST_REVERSAL,
     Coefficients,
 )
+from arctrue.gateware.extension import FOLLOWED_LANES_MOST, REAL_LANES_MOST, Extension
 from arctrue.generated.number_formats import CLOCK_HZ, SPEED_WINDOW_BITS
 
 
@@ -43,9 +45,10 @@ def of_comparison(comparison: ReferenceComparison | None) -> list[str]:
     ]
 
 
-def of_steepness(coefficients: Coefficients) -> list[str]:
-    """Return an objection if the firmware would answer ``too_steep`` or ``out_of_range`` at any
-    temperature of the file's range, or ``unstable_speed``."""
+def of_limits(coefficients: Coefficients) -> list[str]:
+    """Return an objection for each limit of the firmware that the coefficients exceed: the firmware
+    would answer ``too_steep`` or ``out_of_range`` (at any temperature of the file's range),
+    ``too_many_lanes``, or ``unstable_speed``."""
     steepest, largest = coefficients.extent()
     thermal = coefficients.thermal
     where = "" if thermal is None else f" between {thermal.least_c:g} and {thermal.most_c:g} °C"
@@ -60,6 +63,19 @@ def of_steepness(coefficients: Coefficients) -> list[str]:
             f"a lane reaches {largest:.0f} counts{where}, and the gateware holds no more than "
             f"{AMPLITUDE_LIMIT_COUNTS:g}"
         )
+    reversal = coefficients.reversal_slope()
+    if reversal >= STEEPEST_REVERSAL:
+        found.append(
+            f"after a reversal the correction would change by {reversal:.3g} counts per count; the "
+            f"limit is {STEEPEST_REVERSAL:g}"
+        )
+    extension = coefficients.extension or Extension()
+    for what, number, most in (
+        ("with a modulator", len(extension.modulators), FOLLOWED_LANES_MOST),
+        ("of orders that are not integers", len(extension.turn_steps), REAL_LANES_MOST),
+    ):
+        if number > most:
+            found.append(f"{number} lanes {what}, and the firmware holds no more than {most}")
     return [*found, *of_speed_feedback(coefficients)]
 
 

@@ -158,7 +158,7 @@ def calibrate(
             *acceptance.of_separation(
                 float(np.radians(table.head_separation_deg)), estimate.measured_separation_rad
             ),
-            *acceptance.of_steepness(coefficients),
+            *acceptance.of_limits(coefficients),
             *acceptance.of_estimate(estimate, coefficients),
             *acceptance.of_comparison(comparison),
         ),
@@ -196,7 +196,7 @@ def objections(measurement: MeasurementSet, coefficients: Coefficients) -> list[
     measurement = _without_masked_stations(measurement)
     table, capture, reference = measurement.table, measurement.capture, measurement.reference
     counts_per_rev = table.counts_per_rev
-    found = acceptance.of_steepness(coefficients)
+    found = acceptance.of_limits(coefficients)
     if found:
         return found
     coefficients = at_the_temperature_of(measurement, coefficients)

@@ -107,6 +107,6 @@ def calibrate_mean(
         coefficients,
         tuple(turns),
         applied,
-        tuple(acceptance.of_steepness(coefficients)),
+        tuple(acceptance.of_limits(coefficients)),
         tuple(warnings),
     )

@@ -110,7 +110,7 @@ def calibrate_from_reference(
         amplitudes_arcsec=result.amplitudes_arcsec,
         left_out=result.left_out,
         objections=[
-            *acceptance.of_steepness(result.coefficients),
+            *acceptance.of_limits(result.coefficients),
             *acceptance.of_comparison(comparison),
         ],
         warnings=[

@@ -13,6 +13,7 @@ from arctrue.base.figures import figure
 from arctrue.base.printable import one_line
 from arctrue.base.units import arcsec_per_count
 from arctrue.base.whole_file import write_whole_text
+from arctrue.calibration.acceptance import of_limits
 from arctrue.calibration.calibration import objections
 from arctrue.cli._loaded_set import (
     LoadedSet,
@@ -385,8 +386,8 @@ def _write_table_of_mean(model: Model, loaded: LoadedSet, mean_file: Path, path:
     """Write the coefficient file of a mean, completed by a table of the model's local errors at all
     heads.
 
-    Raises ValueError for a file that has no mean or belongs to another table, and for a model
-    without such an error.
+    Raises ValueError for a file that has no mean or belongs to another table, for a model without
+    such an error, and for a table that the firmware would refuse.
     """
     of_mean = read_coefficient_file(mean_file, EVERYTHING)
     if of_mean.extension is None or of_mean.extension.mean is None:
@@ -402,13 +403,16 @@ def _write_table_of_mean(model: Model, loaded: LoadedSet, mean_file: Path, path:
     errors = list(local_errors(model, loaded.effects).values())
     if not errors:
         raise ValueError("--mean: no effect of the model is an error at one place of the turn")
-    table = table_of(at_heads_of_mean(errors, of_mean.extension.mean, counts), counts)
-    extension = replace(of_mean.extension, local_table=table)
+    made_table = table_of(at_heads_of_mean(errors, of_mean.extension.mean, counts), counts)
+    made = replace(of_mean, extension=replace(of_mean.extension, local_table=made_table))
+    refused = of_limits(made)
+    if refused:
+        raise ValueError(f"{path} is not written: {'; '.join(refused)}")
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_coefficient_file(path, replace(of_mean, extension=extension), title=loaded.measurement)
+    write_coefficient_file(path, made, title=loaded.measurement)
     console.print(
         f"wrote {path}: the mean of {mean_file.name} with a local table of "
-        f"{len(table.starts_counts)} windows of 1/{2**table.width_exponent} turn"
+        f"{len(made_table.starts_counts)} windows of 1/{2**made_table.width_exponent} turn"
     )
 
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from arctrue.gateware.extension import MODULATORS, Extension, PhaseSource
+from arctrue.gateware.extension import MODULATORS, WIDTH_ONE, Extension, PhaseSource
 from arctrue.gateware.mean_set import OFFSET_ONE
 from arctrue.gateware.table_conditions import nominal_speed_word
 from arctrue.gateware.thermal import ThermalLanes, as_lane
@@ -50,7 +50,15 @@ RANGE_STEPS = 32
 """Number of steps into which a temperature range is divided to compute bounds; the firmware uses
 the same number."""
 STEEPEST = STEEPEST_PERCENT / 100
+"""Limit of |dε/dR| of all parts together. The corrected angle R − ε(R) moves in the direction of
+the reading R if |dε/dR| < 1. The gateware calculates ε and the direction from R itself
+(``stop_operator``), not from the corrected angle, so that no feedback lowers this limit."""
+STEEPEST_REVERSAL = 0.5
+"""Limit of the slope of the lanes with the modulator direction after a reversal, as in the
+firmware: at least half of STEEPEST remains for the other parts, also of a later calibration."""
 MOST_SPEED_FEEDBACK = SPEED_FEEDBACK_EIGHTHS / 8
+"""Limit of :meth:`Coefficients.speed_feedback`: below 1/2, the measured speed settles whatever the
+phases of the lanes (derivation in the header of ``table_speed.vhd``)."""
 AMPLITUDE_LIMIT_COUNTS = float(1 << (AMPLITUDE_WIDTH - 1 - AMPLITUDE_FRACTION))
 
 
@@ -147,6 +155,14 @@ class Coefficients:
                 f"needs {least_counts(self.lanes)} at least: with fewer the next turn's phase "
                 "offset is not ready in time"
             )
+        if self.extension.local_table is not None:
+            windows = self.extension.local_table.overlap(self.counts_per_rev)
+            if windows is not None:
+                raise ValueError(
+                    f"starts_counts: the windows that begin at {windows[0]} and {windows[1]} "
+                    "counts overlap or touch; expected a count or more between them, because the "
+                    "correction would jump from one window's points to the other's"
+                )
         if self.extension.mean:
             for head, offset in enumerate(self.extension.mean.offsets, start=1):
                 if offset >= self.counts_per_rev * OFFSET_ONE:
@@ -180,8 +196,9 @@ class Coefficients:
         if self.thermal is None:
             return self
         offsets, amplitudes = self.phase_offsets.copy(), self.amplitudes.copy()
+        plain = self.plain_lanes
         for lane, order in enumerate(self.orders.tolist()):
-            if order not in self.thermal.orders:
+            if order not in self.thermal.orders or not plain[lane]:
                 continue
             written = cmath.rect(float(self.amplitudes_counts[lane]), -float(self.phases_rad[lane]))
             amplitude, phase = as_lane(written + self.thermal.change_counts(order, celsius))
@@ -197,8 +214,9 @@ class Coefficients:
         Each bound is the largest value at RANGE_STEPS + 1 temperatures of ``thermal``, plus the
         largest excess of a lane over the chord between two of these temperatures, c₂h²/4, where h
         is their distance. Phases are ignored: Σ n·|c_n| bounds the sum of all lanes anywhere in the
-        turn. A set for a missing head can replace the lanes; the slope of a local table adds to
-        that of either.
+        turn, whatever the modulators are, because they are at most 1. Lanes with the modulator
+        direction also change after a reversal. A set for a missing head can replace the lanes; the
+        slope of a local table adds to that of either.
         """
         thermal, orders = self.thermal, self.real_orders
         written = self.amplitudes_counts * np.exp(-1j * self.phases_rad)
@@ -211,13 +229,14 @@ class Coefficients:
                 [thermal.change_counts(order, at) for order in self.orders.tolist()]
                 for at in celsius.tolist()
             ]
-            sizes = np.abs(written + np.array(gains))
+            sizes = np.abs(written + np.array(gains) * self.plain_lanes)
             step = (thermal.most_c - thermal.least_c) / RANGE_STEPS
             bow = np.array([thermal.curve_counts(order) for order in self.orders.tolist()])
-            bow *= step**2 / 4.0
+            bow *= step**2 / 4.0 * self.plain_lanes
         largest = float((sizes + bow).max())
         slope = float((sizes @ orders).max() + bow @ orders)
         slope *= 2.0 * math.pi / self.counts_per_rev
+        slope += self.reversal_slope()
         if self.extension is not None:
             for extent in (one.extent() for one in self.extension.without):
                 slope, largest = max(slope, extent[0]), max(largest, extent[1])
@@ -244,6 +263,21 @@ class Coefficients:
             self.extension.conditions.nominal_deg_per_s, self.counts_per_rev, clock_hz
         )
         return counts / max(nominal / 2.0 ** (32 - SPEED_WINDOW_BITS), float(COUNTS_PER_PERIOD))
+
+    def reversal_slope(self) -> float:
+        """Return a bound of |dε/dR| of the change of the direction after a reversal: Σ|A|/W over
+        the lanes with the modulator direction."""
+        extension = self.extension
+        if extension is None or extension.conditions is None:
+            return 0.0
+        named = [lane for lane, name in extension.modulators if name == "direction"]
+        width_counts = extension.conditions.width / WIDTH_ONE
+        return float(np.abs(self.amplitudes_counts[named]).sum()) / width_counts
+
+    @property
+    def plain_lanes(self) -> NDArray[np.bool_]:
+        """Return which lanes have neither a modulator nor a real order, (lanes,)."""
+        return np.asarray((self.modulator_numbers == 0) & (self.turn_steps == 0))
 
     @property
     def lanes(self) -> int:

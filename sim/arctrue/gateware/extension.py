@@ -4,6 +4,7 @@ not integers (real orders), and local table."""
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import permutations
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -34,6 +35,10 @@ POINTS: Final = 1 << LOCAL_INDEX_WIDTH
 """Number of points of a local table."""
 POINT_LIMIT: Final = 1 << (LOCAL_POINT_WIDTH - 1)
 """Limit of a point's word: from −POINT_LIMIT to POINT_LIMIT − 1."""
+FOLLOWED_LANES_MOST: Final = 8
+"""Largest number of lanes with a modulator in the firmware."""
+REAL_LANES_MOST: Final = 8
+"""Largest number of lanes with real orders in the firmware."""
 FRACTION_BITS: Final = (4, 6, 8, 10)
 WINDOW_EXPONENT_MOST: Final = 6
 WIDTH_ONE: Final = 1 << STOP_FRACTION
@@ -101,10 +106,11 @@ class LocalTable:
                 )
 
     def steepest(self, counts_per_rev: int) -> float:
-        """Return the largest |dε/dR| of the table.
+        """Return a bound of the table's |dε/dR|, as the firmware computes it.
 
-        At the start of a window shorter than a turn the value steps from 0 to the first point; this
-        step counts as a slope over one count.
+        At the start of a window shorter than a turn the value steps from 0 to the first point,
+        which counts as a slope over one count. At the end of the window it steps to 0 from a value
+        that is at most one count's slope away from the first point.
         """
         windows = len(self.starts_counts)
         words = np.zeros(POINTS)
@@ -113,7 +119,16 @@ class LocalTable:
         between = counts_per_rev / float(2**self.width_exponent * each.shape[1])
         rise = float(np.abs(np.roll(each, -1, axis=1) - each).max()) / between
         leap = float(np.abs(each[:, 0]).max()) if self.width_exponent else 0.0
-        return max(rise, leap)
+        return rise + leap
+
+    def overlap(self, counts_per_rev: int) -> tuple[int, int] | None:
+        """Return the starts of two windows that overlap or touch, None if there are none; a window
+        that begins like an earlier one is never used."""
+        for one, other in permutations(self.starts_counts, 2):
+            away = (other - one) % counts_per_rev
+            if away and (away - 1) << self.width_exponent < counts_per_rev:
+                return one, other
+        return None
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from arctrue.report.charts.hidden_charts import signal_period, three_curves
 from arctrue.report.charts.ladder import ladder
 from arctrue.report.charts.matplotlib_chart import chart_svg, save_chart
 from arctrue.report.demo_page import page_templates
+from arctrue.report.taken_away_table import taken_away_table
 from arctrue.studies.demo.second_act import SecondAct
 from arctrue.workbench.model.noise_floor import with_one_floor
 
@@ -34,6 +35,7 @@ def write_second_act_page(act: SecondAct, file: Path, first_act: str = "") -> No
             steps=with_one_floor(result.diagnosed.ladder),
             parameters=added.parameters if result.diagnosed.effect else {},
             lanes=result.export.orders,
+            taken_away=taken_away_table(),
             curves=(
                 ("head 1, raw", "before", result.raw, result.raw_period),
                 ("output, paper’s model", "paper", result.paper, result.paper_period),

@@ -4,6 +4,8 @@ captured turns confirm or refute the table."""
 from __future__ import annotations
 
 import dataclasses
+import struct
+import zlib
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +18,7 @@ from sim.tests.firmware.test_application import ARCSEC_PER_COUNT, active_coeffic
 from sim.tests.firmware.test_load import DISC, file_of, running, send, state, turn
 from sim.tests.firmware.test_save import REGION, Board
 
+from arctrue.calibration.acceptance import of_limits
 from arctrue.device.load import load_frames
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.extension import POINTS, Extension, LocalTable
@@ -47,6 +50,17 @@ class Scratched(Disc):
 
 
 SCRATCHED = Scratched(DISC.orders)
+
+
+@dataclass(frozen=True)
+class Opposite(Disc):
+    """A disc whose scratch has the opposite sign."""
+
+    def error_rad(self, theta: Float) -> Float:
+        return Disc.error_rad(self, theta) - bump(theta) * ARCSEC
+
+
+OPPOSITE = Opposite(DISC.orders)
 
 
 def table_file(size: float = 1.0, shift_counts: int = 0) -> Coefficients:
@@ -127,6 +141,69 @@ def test_a_table_that_the_core_lacks_or_that_is_too_steep_is_refused(running: Fi
     assert last.startswith("error: load too_steep")
 
 
+def starting(starts: tuple[int, ...], width_exponent: int, first: int = 0) -> Coefficients:
+    """Return coefficients with a table of zeros, except that each window begins with the word
+    ``first``, in 1/16 count."""
+    points = np.zeros((len(starts), POINTS // len(starts)), dtype=np.int64)
+    points[:, 0] = first
+    table = LocalTable(tuple(points.ravel().tolist()), starts, width_exponent, 4)
+    return dataclasses.replace(file_of({}), extension=Extension(local_table=table))
+
+
+WINDOW = COUNTS >> 6
+
+
+@pytest.mark.parametrize(
+    ("starts", "width", "taken"),
+    [
+        ((0, WINDOW + 1), 6, True),
+        ((WINDOW + 1, 0), 6, True),
+        ((COUNTS - WINDOW - 1, 0, 5 * WINDOW, COUNTS - WINDOW - 1), 6, True),
+        ((0, WINDOW), 6, False),
+        ((0, WINDOW // 2), 6, False),
+        ((0, COUNTS - WINDOW), 6, False),
+        ((0, 3 * WINDOW, 6 * WINDOW, 6 * WINDOW + 1), 6, False),
+        ((0, COUNTS // 2), 0, False),
+        ((7, 7), 0, True),
+    ],
+)
+def test_windows_that_overlap_or_touch_are_refused(
+    running: Firmware, starts: tuple[int, ...], width: int, taken: bool
+) -> None:
+    """The first window that contains a reading gives the value. Where a window ends inside or next
+    to another one, the value would jump from one window's points to the other's, which the bound of
+    the slope does not contain. A window that begins like an earlier one is never used."""
+    built(running)
+    whole = starting((0,), 6)
+    assert whole.extension is not None
+    assert whole.extension.local_table is not None
+    held = dataclasses.replace(whole.extension.local_table, starts_counts=starts)
+    words = Bank.of_file(dataclasses.replace(held, width_exponent=width), COUNTS).place_words()
+    numbers = words[:5]
+    crc = zlib.crc32(struct.pack("<5I", *numbers))
+    send(running, load_frames(whole)[:1])
+    line = f"load table {' '.join(map(str, numbers))} {crc:08X}"
+    (answer,) = send(running, [line])
+    assert answer == ("ok" if taken else "error: load out_of_range")
+    if taken:
+        assert starting(starts, width).extension is not None
+    else:
+        with pytest.raises(ValueError, match="overlap"):
+            starting(starts, width)
+
+
+@pytest.mark.parametrize(("first", "answer"), [(15, "ok"), (16, "error: load too_steep")])
+def test_the_leap_at_the_ends_of_a_window_is_bounded(
+    running: Firmware, first: int, answer: str
+) -> None:
+    """At the first count of a window the value rises from 0 to the first point, which may be less
+    than one count high: the corrected angle would otherwise stop or turn back."""
+    built(running)
+    leaping = starting((0, 4 * WINDOW), 6, first)
+    assert send(running, load_frames(leaping))[-1] == answer
+    assert (of_limits(leaping) == []) == (answer == "ok")
+
+
 def test_a_missing_or_changed_frame_spoils_the_whole(running: Firmware) -> None:
     built(running)
     frames = load_frames(table_file())
@@ -171,6 +248,42 @@ def test_after_a_rearm_the_gateware_must_still_hold_it(running: Firmware, is_kep
         running.turn(turn(seed, disc=SCRATCHED))
     assert state(running) == ("load active" if is_kept else "load refused not_whole")
     assert (place_words(running)[0] != 0) == is_kept
+
+
+@pytest.mark.parametrize("disc", [OPPOSITE, DISC], ids=["opposite", "none"])
+def test_after_a_rearm_a_turn_that_contradicts_it_rejects_it(running: Firmware, disc: Disc) -> None:
+    assert loaded(running, table_file()) == "load active"
+    running.send("rearm")
+    running.core.see_index()
+    running.step()
+    for seed in range(20, 23):
+        running.turn(turn(seed, disc=disc))
+    assert state(running) == "load refused worse_prediction"
+    assert place_words(running)[0] == 0
+
+
+@pytest.mark.parametrize("disc", [OPPOSITE, DISC], ids=["opposite", "none"])
+def test_turns_that_contradict_the_active_table_raise_the_alarm(
+    running: Firmware, disc: Disc
+) -> None:
+    """With the scratch that the table corrects, there is no alarm; with the opposite or without a
+    scratch, the alarm comes in the first turn, and ends when the scratch returns."""
+    # The scratch also increases the noise of the fit.
+    for limit in ("alarm_error_arcsec 100", "alarm_noise_arcsec 10"):
+        running.send(f"set {limit}")
+    assert loaded(running, table_file()) == "load active"
+
+    def alarms(seeds: range, disc: Disc) -> list[list[str]]:
+        return [running.turn(turn(seed, disc=disc))["alarms"] for seed in seeds]
+
+    assert alarms(range(20, 26), SCRATCHED) == [[]] * 6
+    assert alarms(range(26, 29), disc) == [["error"]] * 3
+    assert alarms(range(29, 31), SCRATCHED) == [[]] * 2
+    # Half of the points of another table are in the idle bank: the table is not judged by them.
+    frames = load_frames(table_file(-1.0))
+    first = next(n for n, frame in enumerate(frames) if frame.startswith("load points "))
+    assert set(send(running, frames[: first + 450])) == {"ok"}
+    assert alarms(range(31, 32), SCRATCHED) == [[]]
 
 
 def points_of(running: Firmware) -> list[int]:

@@ -20,7 +20,7 @@ from sim.tests.firmware.calibrator import BOTH_INDICES_SEEN
 from sim.tests.firmware.model_core import Firmware, ModelCore, address, bit, field_shift
 from sim.tests.firmware.test_load import load, send, state, turn
 
-from arctrue.calibration.acceptance import of_steepness
+from arctrue.calibration.acceptance import of_limits
 from arctrue.device.load import heads_without_sets, load_frames
 from arctrue.gateware.capability import Capability
 from arctrue.gateware.coefficients import Coefficients
@@ -396,7 +396,7 @@ def test_the_slope_of_a_set_counts_together_with_the_local_table(
     assert set(before) == {"ok"}
     may_be_loaded = of_table + of_set < 0.95
     assert last == ("ok" if may_be_loaded else "error: load too_steep")
-    assert (of_steepness(coefficients) == []) == may_be_loaded, "the host has the same limit"
+    assert (of_limits(coefficients) == []) == may_be_loaded, "the host has the same limit"
 
 
 def test_a_frame_that_is_left_out_spoils_the_whole(running: Firmware) -> None:

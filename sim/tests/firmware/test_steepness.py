@@ -16,7 +16,7 @@ from sim.tests.firmware.test_judged_orders import COUNTS, started, turn
 from sim.tests.firmware.test_load import send, state
 from sim.tests.firmware.test_save import Board
 
-from arctrue.calibration.acceptance import of_steepness
+from arctrue.calibration.acceptance import of_limits
 from arctrue.device.load import load_frames
 from arctrue.gateware.coefficient_file import (
     coefficient_file_text,
@@ -59,13 +59,13 @@ def test_a_slope_that_becomes_too_steep_is_refused_everywhere() -> None:
     steep = following(STEEP)
     assert steep.extent()[0] > 1.9
     assert answer(steep) == "error: load too_steep"
-    objections = of_steepness(steep)
+    objections = of_limits(steep)
     assert "too steep: |dε/dR| reaches" in objections[0]
     assert "between 10 and 30 °C" in objections[0]
     # In a range of ± 0.5 kelvin the slope stays below 1 and the amplitude below 8,192 counts.
     narrow = following(STEEP, (19.5, 20.5))
     assert narrow.extent()[0] == pytest.approx(40 * 841.0 * 2 * np.pi / COUNTS, rel=1e-3)
-    assert of_steepness(narrow) == []
+    assert of_limits(narrow) == []
     assert answer(narrow) == "ok"
 
 
@@ -77,7 +77,7 @@ def test_an_amplitude_that_no_lane_holds_at_some_temperature_is_refused() -> Non
     warm = dataclasses.replace(cold, thermal=thermal)
     assert warm.extent()[0] < 0.1
     assert answer(warm) == "error: load out_of_range"
-    assert "a lane reaches 8500 counts between 10 and 30 °C" in of_steepness(warm)[0]
+    assert "a lane reaches 8500 counts between 10 and 30 °C" in of_limits(warm)[0]
 
 
 @given(

@@ -10,15 +10,18 @@ import numpy as np
 import pytest
 from sim.tests.command_line import arctrue as _run
 
+from arctrue.calibration.acceptance import of_limits
 from arctrue.device.load import load_frames
 from arctrue.gateware.amplitude_sweep import Modulators, modulated
 from arctrue.gateware.capability import EVERYTHING
 from arctrue.gateware.coefficient_file import CoefficientFileError, read_coefficient_file
 from arctrue.gateware.coefficients import MOST_SPEED_FEEDBACK, Coefficients
+from arctrue.gateware.extension import FOLLOWED_LANES_MOST
 from arctrue.gateware.table_conditions import MODULATOR_ONE
 from arctrue.measurement import MeasurementSet, write_measurement_set
 from arctrue.workbench.effects.base import ConditionedLane, Lane
 from arctrue.workbench.effects.catalogue.latency import Latency
+from arctrue.workbench.effects.catalogue.periodic_error import PeriodicError
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.model.export import ConditionSettings, Export, export_model
 from arctrue.workbench.model.model import Model, ModelEffect
@@ -29,6 +32,8 @@ from arctrue.workbench.observations.build import observations_of
 from .reversal_sets import REVERSAL, reversal_set
 
 COUNTS = 1 << 20
+ARCSEC_PER_WORD = 1_296_000 / COUNTS / 2048
+"""Arcseconds of the last bit of an amplitude."""
 
 
 @pytest.fixture(scope="module")
@@ -194,6 +199,115 @@ def test_a_plain_lane_of_0_takes_no_room_from_what_is_there(made: MeasurementSet
     held = exported(made, 3, 2)
     assert held.orders.tolist() == [1, 3]
     assert (held.amplitudes != 0).all()
+
+
+BY_DIRECTION = {"order": 5.0, "frequency": 0.0, "in_time": 0.0, "in_capture": 0.0}
+UP, DOWN = (3.0, 4.0), (1.0, -2.0)
+
+
+@pytest.mark.parametrize("with_modulators", [True, False])
+def test_a_line_of_each_direction_is_a_plain_lane_and_one_with_the_direction(
+    made: MeasurementSet, with_modulators: bool
+) -> None:
+    """The mean of both directions is a plain lane, and half of their difference a lane with the
+    modulator direction: in each direction, the correction is the line of that direction. Without
+    modulators half of the difference remains, and the export names the option."""
+    model = Model(
+        [
+            ModelEffect(
+                "periodic_error", {"by_direction": True}, BY_DIRECTION, coefficients=[*UP, *DOWN]
+            )
+        ]
+    )
+    observations, effects = observations_of(made), {"periodic_error": PeriodicError}
+    result = export_model(
+        model,
+        observations,
+        effects,
+        lanes=4,
+        temperature_c=None,
+        conditions=ConditionSettings() if with_modulators else None,
+    )
+    became = outcome(model, observations, effects, result.coefficients, temperature_c=None)
+    if not with_modulators:
+        assert any("--modulators" in text for text in result.left_out)
+        assert became.effects[0].by == "lanes"
+        half = np.hypot(UP[0] - DOWN[0], UP[1] - DOWN[1]) / 2.0
+        assert became.left_arcsec == pytest.approx(half / np.sqrt(2.0), rel=0.05)
+        return
+    counts = np.arange(0, COUNTS, 997)
+    angle = 5.0 * counts * 2.0 * np.pi / COUNTS
+    for sign, (cosine, sine) in ((1, UP), (-1, DOWN)):
+        held = modulated(result.coefficients, Modulators(sign * MODULATOR_ONE))
+        exact = (cosine * np.cos(angle) + sine * np.sin(angle)) * COUNTS / 1_296_000
+        # Amplitudes and phases of two lanes are rounded. From the angle to the reading, an order
+        # changes by the share n·A/2 at most, where A is the line itself.
+        bound = 2.0 * 2.0**-11 + 5.0 * 7.3**2 * np.pi / 648_000.0 * COUNTS / 1_296_000
+        assert np.abs(held.error_counts(counts) - exact).max() < bound
+    assert became.effects[0].by == "lanes by condition"
+    assert became.left_arcsec < 5.0 * 5.0**2 * np.pi / 648_000.0 + 2.0 * ARCSEC_PER_WORD
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"orders": [2.5], "condition": "direction"}, "not an integer and a condition"),
+        ({"orders": [2.5], "condition": "temperature"}, "not an integer and a condition"),
+        ({"orders": [], "condition": "temperature"}, "an order of 1 or more"),
+        ({"orders": [3.0], "condition": "|speed|"}, "speed squared"),
+        ({"orders": [3.0], "fixed_to": "reference"}, "on disc, stator or head 1"),
+    ],
+)
+def test_a_product_without_lanes_has_a_reason(
+    made: MeasurementSet, settings: dict[str, object], said: str
+) -> None:
+    """The firmware can load no lane for these products: the export and its table give the
+    reason."""
+    settings = {"fixed_to": "disc", **settings}
+    values = [0.3, -0.4] if settings["orders"] else [0.3]
+    entry = ModelEffect("product_of_parts", settings, coefficients=values)
+    observations, effects = observations_of(made), {"product_of_parts": ProductOfParts}
+    result = export_model(
+        Model([entry]),
+        observations,
+        effects,
+        lanes=4,
+        temperature_c=None,
+        conditions=ConditionSettings(),
+        with_real_orders=True,
+    )
+    (reason,) = [text for text in result.left_out if text.startswith("product_of_parts: ")]
+    assert said in reason
+    became = outcome(Model([entry]), observations, effects, result.coefficients, temperature_c=None)
+    assert became.effects[0].note in reason
+
+
+def test_the_firmware_holds_eight_lanes_with_a_modulator(made: MeasurementSet) -> None:
+    """Of ten orders × direction the eight largest get a lane, and the export names the others."""
+    sizes = np.linspace(1.0, 0.1, 10)
+    entry = ModelEffect(
+        "product_of_parts",
+        {"fixed_to": "disc", "orders": [float(n) for n in range(1, 11)], "condition": "direction"},
+        coefficients=[value for size in sizes.tolist() for value in (size, 0.0)],
+    )
+    result = export_model(
+        Model([entry]),
+        observations_of(made),
+        {"product_of_parts": ProductOfParts},
+        lanes=32,
+        temperature_c=None,
+        conditions=ConditionSettings(),
+    )
+    extension = result.coefficients.extension
+    assert extension is not None
+    assert len(extension.modulators) == FOLLOWED_LANES_MOST
+    kept = sorted(int(result.coefficients.orders[lane]) for lane, _ in extension.modulators)
+    assert kept == list(range(1, 9))
+    assert of_limits(result.coefficients) == []
+    assert [text for text in result.left_out if "at most 8" in text] == [
+        "order 9 × direction (0.200″): the firmware holds at most 8 lanes that follow a condition",
+        "order 10 × direction (0.100″): the firmware holds at most 8 lanes that follow a condition",
+    ]
 
 
 def with_columns(made: MeasurementSet, names: tuple[str, ...]) -> MeasurementSet:

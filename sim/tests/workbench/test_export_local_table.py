@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from sim.tests.command_line import arctrue as _run
 
+from arctrue.calibration.acceptance import of_limits
 from arctrue.device.load import load_frames
 from arctrue.gateware.capability import EVERYTHING
 from arctrue.gateware.coefficient_file import (
@@ -50,7 +51,7 @@ def bell(place_deg: float, width_deg: float, height_arcsec: float) -> LocalError
     [
         ([359.9], [0.15], 1, 6),
         ([10.0, 200.0], [0.15, 0.4], 2, 6),
-        ([10.0, 11.0, 200.0], [0.3, 1.0, 0.3], 4, 5),
+        ([10.0, 11.0, 200.0], [0.3, 1.0, 0.3], 2, 5),
         ([10.0, 80.0, 150.0, 220.0, 300.0], [1.0] * 5, 1, 0),
         ([90.0], [9.0], 1, 2),
     ],
@@ -74,6 +75,52 @@ def test_a_table_takes_bells_off(
     steepest = 12.0 * 0.607 / (min(widths_deg) * 3600.0)
     outside = 12.0 * np.exp(-12.5) * len(errors)
     assert left <= lines + COUNT_ARCSEC * (2.0**-table.fraction_bits + steepest) + outside
+
+
+@pytest.mark.parametrize(
+    ("places_deg", "widths_deg", "windows", "exponent"),
+    [
+        # A window of 5.6 degrees about the first bell would end within the second bell.
+        ([100.0, 103.1], [0.03, 0.3], 1, 6),
+        # The middle of the second bell would lie at the border of the first bell's window.
+        ([100.0, 102.8125], [0.085, 0.085], 1, 6),
+        # The windows would overlap, and together the bells exceed the width of one window.
+        ([100.0, 105.0], [0.2, 0.2], 1, 5),
+        ([358.0, 3.0], [0.2, 0.2], 1, 5),
+        # The windows would touch.
+        ([10.0, 15.625], [0.1, 0.1], 1, 5),
+        # One window begins 0.005 degrees after the end of the other one.
+        ([10.0, 15.63], [0.5624, 0.5624], 2, 6),
+        # Four windows of a quarter turn would touch: one window of a turn contains all.
+        ([0.0, 90.0, 180.0, 270.0], [5.0] * 4, 1, 0),
+        ([0.0, 80.0, 180.0, 270.0], [9.1] * 4, 1, 0),
+        ([10.0, 11.0, 12.0, 13.0, 14.0, 15.0], [0.1] * 6, 1, 5),
+        ([10.0, 100.0, 100.5, 200.0, 300.0], [0.2] * 5, 4, 6),
+    ],
+)
+def test_no_window_ends_within_another_bell(
+    places_deg: list[float], widths_deg: list[float], windows: int, exponent: int
+) -> None:
+    """The coefficients take the table, and the correction changes from each count to the next one
+    by no more than the errors themselves, plus the rounding of the points and what a bell has at
+    the end of its window."""
+    errors = [bell(p, w, 5.0) for p, w in zip(places_deg, widths_deg, strict=True)]
+    table = table_of(errors, TURN)
+    assert (len(table.starts_counts), table.width_exponent) == (windows, exponent)
+    lanes = Coefficients.from_harmonics([], [], [], TURN, 8)
+    held = replace(lanes, extension=Extension(local_table=table))
+    assert of_limits(held) == []
+    width = TURN >> exponent
+    # Every count near the ends of the windows and near the middles of the bells.
+    ends = [start + end for start in table.starts_counts for end in (0, width)]
+    middles = [round(place / 360.0 * TURN) for place in places_deg]
+    for middle in [*ends, *middles]:
+        reading = np.arange(middle - 20_000, middle + 20_000) * 2.0 * np.pi / TURN
+        found = taken_off_arcsec(table, TURN, reading) / COUNT_ARCSEC
+        true = sum(one.error_arcsec(reading) for one in errors) / COUNT_ARCSEC
+        steepest = np.abs(np.diff(true)).max()
+        outside = 5.0 / COUNT_ARCSEC * np.exp(-12.5) * len(errors)
+        assert np.abs(np.diff(found)).max() <= steepest + 2.0**-table.fraction_bits + outside
 
 
 OFFSETS_DEG = (0.0, 64.3, 177.0, 257.9)
@@ -226,6 +273,21 @@ def test_the_file_of_a_mean_gets_a_table_for_all_of_its_heads(
     answer = _run(*words, "--local-table")
     assert answer.exit_code != 0
     assert "it has no mean of heads" in " ".join(answer.output.split())
+
+
+def test_a_table_of_a_mean_that_the_firmware_refuses_is_not_written(
+    folder: Path, model: Path, tmp_path: Path
+) -> None:
+    """The lanes of the mean leave no slope for the table."""
+    mean = MeanSet((32768,) * 2, (0, round(64.3 / 360.0 * TURN * 16)))
+    lanes = Coefficients.from_harmonics([2000], [0.9999 * TURN / 4000 / np.pi], [0.2], TURN, 8)
+    made = tmp_path / "mean.toml"
+    write_coefficient_file(made, replace(lanes, extension=Extension(mean=mean)))
+    words = ("export", folder, "--model", model, "--out", tmp_path, "--mean", made)
+    answer = _run(*words, "--local-table")
+    assert answer.exit_code != 0
+    assert "the correction is too steep" in " ".join(answer.output.split())
+    assert not (tmp_path / "coefficients.toml").exists()
 
 
 def test_without_the_flag_it_is_left_and_said_so(folder: Path, model: Path, tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from sim.tests.command_line import arctrue as _run
 
+from arctrue.calibration.acceptance import of_limits
 from arctrue.gateware.capability import EVERYTHING
 from arctrue.gateware.coefficient_file import (
     CoefficientFileError,
@@ -17,6 +18,7 @@ from arctrue.gateware.coefficient_file import (
     write_coefficient_file,
 )
 from arctrue.gateware.compensation_pipeline import compensate
+from arctrue.gateware.extension import REAL_LANES_MOST
 from arctrue.measurement import MeasurementSet, write_measurement_set
 from arctrue.workbench.effects.base import FitContext, RealLane
 from arctrue.workbench.effects.catalogue.bearing_ball_pass import BearingBallPass
@@ -159,6 +161,35 @@ def test_the_phase_at_an_index_of_the_drive(observations: Observations) -> None:
     assert sides == {70.4: -1, 71.4: 0, 72.4: 1}
     with pytest.raises(ValueError, match=r"order 0\.5: neither it nor one of its sides"):
         exported(observations, with_real_orders=True).coefficients.with_phase_from_probe(0.7, 3.4)
+
+
+def test_the_firmware_holds_eight_lanes_of_real_orders(observations: Observations) -> None:
+    """A gear with three multiples and their sides has nine lines; the smallest one has no lane, the
+    export says so, and what remains is that line."""
+    listed = {"multiples": [1, 2, 3], "below": [1, 2, 3], "above": [1, 2, 3]}
+    sizes = [0.8, 0.4, 0.2, 0.1, 0.09, 0.08, 0.07, 0.05, 0.06]
+    values = [value for size in sizes for value in (size, 0.0)]
+    gear = Model([ModelEffect("drive_gear_error", listed, coefficients=values)])
+    result = export_model(
+        gear, observations, EFFECTS, lanes=32, temperature_c=None, with_real_orders=True
+    )
+    held = result.coefficients
+    assert held.extension is not None
+    assert len(held.extension.turn_steps) == REAL_LANES_MOST
+    assert of_limits(held) == []
+    smallest = 2 * 71.4 + 1
+    assert not np.isclose(held.real_orders[held.amplitudes != 0], smallest).any()
+    assert any(
+        text.startswith(f"order {smallest:g} (0.050″): the firmware holds at most 8")
+        for text in result.left_out
+    )
+    became = outcome(gear, observations, EFFECTS, held, temperature_c=None)
+    rows = observations.every_reference_row
+    assert rows is not None
+    line = 0.05 * np.cos(smallest * rows.angle_rad)
+    # The lanes act at the reading R = θ + ε, and ε(R) − ε(θ) is at most |ε|·|ε'|.
+    bound = 3.0 * 72.4 * sum(sizes) * np.pi / 648_000.0 * sum(sizes)
+    assert became.left_arcsec == pytest.approx(float(line.std()), abs=bound)
 
 
 def test_what_they_take_away_is_counted(observations: Observations) -> None:

@@ -354,7 +354,10 @@ class Effect(ABC):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> list[ConditionedLane]:
-        """Return the harmonics for lanes that follow a condition; by default none."""
+        """Return the harmonics for lanes that follow a condition; by default none.
+
+        An effect with the compensation "lanes" may have such lanes in addition to :meth:`lanes`.
+        """
         return []
 
     def real_lanes(

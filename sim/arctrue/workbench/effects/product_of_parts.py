@@ -253,7 +253,10 @@ class ProductOfParts(Effect):
     source = "found in the residuals"
     needs_settings = True
     compensation = "lanes"
-    compensation_note = "on disc, stator or head 1, steady or in proportion to the temperature"
+    compensation_note = (
+        "on disc, stator or head 1, steady or in proportion to the temperature; in proportion to "
+        "direction, speed, speed squared or a column it needs MODULATORS"
+    )
     defaults = {
         "condition": "",
         "time_constant_s": 0.0,
@@ -312,6 +315,23 @@ class ProductOfParts(Effect):
         self.orders = tuple(float(order) for order in orders)  # type: ignore[attr-defined]
         self.frame = said["fixed_to"]  # type: ignore[assignment]
         self.electrical_head = int(str(said["electrical_head"])) or None
+        reason = self._why_no_lanes()
+        if reason:
+            self.compensation_note = reason  # type: ignore[misc]
+
+    def _why_no_lanes(self) -> str:
+        """Return the reason why the firmware loads no lane for such a product; an empty string if
+        there is no such reason."""
+        if self.condition is ALWAYS:
+            return ""
+        if any(order != round(order) for order in self.orders):
+            return (
+                "the firmware loads no lane that has both an order that is not an integer and a "
+                "condition"
+            )
+        if self.condition is TEMPERATURE and not self.orders:
+            return "a lane that follows the temperature has an order of 1 or more in the firmware"
+        return ""
 
     @property
     def _head(self) -> int | None:
@@ -472,6 +492,8 @@ class ProductOfParts(Effect):
         temperature_c: float | None,
     ) -> list[Lane]:
         factor = 1.0
+        if not self._waves(coefficients, observations):
+            return []
         if self.condition is TEMPERATURE:
             if temperature_c is None:
                 raise ValueError(f"{self.name}: state the temperature with --temperature")

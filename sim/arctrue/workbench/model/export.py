@@ -9,8 +9,9 @@ amplitude.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +20,16 @@ from arctrue.base.units import RAD_PER_ARCSEC, arcsec_per_count
 from arctrue.calibration.acceptance import of_speed_feedback
 from arctrue.calibration.harmonics import error_arcsec
 from arctrue.calibration.selection import significance_factor
-from arctrue.gateware.coefficients import ORDER_MAX, Coefficients
-from arctrue.gateware.extension import WIDTH_ONE, Conditions, Extension
+from arctrue.gateware.coefficients import ORDER_MAX, STEEPEST_REVERSAL, Coefficients
+from arctrue.gateware.extension import (
+    FOLLOWED_LANES_MOST,
+    REAL_LANES_MOST,
+    WIDTH_ONE,
+    Conditions,
+    Extension,
+)
 from arctrue.gateware.thermal import ORDERS_MOST, ThermalLanes
-from arctrue.generated.number_formats import CLOCK_HZ, THERMAL_RANGE_K
+from arctrue.generated.number_formats import CLOCK_HZ, LANES_MAX, THERMAL_RANGE_K
 from arctrue.workbench.effects.base import ConditionedLane, Effect, RealLane
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.model.local_errors import local_errors, table_of
@@ -30,6 +37,7 @@ from arctrue.workbench.model.model import Model, ModelEffect
 from arctrue.workbench.observations import Observations
 
 Float = NDArray[np.float64]
+OneLane = TypeVar("OneLane", ConditionedLane, RealLane)
 
 SIDEBANDS = (-2, -1, 1, 2)
 """Distances of the orders that the conversion to the reading adds to each order of the true angle.
@@ -52,11 +60,6 @@ class ConditionSettings:
     """Speed at which the modulator is 1; None: 1.5 times the largest speed in the set."""
     clock_hz: float = CLOCK_HZ
     """Clock of the gateware, whose windows for the speed are counted in clocks."""
-
-
-LARGEST_REVERSAL_SLOPE = 0.5
-"""Largest slope dε/dθ of the correction after a reversal. If the slope is below 1, the corrected
-angle moves in the direction of the table."""
 
 
 @dataclass(frozen=True)
@@ -411,7 +414,8 @@ def export_model(
     local = local_errors(model, effects)
     of_real_order = lanes_of_real_orders(model, observations, effects)
     real = [lane for entry in of_real_order.values() for lane in entry if with_real_orders]
-    taken = frozenset(conditioned) | frozenset(local) | frozenset(of_real_order)
+    # The lanes of an effect may include both plain lanes and lanes with a condition.
+    taken = without_plain_lanes(model, effects, conditioned) | {*local, *of_real_order}
     if temperature_c is None and follows_temperature(model, observations, effects):
         thermal = _with_temperature(model, observations, effects, taken)
     else:
@@ -427,6 +431,9 @@ def export_model(
         thermal, harmonics=dataclasses.replace(found, components=by_order)
     )
     found = thermal.harmonics
+    beyond_followed, beyond_real = _beyond_the_firmware(model, observations, effects)
+    left_out += beyond_followed if conditions is not None else []
+    left_out += beyond_real if with_real_orders else []
     if conditions is None:
         left_out += _would_follow(model, observations, effects)
     if local and not with_local_table:
@@ -439,6 +446,7 @@ def export_model(
         left_out.append(
             f"{names}: a gateware with REAL_ORDERS = true can correct it, with --real-orders"
         )
+    left_out += _without_lanes(model, observations, effects)
     if len(followed.lanes) + len(real) > lanes:
         raise ValueError(
             f"{len(followed.lanes)} lanes follow a condition and {len(real)} have a real order, "
@@ -514,11 +522,14 @@ def export_model(
 
 
 def lanes_of_real_orders(
-    model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
+    model: Model,
+    observations: Observations,
+    effects: Mapping[str, type[Effect]],
+    most: int = REAL_LANES_MOST,
 ) -> dict[int, list[RealLane]]:
-    """Return the harmonics at orders that are not integers, by the index of the effect in the
-    model. The phases refer to the unwrapped angle of the set, which is zero at the beginning of
-    turn 0.
+    """Return the ``most`` largest harmonics at orders that are not integers, by the index of the
+    effect in the model. The phases refer to the unwrapped angle of the set, which is zero at the
+    beginning of turn 0.
     """
     found = {}
     for index, entry in enumerate(model.effects):
@@ -531,7 +542,23 @@ def lanes_of_real_orders(
         )
         if lanes and all(lane.order <= ORDER_MAX for lane in lanes):
             found[index] = lanes
-    return found
+    return _largest(found, _size_arcsec, most)
+
+
+def _largest(
+    found: Mapping[int, list[OneLane]], size: Callable[[OneLane], float], most: int
+) -> dict[int, list[OneLane]]:
+    """Return at most ``most`` lanes, those of the largest size, by the index of the effect."""
+    ranked = sorted(
+        ((index, lane) for index, lanes in found.items() for lane in lanes),
+        key=lambda one: -size(one[1]),
+    )
+    kept = ranked[:most]
+    return {
+        index: held
+        for index, lanes in found.items()
+        if (held := [lane for lane in lanes if (index, lane) in kept])
+    }
 
 
 def _size_arcsec(lane: RealLane) -> float:
@@ -559,11 +586,14 @@ def _orders_of_waves(orders: Iterable[int]) -> list[int]:
 
 
 def lanes_by_condition(
-    model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
+    model: Model,
+    observations: Observations,
+    effects: Mapping[str, type[Effect]],
+    most: int = FOLLOWED_LANES_MOST,
 ) -> dict[int, list[ConditionedLane]]:
-    """Return the lanes with a condition that correct effects, by the index of the effect in the
-    model. The gateware has two registers (words) for columns of the set; an effect that needs a
-    third column is omitted.
+    """Return the ``most`` largest lanes with a condition that correct effects, by the index of the
+    effect in the model. The gateware has two registers (words) for columns of the set; an effect
+    that needs a third column is omitted.
     """
     found = {}
     columns: set[tuple[str, float]] = set()
@@ -580,7 +610,100 @@ def lanes_by_condition(
         if lanes and fits and all(one.lane.order <= ORDER_MAX for one in lanes):
             found[index] = lanes
             columns = wanted
+    return _largest(found, lambda one: _largest_arcsec(one, observations), most)
+
+
+def _largest_arcsec(one: ConditionedLane, observations: Observations) -> float:
+    """Return the amplitude of a lane with a condition at the largest condition in the set."""
+    speed = _fastest_rad_s(observations) or float(np.radians(USUAL_NOMINAL_DEG_PER_S))
+    factors = {"direction": 1.0, "speed": speed, "speed_squared": speed**2}
+    factor = factors.get(one.condition) or _column_most(one, observations)
+    return factor * float(np.hypot(one.lane.cosine_arcsec, one.lane.sine_arcsec))
+
+
+def _fastest_rad_s(observations: Observations) -> float:
+    """Return the largest speed in the set; 0 for a set without a speed."""
+    fastest = [
+        float(np.abs(rows.speed_rad_s).max())
+        for rows in (observations.capture, observations.every_reference_row)
+        if rows is not None and rows.speed_rad_s is not None and rows.speed_rad_s.size
+    ]
+    return max(fastest, default=0.0)
+
+
+def _column_most(one: ConditionedLane, observations: Observations) -> float:
+    """Return the largest deviation of a column from its zero in the set."""
+    channels = (observations.capture, observations.every_reference_row)
+    most = [
+        float(np.nanmax(np.abs(rows.conditions[one.column] - one.column_zero)))
+        for rows in channels
+        if rows is not None and one.column in rows.conditions
+    ]
+    return max(most, default=0.0)
+
+
+def without_plain_lanes(
+    model: Model, effects: Mapping[str, type[Effect]], conditioned: Iterable[int]
+) -> frozenset[int]:
+    """Return those effects with lanes that follow a condition, by their index in the model, that
+    have no plain lanes."""
+    return frozenset(
+        index
+        for index in conditioned
+        if model.effects[index].effect(effects).compensation != "lanes"
+    )
+
+
+def _without_lanes(
+    model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
+) -> list[str]:
+    """Give the reason for each effect of a kind that lanes correct, if it has no lanes."""
+    others = {
+        *lanes_by_condition(model, observations, effects),
+        *lanes_of_real_orders(model, observations, effects),
+        *local_errors(model, effects),
+    }
+    found = []
+    for index, entry in enumerate(model.effects):
+        effect = entry.effect(effects)
+        if effect.compensation != "lanes" or index in others or not any(entry.coefficients):
+            continue
+        warm_c = observations.reference_temperature_c + THERMAL_SPAN_K
+        if not effect.lanes(np.array(entry.coefficients), entry.search, observations, warm_c):
+            found.append(f"{entry.name}: {effect.compensation_note or 'no lane can correct it'}")
     return found
+
+
+def _beyond_the_firmware(
+    model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
+) -> tuple[list[str], list[str]]:
+    """Describe the lanes with a condition, and the lanes of real orders, for which the firmware has
+    no place."""
+    every = model, observations, effects, LANES_MAX * len(model.effects)
+
+    def beyond(all_of: dict[int, list[OneLane]], kept: dict[int, list[OneLane]]) -> list[OneLane]:
+        return [
+            lane
+            for index, lanes in all_of.items()
+            for lane in lanes
+            if lane not in kept.get(index, [])
+        ]
+
+    followed = beyond(lanes_by_condition(*every), lanes_by_condition(model, observations, effects))
+    real = beyond(lanes_of_real_orders(*every), lanes_of_real_orders(model, observations, effects))
+    return (
+        [
+            f"order {one.lane.order} × {one.column or one.condition.replace('_', ' ')} "
+            f"({_largest_arcsec(one, observations):.3f}″): the firmware holds at most "
+            f"{FOLLOWED_LANES_MOST} lanes that follow a condition"
+            for one in followed
+        ],
+        [
+            f"order {one.order:.7g} ({_size_arcsec(one):.3f}″): the firmware holds at most "
+            f"{REAL_LANES_MOST} lanes of orders that are not integers"
+            for one in real
+        ],
+    )
 
 
 def _would_follow(
@@ -615,12 +738,8 @@ class _FollowedLanes:
         assert self.settings is not None
         if self.settings.nominal_deg_per_s is not None:
             return float(np.radians(self.settings.nominal_deg_per_s))
-        fastest = [
-            float(np.abs(rows.speed_rad_s).max())
-            for rows in (self.observations.capture, self.observations.every_reference_row)
-            if rows is not None and rows.speed_rad_s is not None and rows.speed_rad_s.size
-        ]
-        return 1.5 * max(fastest, default=0.0) or float(np.radians(USUAL_NOMINAL_DEG_PER_S))
+        fastest = _fastest_rad_s(self.observations)
+        return 1.5 * fastest or float(np.radians(USUAL_NOMINAL_DEG_PER_S))
 
     def _factor(self, one: ConditionedLane) -> float:
         """Return the value of the condition at which its modulator is 1."""
@@ -639,13 +758,7 @@ class _FollowedLanes:
     def _column_scale(self, one: ConditionedLane) -> float:
         """Return the deviation of a column from its zero at which the modulator is 1: 1.5 times the
         largest deviation in the set."""
-        channels = (self.observations.capture, self.observations.every_reference_row)
-        most = [
-            float(np.nanmax(np.abs(rows.conditions[one.column] - one.column_zero)))
-            for rows in channels
-            if rows is not None and one.column in rows.conditions
-        ]
-        return float(f"{1.5 * max(most, default=0.0):.3g}") or 1.0
+        return float(f"{1.5 * _column_most(one, self.observations):.3g}") or 1.0
 
     def _modulator(self, one: ConditionedLane) -> str:
         """Return the modulator's name in the coefficient file."""
@@ -688,7 +801,7 @@ class _FollowedLanes:
 
     def extension(self, first_lane: int) -> Extension:
         """Make the coefficient file's extension for these lanes, which follow ``first_lane`` other
-        lanes. Raises ValueError if the slope after a reversal exceeds LARGEST_REVERSAL_SLOPE."""
+        lanes. Raises ValueError if the slope after a reversal exceeds STEEPEST_REVERSAL."""
         assert self.settings is not None
         assert self.observations.counts_per_rev is not None
         width_counts = self.settings.reversal_width_deg / 360.0 * self.observations.counts_per_rev
@@ -698,12 +811,12 @@ class _FollowedLanes:
             if one.condition == "direction"
         )
         slope = reversal / arcsec_per_count(self.observations.counts_per_rev) / width_counts
-        if slope >= LARGEST_REVERSAL_SLOPE:
-            needed = slope / LARGEST_REVERSAL_SLOPE * self.settings.reversal_width_deg
+        if slope >= STEEPEST_REVERSAL:
+            needed = slope / STEEPEST_REVERSAL * self.settings.reversal_width_deg
             raise ValueError(
                 f"--reversal-width {self.settings.reversal_width_deg:g}: after a reversal the "
                 f"correction would change by {slope:.3g} counts per count; the limit is "
-                f"{LARGEST_REVERSAL_SLOPE:g}: choose more than {needed:.3g}°"
+                f"{STEEPEST_REVERSAL:g}: choose more than {needed:.3g}°"
             )
         names = tuple((first_lane + at, self._modulator(one)) for at, one in enumerate(self.lanes))
         conditions = Conditions(

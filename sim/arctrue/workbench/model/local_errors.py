@@ -28,6 +28,9 @@ Float = NDArray[np.float64]
 
 WINDOWS = (1, 2, 4)
 """Numbers of windows that a table of the gateware can have."""
+LEAST_GAP_COUNTS = 3.0
+"""Least distance between two windows: the device refuses windows that touch, and the starts of both
+are rounded to a count."""
 
 
 def local_errors(model: Model, effects: Mapping[str, type[Effect]]) -> dict[int, LocalError]:
@@ -102,31 +105,25 @@ def table_of(errors: Sequence[LocalError], counts_per_rev: int) -> LocalTable:
     Parameters
     ----------
     errors : sequence of LocalError
-        One error or more. Every point holds the sum of all errors, so that windows may overlap.
+        One error or more. Every point holds the sum of all errors.
     counts_per_rev : int
         Number of counts per turn.
 
     Returns
     -------
     LocalTable
-        The table with the narrowest windows that contain each error and the largest number of
-        fraction bits at which the largest point fits into its word; more than four errors share one
-        window of the whole turn.
+        The table with the closest points whose windows contain each error completely and do not
+        overlap, and with the largest number of fraction bits at which the largest point fits into
+        its word. Errors whose windows would overlap share one window.
 
     Raises
     ------
     ValueError
         The errors exceed the range of a point.
     """
-    widest = 2.0 * max(error.half_width_rad for error in errors)
-    exponent = int(np.clip(np.floor(np.log2(2.0 * np.pi / widest)), 0, WINDOW_EXPONENT_MOST))
-    if len(errors) > WINDOWS[-1]:
-        exponent = 0
     count_rad = 2.0 * np.pi / counts_per_rev
+    centres, exponent = _windows(errors, LEAST_GAP_COUNTS * count_rad)
     window_rad = 2.0 * np.pi / 2**exponent
-    centres = [error.place_rad for error in errors] if exponent else [np.pi]
-    windows = next(number for number in WINDOWS if number >= len(centres))
-    centres += [centres[0]] * (windows - len(centres))
     starts = [round((centre - window_rad / 2.0) / count_rad) % counts_per_rev for centre in centres]
     counts = _at_points(errors, starts, exponent, counts_per_rev)
     for fraction_bits in sorted(FRACTION_BITS, reverse=True):
@@ -137,6 +134,60 @@ def table_of(errors: Sequence[LocalError], counts_per_rev: int) -> LocalTable:
         f"a local error reaches {np.abs(counts).max():.0f} counts, and a point of the gateware's "
         f"table holds fewer than {POINT_LIMIT >> min(FRACTION_BITS)}; repair the disc first"
     )
+
+
+def _windows(errors: Sequence[LocalError], gap_rad: float) -> tuple[list[float], int]:
+    """Return the centres of the windows of a table, radians, and the exponent of their width.
+
+    Unused windows have the centre of the first one, which the gateware then uses alone.
+    """
+    chosen, chosen_exponent = [np.pi], 0
+    for exponent in range(1, WINDOW_EXPONENT_MOST + 1):
+        window_rad = 2.0 * np.pi / 2**exponent
+        spans = _spans(errors, window_rad, gap_rad)
+        if len(spans) > WINDOWS[-1] or any(high - low > window_rad for low, high in spans):
+            continue
+        windows = next(number for number in WINDOWS if number >= len(spans))
+        # The distance of two points is windows / 2^exponent of their distance in a whole turn.
+        if windows * 2**chosen_exponent < len(chosen) * 2**exponent:
+            centres = [(low + high) / 2.0 for low, high in spans]
+            chosen = centres + centres[:1] * (windows - len(centres))
+            chosen_exponent = exponent
+    return chosen, chosen_exponent
+
+
+def _spans(
+    errors: Sequence[LocalError], window_rad: float, gap_rad: float
+) -> list[tuple[float, float]]:
+    """Return the parts of the turn that contain the errors, radians. Parts are united until windows
+    of this width about their centres have the gap between them."""
+    turn_rad = 2.0 * np.pi
+
+    def placed(low: float, high: float) -> tuple[float, float]:
+        shift = (low + high) / 2.0 // turn_rad * turn_rad
+        return low - shift, high - shift
+
+    spans = sorted(
+        (
+            placed(error.place_rad - error.half_width_rad, error.place_rad + error.half_width_rad)
+            for error in errors
+        ),
+        key=sum,
+    )
+    place = 0
+    while place < len(spans) > 1:
+        follower = (place + 1) % len(spans)
+        ahead_rad = 0.0 if follower else turn_rad
+        low, high = spans[place]
+        next_low, next_high = spans[follower][0] + ahead_rad, spans[follower][1] + ahead_rad
+        if (next_low + next_high - low - high) / 2.0 < window_rad + gap_rad:
+            spans[place] = placed(min(low, next_low), max(high, next_high))
+            del spans[follower]
+            spans.sort(key=sum)
+            place = 0
+        else:
+            place += 1
+    return spans
 
 
 def part_of_table(table: LocalTable, error: LocalError, counts_per_rev: int) -> LocalTable:

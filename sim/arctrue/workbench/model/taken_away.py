@@ -29,6 +29,7 @@ from arctrue.workbench.model.export import (
     correctable_lanes,
     lanes_by_condition,
     lanes_of_real_orders,
+    without_plain_lanes,
 )
 from arctrue.workbench.model.local_errors import local_errors, part_of_table, taken_off_arcsec
 from arctrue.workbench.model.model import Model, ModelEffect
@@ -107,7 +108,7 @@ def outcome(
     table = None if coefficients.extension is None else coefficients.extension.local_table
     if table is not None:
         local = local_errors(model, effects)
-    taken = frozenset(followed) | frozenset(local) | frozenset(real)
+    taken = without_plain_lanes(model, effects, followed) | {*local, *real}
     lanes = _LanesOf.of_model(model, observations, effects, coefficients, temperature_c, taken)
     # The lanes act at the reading, which is the true angle plus the error of the model.
     reading_rad = table_rows.angle_rad.copy()
@@ -131,6 +132,8 @@ def outcome(
         left = values
         if index in followed:
             left = values - _followed_arcsec(followed[index], table_rows, reading_rad)
+            if index not in taken:
+                left = left - lanes.correction_arcsec(index, table_rows, reading_rad)
             by = "lanes by condition"
         elif table is not None and index in local:
             counts_per_rev = coefficients.counts_per_rev

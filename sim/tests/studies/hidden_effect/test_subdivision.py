@@ -164,7 +164,8 @@ def test_page_and_json(act: SecondAct, folder: Path, tmp_path: Path) -> None:
     for picture in pictures:
         ElementTree.fromstring(picture)
     assert not re.search(r'(?:src|href)="(?!#|data:)', page)
-    for words in ("Within the limits", "subdivision_error", "held out", "262,144 counts"):
+    within = ("Within the limits", "subdivision_error", "held out", "262,144 counts")
+    for words in (*within, "Effects that the device can take away"):
         assert words in page
     failed = dataclasses.replace(act, faults=("it is <worse>",))
     write_second_act_page(failed, tmp_path / "bad.html")

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import (
     Columns,
+    ConditionedLane,
     Effect,
     FitContext,
     Lane,
@@ -116,16 +117,16 @@ class PeriodicError(Effect):
     )
 
     def __init__(self, **settings: object) -> None:
-        """Make the effect; with ``by_direction`` the order is whole, and no lane compensates it."""
+        """Make the effect; with ``by_direction`` the order is whole, and a lane with the modulator
+        direction contains half of the difference of the directions."""
         super().__init__(**settings)
         if self._by_direction:
             self.search = tuple(  # type: ignore[misc, assignment]
                 replace(item, integer=True) if item.name == "order" else item
                 for item in type(self).search
             )
-            self.compensation = "none"  # type: ignore[misc, assignment]
             self.compensation_note = (  # type: ignore[misc]
-                "export writes no lanes for an error that depends on the direction"
+                "a lane corrects the mean of both directions; their difference needs MODULATORS"
             )
 
     @property
@@ -313,7 +314,21 @@ class PeriodicError(Effect):
         order = nonlinear["order"]
         if not self._of_the_angle(nonlinear) or abs(order - round(order)) > WHOLE:
             return []
+        if self._by_direction:
+            coefficients = 0.5 * (coefficients[:2] + coefficients[2:])
         return paired_lanes([round(order)], coefficients)
+
+    def conditioned_lanes(
+        self,
+        coefficients: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+    ) -> list[ConditionedLane]:
+        if not self._by_direction or not self._of_the_angle(nonlinear):
+            return []
+        half = 0.5 * (coefficients[:2] - coefficients[2:])
+        (lane,) = paired_lanes([round(nonlinear["order"])], half)
+        return [ConditionedLane("direction", lane)]
 
     def real_lanes(
         self,
@@ -322,14 +337,14 @@ class PeriodicError(Effect):
         observations: Observations,
     ) -> list[RealLane]:
         order = nonlinear["order"]
-        if not self._of_the_angle(nonlinear) or abs(order - round(order)) <= WHOLE:
+        is_whole = self._by_direction or abs(order - round(order)) <= WHOLE
+        if is_whole or not self._of_the_angle(nonlinear):
             return []
         return paired_real_lanes([order], coefficients[:2])
 
     def _of_the_angle(self, nonlinear: Nonlinear) -> bool:
-        """Tell whether the effect is one sinusoid of the reference run that is fixed to the
-        angle."""
-        return not (self._by_direction or nonlinear["in_time"] or nonlinear["in_capture"])
+        """Tell whether the reference run has the effect, and the effect is fixed to the angle."""
+        return not (nonlinear["in_time"] or nonlinear["in_capture"])
 
 
 def _wave(rows: CaptureRows | ReferenceRows, nonlinear: Nonlinear) -> Columns | None:

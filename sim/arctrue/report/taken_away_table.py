@@ -1,0 +1,79 @@
+"""Reads which part of the device corrects each effect, as measured on simulated tables by
+``scripts/measure_taken_away.py``; docs/effects.md and the demo's last page show it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+from arctrue.base.source_tree import ROOT
+
+STORED = ROOT / "docs" / "data" / "taken_away.json"
+
+TAKEN = {
+    "lanes": "lanes",
+    "firmware's model": "the firmware's model: lanes at the table's temperature",
+    "lanes by condition": "lanes of a bitstream with `MODULATORS`",
+    "lanes of real orders": "lanes of a bitstream with `REAL_ORDERS`",
+    "local table": "the table of a bitstream with `LOCAL_TABLE`",
+    "nothing": "nothing",
+    "not in the output": (
+        "no correction needed: in this simulation only head 2 has the error, and the output does "
+        "not contain head 2"
+    ),
+    "reference": "no correction needed: the reference has the error, the table does not",
+}
+"""Words for each part of the device, by its name in the export."""
+
+
+@dataclass(frozen=True, slots=True)
+class CorrectedEffect:
+    """An effect that a part of the device corrects; errors are RMS values in arcseconds."""
+
+    effect: str
+    simulated: str
+    """Size and unit of the cause in the simulation."""
+    without_arcsec: float
+    """Error of head 1 that remains with a model without the effect."""
+    left_arcsec: float
+    """Error of head 1 that remains with the effect in the model."""
+    by: str
+
+
+@dataclass(frozen=True, slots=True)
+class TakenAwayTable:
+    """All measured effects, by what happens to them."""
+
+    corrected: tuple[CorrectedEffect, ...]
+    left: tuple[str, ...]
+    """Effects that no part of the device corrects."""
+    no_error: tuple[str, ...]
+    """Effects that add no error to the output."""
+
+
+def stored() -> dict[str, Any]:
+    """Return the figures that the last run of the script stored."""
+    found: dict[str, Any] = json.loads(STORED.read_text(encoding="utf-8"))
+    return found
+
+
+def taken_away_table() -> TakenAwayTable:
+    """Return the stored figures, sorted by what happens to each effect."""
+    rows = stored()["effects"]
+    none = ("not in the output", "reference")
+    return TakenAwayTable(
+        tuple(
+            CorrectedEffect(
+                name,
+                row["simulated"],
+                row["left_without_arcsec"],
+                row["left_with_arcsec"],
+                TAKEN[row["taken_away_by"]].replace("`", ""),
+            )
+            for name, row in rows.items()
+            if row["taken_away_by"] not in ("nothing", *none)
+        ),
+        tuple(name for name, row in rows.items() if row["taken_away_by"] == "nothing"),
+        tuple(name for name, row in rows.items() if row["taken_away_by"] in none),
+    )
