@@ -191,7 +191,7 @@ def test_the_parity_has_the_weights_of_the_workbench() -> None:
     mean.weight[0:HEADS], mean.offset[0:HEADS] = WEIGHTS, offsets
     prepared = running.application.prepared
     prepared.sets = 0b1111
-    prepared.crc = running.library.core_prepared_sum(running.core.access, 0b11110, LANES)
+    prepared.sum = running.library.core_prepared_sum(running.core.access, LANES)
     running.library.prepared_arm(running.application)
     found = [running.core.get(f"parity.weight{head}") for head in range(1, HEADS + 1)]
     signed = np.array(found, dtype=np.uint32).view(np.int32)
