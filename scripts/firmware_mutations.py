@@ -463,6 +463,14 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         f"{_TESTS}/test_application.py::test_forgetting_switches_the_failover_off",
     ),
     Mutation(
+        "a_dead_head_locks_the_device_out",
+        "after a start the core keeps a mean that may use a dead head, so it captures no turn",
+        "firmware/application/restart.c",
+        "    core_use_head1(&application->core);\n    core_disarm_compare",
+        "    core_disarm_compare",
+        f"{_TESTS}/test_prepared_sets.py::test_without_a_mean_the_core_follows_head_1",
+    ),
+    Mutation(
         "a_dead_head_is_swapped_in",
         "a mean that uses a head that is left out is swapped in",
         "firmware/application/swap.c",

@@ -504,6 +504,14 @@ void core_write_coefficients(const struct core_access *core,
     }
 }
 
+void core_use_head1(const struct core_access *core) {
+    const struct mean_set head1 = {.heads = 0};
+    if (FIELD(core_capability(core), CAPABILITY__MEAN) != 0 && (core_left_out(core) & 1U) == 0) {
+        (void)core_write_mean(core, &head1, AT(mean));
+        core_swap(core);
+    }
+}
+
 bool core_verify_coefficients(const struct core_access *core,
                               const struct coefficients *coefficients) {
     ASSERT(coefficients->lanes <= LANES_LIMIT);

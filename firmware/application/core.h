@@ -361,6 +361,10 @@ void core_take_set(const struct core_access *core, uint32_t set);
 /* Allows the core to use the heads whose bits are set in `heads` again, after the next index of each head. */
 void core_come_back(const struct core_access *core, uint32_t heads);
 void core_swap(const struct core_access *core);
+/* Asks a core with a mean for a swap to the words of head 1 alone; call it while the correction is off, because the lanes
+   of the idle bank become active too. A mean that uses a head without an index captures no turn. Does nothing if head 1
+   is left out. */
+void core_use_head1(const struct core_access *core);
 uint32_t core_swap_count(const struct core_access *core);
 uint32_t core_overrun_count(const struct core_access *core);
 /* Reads the numbers of index marks in the wrong place, of illegal transitions and of over-speed edges of a head, 0 to
