@@ -464,14 +464,27 @@ static bool core_mean_word_is_built(const struct core_access *core, uint32_t pla
            place % MEAN_WEIGHTS < FIELD(core_capability(core), CAPABILITY__HEADS);
 }
 
-/* Writes the first `words` words of the mean from address `first` on. */
-static void core_write_mean(const struct core_access *core, const struct mean_set *mean,
-                            uint32_t first, uint32_t words) {
-    for (uint32_t place = 0; place < words; place++) {
+/* Returns the summand of a word in the check sum of the prepared sets: 0 for the word 0. */
+static uint32_t core_summand(uint32_t offset, uint32_t word) {
+    return word != 0 ? crc32_add_word(offset, word) : 0U;
+}
+
+/* Writes a word and returns its summand. */
+static uint32_t core_write_summed(const struct core_access *core, uint32_t offset, uint32_t word) {
+    core_write(core, offset, word);
+    return core_summand(offset, word);
+}
+
+/* Writes the words of the mean from address `first` on; returns their sum. */
+static uint32_t core_write_mean(const struct core_access *core, const struct mean_set *mean,
+                                uint32_t first) {
+    uint32_t sum = 0;
+    for (uint32_t place = 0; place < MEAN_WORDS; place++) {
         if (core_mean_word_is_built(core, place)) {
-            core_write(core, first + place * WORD_BYTES, core_mean_word(mean, place));
+            sum += core_write_summed(core, first + place * WORD_BYTES, core_mean_word(mean, place));
         }
     }
+    return sum;
 }
 
 void core_write_coefficients(const struct core_access *core,
@@ -487,7 +500,15 @@ void core_write_coefficients(const struct core_access *core,
     }
     core_write(core, AT(coefficient_offset), (uint32_t)coefficients->mean.error_offset);
     if (FIELD(core_capability(core), CAPABILITY__MEAN) != 0) {
-        core_write_mean(core, &coefficients->mean, AT(mean), MEAN_WORDS);
+        (void)core_write_mean(core, &coefficients->mean, AT(mean));
+    }
+}
+
+void core_use_head1(const struct core_access *core) {
+    const struct mean_set head1 = {.heads = 0};
+    if (FIELD(core_capability(core), CAPABILITY__MEAN) != 0 && (core_left_out(core) & 1U) == 0) {
+        (void)core_write_mean(core, &head1, AT(mean));
+        core_swap(core);
     }
 }
 
@@ -747,29 +768,31 @@ void core_failover_on(const struct core_access *core, const struct core_failover
                    (uint32_t)units << ARCTRUE_REGISTERS__FAILOVER__RETURN_AFTER_bp);
 }
 
-void core_write_prepared_lane(const struct core_access *core, uint32_t set, uint32_t place,
-                              const struct lane *lane, uint32_t counts_per_rev) {
+uint32_t core_write_prepared_lane(const struct core_access *core, uint32_t set, uint32_t place,
+                                  const struct lane *lane, uint32_t counts_per_rev) {
     uint32_t words[WORDS_A_LANE];
+    uint32_t offset = SET_AT(set) + place * WORDS_A_LANE * WORD_BYTES;
+    uint32_t sum = 0;
     core_lane_words(lane, counts_per_rev, MODULATOR_ONE, words);
     for (uint32_t word = 0; word < WORDS_A_LANE; word++) {
-        core_write(core, SET_AT(set) + (place * WORDS_A_LANE + word) * WORD_BYTES, words[word]);
+        sum += core_write_summed(core, offset + word * WORD_BYTES, words[word]);
     }
+    return sum;
 }
 
-void core_write_prepared(const struct core_access *core, uint32_t set,
-                         const struct coefficients *coefficients, bool closed) {
+uint32_t core_write_prepared(const struct core_access *core, uint32_t set,
+                             const struct coefficients *coefficients) {
     ASSERT(set <= HEADS_MOST && coefficients->lanes <= LANES_LIMIT);
-    uint32_t choice = SET_AT(set) + SET_MEAN + MEAN_CHOICE * WORD_BYTES;
-    core_write(core, choice, 0);
+    uint32_t sum = 0;
+    /* Closes the set; the choice of heads, the last word, opens it. */
+    core_write(core, SET_AT(set) + SET_MEAN + MEAN_CHOICE * WORD_BYTES, 0);
     for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
-        core_write_prepared_lane(core, set, lane, &coefficients->lane[lane],
-                                 coefficients->counts_per_rev);
+        sum += core_write_prepared_lane(core, set, lane, &coefficients->lane[lane],
+                                        coefficients->counts_per_rev);
     }
-    core_write(core, SET_AT(set) + SET_OFFSET, (uint32_t)coefficients->mean.error_offset);
-    core_write_mean(core, &coefficients->mean, SET_AT(set) + SET_MEAN, MEAN_CHOICE);
-    if (!closed) {
-        core_write(core, choice, core_mean_word(&coefficients->mean, MEAN_CHOICE));
-    }
+    sum += core_write_summed(core, SET_AT(set) + SET_OFFSET,
+                             (uint32_t)coefficients->mean.error_offset);
+    return sum + core_write_mean(core, &coefficients->mean, SET_AT(set) + SET_MEAN);
 }
 
 void core_read_prepared(const struct core_access *core, uint32_t number, struct coefficients *set) {
@@ -795,25 +818,26 @@ void core_read_prepared(const struct core_access *core, uint32_t number, struct 
     }
 }
 
-uint32_t core_prepared_sum(const struct core_access *core, uint32_t sets, uint32_t lanes) {
-    uint32_t crc = 0;
+static uint32_t core_read_summed(const struct core_access *core, uint32_t offset) {
+    return core_summand(offset, core_read(core, offset));
+}
+
+uint32_t core_prepared_sum(const struct core_access *core, uint32_t lanes) {
+    uint32_t sum = 0;
+    uint32_t sets = core_heads(core);
     ASSERT(lanes <= LANES_LIMIT);
-    for (uint32_t set = 0; set <= HEADS_MOST; set++) {
-        if ((sets >> set & 1U) == 0) {
-            continue;
-        }
+    for (uint32_t set = 0; set <= sets; set++) {
         for (uint32_t place = 0; place < lanes * WORDS_A_LANE; place++) {
-            crc = crc32_add_word(crc, core_read(core, SET_AT(set) + place * WORD_BYTES));
+            sum += core_read_summed(core, SET_AT(set) + place * WORD_BYTES);
         }
         for (uint32_t place = 0; place < MEAN_WORDS; place++) {
             if (core_mean_word_is_built(core, place)) {
-                uint32_t at = SET_AT(set) + SET_MEAN + place * WORD_BYTES;
-                crc = crc32_add_word(crc, core_read(core, at));
+                sum += core_read_summed(core, SET_AT(set) + SET_MEAN + place * WORD_BYTES);
             }
         }
-        crc = crc32_add_word(crc, core_read(core, SET_AT(set) + SET_OFFSET));
+        sum += core_read_summed(core, SET_AT(set) + SET_OFFSET);
     }
-    return crc;
+    return sum;
 }
 
 void core_take_set(const struct core_access *core, uint32_t set) {

@@ -343,21 +343,28 @@ struct core_failover_setup {
 /* Switches the failover on; core_failover_off() switches it off. */
 void core_failover_on(const struct core_access *core, const struct core_failover_setup *setup);
 /* Writes the lanes of `coefficients` and the words of its mean as prepared set `set`: set 0 has all heads, set n lacks
-   head n. Lanes beyond `coefficients->lanes` keep their words. With `closed` the gateware refuses to use the set. */
-void core_write_prepared(const struct core_access *core, uint32_t set,
-                         const struct coefficients *coefficients, bool closed);
-/* Writes one lane of a prepared set. */
-void core_write_prepared_lane(const struct core_access *core, uint32_t set, uint32_t place,
-                              const struct lane *lane, uint32_t counts_per_rev);
+   head n. Lanes beyond `coefficients->lanes` keep their words. The gateware refuses a set whose mean uses no head.
+   Returns the sum of the written words, see core_prepared_sum(). */
+uint32_t core_write_prepared(const struct core_access *core, uint32_t set,
+                             const struct coefficients *coefficients);
+/* Writes one lane of a prepared set; returns the sum of its words. */
+uint32_t core_write_prepared_lane(const struct core_access *core, uint32_t set, uint32_t place,
+                                  const struct lane *lane, uint32_t counts_per_rev);
 /* Reads `set->lanes` lanes and the words of the mean of a prepared set that was written for `set->counts_per_rev`. */
 void core_read_prepared(const struct core_access *core, uint32_t number, struct coefficients *set);
-/* Returns the CRC-32 of the words of the prepared sets whose bits are set in `sets`, as read back from the core. */
-uint32_t core_prepared_sum(const struct core_access *core, uint32_t sets, uint32_t lanes);
+/* Returns the check sum of all prepared sets, as read back from the core: the sum modulo 2^32 of the CRC-32 of every word
+   that is not 0, which begins with the word's address. So the order of the writes does not matter, and sets that are
+   filled with 0 have the sum 0. */
+uint32_t core_prepared_sum(const struct core_access *core, uint32_t lanes);
 /* Activates a prepared set instead of the idle bank; the core counts this as a swap. */
 void core_take_set(const struct core_access *core, uint32_t set);
 /* Allows the core to use the heads whose bits are set in `heads` again, after the next index of each head. */
 void core_come_back(const struct core_access *core, uint32_t heads);
 void core_swap(const struct core_access *core);
+/* Asks a core with a mean for a swap to the words of head 1 alone; call it while the correction is off, because the lanes
+   of the idle bank become active too. A mean that uses a head without an index captures no turn. Does nothing if head 1
+   is left out. */
+void core_use_head1(const struct core_access *core);
 uint32_t core_swap_count(const struct core_access *core);
 uint32_t core_overrun_count(const struct core_access *core);
 /* Reads the numbers of index marks in the wrong place, of illegal transitions and of over-speed edges of a head, 0 to

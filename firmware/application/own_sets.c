@@ -51,15 +51,18 @@ void own_sets_make(struct application *application) {
 
 void own_sets_write(struct application *application) {
     const struct coefficients *made = application->workspace.heads.made.without;
-    const struct prepared *prepared = &application->prepared;
+    struct prepared *prepared = &application->prepared;
     const struct coefficients nothing = {.lanes = application->configuration.lanes,
-                                         .counts_per_rev = application->candidate.counts_per_rev};
+                                         .counts_per_rev = application->candidate.counts_per_rev,
+                                         .mean = {.heads = HEADS_MOST}};
     if (!prepared->has_made) {
         return;
     }
+    prepared->sum = 0;
     for (uint32_t head = 0; head < HEADS_MOST; head++) {
         bool has = (prepared->made >> head & 1U) != 0;
-        core_write_prepared(&application->core, head + 1, has ? &made[head] : &nothing, !has);
+        prepared->sum +=
+            core_write_prepared(&application->core, head + 1, has ? &made[head] : &nothing);
     }
     prepared_hold(application, prepared->made);
 }

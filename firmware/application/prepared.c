@@ -23,14 +23,17 @@ void prepared_forget(struct application *application) {
 
 /* Makes every prepared set in the gateware invalid until new sets are complete. */
 static void prepared_close(struct application *application, uint32_t counts_per_rev) {
+    uint32_t heads = application->configuration.heads;
     const struct coefficients nothing = {.lanes = application->configuration.lanes,
-                                         .counts_per_rev = counts_per_rev};
+                                         .counts_per_rev = counts_per_rev,
+                                         .mean = {.heads = heads}};
     prepared_forget(application);
     if (!application->configuration.has_failover) {
         return;
     }
-    for (uint32_t set = 1; set <= application->configuration.heads; set++) {
-        core_write_prepared(&application->core, set, &nothing, true);
+    application->prepared.sum = 0;
+    for (uint32_t set = 1; set <= heads; set++) {
+        application->prepared.sum += core_write_prepared(&application->core, set, &nothing);
     }
 }
 
@@ -40,7 +43,7 @@ static enum load_answer prepared_open(struct application *application, enum load
     if (answer == LOAD_TAKEN && set->head != 0 && (set->whole >> (set->head - 1) & 1U) != 0) {
         const struct coefficients words = {
             .counts_per_rev = application->load.received.counts_per_rev, .mean = set->mean};
-        core_write_prepared(&application->core, set->head, &words, false);
+        application->prepared.sum += core_write_prepared(&application->core, set->head, &words);
     }
     return answer;
 }
@@ -71,16 +74,18 @@ enum load_answer application_load_without_lane(struct application *application, 
                                                const struct lane *lane, uint32_t crc) {
     enum load_answer answer = load_without_lane(&application->load, number, lane, crc);
     if (answer == LOAD_TAKEN) {
-        core_write_prepared_lane(&application->core, application->load.without.head, number, lane,
-                                 application->load.received.counts_per_rev);
+        application->prepared.sum +=
+            core_write_prepared_lane(&application->core, application->load.without.head, number,
+                                     lane, application->load.received.counts_per_rev);
     }
     return prepared_open(application, answer);
 }
 
-/* Converts `sets`, in which bit 0 stands for the set without head 1, to the mask of core_prepared_sum(), in which bit 1
-   stands for this set. */
-static uint32_t prepared_windows(uint32_t sets) {
-    return sets << 1;
+/* Tells whether the gateware holds the words that the firmware wrote. */
+static bool prepared_are_whole(const struct application *application) {
+    const struct prepared *prepared = &application->prepared;
+    return core_prepared_sum(&application->core, application->configuration.lanes) ==
+           prepared->sum + prepared->sum_of_all_heads;
 }
 
 void prepared_take_over(struct application *application) {
@@ -92,19 +97,13 @@ void prepared_hold(struct application *application, uint32_t sets) {
     prepared->sets = sets;
     prepared->overwritten = false;
     application->report.alarms &= ~(uint32_t)ALARM_FAILOVER_OFF;
-    if (sets != 0) {
-        prepared->crc = core_prepared_sum(&application->core, prepared_windows(prepared->sets),
-                                          application->configuration.lanes);
-    }
 }
 
 void prepared_keep(const struct application *application, struct kept_sets *kept) {
     const struct prepared *prepared = &application->prepared;
     uint32_t lanes = application->configuration.lanes;
     kept->number = 0;
-    if (prepared->sets == 0 || !state_works(application) ||
-        core_prepared_sum(&application->core, prepared_windows(prepared->sets), lanes) !=
-            prepared->crc) {
+    if (prepared->sets == 0 || !state_works(application) || !prepared_are_whole(application)) {
         return;
     }
     for (uint32_t head = 1; head <= HEADS_MOST; head++) {
@@ -117,9 +116,9 @@ void prepared_keep(const struct application *application, struct kept_sets *kept
     }
 }
 
-/* Reads all saved sets that this core can hold, and writes them to the gateware if `writes` is true. Returns the
-   missing heads of these sets, one bit per head. */
-static uint32_t prepared_each_saved(const struct application *application, bool writes) {
+/* Reads all saved sets that this core can hold. Unless `sum` is NULL, writes them to the gateware and adds the sum of
+   their words. Returns the missing heads of these sets, one bit per head. */
+static uint32_t prepared_each_saved(const struct application *application, uint32_t *sum) {
     const struct saved *saved = &application->save->content;
     uint32_t lanes = application->configuration.lanes;
     uint32_t heads = application->configuration.heads;
@@ -135,21 +134,21 @@ static uint32_t prepared_each_saved(const struct application *application, bool 
             continue;
         }
         sets |= 1U << (head - 1);
-        if (writes) {
+        if (sum != NULL) {
             set.lanes = lanes;
-            core_write_prepared(&application->core, head, &set, false);
+            *sum += core_write_prepared(&application->core, head, &set);
         }
     }
     return sets;
 }
 
 uint32_t prepared_saved(const struct application *application) {
-    return prepared_each_saved(application, false);
+    return prepared_each_saved(application, NULL);
 }
 
 void prepared_restore(struct application *application) {
     prepared_close(application, application->candidate.counts_per_rev);
-    prepared_hold(application, prepared_each_saved(application, true));
+    prepared_hold(application, prepared_each_saved(application, &application->prepared.sum));
 }
 
 /* Returns the determinant of the rows 1, cos, sin of three heads. */
@@ -202,9 +201,7 @@ void prepared_arm(struct application *application) {
         return;
     }
     core_failover_off(core);
-    uint32_t crc =
-        core_prepared_sum(core, prepared_windows(prepared->sets), application->configuration.lanes);
-    if (crc != prepared->crc) {
+    if (!prepared_are_whole(application)) {
         prepared->sets = 0;
         alarm_between_turns(application, ALARM_COEFFICIENTS);
         return;

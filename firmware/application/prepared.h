@@ -25,7 +25,7 @@ enum load_answer application_load_without_lane(struct application *application, 
 
 /* Notes that the received sets, if there are any, belong to the mean that has just been loaded. */
 void prepared_take_over(struct application *application);
-/* Notes the heads for whose absence the gateware now holds a set, and the check sum of the words of these sets. */
+/* Notes the heads for whose absence the gateware now holds a set. */
 void prepared_hold(struct application *application, uint32_t sets);
 /* Reads the sets of the mean from the gateware into `kept`; `kept` stays empty if the gateware's words differ from the
    written words. */

@@ -22,6 +22,7 @@ void restart_with_nothing(struct application *application) {
     if (state_works(application)) {
         core_failover_off(&application->core);
         control_write(application);
+        core_use_head1(&application->core);
     }
 }
 
@@ -48,6 +49,7 @@ void application_start(struct application *application) {
     if (!core_set_up(&application->core, &setup)) {
         return;
     }
+    core_use_head1(&application->core);
     core_disarm_compare(&application->core);
     if (application->configuration.has_failover) {
         core_come_back(&application->core, core_left_out(&application->core));

@@ -90,8 +90,10 @@ struct prepared {
     uint32_t sets;
     /* True if frames of a load have overwritten the sets of the active mean. */
     bool overwritten;
-    /* CRC of their words, as read back. */
-    uint32_t crc;
+    /* Check sums, see core_prepared_sum(), of the words as written: of the sets for a missing head, and of set 0, which
+       has all heads. */
+    uint32_t sum;
+    uint32_t sum_of_all_heads;
     /* Left-out heads that were reported to the operator. */
     uint32_t reported;
     /* `has_made`: the workspace holds sets for a missing head that belong to the candidate. `made`: the missing heads

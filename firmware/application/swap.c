@@ -69,7 +69,12 @@ enum swap_answer swap_candidate(struct application *application, const struct fo
         return SWAP_NOT_READ_BACK;
     }
     if (application->configuration.has_failover && application->candidate.mean.heads > 2) {
-        core_write_prepared(core, 0, &application->candidate, false);
+        /* Writes every lane of the window; lanes that the candidate does not have are 0. */
+        uint32_t own_lanes = application->candidate.lanes;
+        application->candidate.lanes = lanes;
+        application->prepared.sum_of_all_heads =
+            core_write_prepared(core, 0, &application->candidate);
+        application->candidate.lanes = own_lanes;
         own_sets_write(application);
     }
     if (application->candidate_origin == OF_SAVED) {

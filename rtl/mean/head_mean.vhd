@@ -9,6 +9,8 @@
 -- **Position.** The count of the output continues when the carrier changes: `position` is the carrier's position plus a
 -- base. With the first angle of a new set of words, `position` and angle jump by the same number of counts, the shorter
 -- way round. `jump` is this number; the ramp uses it to absorb the jump, so that the corrected position makes no step.
+-- With two heads `jump` includes the counts that are put back for the new carrier exactly with this first angle; with
+-- more heads no zero moves then.
 -- A jump beyond ±32,767 counts comes from a head that was never set up; `position` then jumps only by this limit, and
 -- from then on differs from the angle by the remainder, until the next reset.
 --
@@ -180,6 +182,9 @@ architecture rtl of head_mean is
   -- The heads' toggles and zero_moved in the clock before
   signal zeros_last : std_ulogic_vector(zeros_moved'range) := (others => '0');
   signal moved_last : std_ulogic                           := '0';
+  -- The counts put back in the clock before, and swap_comes of the clock before
+  signal put_backs_last : std_ulogic_vector(put_backs'range) := (others => '0');
+  signal is_first       : std_ulogic                         := '0';
 
   signal fractions   : std_ulogic_vector(HEADS * HEAD_OFFSET_FRACTION - 1 downto 0);
   signal own_count   : position_count;
@@ -325,6 +330,8 @@ begin
     variable jump_5_to_11   : jump_counts                                   := (others => (others => '0'));
     variable jumped_1_to_11 : std_ulogic_vector(1 to MEAN_LATENCY + 1)      := (others => '0');
     variable settling       : natural range 0 to SETTLE_CLOCKS              := SETTLE_CLOCKS;
+    -- Counts that were put back for the carrier with the first angle of its words; valid until the next swap
+    variable put_back_late  : jump_count                                    := (others => '0');
     variable sign           : std_ulogic;
 
   begin
@@ -332,7 +339,7 @@ begin
     if rising_edge(clock) then
       -- The jump belongs to the first angle of the new words, one clock after swap_comes; it is output MEAN_LATENCY
       -- clocks later.
-      jump_5_to_11   := jump_4 & jump_5_to_11(JUMP_CLOCKS + 1 to MEAN_LATENCY);
+      jump_5_to_11   := (jump_4 + put_back_late) & jump_5_to_11(JUMP_CLOCKS + 1 to MEAN_LATENCY);
       jump           <= jump_5_to_11(MEAN_LATENCY + 1);
       jumped_1_to_11 := swap_comes & jumped_1_to_11(1 to MEAN_LATENCY);
       jumped         <= jumped_1_to_11(MEAN_LATENCY + 1);
@@ -348,6 +355,14 @@ begin
         jump_4(jump_4'high) := sign;
       end if;
       count_1_to_4 := (own_count - next_count) & count_1_to_4(1 to JUMP_CLOCKS - 1);
+
+      -- may_swap excludes a zero that moves up to the clock of swap_comes. With more than two heads, the readings are a
+      -- clock older, so that this also excludes the first angle.
+      if is_first = '1' and not HAS_CLOCK then
+        put_back_late := put_back - jump_count'(u_signed(word_at(put_backs_last, this_head, 16)));
+      end if;
+      put_backs_last <= put_backs_now;
+      is_first       <= swap_comes;
 
       if swap_comes = '1' then
         base        <= next_base;
@@ -371,6 +386,7 @@ begin
         settling    := SETTLE_CLOCKS;
         is_settled  <= '0';
         moved_last  <= '0';
+        is_first    <= '0';
         jumped_1_to_11 := (others => '0');
       end if;
     end if;

@@ -241,3 +241,54 @@ async def a_swap_waits_for_what_moves_a_zero(dut: Any) -> None:
             if clock == 0 and name == "unsettle":
                 dut.unsettle.value = 0
         assert waits == [1] * 9 + [0] * 11, name
+
+
+@cocotb.test()
+@cocotb.parametrize(after=[1, 2, 3])
+async def counts_put_back_after_a_swap_make_no_step(dut: Any, after: int) -> None:
+    """The new carrier gets 40 counts back, `after` clocks after the swap; the table is at rest.
+
+    error_compensation withdraws `jump` at the first angle of new words, and the change of
+    `put_back` at every other angle with a moved zero. The position without what it withdraws must
+    not change.
+    """
+    counts, step, first = [1000 + 7 * head for head in range(HEADS)], 40, 80
+    put_backs = [13] + [0] * (HEADS - 1)
+    weights = (0, WEIGHT_ONE, *(0,) * (HEADS - 2))
+    alone = MeanSet((WEIGHT_ONE, *weights[2:], 0), (0,) * HEADS, 1, 2)
+    mean = MeanSet(weights, (0,) * HEADS, 2, 1)
+    await start(dut)
+    dut.indices_seen.value = 2**HEADS - 1
+    dut.compensate.value = 1
+    queue: list[tuple[int, int]] = []
+    moved = 0
+    seen: list[tuple[Seen, int, int]] = []
+    for clock in range(first + 30):
+        if clock in (0, first // 2):
+            queue = list(enumerate((alone if clock == 0 else mean).words()))
+        dut.write_enable.value = int(bool(queue) and clock % 2 == 0)
+        if queue and clock % 2 == 0:
+            dut.write_address.value, dut.write_data.value = queue.pop(0)
+        if clock == first + after:
+            counts[1] += step
+            put_backs[1] += step
+            moved = 2
+        dut.angles.value = flat(counts, ANGLE_WIDTH)
+        dut.positions.value = flat(counts, POSITION_WIDTH)
+        dut.put_backs.value = flat(put_backs, 16)
+        dut.zeros_moved.value = moved
+        swap = int(clock in (first // 2 - 1, first))
+        dut.swap_comes.value, dut.hold_writes.value = swap, swap
+        await RisingEdge(dut.clock)
+        assert not swap or dut.may_swap.value == 1
+        seen.append((outputs(dut), dut.put_back.value.to_signed(), int(dut.zero_moved.value)))
+    jumps = 0
+    for clock in range(first - 5, first + 10):
+        (before, put_before, zero_before), (now, put_now, zero_now) = seen[clock - 1 : clock + 1]
+        later = seen[clock + MEAN_LATENCY][0]
+        withdrawn = put_now - put_before if zero_now != zero_before else 0
+        if later.jumped:
+            withdrawn, jumps = later.jump, jumps + 1
+        assert now.position - before.position == withdrawn, f"clock {clock}"
+    assert jumps == 1
+    assert seen[-1][0].position - seen[first][0].position == 7 + step

@@ -122,6 +122,29 @@ def calibrated() -> Firmware:
     return running
 
 
+@pytest.mark.parametrize(("number", "at"), [(0, 12), (3, 12), (4, 0x810)])
+def test_a_word_that_is_lost_while_it_is_written_keeps_the_failover_off(
+    number: int, at: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An amplitude of 6 counts or a weight of 0.19 too much or too little in one set is found
+    before the failover is switched on, also in the set of all heads."""
+    lost = FIRST_WINDOW + number * WINDOW + at
+
+    class LossyCore(FourHeadsCore):
+        def write(self, context: Any, offset: int, word: int) -> None:
+            super().write(context, offset, word ^ 0x3000 if offset == lost else word)
+
+    monkeypatch.setattr(f"{__name__}.FourHeadsCore", LossyCore)
+    running = started(WORLD)
+    running.core.hand_over(WORLD.counts())
+    running.send("telemetry on")
+    said = running.step(4)
+    assert '"mean_of_heads":4' in said
+    assert not failover_is_on(running)
+    assert '"alarms":["coefficients"]' in said
+    assert running.status("set_without_head") == []
+
+
 def lane_orders(words: Coefficients) -> dict[int, complex]:
     """Return the complex amplitude of each lane in arcseconds, keyed by order."""
     orders = np.rint(words.phase_steps.astype(float) * COUNTS / 2.0**48).astype(int)

@@ -38,6 +38,7 @@ OFFSETS = (0, ALPHA, 0, ALPHA)
 WEIGHTS = (20_000, 15_000, 17_000, 13_536)
 WINDOW = 0x1000
 FIRST_WINDOW = 0x8000
+MEAN = 0x1800
 FURTHER_INDICES_SEEN = 0b11 << 10
 CAUSES = ("illegal", "overspeed", "swallowed", "missing_edges", "step", "index")
 
@@ -191,7 +192,7 @@ def test_the_parity_has_the_weights_of_the_workbench() -> None:
     mean.weight[0:HEADS], mean.offset[0:HEADS] = WEIGHTS, offsets
     prepared = running.application.prepared
     prepared.sets = 0b1111
-    prepared.crc = running.library.core_prepared_sum(running.core.access, 0b11110, LANES)
+    prepared.sum = running.library.core_prepared_sum(running.core.access, LANES)
     running.library.prepared_arm(running.application)
     found = [running.core.get(f"parity.weight{head}") for head in range(1, HEADS + 1)]
     signed = np.array(found, dtype=np.uint32).view(np.int32)
@@ -280,6 +281,32 @@ def test_a_re_arm_asks_for_every_head(running: Firmware) -> None:
     running.send("rearm")
     assert (address("heads_command"), 0b0010 << 8) in running.core.writes
     assert running.core.get("failover") == 0
+
+
+@pytest.mark.parametrize("event", ["rearm", "forget", "stuck"])
+@pytest.mark.parametrize("head1_is_left_out", [False, True])
+def test_without_a_mean_the_core_follows_head_1(
+    running: Firmware, event: str, head1_is_left_out: bool
+) -> None:
+    """The core captures no turn while its mean uses a head without an index; so the firmware swaps
+    to the words of head 1 alone, unless the gateware would refuse them."""
+    loaded(running, file_of(1, 2, 3, 4))
+    if head1_is_left_out:
+        running.core.status(left_out=0b0001, active=1)
+    running.core.writes.clear()
+    if event == "stuck":
+        position = running.core.get("snapshot.head1_position")
+        running.core.set("snapshot.head1_position", position + 5 * COUNTS)
+        running.step()
+        assert "stuck_captures 1" in running.send("status")
+    else:
+        running.send(event)
+    written = dict(running.core.writes)
+    words = [written.get(MEAN + 4 * place) for place in range(9)]
+    swap = (address("command"), bit("command", "swap"))
+    assert (swap in running.core.writes) is not head1_is_left_out
+    alone = [0, 0, 0, 0, 65_536, 0, 0, 0, 1 << 4]
+    assert words == ([None] * 9 if head1_is_left_out else alone)
 
 
 def test_the_first_frame_of_a_set_ends_the_failover_of_the_former_ones(running: Firmware) -> None:

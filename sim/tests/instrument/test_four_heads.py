@@ -22,7 +22,7 @@ from arctrue.gateware.coefficient_file import read_coefficient_file
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.extension import Extension
 from arctrue.gateware.mean_set import MeanSet
-from arctrue.instrument import HEAD4_A, HEAD4_B, PinFault
+from arctrue.instrument import HEAD3_A, HEAD3_B, HEAD3_Z, HEAD4_A, HEAD4_B, PinFault
 from arctrue.measurement import read_measurement_set, write_measurement_set
 from arctrue.studies.heads.bench import PLACES_DEG
 from arctrue.studies.heads.device import HeadsDevice
@@ -204,6 +204,32 @@ def test_faults_of_head_4_are_reported(device: HeadsDevice) -> None:
     assert "released head4" in device.firmware.send("status")
     assert "ok" in device.firmware.send("clear_output")
     device.firmware.send("set release_sources 0")
+
+
+@pytest.mark.slow
+def test_a_dead_head_does_not_stop_the_calibration(device: HeadsDevice) -> None:
+    """A head dies after the device has calibrated the mean; after ``rearm`` the device calibrates
+    head 1, although the mean used the dead head."""
+    device.calibrate_alone()
+    device.firmware.send("forget")
+    device.turn_before(*AXIS)
+    assert device.accepted_turn()["mean_of_heads"] == 4
+    turn_clocks = round(SETTINGS.counts_per_rev * 1.15)
+    begin = device.instrument.clock + 100
+    device.instrument.disturb(PinFault(begin, 40 * turn_clocks, low=HEAD3_A | HEAD3_B | HEAD3_Z))
+    assert device.firmware.send("rearm").startswith("ok")
+    first = len(device.firmware.telemetry)
+    # One turn for the index of head 1, one for the wait for head 3, and one to two for the capture.
+    device.firmware.run(clocks=5 * turn_clocks)
+    lines = device.firmware.telemetry[first:]
+    device.instrument.disturb()
+    device.calibrate_alone(on=False)
+    device.firmware.send("forget")
+    assert [line for line in lines if "stuck_capture" in line["alarms"]] == []
+    applied = [line for line in lines if line["result"] == "applied"]
+    assert applied, lines
+    assert "mean_of_heads" not in applied[0]
+    assert "no_mean" in applied[0], "the reason why no mean is calibrated"
 
 
 @pytest.mark.large
