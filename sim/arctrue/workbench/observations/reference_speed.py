@@ -22,6 +22,19 @@ decides the median."""
 EVEN = 0.05
 """Relative tolerance of the test for a steady speed: whether the times between stations are
 proportional to their distances."""
+FINEST_DECIMALS = 6
+"""Largest number of decimals of a time that is examined: a microsecond is finer than EVEN of every
+step between stations."""
+WHOLE_STEPS = 1e-3
+"""Largest deviation of a time from a whole number of its rounding steps, in steps: a float64 holds
+10⁷ s to a thousandth of a microsecond."""
+FINE_ROUNDING = 0.1
+"""Largest rounding step, relative to the time between stations, with which single times between
+stations still show a steady speed: twice EVEN. With coarser times, the whole pass must fit a
+line."""
+MOST_ROUNDING = 0.5
+"""Largest rounding step, relative to the time between stations, with which a pass can show a steady
+speed: with coarser times, successive stations may have the same time."""
 TARGET_NOISE_RAD = np.radians(1e-4)
 """Noise of a target angle that is commanded, or read from a finer encoder, and written with four
 decimals."""
@@ -51,12 +64,13 @@ def reference_speed(columns: Reference) -> Float | None:
     if time_s is None or target.size < LEAST_ROWS:
         return None
     passes = passes_of(columns)
-    speeds = [_steady_speed(target[rows], time_s[rows]) for rows in passes]
+    rounding_s = _rounding(time_s)
+    speeds = [_steady_speed(target[rows], time_s[rows], rounding_s) for rows in passes]
     near = [
         rows.stop - rows.start >= LEAST_ROWS
         and (
             float(np.median(np.abs(np.diff(target[rows])))) <= MOVING_STEP_DEG
-            or _sampled_by_a_clock(target[rows], time_s[rows])
+            or _sampled_by_a_clock(target[rows], time_s[rows], rounding_s)
         )
         for rows in passes
     ]
@@ -115,14 +129,44 @@ def _turns(target_deg: Float, new: NDArray[np.bool_]) -> Integer:
     return np.asarray(np.where(goes_on, before + 2, after + 1)[begins])
 
 
-def _sampled_by_a_clock(target_deg: Float, time_s: Float) -> bool:
+def _rounding(time_s: Float) -> float:
+    """Return the step of the last decimal with which a file states the times (rows,), seconds; 0 if
+    they have more than FINEST_DECIMALS decimals."""
+    for decimals in range(FINEST_DECIMALS + 1):
+        steps = time_s * 10.0**decimals
+        if float(np.abs(steps - np.round(steps)).max(initial=0.0)) < WHOLE_STEPS:
+            return float(10.0**-decimals)
+    return 0.0
+
+
+def _are_even(taken_s: Float, expected_s: Float, rounding_s: float) -> bool:
+    """Tell whether the times between rows equal the expected times within EVEN and the rounding of
+    both time stamps; (rows − 1,).
+
+    An operator's stops of different length could look even in coarse times. They do not fit a line
+    through the whole pass, from which times that are only rounded deviate by at most half a step.
+    """
+    usual_s = float(np.median(expected_s))
+    coarse = rounding_s > FINE_ROUNDING * usual_s
+    allowed_s = rounding_s if rounding_s <= MOST_ROUNDING * usual_s else 0.0
+    if not np.all(np.abs(taken_s - expected_s) < EVEN * expected_s + allowed_s):
+        return False
+    if not coarse or allowed_s == 0.0:
+        return True
+    way = np.concatenate([[0.0], np.cumsum(expected_s)])
+    late_s = np.concatenate([[0.0], np.cumsum(taken_s)]) - way
+    late_s = late_s - np.polyval(np.polyfit(way, late_s, 1), way)
+    return float(np.abs(late_s).max()) < 0.5 * rounding_s + EVEN * usual_s
+
+
+def _sampled_by_a_clock(target_deg: Float, time_s: Float, rounding_s: float) -> bool:
     """Tell whether a clock sampled the pass, which then has no stops.
 
     The times of such a pass are even, and its distances change smoothly and by more than a fifth.
     """
     way, taken = np.abs(np.diff(target_deg)), np.diff(time_s)
     usual_s, usual_deg = float(np.median(taken)), float(np.median(way))
-    if usual_s <= 0.0 or float(np.abs(taken / usual_s - 1.0).max()) >= EVEN:
+    if usual_s <= 0.0 or not _are_even(taken, np.full(taken.size, usual_s), rounding_s):
         return False
     smooth = float(np.median(np.abs(np.diff(way)))) < SMOOTH * usual_deg
     low, high = np.quantile(way, [0.1, 0.9])
@@ -135,19 +179,16 @@ def _in_the_steps_of(time_s: Float, sampled_s: list[float]) -> bool:
     return any(abs(step_s / one - 1.0) < EVEN for one in sampled_s if one > 0.0)
 
 
-def _mean_speed(target_deg: Float, time_s: Float) -> float:
-    duration_s = float(time_s[-1] - time_s[0])
-    return float(np.radians(target_deg[-1] - target_deg[0])) / duration_s if duration_s > 0 else 0.0
-
-
-def _steady_speed(target_deg: Float, time_s: Float) -> float | None:
-    """Return the speed of a pass if its times are proportional to its distances, otherwise None."""
+def _steady_speed(target_deg: Float, time_s: Float, rounding_s: float) -> float | None:
+    """Return the speed of a pass, rad/s, if its times are proportional to its distances, otherwise
+    None. ``rounding_s``: rounding step of the times."""
     if target_deg.size < LEAST_ROWS:
         return None
     way, taken = np.diff(target_deg), np.diff(time_s)
     if np.any(taken <= 0.0) or np.any(way == 0.0):
         return None
-    pace = way / taken
-    typical = float(np.median(pace))
-    uneven = np.abs(pace / typical - 1.0)
-    return _mean_speed(target_deg, time_s) if float(uneven.max()) < EVEN else None
+    # The whole pass gives the mean speed, which the rounding of single times does not shift.
+    pace = float(target_deg[-1] - target_deg[0]) / float(time_s[-1] - time_s[0])
+    if pace == 0.0 or np.any(way / pace <= 0.0):
+        return None
+    return float(np.radians(pace)) if _are_even(taken, way / pace, rounding_s) else None
