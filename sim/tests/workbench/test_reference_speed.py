@@ -187,3 +187,34 @@ def test_a_return_to_the_first_station_begins_a_pass_although_a_station_is_read_
     target = np.concatenate([one, one])
     found = passes_of(Reference(target_deg=target, error_arcsec=np.zeros(target.size)))
     assert found == [slice(0, one.size), slice(one.size, target.size)]
+
+
+def _passes(target: np.ndarray, labels: np.ndarray | None) -> list[slice]:
+    return passes_of(Reference(target, np.zeros(target.size), cycle=labels, direction=labels))
+
+
+@pytest.mark.parametrize("labelled", [True, False])
+@pytest.mark.parametrize("first_deg", [0.0, 15.0, 180.0])
+def test_passes_within_one_turn_are_whole_wherever_they_start(
+    first_deg: float, labelled: bool
+) -> None:
+    """Each pass has 24 stations, also if it goes downwards from 0° to 345°, or from 345° to 0°."""
+    up = np.mod(first_deg + FACES, 360.0)
+    down = np.mod(first_deg - FACES, 360.0)
+    target = np.concatenate([up, down, up, down])
+    labels = np.repeat([1, -1, 1, -1], 24) if labelled else None
+    assert _passes(target, labels) == [slice(24 * k, 24 * (k + 1)) for k in range(4)]
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_turns_in_one_sense_within_one_turn_are_passes(sense: float) -> None:
+    target = np.tile(np.mod(sense * FACES, 360.0), 5)
+    assert _passes(target, None) == [slice(24 * k, 24 * (k + 1)) for k in range(5)]
+
+
+def test_a_pass_downwards_from_zero_has_its_speed() -> None:
+    """Passes at 10°/s and −30°/s start at 0° and have targets within one turn."""
+    slow, fast = _steady(FACES, 10.0), _steady(-FACES, 30.0)
+    speed = reference_speed(_reference([slow, (np.mod(fast[0], 360.0), fast[1])]))
+    assert speed is not None
+    np.testing.assert_allclose(np.degrees(speed), np.repeat([10.0, -30.0], 24))

@@ -38,6 +38,11 @@ speed: with coarser times, successive stations may have the same time."""
 TARGET_NOISE_RAD = np.radians(1e-4)
 """Noise of a target angle that is commanded, or read from a finer encoder, and written with four
 decimals."""
+HALF_TURN_DEG = 180.0
+"""A longer step between two rows leads over the end of a turn, because the way in the other sense
+is shorter."""
+BLOCK_ROWS = 4096
+"""Number of rows that are searched at once for the end of a turn; it limits processor time only."""
 SPEED_RATIO = 1.2
 """If two passes over the same stations have speeds with a larger ratio than this, they cannot
 consist of stops of equal length."""
@@ -60,7 +65,7 @@ def reference_speed(columns: Reference) -> Float | None:
     at a steady speed, if their time steps equal those of a pass of the first two kinds: a clock
     then sampled both, and the fast pass belongs to the same log.
     """
-    target, time_s = columns.target_deg, columns.time_s
+    target, time_s = continued(columns.target_deg), columns.time_s
     if time_s is None or target.size < LEAST_ROWS:
         return None
     passes = passes_of(columns)
@@ -98,18 +103,65 @@ def reference_speed(columns: Reference) -> Float | None:
     return found if np.any(found != 0.0) else None
 
 
+def continued(target_deg: Float) -> Float:
+    """Return the targets, (rows,), without steps of more than half a turn: a step from 345° to 0°
+    goes on upwards, and one from 0° to 345° goes on downwards."""
+    steps = np.diff(target_deg)
+    far = np.abs(steps) > HALF_TURN_DEG
+    if not far.any():
+        return target_deg
+    steps = np.where(far, steps - 360.0 * np.round(steps / 360.0), steps)
+    return np.asarray(target_deg[0] + np.concatenate([[0.0], np.cumsum(steps)]))
+
+
 def passes_of(columns: Reference) -> list[slice]:
-    """Return the rows of each pass, between changes of run, cycle, direction, or sense of
-    motion."""
-    target = columns.target_deg
+    """Return the rows of each pass, between changes of run, cycle, direction, or sense of motion.
+
+    In a file with targets within one turn, a pass also ends where the targets return to its first
+    station.
+    """
+    target = continued(columns.target_deg)
     new = np.zeros(target.size, dtype=bool)
     new[0] = True
     for labels in (columns.run, columns.cycle, columns.direction):
         if labels is not None:
             new[1:] |= np.diff(labels) != 0
+    if target is not columns.target_deg:
+        _begin_after_a_turn(columns.target_deg, target, new)
     new[_turns(target, new)] = True
     bounds = [*np.flatnonzero(new).tolist(), target.size]
     return [slice(start, end) for start, end in pairwise(bounds)]
+
+
+def _begin_after_a_turn(target_deg: Float, continued_deg: Float, new: NDArray[np.bool_]) -> None:
+    """Mark the rows in ``new`` at which a pass has gone a whole turn, with a step from one end of
+    the turn to the other (from 345° to 0°, or from 0° to 345°)."""
+    step = np.abs(np.diff(continued_deg))
+    turn = 360.0 - 0.5 * float(np.median(step))
+    ends = np.flatnonzero(np.abs(np.diff(target_deg)) > HALF_TURN_DEG) + 1
+    labelled = [*np.flatnonzero(new).tolist(), target_deg.size]
+    for start, end in pairwise(labelled):
+        first = start
+        while True:
+            # The pass has such a step between its first row and the row where it ends.
+            after = ends[np.searchsorted(ends, first, side="right") :]
+            if after.size == 0 or after[0] >= end:
+                break
+            first = _first_far(continued_deg, int(after[0]), end, continued_deg[first], turn)
+            if first == end:
+                break
+            new[first] = True
+
+
+def _first_far(angle_deg: Float, start: int, end: int, from_deg: float, way_deg: float) -> int:
+    """Return the first row from ``start`` on that is ``way_deg`` or more away from ``from_deg``;
+    ``end`` if there is none."""
+    for low in range(start, end, BLOCK_ROWS):
+        block = angle_deg[low : min(low + BLOCK_ROWS, end)]
+        far = np.flatnonzero(np.abs(block - from_deg) >= way_deg)
+        if far.size:
+            return low + int(far[0])
+    return end
 
 
 def _turns(target_deg: Float, new: NDArray[np.bool_]) -> Integer:
