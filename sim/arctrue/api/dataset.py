@@ -34,6 +34,7 @@ from arctrue.measurement import (
 from arctrue.measurement.date import moment
 from arctrue.measurement.description import Keys
 from arctrue.measurement.digest import set_digest
+from arctrue.measurement.error_sign import of_opposite_sign
 from arctrue.measurement.reader import count_on_past_the_turn, require_heads
 from arctrue.measurement.uncertainty import of_zero
 from arctrue.measurement.wraps import without_wraps
@@ -443,6 +444,8 @@ class Dataset(MeasurementSet):
         reference = _reference(found["reference"], keys, warnings) if "reference" in found else None
         for name, rows in (("capture", capture), ("reference", reference)):
             warnings += [] if rows is None else of_zero(rows, name, 0)
+        if reference is not None:
+            warnings += of_opposite_sign(reference, keys.table, "reference")
         return cls(
             table=keys.table,
             capture=capture,

@@ -18,6 +18,7 @@ from arctrue.measurement.description import (
     ReferenceKeys,
     read_description,
 )
+from arctrue.measurement.error_sign import of_opposite_sign
 from arctrue.measurement.errors import MeasurementError
 from arctrue.measurement.mask_file import with_mask_file
 from arctrue.measurement.measurement_set import (
@@ -86,6 +87,7 @@ def read_measurement_set(
         compared = _reference(description, reference_path, warnings, progress)
         compared = with_mask_file(folder, "reference", reference_path, compared, warnings)
         warnings += of_zero(compared, f"{reference_path}", 2)
+        warnings += of_opposite_sign(compared, description.keys.table, f"{reference_path}")
     return MeasurementSet(
         table=description.keys.table,
         capture=heads,

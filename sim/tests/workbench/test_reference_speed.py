@@ -3,6 +3,8 @@ bench."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -60,6 +62,38 @@ def test_faces_passed_at_several_speeds_are_on_the_move() -> None:
     speed = reference_speed(_reference(passes))
     assert speed is not None
     np.testing.assert_allclose(np.degrees(speed), np.repeat([30.0, -30.0, 90.0], 24))
+
+
+@pytest.mark.parametrize("decimals", [2, 3, 6])
+@pytest.mark.parametrize("fast_deg_s", [30.0, 70.0, 130.0])
+def test_rounded_times_of_stations_show_the_speeds(fast_deg_s: float, decimals: int) -> None:
+    """Stations 4° apart are passed at 10°/s and faster, and their times are rounded: at 30°/s a
+    step takes 0.1333 s, which two decimals give as 0.13 s or 0.14 s.
+
+    The times of the first and the last row are wrong by half a step each, so that the mean speed
+    over 89 steps is wrong by at most 0.01 s / 2.7 s = 0.4 %.
+    """
+    stations = np.arange(90) * 4.0
+    passes = [_steady(stations, 10.0), _steady(stations[::-1], fast_deg_s)]
+    made = _reference(passes)
+    assert made.time_s is not None
+    speed = reference_speed(replace(made, time_s=np.round(made.time_s, decimals)))
+    assert speed is not None
+    np.testing.assert_allclose(np.degrees(speed), np.repeat([10.0, -fast_deg_s], 90), rtol=4e-3)
+
+
+def test_a_hurried_hand_is_no_speed_in_whole_seconds() -> None:
+    """Stops of 2.5 or 4 seconds with variations of up to a second show no speed, although times in
+    whole seconds hide the variations."""
+    random = np.random.default_rng(8)
+    for _ in range(50):
+        passes = [
+            (FACES, np.concatenate([[0.0], np.cumsum(stop_s + random.uniform(-0.5, 0.5, 23))]))
+            for stop_s in (4.0, 2.5, 4.0)
+        ]
+        made = _reference(passes)
+        assert made.time_s is not None
+        assert reference_speed(replace(made, time_s=np.round(made.time_s))) is None
 
 
 def test_a_hurried_hand_is_no_speed() -> None:
@@ -153,3 +187,34 @@ def test_a_return_to_the_first_station_begins_a_pass_although_a_station_is_read_
     target = np.concatenate([one, one])
     found = passes_of(Reference(target_deg=target, error_arcsec=np.zeros(target.size)))
     assert found == [slice(0, one.size), slice(one.size, target.size)]
+
+
+def _passes(target: np.ndarray, labels: np.ndarray | None) -> list[slice]:
+    return passes_of(Reference(target, np.zeros(target.size), cycle=labels, direction=labels))
+
+
+@pytest.mark.parametrize("labelled", [True, False])
+@pytest.mark.parametrize("first_deg", [0.0, 15.0, 180.0])
+def test_passes_within_one_turn_are_whole_wherever_they_start(
+    first_deg: float, labelled: bool
+) -> None:
+    """Each pass has 24 stations, also if it goes downwards from 0° to 345°, or from 345° to 0°."""
+    up = np.mod(first_deg + FACES, 360.0)
+    down = np.mod(first_deg - FACES, 360.0)
+    target = np.concatenate([up, down, up, down])
+    labels = np.repeat([1, -1, 1, -1], 24) if labelled else None
+    assert _passes(target, labels) == [slice(24 * k, 24 * (k + 1)) for k in range(4)]
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_turns_in_one_sense_within_one_turn_are_passes(sense: float) -> None:
+    target = np.tile(np.mod(sense * FACES, 360.0), 5)
+    assert _passes(target, None) == [slice(24 * k, 24 * (k + 1)) for k in range(5)]
+
+
+def test_a_pass_downwards_from_zero_has_its_speed() -> None:
+    """Passes at 10°/s and −30°/s start at 0° and have targets within one turn."""
+    slow, fast = _steady(FACES, 10.0), _steady(-FACES, 30.0)
+    speed = reference_speed(_reference([slow, (np.mod(fast[0], 360.0), fast[1])]))
+    assert speed is not None
+    np.testing.assert_allclose(np.degrees(speed), np.repeat([10.0, -30.0], 24))

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.base.runs import run_spans
-from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.measurement import Capture, MeasurementSet, Reference, Table
 from arctrue.workbench.observations.coarse_times import with_spread_times
 from arctrue.workbench.observations.observations import Observations
 from arctrue.workbench.observations.outliers.masked_row import MaskedRow
 from arctrue.workbench.observations.part import part_of, part_of_reference
 from arctrue.workbench.observations.polygon_faces import faces_of
+from arctrue.workbench.observations.reference_angle import reading_and_angle
 from arctrue.workbench.observations.reference_speed import reference_speed
 from arctrue.workbench.observations.rows import ReferenceRows
 from arctrue.workbench.observations.run_speed import run_speeds
@@ -26,9 +26,6 @@ from arctrue.workbench.observations.wrapped_targets import unwrapped
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
-LARGEST_ERROR_RAD = 0.05
-"""Largest distance of a reading from its target. A larger distance means that the reading has
-another zero or another number of counts per turn."""
 MOST_TURNS = 1_000_000
 """Largest number of turns from the index. Farther away, rounding to double precision changes an
 angle by about a thousandth of a count (at 2²⁴ counts per turn).
@@ -283,9 +280,7 @@ def _reference_rows(
     # the phase.
     electrical = electrical_rad(columns.head1_counts, facts)
     time = columns.time_s
-    reading, seen = _reference_reading(facts, columns)
-    errors = (columns.error_arcsec - float(np.mean(columns.error_arcsec))) * RAD_PER_ARCSEC
-    angle = reading - (errors if seen else 0.0 * errors)
+    reading, angle = reading_and_angle(facts, columns)
     return ReferenceRows(
         run=run,
         cycle=columns.cycle,
@@ -314,23 +309,6 @@ def _reference_rows(
         u_arcsec=columns.u_arcsec,
         conditions=columns.conditions,
     )
-
-
-def _reference_reading(facts: Table, columns: Reference) -> tuple[Float, bool]:
-    """Return the readings of head 1 in all rows, radians, and True.
-
-    If readings are missing or one of them does not fit its target, return the targets of all rows
-    and False.
-    """
-    target = np.radians(columns.target_deg)
-    if columns.head1_counts is None or facts.counts_per_rev is None or target.size == 0:
-        return target, False
-    away = columns.head1_counts * (2.0 * np.pi / facts.counts_per_rev) - target
-    # The file may unwrap only one of reading and target.
-    away -= np.round(away / (2.0 * np.pi)) * (2.0 * np.pi)
-    if float(np.abs(away).max()) > LARGEST_ERROR_RAD:
-        return target, False
-    return np.asarray(target + away), True
 
 
 def _run_start(run: Integer, time_s: Float | None) -> Float | None:

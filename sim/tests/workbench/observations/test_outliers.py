@@ -22,6 +22,7 @@ from arctrue.measurement import Capture, MeasurementSet, Reference
 from arctrue.studies.benchmark.diagnosis import diagnosed
 from arctrue.workbench.diagnose.data_faults import data_faults
 from arctrue.workbench.observations.build import observations_of
+from arctrue.workbench.observations.outliers.reference_rows import reference_outliers
 from arctrue.workbench.observations.outliers.single_rows import (
     FALSE_ROWS,
     far_from_neighbours,
@@ -188,6 +189,39 @@ def test_one_reading_of_a_station_that_its_other_visits_contradict_is_masked() -
     seen = observations_of(made)
     assert seen.reference is not None
     assert seen.reference.run.size == made.reference.error_arcsec.size - 2
+
+
+def _down_from_zero(stations: int, cycles: int) -> Reference:
+    """Return passes up from 0° and down from 0° with an error of order 1 (120″) and noise of
+    0.3″."""
+    random = np.random.default_rng(4)
+    up = np.arange(stations) * (360.0 / stations)
+    target = np.tile(np.concatenate([up, np.mod(-up, 360.0)]), cycles)
+    error = 120.0 * np.cos(np.radians(target) - 0.5) + random.normal(0.0, 0.3, target.size)
+    half = np.repeat(np.arange(2 * cycles), stations)
+    return Reference(target, error, cycle=half, direction=1 - 2 * np.mod(half, 2))
+
+
+@pytest.mark.parametrize("stations", [12, 24, 36])
+def test_a_pass_downwards_from_zero_has_no_outliers(stations: int) -> None:
+    found, _ = reference_outliers(_down_from_zero(stations, 5))
+    assert not found.any()
+
+
+@pytest.mark.parametrize("rows", [1, 2])
+def test_a_pass_of_one_or_two_rows_does_not_make_others_outliers(rows: int) -> None:
+    """Nothing in a pass of one or two rows shows how far the pass deviates, so that its rows say
+    nothing about other rows of their stations; these are 120″ from the mean of the turn."""
+    made = _down_from_zero(24, 3)
+    again = np.tile(np.arange(rows), 4)
+    assert made.cycle is not None
+    short = Reference(
+        np.concatenate([made.target_deg, made.target_deg[again]]),
+        np.concatenate([made.error_arcsec, made.error_arcsec[again]]),
+        cycle=np.concatenate([made.cycle, 100 + np.repeat(np.arange(4), rows)]),
+    )
+    found, _ = reference_outliers(short)
+    assert not found.any()
 
 
 def test_what_comes_again_after_each_reversal_is_kept() -> None:

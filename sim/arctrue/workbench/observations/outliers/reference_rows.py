@@ -21,7 +21,7 @@ from arctrue.workbench.observations.outliers.single_rows import (
     station_outliers,
     without_wave,
 )
-from arctrue.workbench.observations.reference_speed import passes_of
+from arctrue.workbench.observations.reference_speed import continued, passes_of
 
 Float = NDArray[np.float64]
 Boolean = NDArray[np.bool_]
@@ -48,9 +48,10 @@ def reference_outliers(rows: Reference, count_arcsec: float | None = None) -> tu
     passes = passes_of(rows)
     number = np.zeros(rows.error_arcsec.size, dtype=np.int64)
     sense = np.ones(rows.error_arcsec.size, dtype=np.int64)
+    gone_deg = continued(rows.target_deg)
     for label, part in enumerate(passes):
         number[part] = label
-        sense[part] = 1 if rows.target_deg[part][-1] >= rows.target_deg[part][0] else -1
+        sense[part] = 1 if gone_deg[part][-1] >= gone_deg[part][0] else -1
     station = np.round(np.mod(rows.target_deg, 360.0) / SAME_STATION_DEG).astype(np.int64)
     _, place = np.unique(station, return_inverse=True)
     found, away = station_outliers(rows.error_arcsec, place, number, sense, least)
@@ -58,11 +59,11 @@ def reference_outliers(rows: Reference, count_arcsec: float | None = None) -> tu
     scatter = np.ones(away.size)
     dense = np.zeros(away.size, dtype=bool)
     for part in passes:
-        step = np.abs(np.diff(rows.target_deg[part]))
+        step = np.abs(np.diff(gone_deg[part]))
         near = step.size >= LEAST_ROWS and float(np.median(step)) <= DENSE_STEP_DEG
         if near and float(np.median(visited[part])) < LEAST_VISITS:
-            pieces = pieces_between_gaps(rows.target_deg[part])
-            flat = without_wave(rows.error_arcsec[part], np.radians(rows.target_deg[part]))
+            pieces = pieces_between_gaps(gone_deg[part])
+            flat = without_wave(rows.error_arcsec[part], np.radians(gone_deg[part]))
             away[part], scatter[part] = far_from_neighbours(flat, least, pieces=pieces)
             if np.median(scatter[part]) > 0.0:
                 threshold = far_threshold(away.size, away[part].size - 2 * SIDE_ROWS)

@@ -64,6 +64,9 @@ NORMAL_MAD = 1.4826
 """Standard deviation of normal noise divided by its median absolute deviation."""
 LEAST_VISITS = 4
 """Smallest number of readings of a station among which a single wrong reading can be recognised."""
+LEAST_PASS_ROWS = 3
+"""Smallest number of rows of a pass in which a single wrong reading can be recognised: the other
+two rows must agree against it."""
 SAME_PLACE_ROWS = 1.5
 """Largest distance, in steps between rows, of rows in different revolutions that count as the same
 angle."""
@@ -395,9 +398,13 @@ def station_outliers(
     size = np.diff([0, *edges.tolist(), error_arcsec.size])
     pass_of = np.repeat(np.arange(size.size), size)
     away = error_arcsec - _medians(error_arcsec, pass_of)
+    # The median of a pass of one or two rows is the rows themselves. It does not show what the pass
+    # deviates by, so that these rows must not enter the median of their stations.
+    short = size[pass_of] < LEAST_PASS_ROWS
+    station = np.where(short, int(station.max(initial=0)) + 1 + np.arange(station.size), station)
     away -= of_the_others(away, station)
     away -= _around(away, pass_of, size)
-    known = np.bincount(station)[station] >= LEAST_VISITS
+    known = (np.bincount(station)[station] >= LEAST_VISITS) & ~short
     if not known.any():
         return np.zeros(away.size, dtype=bool), away
     scatter = max(NORMAL_MAD * float(np.median(np.abs(away[known]))), least)
@@ -482,4 +489,4 @@ def _around(values: Float, pass_of: Integer, size: Integer) -> Float:
         place = np.where(rows + shift < first, 2 * first - rows - shift, rows + shift)
         around.append(values[np.where(place > last, 2 * last - place, place)])
     expected[rows] = np.median(around, axis=0)
-    return np.where(size[pass_of] < 3, values, expected)
+    return np.where(size[pass_of] < LEAST_PASS_ROWS, values, expected)
