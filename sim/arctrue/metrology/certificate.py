@@ -27,8 +27,13 @@ from arctrue.metrology.budget import (
     reversal_lines,
 )
 from arctrue.workbench.effects.base import Effect
-from arctrue.workbench.inference.identifiability import undetermined_names, undetermined_share
+from arctrue.workbench.inference.identifiability import undetermined_names
 from arctrue.workbench.inference.left import left_by
+from arctrue.workbench.inference.null_space import (
+    MOST_UNDETERMINED,
+    null_space,
+    share_of_null_space,
+)
 from arctrue.workbench.inference.solution import Solution, joint_uncertainty
 from arctrue.workbench.model.growth import fitted
 from arctrue.workbench.model.model import Model
@@ -37,11 +42,6 @@ from arctrue.workbench.observations.build import observations_of
 
 Float = NDArray[np.float64]
 
-MOST_UNDETERMINED = 1e-3
-"""Largest permitted share of the model's columns at an angle that no row of the set determines. The
-covariance contains no uncertainty for this share; directions count as undetermined above a
-condition number of 3e4 (RANK_TOLERANCE), so that small positioning errors of the targets leave a
-share below 1e-4."""
 SHIFT_ARCSEC = 10.0
 """Change of the head separation from which its sensitivity is computed; it is small against
 mounting errors and large against rounding errors."""
@@ -158,7 +158,10 @@ def _error_at(
         found = term_values(term, rows, solution.context, conditions)
         if found is not None:
             columns[:, solution.part(number)] = found
-    unknown = undetermined_share(solution, columns) > MOST_UNDETERMINED
+    space = null_space(
+        solution.terms, solution.observations, solution.context, solution.noise, columns.shape[1]
+    )
+    unknown = share_of_null_space(space, columns) > MOST_UNDETERMINED
     if unknown.any():
         names = undetermined_names(solution)
         which = f" ({', '.join(names[:3])}{', …' if len(names) > 3 else ''})" if names else ""

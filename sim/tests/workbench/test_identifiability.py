@@ -8,13 +8,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from sim.tests.workbench.small_sets import (
+    ALPHA,
     CAPTURE_NOISE,
+    COUNTS_PER_REV,
     RUNS,
     SAMPLES_A_TURN,
     TURNS,
+    Float,
     measurement_set,
 )
 
+from arctrue.measurement import MeasurementSet
 from arctrue.workbench.effects.product_of_parts import ALWAYS, ProductOfParts
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
@@ -142,3 +146,62 @@ def test_an_effect_is_wholly_like_itself_and_unlike_another_order() -> None:
     inside = Term(ProductOfParts.of(ALWAYS, (1.0,), "disc"), {})
     # A column that the model already spans has no canonical direction.
     assert canonical_correlations(residuals, inside, three).size == 0
+
+
+X_ARCSEC, Y_ARCSEC, MOTION_ORDER = 4.0, 0.8, 3
+SIGMAS = 5.0
+"""Largest accepted deviation in stated standard uncertainties; a value exceeds it with p < 10⁻⁶."""
+
+
+def _moving_axis() -> MeasurementSet:
+    """Return a set whose axis moves by x = 4.0″ and y = 0.8″ at order 3, from the geometry of the
+    heads: head 1 reads y, head 2 reads x sin α + y cos α."""
+
+    def motion(angle: Float) -> tuple[Float, Float]:
+        return X_ARCSEC * np.cos(MOTION_ORDER * angle), Y_ARCSEC * np.sin(MOTION_ORDER * angle)
+
+    measured = measurement_set()
+    capture, reference = measured.capture, measured.reference
+    assert capture is not None
+    assert reference is not None
+    to_rad = 2.0 * np.pi / COUNTS_PER_REV
+    x, y = motion(to_rad * capture.head1_counts)
+    for counts, moved in (
+        (capture.head1_counts, y),
+        (capture.head2_counts, x * np.sin(ALPHA) + y * np.cos(ALPHA)),
+    ):
+        counts += np.round(moved / 3600.0 / 360.0 * COUNTS_PER_REV).astype(np.int64)
+    reference.error_arcsec[:] += motion(np.radians(reference.target_deg))[1]
+    return measured
+
+
+@pytest.mark.parametrize("grown", [False, True], ids=["fitted", "from the score"])
+def test_motion_that_the_disc_may_replace_has_no_uncertainty(grown: bool) -> None:
+    """Two heads and a reference give four numbers for the six of an order: x, y and graduation.
+
+    Without order 3 of the disc in the model, x and y are determined.
+    """
+    observations = observations_of(_moving_axis())
+    motion = Term(EFFECTS["radial_error_motion"](orders=[MOTION_ORDER]), {})
+    if grown:
+        residuals = Residuals(fit([_graduation()], observations))
+        score = residuals.score(motion.effect, {})
+        solution = residuals.solution_with(motion.effect, {}, score)
+    else:
+        solution = fit([_graduation(), motion], observations)
+    disc, axis = solution.parameters()
+    for name in ("x_cos_3", "x_sin_3", "y_cos_3", "y_sin_3"):
+        assert np.isnan(axis[name].sigma), axis[name]
+    assert np.isnan(disc["order_3_amplitude"].sigma)
+    assert disc["order_2_amplitude"].sigma > 0.0
+    angle = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
+    # Order 3 of the small set's disc is a graduation, so that it does not count.
+    expected = X_ARCSEC * np.sin(ALPHA) * np.cos(3.0 * angle)
+    expected += Y_ARCSEC * (np.cos(ALPHA) * np.sin(3.0 * angle) - np.sin(3.0 * (angle + ALPHA)))
+    for name, wave in (("cos", np.cos), ("sin", np.sin)):
+        found = axis[f"separable_{name}_3"]
+        truth = 2.0 * float(np.mean(expected * wave(3.0 * angle)))
+        assert abs(found.value - truth) < SIGMAS * found.sigma
+        assert found.sigma < 0.2
+    left_out = fit([_graduation(orders=[1, 2, 5]), motion], observations)
+    assert all(item.sigma > 0.0 for values in left_out.parameters() for item in values.values())

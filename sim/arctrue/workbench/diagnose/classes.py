@@ -55,7 +55,8 @@ def alike(best: Candidate, others: Sequence[Candidate], *, unspecific: bool = Fa
     for other in others:
         if other.gain < LEAST_SHARE * best.gain or other.name == best.name:
             continue
-        if other.effect.unspecific and not (unspecific or best.effect.unspecific):
+        described = unspecific or best.effect.unspecific or _is_enough(other, best)
+        if other.effect.unspecific and not described:
             continue
         if not stands_in(best, other):
             continue
@@ -66,9 +67,11 @@ def alike(best: Candidate, others: Sequence[Candidate], *, unspecific: bool = Fa
     return similar
 
 
-def adds(item: Candidate, other: Candidate) -> bool:
+def adds(item: Candidate, other: Candidate, *, searched: bool = True) -> bool:
     """Tell whether ``item`` still gains more than chance when ``other`` is in the model.
 
+    ``searched``: the gain is corrected for the search of ``item``; without it, ``other`` has found
+    the place.
     Both gains use the same noise: the noise estimated with ``item`` in the model or, if there is
     none, with ``other`` in the model.
     """
@@ -82,7 +85,9 @@ def adds(item: Candidate, other: Candidate) -> bool:
         share = item.gain / max(alone, 1e-300)
     left = Residuals(solution).score(item.effect, item.nonlinear)
     freedom = min(item.freedom, other.freedom)
-    p_value = corrected_p_value(left.gain * share, left.rank, item.trials, 1, freedom)
+    p_value = corrected_p_value(
+        left.gain * share, left.rank, item.trials if searched else 1.0, 1, freedom
+    )
     return p_value < NOTHING_LEFT_P
 
 
@@ -133,7 +138,10 @@ def stands_in(best: Candidate, other: Candidate) -> bool:
 
 
 def without_unspecific(found: Sequence[Candidate]) -> list[Candidate]:
-    """Omit each effect that only describes the observation if a cause explains the same error."""
+    """Omit each effect that only describes the observation if a cause explains the same error.
+
+    A motion of the axis needs head 1 to show it too; if only another head shows it, the line stays.
+    """
     specific = [item for item in found if not item.effect.unspecific]
     return [
         item
@@ -143,7 +151,20 @@ def without_unspecific(found: Sequence[Candidate]) -> list[Candidate]:
 
 
 def _explained(line: Candidate, other: Candidate) -> bool:
+    if _is_enough(line, other):
+        return False
     return stands_in(line, other) or of_its_order(line, other)
+
+
+def _is_enough(line: Candidate, cause: Candidate) -> bool:
+    """Tell whether a line of some heads explains all that a motion of the axis explains.
+
+    The motion has more coefficients, because a reference shows what head 1 reads. Two heads without
+    a reference have one wave for both effects, so that the line is no simpler explanation.
+    """
+    if not cause.effect.moves_axis or cause.rank <= line.rank:
+        return False
+    return line.gain >= LEAST_SHARE * cause.gain and not adds(cause, line, searched=False)
 
 
 def of_its_order(line: Candidate, other: Candidate) -> bool:

@@ -23,6 +23,7 @@ from arctrue.workbench.inference.design_matrix import (
     every_row_sums,
     term_widths,
 )
+from arctrue.workbench.inference.null_space import null_space, with_undetermined
 from arctrue.workbench.inference.tangents import Tangent, refined_names
 from arctrue.workbench.noise.noise import Noise
 from arctrue.workbench.numeric.least_squares import ChannelSums, Layout, Matrix
@@ -97,18 +98,36 @@ class Solution:
         found = []
         for index, term in enumerate(self.terms):
             part = self.part(index)
-            own = term.effect.parameters(
-                self.coefficients[part],
-                covariance[part, part],
-                term.nonlinear,
-                self.observations,
-            )
+
+            def made(
+                coefficients: Matrix, term: Term = term, part: slice = part
+            ) -> dict[str, Parameter]:
+                return term.effect.parameters(
+                    coefficients, covariance[part, part], term.nonlinear, self.observations
+                )
+
+            if self._null_space is None:
+                own = made(self.coefficients[part])
+            else:
+                scale, null = self._null_space
+                own = with_undetermined(made, self.coefficients[part], (scale[part], null[part]))
             for name, sigma in searched[index].items():
                 if name in own:
                     own[name] = replace(own[name], sigma=sigma)
             own |= term.effect.derived(own, term.nonlinear, self.observations)
             found.append(own)
         return found
+
+    @cached_property
+    def _null_space(self) -> tuple[Matrix, Matrix] | None:
+        """Scale and null space of the coefficients (:func:`null_space`); None if every coefficient
+        is determined or keeps a given value."""
+        size = sum(self.widths)
+        constants = self.observations.runs + (self.observations.reference is not None)
+        if self.held or self.rank >= size + constants:
+            return None
+        scale, null = null_space(self.terms, self.observations, self.context, self.noise, size)
+        return (scale, null) if null.size else None
 
     @cached_property
     def _uncertainty(self) -> tuple[Matrix, list[dict[str, float]]]:

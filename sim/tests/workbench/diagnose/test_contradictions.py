@@ -9,6 +9,7 @@ import pytest
 from scipy.stats import binom
 
 from arctrue.workbench.effects.base import CONTRADICTED_P, Parameter
+from arctrue.workbench.effects.catalogue.polygon_face_error import _serial
 from arctrue.workbench.effects.registry import built_in
 
 EFFECTS = built_in()
@@ -49,6 +50,52 @@ def test_a_wave_over_the_faces_is_no_polygon(order: int) -> None:
     reported = _of_faces(0.2 * np.cos(order * angle + 1.0) + random.normal(0.0, 0.03, FACES))
     assert reported is not None
     assert f"order {order}" in reported
+
+
+def test_smooth_faces_without_one_largest_wave_are_no_polygon() -> None:
+    """Two neighbouring orders share the power of a cross talk of the heads, so that neither is a
+    wave of its own; neighbouring faces resemble each other."""
+    angle = np.arange(FACES) * 2.0 * np.pi / FACES
+    values = np.cos(2 * angle + 1.0) + np.cos(3 * angle - 0.5)
+    values += np.random.default_rng(2).normal(0.0, 0.6, FACES)
+    reported = _of_faces(values)
+    assert reported is not None
+    assert "neighbouring faces" in reported
+
+
+@pytest.mark.parametrize("faces", [FACES, 17])
+@pytest.mark.parametrize("first", [1, 2])
+def test_correlation_of_neighbours_has_its_distribution(faces: int, first: int) -> None:
+    """Shares of 20,000 draws without the lower orders agree with p within four standard
+    deviations."""
+    angle = np.arange(faces) * 2.0 * np.pi / faces
+    lower = [np.ones(faces), *(wave(angle) for wave in (np.cos, np.sin) if first == 2)]
+    taken, _ = np.linalg.qr(np.stack(lower, axis=1))
+    values = np.random.default_rng(8).normal(size=(20_000, faces))
+    values -= (values @ taken) @ taken.T
+    found = np.sum(values * np.roll(values, 1, axis=1), axis=1) / np.sum(values**2, axis=1)
+    for quantile in (0.5, 0.9, 0.99):
+        at = int(np.argsort(found)[int(quantile * found.size)])
+        correlation, p_value = _serial(values[at], first)
+        assert correlation == pytest.approx(found[at])
+        spread = np.sqrt(quantile * (1.0 - quantile) / found.size)
+        assert abs(p_value - (1.0 - quantile)) < 4.0 * spread
+
+
+def test_faces_with_a_gain_stay_faces() -> None:
+    """The gain of the autocollimator adds order 1 of the table's error to independent faces; a wave
+    without faces of its own, or with other waves, is no polygon."""
+    angle = np.arange(FACES) * 2.0 * np.pi / FACES
+    random = np.random.default_rng(3)
+    wave, faces = 1.5 * np.cos(angle + 0.3), random.normal(0.0, 0.6, FACES)
+    assert _of_faces(wave + faces) is None
+    values = {
+        f"face_{n}": Parameter(float(it), 0.03, "arcsec") for n, it in enumerate(wave + faces)
+    }
+    words = EFFECTS["polygon_face_error"]().describe_values(values)
+    assert "autocollimator_gain or polygon_eccentricity" in words
+    assert _of_faces(wave + 0.05 * faces) is not None
+    assert _of_faces(wave + 0.8 * np.cos(4 * angle) + 0.2 * faces) is not None
 
 
 def test_one_face_alone_may_be_a_place_of_the_table() -> None:

@@ -29,6 +29,12 @@ from arctrue.workbench.observations import CaptureRows, Observations, ReferenceR
 SEPARATED_SIGMA = 5.5
 """Smallest distance of the order from whole and half orders, in standard uncertainties; 5.5² is the
 χ² of 30 that the search requires."""
+LEAST_SEEN = 0.1
+"""Smallest ratio of the motions y and x that head 1 and the other head see. Of ellipses with
+uniformly distributed axis ratio and direction, a share of LEAST_SEEN²/2 = CONTRADICTED_P has less.
+"""
+SURELY_LESS = 3.0
+"""Standard uncertainties by which y must be below the limit."""
 LEAST_TURNS = 1.98
 """Smallest number of turns between first and last sample; a run of two turns has slightly less than
 2."""
@@ -120,6 +126,28 @@ class BearingBallPass(Effect):
         return (
             f"its order {order.value:.4g} ± {order.sigma:.2g} is not distinguishable from "
             f"{half:g}, which repeats {turns}; balls and cage of a bearing have no such rate"
+        )
+
+    def contradiction(
+        self,
+        coefficients: NDArray[np.float64],
+        covariance: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+    ) -> str | None:
+        """Refuse a motion that the heads' difference shows and the reference does not.
+
+        Head 1 reads y. Without y, the difference is x·sin α; an ellipse of any direction has both.
+        """
+        if observations.reference is None:
+            return None
+        x, y = np.hypot(*coefficients[:2]), np.hypot(*coefficients[2:])
+        sigma = np.sqrt(max(float(np.linalg.eigvalsh(covariance[2:, 2:])[-1]), 0.0))
+        if sigma <= 0.0 or y + SURELY_LESS * sigma >= LEAST_SEEN * x:
+            return None
+        return (
+            f"the difference of the heads implies a motion of {x:.2g}″, but head 1 sees "
+            f"{y:.2g}″ ± {sigma:.1g}″ of it in the reference: only one head shows the error"
         )
 
     def real_lanes(

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import betaincc, fdtrc
+from scipy.special import betaincc, chdtrc, fdtrc
 
 from arctrue.workbench.effects.base import (
     CONTRADICTED_P,
@@ -21,6 +23,11 @@ LEAST_FACES = 8
 WIDEST_PLACE = 3
 """Largest number of neighbouring faces that are tested together as one place of the table: three of
 24 faces are an eighth of a turn."""
+LEAST_FACES_LEFT = 0.1
+"""Smallest share of the face errors' mean square that must remain without order 1, to be faces of
+their own. A wave with a smaller remainder (a third of its size) may be a wave of another shape."""
+SURE_P = 1e-4
+"""Largest p with which faces remain without order 1: the limit of a sure lack of fit."""
 MAGNIFIED = 0.25
 """If |e^{jnα} − 1| is below this value, order n is removed from the face errors. The fit divides
 the heads' difference by this factor to find the graduation's order n, so that an error of the
@@ -84,40 +91,29 @@ class PolygonFaceError(Effect):
         are independent.
 
         Patterns are a wave over the faces (Fisher's test of the periodogram, Proc. R. Soc. A 125
-        (1929) 54), one face or some neighbouring faces as outliers among the other faces (Grubbs,
-        Ann. Math. Stat. 21 (1950) 27), or a shape that repeats several times a turn (analysis of
-        variance). A motion of the table itself causes such patterns, and the polygon on the table
-        shows this motion too.
+        (1929) 54), neighbours that resemble each other, one face or some neighbouring faces as
+        outliers among the other faces (Grubbs, Ann. Math. Stat. 21 (1950) 27), or a shape that
+        repeats several times a turn (analysis of variance). A motion of the table itself causes
+        such patterns, and the polygon on the table shows this motion too.
+
+        A wave of order 1 alone is no reason: the gain of the autocollimator or an eccentric polygon
+        adds it to the faces. The test is then repeated without order 1, if faces remain.
         """
         values = coefficients - coefficients.mean()
-        size, level = values.size, CONTRADICTED_P
-        square = float(values @ values)
-        if size < LEAST_FACES or square <= 0.0:
+        if values.size < LEAST_FACES or float(values @ values) <= 0.0:
             return None
-        power = np.abs(np.fft.rfft(values)[1 : (size + 1) // 2]) ** 2
-        order, share = int(np.argmax(power)) + 1, float(power.max() / power.sum())
-        if power.size * (1.0 - share) ** (power.size - 1) < 0.5 * level:
-            return (
-                f"a wave of order {order} has {100.0 * share:.0f} % of the variance of the face "
-                "errors; the errors of a polygon's faces are independent of each other"
-            )
-        face, width, p_value = _place(values, observations.head_separation_rad)
-        if p_value < 0.25 * level:
-            found = values[(face + np.arange(width)) % size].mean()
-            faces = f"face {face} deviates"
-            if width > 1:
-                faces = f"{width} faces from {face} on deviate"
-            return (
-                f"{faces} from the other faces by {found:.2g}″: an error at one place of the table "
-                "looks the same as wrong faces side by side"
-            )
-        times, p_value = _comes_again(values)
-        if p_value < 0.25 * level:
-            return (
-                f"the faces repeat {times} times a turn, as a cam or a lobed bearing does; the "
-                "errors of a polygon's faces are independent of each other"
-            )
-        return None
+        why = _pattern(values, observations.head_separation_rad)
+        if why is None or _largest_wave(values)[0] != 1:
+            return why
+        left = _without_first_order(values)
+        noise = float(np.trace(covariance)) / values.size
+        square, freedom = float(left @ left), values.size - 3
+        if square < LEAST_FACES_LEFT * float(values @ values):
+            return why
+        if chdtrc(freedom, square / max(noise, 1e-300)) > SURE_P:
+            return why
+        # If the faces that remain have a pattern too, the wave belongs to it.
+        return why if _pattern(left, observations.head_separation_rad, first=2) else None
 
     def parameters(
         self,
@@ -139,17 +135,106 @@ class PolygonFaceError(Effect):
             found[f"face_{index}"] = Parameter(float(value), float(error), "arcsec")
         return found
 
+    def describe_values(self, parameters: Mapping[str, Parameter]) -> str:
+        """Name the second cause if order 1 exceeds that of independent faces."""
+        values = np.array([item.value for key, item in parameters.items() if key != "rms"])
+        if values.size < LEAST_FACES or not float(values @ values):
+            return ""
+        order, share, p_value = _largest_wave(values)
+        if order != 1 or p_value >= CONTRADICTED_P:
+            return ""
+        return (
+            f"A wave of order 1 has {100.0 * share:.0f} % of the variance of the faces: there is a "
+            "second cause, autocollimator_gain or polygon_eccentricity, which the faces contain."
+        )
 
-def _place(values: NDArray[np.float64], separation_rad: float) -> tuple[int, int, float]:
+
+def _pattern(values: NDArray[np.float64], separation_rad: float, first: int = 1) -> str | None:
+    """Describe the pattern of the face errors in words; None if they may be independent.
+
+    ``first``: lowest order that the values have; lower orders have been removed.
+    """
+    size, level = values.size, CONTRADICTED_P
+    order, share, p_value = _largest_wave(values, first)
+    if p_value < 0.4 * level:
+        return (
+            f"a wave of order {order} has {100.0 * share:.0f} % of the variance of the face "
+            "errors; the errors of a polygon's faces are independent of each other"
+        )
+    correlation, p_value = _serial(values, first)
+    if p_value < 0.2 * level:
+        return (
+            f"neighbouring faces resemble each other (correlation {correlation:.2f}), as an error "
+            "that changes slowly with the angle does; the errors of a polygon's faces are "
+            "independent of each other"
+        )
+    face, width, p_value = _place(values, separation_rad, first)
+    if p_value < 0.2 * level:
+        found = values[(face + np.arange(width)) % size].mean()
+        faces = f"face {face} deviates"
+        if width > 1:
+            faces = f"{width} faces from {face} on deviate"
+        return (
+            f"{faces} from the other faces by {found:.2g}″: an error at one place of the table "
+            "looks the same as wrong faces side by side"
+        )
+    times, p_value = _comes_again(values)
+    if p_value < 0.2 * level:
+        return (
+            f"the faces repeat {times} times a turn, as a cam or a lobed bearing does; the "
+            "errors of a polygon's faces are independent of each other"
+        )
+    return None
+
+
+def _without_first_order(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    wave = np.exp(2j * np.pi * np.arange(values.size) / values.size)
+    return np.asarray(values - 2.0 / values.size * np.real(wave * (values @ wave.conj())))
+
+
+def _largest_wave(values: NDArray[np.float64], first: int = 1) -> tuple[int, float, float]:
+    """Return the order from ``first`` on with the most power, its share of the power, and the p
+    value of Fisher's test."""
+    power = np.abs(np.fft.rfft(values)[first : (values.size + 1) // 2]) ** 2
+    share = float(power.max() / power.sum())
+    p_value = power.size * (1.0 - share) ** (power.size - 1)
+    return first + int(np.argmax(power)), share, float(p_value)
+
+
+def _serial(values: NDArray[np.float64], first: int) -> tuple[float, float]:
+    """Return the correlation of neighbouring faces around the circle, and the p value of one at
+    least as large if the errors are independent (von Neumann's ratio on a circle).
+
+    Anderson (Ann. Math. Stat. 13 (1942) 1) gives the distribution from the eigenvalues cos(2πk/n)
+    of the orders k. Orders below ``first`` have been removed; their eigenvalues are
+    missing.
+    """
+    size = values.size
+    found = float(values @ np.roll(values, 1)) / float(values @ values)
+    pairs = np.cos(2.0 * np.pi * np.arange(first, (size + 1) // 2) / size)
+    single = size % 2 == 0  # order n/2 of an even number of faces, with the eigenvalue −1
+    p_value = 0.0
+    for place in np.flatnonzero(pairs > found):
+        apart = pairs[place] - np.delete(pairs, place)
+        scale = float(np.prod(apart)) * np.sqrt(pairs[place] + 1.0 if single else 1.0)
+        p_value += float(pairs[place] - found) ** (pairs.size - (0.5 if single else 1.0)) / scale
+    return found, min(max(p_value, 0.0), 1.0)
+
+
+def _place(
+    values: NDArray[np.float64], separation_rad: float, first: int
+) -> tuple[int, int, float]:
     """Return first face, number and p value of the neighbouring faces with the largest deviation.
 
     The share of these faces in the sum of squares has a beta distribution; the p value has a
     Bonferroni correction for all places and widths. Orders with a factor below MAGNIFIED are
-    removed first, because they spread a motion of the axis at one place over the whole turn.
+    removed first, because they spread a motion of the axis at one place over the whole turn. Orders
+    below ``first`` have been removed too.
     """
     size = values.size
     orders = np.arange(1, (size + 1) // 2)
-    weak = orders[np.abs(np.exp(1j * orders * separation_rad) - 1.0) < MAGNIFIED]
+    magnified = np.abs(np.exp(1j * orders * separation_rad) - 1.0) < MAGNIFIED
+    weak = orders[magnified | (orders < first)]
     waves = np.exp(2j * np.pi * np.outer(np.arange(size), weak) / size)
     taken = np.column_stack([np.ones(size), waves.real, waves.imag])
     taken /= np.linalg.norm(taken, axis=0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from math import comb
 
 import numpy as np
@@ -54,6 +55,8 @@ class RadialErrorMotion(Effect):
         "x_sin_K": "arcsec",
         "y_cos_K": "arcsec",
         "y_sin_K": "arcsec",
+        "separable_cos_K": "arcsec",
+        "separable_sin_K": "arcsec",
     }
     compensation = "lanes"
     compensation_note = (
@@ -132,10 +135,33 @@ class RadialErrorMotion(Effect):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> dict[str, Parameter]:
-        found: dict[str, Parameter] = {}
+        """Return x, y and the part of R₂ − R₁ that no graduation can replace, per order.
+
+        Two heads and a reference do not separate x and y from an order of the disc. They determine
+        x sin α + y cos α minus y(θ + α), which a graduation of the size of y cannot cause.
+        """
+        orders = self.integers("orders")
         names = self.column_names(observations)
-        sigma = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-        for name, value, error in zip(names, coefficients, sigma, strict=True):
-            key = name.replace(" ", "_")
-            found[key] = Parameter(float(value), float(error), "arcsec")
-        return found
+        mixing = np.vstack([np.eye(len(names)), *_separable(orders, observations)])
+        names += [f"separable {kind} {order:g}" for order in orders for kind in ("cos", "sin")]
+        values, spread = mixing @ coefficients, mixing @ covariance @ mixing.T
+        sigma = np.sqrt(np.maximum(np.diag(spread), 0.0))
+        return {
+            name.replace(" ", "_"): Parameter(float(value), float(error), "arcsec")
+            for name, value, error in zip(names, values, sigma, strict=True)
+        }
+
+
+def _separable(orders: Sequence[int], observations: Observations) -> Iterator[NDArray[np.float64]]:
+    """Yield, for each order, cosine and sine of x sin α + y cos α − y(θ + α) as factors of the
+    coefficients, shape (2, coefficients)."""
+    alpha = observations.head_separation_rad
+    for place, order in enumerate(orders):
+        rows = np.zeros((2, 4 * len(orders)))
+        x, y = 2 * place, 2 * (len(orders) + place)
+        rows[:, x : x + 2] = np.sin(alpha) * np.eye(2)
+        cosine, sine = np.cos(order * alpha), np.sin(order * alpha)
+        # c cos k(θ + α) + s sin k(θ + α), as cosine and sine of kθ.
+        turned = np.array([[cosine, sine], [-sine, cosine]])
+        rows[:, y : y + 2] = np.cos(alpha) * np.eye(2) - turned
+        yield rows
