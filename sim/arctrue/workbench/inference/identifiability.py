@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import Effect
-from arctrue.workbench.inference.design_matrix import channel_sums
 from arctrue.workbench.inference.detectable import smallest_detectable
+from arctrue.workbench.inference.directions import directions_of
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.solution import Solution
-from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
 
 STRONG_CORRELATION = 0.9
 """Pairs of coefficients with a larger correlation are listed; no decision uses this limit. At this
@@ -70,7 +69,7 @@ def identifiability(
     names = coefficient_names(solution)
     covariance = solution.covariance
     sigma = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    lost = _undetermined(solution, len(names))
+    lost = _undetermined(solution)
     known = np.flatnonzero((sigma > 0.0) & ~lost)
     strongest = known[np.argsort(sigma[known])[::-1][:3]]
     return Identifiability(
@@ -84,58 +83,17 @@ def identifiability(
     )
 
 
-def undetermined_share(solution: Solution, columns: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return, for each combination of the coefficients, the share that no row determines, (n,).
-
-    ``columns`` (n, coefficients): factors of the coefficients in each combination, for example the
-    model's columns at an angle. The share is the length of the part in the null space of both
-    channels divided by the length of the combination, each coefficient in units of its weight in
-    the rows.
-    """
-    scale, null = _null_space(solution, columns.shape[1])
-    scaled = columns / scale
-    length = np.linalg.norm(scaled, axis=1)
-    return np.asarray(np.linalg.norm(scaled @ null, axis=1) / np.where(length > 0.0, length, 1.0))
-
-
 def undetermined_names(solution: Solution) -> list[str]:
     """Return the names of the coefficients that the rows do not determine."""
     names = coefficient_names(solution)
-    lost = _undetermined(solution, len(names))
+    lost = _undetermined(solution)
     return [name for name, is_lost in zip(names, lost, strict=True) if is_lost]
 
 
-def _undetermined(solution: Solution, size: int) -> NDArray[np.bool_]:
+def _undetermined(solution: Solution) -> NDArray[np.bool_]:
     """Return True for coefficients that lie mostly in the null space of both channels together."""
-    _, null = _null_space(solution, size)
+    null = directions_of(solution, tangents=False).undetermined
     return np.asarray(np.sum(null**2, axis=1) > UNDETERMINED_SHARE)
-
-
-def _null_space(solution: Solution, size: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the scale of each coefficient, (size,), and orthonormal directions of the scaled
-    coefficients that no row of either channel shows, (size, directions)."""
-    observations, terms, context = solution.observations, solution.terms, solution.context
-    normal = np.zeros((size, size))
-    noise = solution.noise
-    for is_capture in (True, False):
-        sums = channel_sums(terms, observations, context, noise, capture=is_capture)
-        if sums is None:
-            continue
-        # Constants (of the runs, or a₀) can replace a part of the columns, so that this part is
-        # subtracted.
-        own, cross = sums.gram[:size, :size], sums.gram[:size, size:]
-        constants = np.diag(sums.gram)[size:]
-        shrunk = np.where(constants > 0.0, constants, 1.0)
-        if is_capture:
-            shrunk = shrunk + 1.0 / noise.index_variance
-        normal += own - (cross / shrunk) @ cross.T
-    weight = np.sqrt(np.maximum(np.diag(normal), 0.0))
-    seen = weight > 1e-9 * float(weight.max(initial=0.0))
-    scale = np.where(seen, weight, 1.0)
-    scaled = np.where(seen[:, None] & seen[None, :], normal / np.outer(scale, scale), 0.0)
-    values, vectors = np.linalg.eigh(scaled)
-    null = values <= RANK_TOLERANCE * max(float(values.max(initial=0.0)), 1e-300)
-    return scale, vectors[:, null]
 
 
 def _pairs(

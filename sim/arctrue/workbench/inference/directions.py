@@ -1,0 +1,168 @@
+"""Finds the directions of a fit's unknowns that neither a row nor a condition determines.
+
+The unknowns are the coefficients of all terms and, after them, the continuous search parameters of
+each term. The covariance of a fit is a pseudo-inverse: it contains no uncertainty for a direction
+that no row shows, so that results in such a direction need another test.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import null_space
+
+from arctrue.workbench.inference.design_matrix import Term, channel_sums
+from arctrue.workbench.inference.named import values_of
+from arctrue.workbench.inference.solution import Solution, tangent_terms
+from arctrue.workbench.inference.tangents import refined_names
+from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
+
+Float = NDArray[np.float64]
+
+MOST_UNDETERMINED = 1e-3
+"""Largest permitted share of a combination of unknowns that no row of the set determines. The
+covariance contains no uncertainty for this share; directions count as undetermined above a
+condition number of 3e4 (RANK_TOLERANCE), so that small positioning errors of the targets leave a
+share below 1e-4."""
+UNSEEN_WEIGHT = 1e-9
+"""A column counts as rounding if its weight in the rows is at most this share of the largest
+weight, the root of ``UNSEEN`` in :mod:`arctrue.workbench.numeric.symmetric`."""
+ALL_CONSTANT = 1e-12
+"""A column counts as a constant if, without its mean, at most this share of its sum of squares
+remains. The subtraction leaves rounding of about 1e-16 times the root of the number of rows."""
+
+STEP = 1e-4
+"""Step of the difference quotients, in standard uncertainties of an unknown alone; rounding, about
+1e-16 of a value, is then below 1e-6 of a slope for values up to a million standard
+uncertainties."""
+
+
+@dataclass(frozen=True, eq=False)
+class Directions:
+    """Directions of the unknowns that are determined, and directions that are not."""
+
+    scale: Float
+    """Weight of each unknown in the rows, (unknowns,); 1 for an unknown that no row shows."""
+    undetermined: Float
+    """Orthonormal directions of the scaled unknowns, (unknowns, directions)."""
+    covariance: Float
+    """Covariance of the unknowns in the determined directions, (unknowns, unknowns)."""
+
+    def share(self, combinations: Float) -> Float:
+        """Return, for each combination of the unknowns, the share that is not determined, (n,).
+
+        ``combinations`` (n, unknowns): factors of the unknowns, for example the model's columns at
+        an angle. The share is the length of the part in undetermined directions divided by the
+        length of the combination, each unknown in units of its weight in the rows.
+        """
+        scaled = combinations / self.scale
+        length = np.linalg.norm(scaled, axis=1)
+        part = np.linalg.norm(scaled @ self.undetermined, axis=1)
+        return np.asarray(part / np.where(length > 0.0, length, 1.0))
+
+
+def directions_of(
+    solution: Solution, *, tangents: bool = True, equations: Float | None = None
+) -> Directions:
+    """Return the determined and the undetermined directions of a fit.
+
+    ``tangents``: whether the search parameters are unknowns too. ``equations`` (n, unknowns):
+    slopes of conditions, which determine directions as rows do.
+    """
+    terms: Sequence[Term] = tangent_terms(solution)[0] if tangents else solution.terms
+    normal = _normal(solution, terms)
+    weight = np.sqrt(np.maximum(np.diag(normal), 0.0))
+    seen = weight > UNSEEN_WEIGHT * float(weight.max(initial=0.0))
+    scale = np.where(seen, weight, 1.0)
+    scaled = np.where(seen[:, None] & seen[None, :], normal / np.outer(scale, scale), 0.0)
+    free = np.eye(scale.size)
+    if equations is not None and equations.size:
+        slopes = equations / scale
+        size = np.linalg.norm(slopes, axis=1, keepdims=True)
+        free = null_space(slopes / np.where(size > 0.0, size, 1.0))
+    values, vectors = np.linalg.eigh(free.T @ scaled @ free)
+    null = values <= RANK_TOLERANCE * max(float(values.max(initial=0.0)), 1e-300)
+    known = free @ vectors[:, ~null]
+    covariance = (known / values[~null]) @ known.T / np.outer(scale, scale)
+    return Directions(scale, free @ vectors[:, null], covariance)
+
+
+def _normal(solution: Solution, terms: Sequence[Term]) -> Float:
+    """Return the normal matrix of the unknowns over both channels, with every constant fitted."""
+    observations, context, noise = solution.observations, solution.context, solution.noise
+    size = sum(len(term.effect.column_names(observations)) for term in terms)
+    normal, before = np.zeros((size, size)), np.zeros(size)
+    for is_capture in (True, False):
+        sums = channel_sums(terms, observations, context, noise, capture=is_capture)
+        if sums is None:
+            continue
+        # Constants (of the runs, or a₀) can replace a part of the columns, so that this part is
+        # subtracted.
+        own, cross = sums.gram[:size, :size], sums.gram[:size, size:]
+        constants = np.diag(sums.gram)[size:]
+        shrunk = np.where(constants > 0.0, constants, 1.0)
+        if is_capture:
+            shrunk = shrunk + 1.0 / noise.index_variance
+        normal += own - (cross / shrunk) @ cross.T
+        before += np.diag(own)
+    constant = np.diag(normal) <= ALL_CONSTANT * before
+    normal[constant, :] = 0.0
+    normal[:, constant] = 0.0
+    return normal
+
+
+def undetermined_parameters(solution: Solution, directions: Directions) -> list[str]:
+    """Return the names of the reported parameters that change along an undetermined direction.
+
+    The slopes are computed at the solution and away from it along these directions: an amplitude
+    whose sine no row shows has no slope in the sine where the sine is 0.
+    """
+    if not directions.undetermined.shape[1]:
+        return []
+    here = np.concatenate(
+        [
+            solution.coefficients,
+            [term.nonlinear[own] for term in solution.terms for own in refined_names(term.effect)],
+        ]
+    )
+    away = here + directions.undetermined.sum(axis=1) / directions.scale
+    steps = STEP / directions.scale
+    (names, first), (_, second) = (_slopes(solution, at, steps) for at in (here, away))
+    share = np.maximum(directions.share(first), directions.share(second))
+    return [name for name, part in zip(names, share, strict=True) if part > MOST_UNDETERMINED]
+
+
+def _slopes(solution: Solution, at: Float, steps: Float) -> tuple[list[str], Float]:
+    """Return the names of all parameters and ∂(parameter)/∂(unknown), (parameters, unknowns), by
+    central differences."""
+    columns: list[list[float]] = []
+    names: list[str] = []
+    for place, step in enumerate(steps):
+        moved = np.zeros(at.size)
+        moved[place] = step
+        above, below = _values(solution, at + moved), _values(solution, at - moved)
+        names = list(above)
+        rise = [above[name] - below[name] for name in names]
+        columns.append(
+            [
+                float(np.remainder(one + 180.0, 360.0) - 180.0) if name.endswith("phase") else one
+                for name, one in zip(names, rise, strict=True)
+            ]
+        )
+    return names, np.array(columns).T / (2.0 * steps)
+
+
+def _values(solution: Solution, at: Float) -> dict[str, float]:
+    """Return every parameter at these values of the unknowns."""
+    place = sum(solution.widths)
+    terms = []
+    for term in solution.terms:
+        own = refined_names(term.effect)
+        moved = dict(zip(own, at[place : place + len(own)].tolist(), strict=True))
+        place += len(own)
+        terms.append(replace(term, nonlinear={**term.nonlinear, **moved}) if own else term)
+    shared = sum(solution.widths)
+    return values_of(terms, solution.widths, at[:shared], solution.observations)
