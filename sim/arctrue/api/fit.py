@@ -4,41 +4,82 @@ report."""
 from __future__ import annotations
 
 import html
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from types import MappingProxyType
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from arctrue.api.conditions import Bounds, Fixes, Ties, Wanted, wanted_of, with_places
 from arctrue.api.model import Model, ModelLike, model_of
 from arctrue.api.pictures import Pictures, html_table
 from arctrue.api.results import comparison_pictures
 from arctrue.api.sets import SetOrFolder, set_of
 from arctrue.base.figures import figure, probability, unit_for_people, with_uncertainty
 from arctrue.base.similar import did_you_mean
+from arctrue.calibration.head_separation import doubts_of
 from arctrue.workbench.compare.comparison import compare as _compare
 from arctrue.workbench.effects.base import Parameter
-from arctrue.workbench.inference.constrained import (
-    Condition,
-    ConstrainedFit,
-    constrained_fit,
+from arctrue.workbench.inference.constrained import ConstrainedFit, constrained_fit
+from arctrue.workbench.inference.directions import (
+    Directions,
+    directions_of,
+    undetermined_parameters,
 )
-from arctrue.workbench.inference.design_matrix import Term
-from arctrue.workbench.inference.fit import fit as fit_terms
 from arctrue.workbench.inference.left import Left, left_by
 from arctrue.workbench.inference.model_ratio import ModelRatio, model_ratio
-from arctrue.workbench.inference.named import labels, named_parameters, values_of
+from arctrue.workbench.inference.named import named_parameters
+from arctrue.workbench.inference.null_space import MOST_UNDETERMINED
 from arctrue.workbench.inference.profile import Profile, slopes_of
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.model.growth import fitted, step_of, stored_entries
-from arctrue.workbench.model.predicted import table_rows, term_values
+from arctrue.workbench.model.predicted import prediction_columns
 
 Float = NDArray[np.float64]
-Tied = str | tuple[str, float] | Callable[[Mapping[str, float]], float]
-"""Value of a tied parameter: a parameter's name, (name, factor), or a function of all values."""
+State = Literal["free", "fixed", "at_bound", "undetermined"]
+AT_BOUND = 1e-5
+"""A parameter is at a bound, or a function of fixed parameters, if its standard uncertainty under
+the conditions is at most this share of that without them. Rounding leaves 1e-8, the root of the
+relative rounding of a variance."""
+SAID: Mapping[State, str] = {
+    "free": "",
+    "fixed": " (fixed)",
+    "at_bound": " (at a bound)",
+    "undetermined": " (not determined)",
+}
+"""Remark after a parameter's value."""
+MOST_NAMED = 3
+"""Largest number of parameters that a warning names."""
+
+
+@dataclass
+class _Profiles:
+    """The likelihood along each parameter of a fit, computed when it is needed."""
+
+    fit: ConstrainedFit
+    limits: Mapping[str, tuple[float, float]]
+    _found: dict[str, Profile] = field(default_factory=dict)
+
+    def of(self, parameter: FitParameter) -> Profile:
+        """Return the likelihood along a parameter; its own bounds limit the profile's range."""
+        name = parameter.name
+        if name not in self._found:
+            own = [one for one in self.fit.conditions if one.equation or one.names != (name,)]
+            low, high = self.limits.get(name, (-np.inf, np.inf))
+            if parameter.unit == "deg" and name.endswith("phase") and np.isfinite(high - low):
+                turns = round((0.5 * (low + high) - parameter.value) / 360.0)
+                low, high = low - 360.0 * turns, high - 360.0 * turns
+            fit = replace(
+                self.fit,
+                conditions=tuple(own),
+                covariance=self.fit.covariance_of_equations
+                if parameter.state == "at_bound"
+                else self.fit.covariance,
+            )
+            self._found[name] = Profile(fit, name, (low, high))
+        return self._found[name]
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,16 +93,22 @@ class FitParameter:
     value : float
         Maximum-likelihood estimate, in ``unit``.
     stderr : float
-        Standard uncertainty of the linearised fit; 0 if fixed, NaN if the data do not determine it.
+        Standard uncertainty of the linearised fit; 0 if fixed, NaN if the data do not determine it,
+        and NaN at a bound, because the linearised fit ends there.
     unit : str
         Unit of value and stderr, such as ``arcsec/K``.
+    state : {"free", "fixed", "at_bound", "undetermined"}
+        ``fixed``: ``fix`` or a tie to fixed parameters states the value. ``at_bound``: the value is
+        that of a bound. ``undetermined``: other values, together with other values of further
+        parameters, fit the rows equally well.
     """
 
     name: str
     value: float
     stderr: float
     unit: str
-    _profile: Callable[[], Profile] = field(repr=False)
+    state: State
+    _profiles: _Profiles = field(repr=False)
 
     def interval(self, level: float = 0.95) -> tuple[float, float]:
         """Compute a confidence interval by profile likelihood.
@@ -79,20 +126,24 @@ class FitParameter:
         Returns
         -------
         low, high : float
-            The ends, in ``unit``; infinite where the data do not bound the parameter.
+            The ends, in ``unit``; infinite where the data do not bound the parameter. The interval
+            ends at the bounds of the fit.
 
         Raises
         ------
         ValueError
             ``level`` is not between 0 and 1.
         """
-        if self.stderr == 0.0:
+        if not 0.0 < level < 1.0:
+            raise ValueError(f"level: expected a number between 0 and 1, found {level:g}")
+        if self.state == "fixed" or self.stderr == 0.0:
             return self.value, self.value
-        return self._profile().interval(level)
+        profile = self._profiles.of(self)
+        return profile.unbounded() if self.state == "undetermined" else profile.interval(level)
 
     def __str__(self) -> str:
         """Return value ± uncertainty with the unit, as the commands write it."""
-        return with_uncertainty(self.value, self.stderr, self.unit)
+        return with_uncertainty(self.value, self.stderr, self.unit) + SAID[self.state]
 
 
 class FitParameters(Mapping[str, FitParameter]):
@@ -144,7 +195,32 @@ class FitParameters(Mapping[str, FitParameter]):
 
 def figure_of(parameter: FitParameter) -> str:
     """Return value ± uncertainty without the unit."""
-    return with_uncertainty(parameter.value, parameter.stderr, "1")
+    said = with_uncertainty(parameter.value, parameter.stderr, "1")
+    return said + SAID[parameter.state]
+
+
+class Correlations(Mapping[tuple[str, str], float]):
+    """Correlations of pairs of parameters by both names; they cannot be changed."""
+
+    def __init__(self, pairs: Mapping[tuple[str, str], float]) -> None:
+        """Store the correlations by pair."""
+        self._pairs = dict(pairs)
+
+    def __getitem__(self, pair: tuple[str, str]) -> float:
+        """Return the correlation of a pair."""
+        return self._pairs[pair]
+
+    def __iter__(self) -> Iterator[tuple[str, str]]:
+        """Iterate over the pairs."""
+        return iter(self._pairs)
+
+    def __len__(self) -> int:
+        """Return the number of pairs, each counted in both orders."""
+        return len(self._pairs)
+
+    def __repr__(self) -> str:
+        """Return the correlations as a dictionary's text."""
+        return repr(self._pairs)
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,12 +236,16 @@ class FitResult:
         Every parameter by name, each with ``value``, ``stderr``, ``unit``, ``interval(level)``.
     solution : Solution
         The same results as objects of the workbench.
+    warnings : tuple of str
+        Remarks on the set and the fit for the user, one sentence each.
     """
 
     model: Model
     params: FitParameters
     solution: Solution = field(repr=False)
+    warnings: tuple[str, ...]
     _constrained: ConstrainedFit = field(repr=False)
+    _directions: Directions = field(repr=False)
 
     @property
     def nobs(self) -> int:
@@ -174,8 +254,9 @@ class FitResult:
 
     @property
     def nfree(self) -> int:
-        """Number of rows minus the number of parameter combinations that the data determine."""
-        return self.nobs - self.solution.rank
+        """Number of rows minus the number of parameter combinations that the data determine, at
+        least 0: a few combinations follow from the stated scatter of the index."""
+        return max(self.nobs - self.solution.rank, 0)
 
     @property
     def log_likelihood(self) -> float:
@@ -197,20 +278,28 @@ class FitResult:
 
     @cached_property
     def covariance(self) -> Float:
-        """Covariance of the parameters, shape (parameters, parameters), in their units."""
+        """Covariance of the parameters, shape (parameters, parameters), in their units; read only.
+
+        NaN for a parameter that is not determined or at a bound.
+        """
         slopes = slopes_of(self._constrained, list(self.params))
-        return np.asarray(slopes @ self._constrained.covariance @ slopes.T)
+        found = np.asarray(slopes @ self._constrained.covariance @ slopes.T)
+        unknown = [item.state in ("at_bound", "undetermined") for item in self.params.values()]
+        found[unknown, :] = np.nan
+        found[:, unknown] = np.nan
+        found.setflags(write=False)
+        return found
 
     @cached_property
     def correlations(self) -> Mapping[tuple[str, str], float]:
         """Correlation of each pair of parameters, −1 to 1; a key is a pair of names, in either
         order.
 
-        A pair with a fixed parameter is left out.
+        A pair with a parameter that is fixed, at a bound or not determined is left out.
         """
         names, covariance = list(self.params), self.covariance
         spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-        return MappingProxyType(
+        return Correlations(
             {
                 (one, other): float(covariance[i, j] / (spread[i] * spread[j]))
                 for i, one in enumerate(names)
@@ -243,7 +332,8 @@ class FitResult:
             Angle of the table, degrees; it may exceed a turn.
         conditions : mapping of str to array_like, shape (n,) or (), optional
             ``temperature_c`` (°C), ``time_s`` (s), ``direction`` (+1, −1), ``speed_deg_s`` (°/s,
-            signed), and the set's own conditions.
+            signed), and the set's own conditions. Quantities of astropy are converted, as angles
+            are.
         return_std : bool, optional
             If True, also return the standard uncertainty.
 
@@ -253,28 +343,20 @@ class FitResult:
             Predicted error.
         std_arcsec : ndarray, shape (n,)
             Standard uncertainty of the predicted error, from the uncertainties of the parameters;
-            where ``return_std`` is True.
+            where ``return_std`` is True. It is infinite where the rows do not determine the error.
 
         Raises
         ------
         ValueError
-            An effect of the model needs a condition that is not given.
+            An effect of the model needs a condition that is not given, or a value is impossible.
         """
-        rows = table_rows(self.solution.observations, angle, conditions or {})
-        total, variance = np.zeros(rows.run.size), np.zeros(rows.run.size)
-        columns = np.zeros((rows.run.size, sum(self.solution.widths)))
-        for number, term in enumerate(self.solution.terms):
-            part = self.solution.part(number)
-            found = term_values(term, rows, self.solution.context, conditions or {})
-            if found is not None:
-                columns[:, part] = found
-        total = columns @ self.solution.coefficients
+        columns = prediction_columns(self.solution, angle, conditions or {})
+        total = columns[:, : sum(self.solution.widths)] @ self.solution.coefficients
         if not return_std:
             return total
-        size = columns.shape[1]
-        covariance = self._constrained.covariance[:size, :size]
-        variance = np.einsum("ij,jk,ik->i", columns, covariance, columns)
-        return total, np.sqrt(np.maximum(variance, 0.0))
+        variance = np.einsum("ij,jk,ik->i", columns, self._constrained.covariance, columns)
+        unknown = self._directions.share(columns) > MOST_UNDETERMINED
+        return total, np.where(unknown, np.inf, np.sqrt(np.maximum(variance, 0.0)))
 
     def residuals(self, *, whitened: bool = False) -> dict[str, Float]:
         """Return the residuals of the model, measured minus fitted.
@@ -302,7 +384,7 @@ class FitResult:
         return found
 
     def fit_report(self, *, min_correl: float = 0.5) -> str:
-        """Format the fit as text: rows, residual errors, every parameter, correlations.
+        """Format the fit as text: rows, residual errors, every parameter, correlations, warnings.
 
         Parameters
         ----------
@@ -328,8 +410,7 @@ class FitResult:
         ]
         width = max((len(name) for name in self.params), default=0)
         for name, item in self.params.items():
-            fixed = " (fixed)" if item.stderr == 0.0 else ""
-            lines.append(f"{name.ljust(width)}  {item}{fixed}")
+            lines.append(f"{name.ljust(width)}  {item}")
         pairs = sorted(
             (
                 (abs(value), one, other, value)
@@ -342,6 +423,7 @@ class FitResult:
             f"correlation {one}, {other}: {figure(value, 3, signed=True)}"
             for _, one, other, value in pairs
         ]
+        lines += [f"warning: {text}" for text in self.warnings]
         return "\n".join(lines)
 
     def plot(self) -> Pictures:
@@ -411,9 +493,9 @@ def fit(
     measurement: SetOrFolder,
     model: ModelLike = None,
     *,
-    fix: Mapping[str, float] | Iterable[str] | None = None,
-    bounds: Mapping[str, tuple[float | None, float | None]] | None = None,
-    tie: Mapping[str, Tied] | None = None,
+    fix: Fixes = None,
+    bounds: Bounds = None,
+    tie: Ties = None,
 ) -> FitResult:
     """Fit a model to a set by generalised least squares, and estimate its noise.
 
@@ -427,7 +509,7 @@ def fit(
         Parameters that keep a value: ``{"hysteresis.reversal_error": 0.5}``; names alone
         keep the value that the model has from an earlier fit.
     bounds : mapping of str to (low, high), optional
-        Limits of a parameter, None on an open side.
+        Limits of a parameter, None on an open side. Limits of a phase hold up to whole turns.
     tie : mapping of str to str, (str, float) or callable, optional
         Value that a parameter equals: another parameter, a multiple of one
         ``("other.name", 2.0)``, or a function of a mapping of all values.
@@ -440,7 +522,7 @@ def fit(
     Raises
     ------
     ValueError
-        A parameter is not known, or no values meet the conditions.
+        A parameter is not known, a value is impossible, or no values meet the conditions.
     NotTestableError
         The set lacks data that an effect of the model needs.
     MeasurementError
@@ -460,171 +542,63 @@ def fit(
     start, data = model_of(model), set_of(measurement)
     observations, known = start.observations(data), start.known()
     content, solution = fitted(start.content, observations, known)
-    conditions, places = _conditions(start, solution, fix, bounds, tie)
-    if places:
-        solution = _with_places(solution, places)
-    found = constrained_fit(solution, conditions)
-    if conditions or places:
+    wanted = wanted_of(start, solution, fix, bounds, tie)
+    if wanted.places:
+        solution = with_places(solution, wanted.places)
+    before, found = solution, constrained_fit(solution, wanted.conditions)
+    if wanted.conditions or wanted.places:
         solution = found.solution
         content = replace(content, effects=stored_entries(content.effects, solution))
     step = step_of("fit", ", ".join(content.names()), data.label, solution)
     grown = start.grown(replace(content, history=[*start.content.history, step]), data)
-    parameters = named_parameters(solution, found.covariance if conditions else None)
-    profiles: dict[str, Profile] = {}
-
-    def profile(name: str) -> Profile:
-        if name not in profiles:
-            profiles[name] = Profile(found, name)
-        return profiles[name]
-
-    fixed = {*places, *(item.names[0] for item in conditions if len(item.names) == 1)}
-    return FitResult(
-        grown,
-        FitParameters(
-            {
-                name: FitParameter(
-                    name,
-                    item.value,
-                    _stderr(item, fixed=name in places or (name in fixed and _is_fixed(name, fix))),
-                    item.unit,
-                    lambda name=name: profile(name),  # type: ignore[misc]
-                )
-                for name, item in parameters.items()
-            }
-        ),
-        solution,
-        found,
-    )
+    directions = directions_of(solution, equations=found.equations)
+    params = _parameters(before, found, wanted, undetermined_parameters(solution, directions))
+    lost = [name for name, item in params.items() if item.state == "undetermined"]
+    warnings = (*data.warnings, *doubts_of(data), *not_determined(lost))
+    return FitResult(grown, params, solution, warnings, found, directions)
 
 
-def _is_fixed(name: str, fix: Mapping[str, float] | Iterable[str] | None) -> bool:
-    return fix is not None and name in fix
+def not_determined(names: Sequence[str]) -> list[str]:
+    """Return a warning about parameters that a set does not determine; none without such names."""
+    if not names:
+        return []
+    which = ", ".join(names[:MOST_NAMED])
+    if len(names) > MOST_NAMED:
+        which = f"{which} and {len(names) - MOST_NAMED} more"
+    return [
+        f"the set does not determine {which}: other values fit its rows equally well; fit fewer "
+        "orders or effects, or measure at further angles or conditions"
+    ]
 
 
-def _stderr(parameter: Parameter, *, fixed: bool) -> float:
-    return 0.0 if fixed else parameter.sigma
+def _parameters(
+    before: Solution, found: ConstrainedFit, wanted: Wanted, lost: Sequence[str]
+) -> FitParameters:
+    """Return the parameters of a fit; ``before``: the fit without conditions; ``lost``: names of
+    the parameters that the rows do not determine."""
+    solution, conditions = found.solution, found.conditions
+    profiles = _Profiles(found, wanted.limits)
+    under = named_parameters(solution, found.covariance if conditions else None)
+    unbound = named_parameters(solution, found.covariance_of_equations) if conditions else under
+    free = named_parameters(before)
+    has_equations, parameters = bool(found.is_equation.any()), {}
+    for name, item in under.items():
+        state: State = "free"
+        if name in wanted.fixed or (has_equations and _is_kept(unbound[name], free[name])):
+            state = "fixed"
+        elif name in lost:
+            state = "undetermined"
+        elif not found.is_equation.all() and _is_kept(item, unbound[name]):
+            state = "at_bound"
+        stderr = {"free": item.sigma, "fixed": 0.0}.get(state, float("nan"))
+        parameters[name] = FitParameter(name, item.value, stderr, item.unit, state, profiles)
+    return FitParameters(parameters)
 
 
-def _conditions(
-    model: Model,
-    solution: Solution,
-    fix: Mapping[str, float] | Iterable[str] | None,
-    bounds: Mapping[str, tuple[float | None, float | None]] | None,
-    tie: Mapping[str, Tied] | None,
-) -> tuple[list[Condition], dict[str, float]]:
-    """Return the conditions that the fit must meet, and the fixed values of search parameters that
-    are integers."""
-    values = values_of(
-        solution.terms, solution.widths, solution.coefficients, solution.observations
-    )
-    units = {name: item.unit for name, item in named_parameters(solution).items()}
-
-    def require(name: str) -> str:
-        if name not in values:
-            raise ValueError(
-                f"no parameter {name!r}.{did_you_mean(name, values)} There are: {', '.join(values)}"
-            )
-        return name
-
-    found: list[Condition] = []
-    places: dict[str, float] = {}
-    for name, value in _fixed_values(model, fix).items():
-        if _is_whole(solution, require(name)):
-            places[name] = float(value)
-        else:
-            found.append(_equal(name, lambda _, value=value: value, (name,), units[name]))  # type: ignore[misc]
-    for name, limits in (bounds or {}).items():
-        low, high = limits
-        if low is not None and high is not None and low > high:
-            raise ValueError(f"bounds of {name}: expected low <= high, found {low:g} and {high:g}")
-        if low is not None and np.isfinite(low):
-            found.append(
-                Condition((require(name),), lambda p, n=name, v=low: p[n] - v, equation=False)  # type: ignore[misc]
-            )
-        if high is not None and np.isfinite(high):
-            found.append(
-                Condition((require(name),), lambda p, n=name, v=high: v - p[n], equation=False)  # type: ignore[misc]
-            )
-    for name, tied in (tie or {}).items():
-        if callable(tied):
-            found.append(_equal(require(name), tied, tuple(values), units[name]))
-            continue
-        other, factor = (tied, 1.0) if isinstance(tied, str) else tied
-        require(other)
-        found.append(
-            _equal(
-                require(name),
-                lambda p, other=other, factor=factor: factor * p[other],  # type: ignore[misc]
-                (name, other),
-                units[name],
-            )
-        )
-    return found, places
-
-
-def _equal(
-    name: str, wanted: Callable[[Mapping[str, float]], float], names: tuple[str, ...], unit: str
-) -> Condition:
-    """Require that ``name`` equals the value of ``wanted``; a phase may differ by whole turns."""
-
-    def difference(parameters: Mapping[str, float]) -> float:
-        off = parameters[name] - wanted(parameters)
-        if unit == "deg" and name.endswith("phase"):
-            return float(np.remainder(off + 180.0, 360.0) - 180.0)
-        return float(off)
-
-    return Condition(names if names[:1] == (name,) else (name, *names), difference)
-
-
-def _fixed_values(
-    model: Model, fix: Mapping[str, float] | Iterable[str] | None
-) -> Mapping[str, float]:
-    """Return the fixed values by name.
-
-    Raises ValueError for a name for which neither ``fix`` nor the model has a value.
-    """
-    if fix is None or isinstance(fix, Mapping):
-        return fix or {}
-    stored = {
-        f"{entry.name}.{name}": item.value
-        for entry in model.content.effects
-        for name, item in entry.parameters.items()
-    }
-    names = [fix] if isinstance(fix, str) else list(fix)
-    for name in names:
-        if name not in stored:
-            raise ValueError(
-                f"fix {name}: the model has no fitted value of it.{did_you_mean(name, stored)} "
-                f"Give one: fix={{'{name}': VALUE}}"
-            )
-    return {name: stored[name] for name in names}
-
-
-def _is_whole(solution: Solution, name: str) -> bool:
-    """Tell whether the parameter is a search parameter with integer values, such as an order or a
-    run."""
-    label, _, own = name.rpartition(".")
-    term = solution.terms[labels(solution.terms).index(label)]
-    return any(item.name == own and item.integer for item in term.effect.search)
-
-
-def _with_places(solution: Solution, places: Mapping[str, float]) -> Solution:
-    """Return the fit with the integer search parameters fixed at these values.
-
-    Raises ValueError for a value out of range.
-    """
-    named = labels(solution.terms)
-    terms: list[Term] = list(solution.terms)
-    for name, value in places.items():
-        label, _, own = name.rpartition(".")
-        number = named.index(label)
-        low, high = terms[number].effect.search_range(own)
-        if not low <= value <= high or value != round(value):
-            raise ValueError(
-                f"fix {name}: expected a whole number from {low:g} to {high:g}, found {value:g}"
-            )
-        terms[number] = replace(terms[number], nonlinear={**terms[number].nonlinear, own: value})
-    return fit_terms(terms, solution.observations)
+def _is_kept(under: Parameter, without: Parameter) -> bool:
+    """Tell whether conditions keep a parameter: its standard uncertainty under the conditions, and
+    without them, show it."""
+    return without.sigma > 0.0 and under.sigma <= AT_BOUND * without.sigma
 
 
 def compare_models(one: FitResult, other: FitResult) -> ModelTest:

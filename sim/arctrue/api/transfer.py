@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Unpack
 
 from arctrue.api.dataset import Dataset, Metadata, keys_of
+from arctrue.api.fit import not_determined
 from arctrue.api.model import ModelLike, model_of
 from arctrue.api.sets import SetOrFolder, set_of
 from arctrue.base.printable import one_line
@@ -19,7 +20,9 @@ from arctrue.importing import Choices, ReadSettings, Settings
 from arctrue.importing.questions import Import
 from arctrue.measurement import Origin
 from arctrue.measurement.date import moment
-from arctrue.workbench.model.growth import fitted
+from arctrue.workbench.inference.directions import directions_of, undetermined_parameters
+from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.model.growth import as_stored, fitted
 
 GATEWARE = "gateware"
 
@@ -176,8 +179,12 @@ def export(
 
     data, start = set_of(measurement), model_of(model)
     observations, known, content = start.observations(data), start.known(), start.content
+    doubts = []
     if not all(entry.coefficients for entry in content.effects):
-        content, _ = fitted(content, observations, known)
+        content, solution = fitted(content, observations, known)
+        doubts = not_determined(_lost(solution))
+    elif content.history and content.history[-1].measurement_sha256 == data.sha256:
+        doubts = not_determined(_lost(as_stored(content, observations, known)))
     path = Path(file)
     if table_format != GATEWARE:
         if table_format not in FORMATS:
@@ -193,7 +200,7 @@ def export(
         refused = table_objections(judged.reference, correction, observations.counts_per_rev)
         _refuse(path, refused, force=force)
         write_whole_text(path, form.text(correction, points or form.points, one_line(data.label)))
-        return [*refused, *correction.warnings, *form.not_corrected(correction)]
+        return [*refused, *doubts, *correction.warnings, *form.not_corrected(correction)]
     result = export_model(
         content,
         observations,
@@ -206,7 +213,12 @@ def export(
     _refuse(path, refused, force=force)
     path.parent.mkdir(parents=True, exist_ok=True)
     write_coefficient_file(path, result.coefficients, title=data.label)
-    return [*refused, *result.warnings, *result.left_out]
+    return [*refused, *doubts, *result.warnings, *result.left_out]
+
+
+def _lost(solution: Solution) -> list[str]:
+    """Return the names of the parameters that the rows of the set do not determine."""
+    return undetermined_parameters(solution, directions_of(solution))
 
 
 def _refuse(path: Path, refused: list[str], *, force: bool) -> None:

@@ -16,7 +16,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 from arctrue.base.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC, rad_per_count
+from arctrue.measurement import MeasurementSet
 
 Choice = Literal["measured", "nominal", "harmonics"]
 """Source of α. ``measured``: the index marks; ``nominal``: the value in the set; ``harmonics``: the
@@ -112,6 +115,25 @@ def doubts(nominal_rad: float, measured_rad: float) -> str | None:
         f"{said}: do both heads count from the same index mark, and are "
         "table.head_separation_deg and table.counts_per_rev right?"
     )
+
+
+def doubts_of(measurement: MeasurementSet) -> list[str]:
+    """Return the calibration's warning about an implausible head separation, which no effect can
+    explain."""
+    capture, table = measurement.capture, measurement.table
+    if (
+        capture is None
+        or not capture.run.size
+        or table.counts_per_rev is None
+        or table.head_separation_deg is None
+    ):
+        return []
+    nominal_rad = math.radians(table.head_separation_deg)
+    counts = float(np.mean(capture.head2_counts - capture.head1_counts))
+    # The heads' counters may differ by whole turns, so only the fraction of a turn has a meaning.
+    off_rad = math.remainder(2.0 * math.pi * counts / table.counts_per_rev - nominal_rad, math.tau)
+    said = doubts(nominal_rad, nominal_rad + off_rad)
+    return [] if said is None else [said]
 
 
 def judge(

@@ -4,7 +4,6 @@ workbench."""
 from __future__ import annotations
 
 import functools
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -12,13 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import click
-import numpy as np
 
 from arctrue.base.json_text import json_text
 from arctrue.base.printable import one_line
 from arctrue.base.progress import SHOW_ROWS
 from arctrue.base.whole_file import write_whole_text
-from arctrue.calibration.head_separation import doubts
+from arctrue.calibration.head_separation import doubts_of
 from arctrue.cli._numbers import SEED
 from arctrue.cli._options import json_option
 from arctrue.cli._outputs import OutputFolder, refuse_to_replace
@@ -234,7 +232,7 @@ def load(
             mask_outliers=not keep_outliers,
         )
     of_table = _table_warnings(model, model_file, observations)
-    for warning in (*measurement.warnings, *_doubts(measurement), *of_table):
+    for warning in (*measurement.warnings, *doubts_of(measurement), *of_table):
         tell_warning(warning)
     _tell_masked(observations)
     title = measurement.title or one_line(measurement_set.resolve().name)
@@ -268,20 +266,6 @@ def _tell_masked(observations: Observations) -> None:
         note(f"  {row}")
     if len(masked) > SHOWN_MASKED:
         note(f"  and {len(masked) - SHOWN_MASKED} more; compare --json lists all")
-
-
-def _doubts(measurement: MeasurementSet) -> list[str]:
-    """Return the calibration's warning about an implausible head separation, which no effect can
-    explain."""
-    capture, table = measurement.capture, measurement.table
-    if capture is None or table.counts_per_rev is None or table.head_separation_deg is None:
-        return []
-    nominal_rad = math.radians(table.head_separation_deg)
-    counts = float(np.mean(capture.head2_counts - capture.head1_counts))
-    # The heads' counters may differ by whole turns, so only the fraction of a turn has a meaning.
-    off_rad = math.remainder(2.0 * math.pi * counts / table.counts_per_rev - nominal_rad, math.tau)
-    said = doubts(nominal_rad, nominal_rad + off_rad)
-    return [] if said is None else [said]
 
 
 def write_json(path: Path | None, data: dict[str, Any]) -> None:

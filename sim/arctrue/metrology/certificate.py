@@ -27,17 +27,14 @@ from arctrue.metrology.budget import (
     reversal_lines,
 )
 from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.inference.directions import directions_of
 from arctrue.workbench.inference.identifiability import undetermined_names
 from arctrue.workbench.inference.left import left_by
-from arctrue.workbench.inference.null_space import (
-    MOST_UNDETERMINED,
-    null_space,
-    share_of_null_space,
-)
-from arctrue.workbench.inference.solution import Solution, joint_uncertainty
+from arctrue.workbench.inference.null_space import MOST_UNDETERMINED
+from arctrue.workbench.inference.solution import Solution, joint_covariance
 from arctrue.workbench.model.growth import fitted
 from arctrue.workbench.model.model import Model
-from arctrue.workbench.model.predicted import table_rows, term_values
+from arctrue.workbench.model.predicted import prediction_columns
 from arctrue.workbench.observations.build import observations_of
 
 Float = NDArray[np.float64]
@@ -152,16 +149,8 @@ def _error_at(
     Raises ValueError if an effect needs a condition that is not stated, or if the rows of the set
     do not determine ε at an angle.
     """
-    rows = table_rows(solution.observations, angle_deg, conditions)
-    columns = np.zeros((angle_deg.size, sum(solution.widths)))
-    for number, term in enumerate(solution.terms):
-        found = term_values(term, rows, solution.context, conditions)
-        if found is not None:
-            columns[:, solution.part(number)] = found
-    space = null_space(
-        solution.terms, solution.observations, solution.context, solution.noise, columns.shape[1]
-    )
-    unknown = share_of_null_space(space, columns) > MOST_UNDETERMINED
+    columns = prediction_columns(solution, angle_deg, conditions)
+    unknown = directions_of(solution).share(columns) > MOST_UNDETERMINED
     if unknown.any():
         names = undetermined_names(solution)
         which = f" ({', '.join(names[:3])}{', …' if len(names) > 3 else ''})" if names else ""
@@ -171,9 +160,10 @@ def _error_at(
             "for them; measure the whole turn, or give a --model of fewer orders, or state "
             "angles that were measured"
         )
-    covariance, _ = joint_uncertainty(solution)
-    variance = np.einsum("ij,jk,ik->i", columns, covariance, columns)
-    return columns @ solution.coefficients, np.sqrt(np.maximum(variance, 0.0))
+    variance = np.einsum("ij,jk,ik->i", columns, joint_covariance(solution), columns)
+    return columns[:, : sum(solution.widths)] @ solution.coefficients, np.sqrt(
+        np.maximum(variance, 0.0)
+    )
 
 
 def _shifted(table: Table) -> list[Table]:

@@ -27,6 +27,7 @@ from arctrue.workbench.inference.design_matrix import (
     term_widths,
     whitened_rows,
 )
+from arctrue.workbench.inference.directions import directions_of
 from arctrue.workbench.inference.named import labels, values_of
 from arctrue.workbench.inference.solution import (
     Held,
@@ -55,6 +56,12 @@ NOISE_ROUNDS = 3
 MET = 1e-3
 """A condition counts as met if the difference from it is at most this share of a standard
 uncertainty. A bound counts as reached if the value is nearer to it than this."""
+
+POINT = 0.1
+"""An equation holds at a single point of its unknowns, such as an amplitude at 0, if its slope
+there is less than this share of its slope a standard uncertainty away. The slope of an amplitude is
+1 everywhere except within the steps of the difference quotient, 1e-4 standard uncertainties, around
+0."""
 
 
 class ConditionError(ValueError):
@@ -85,6 +92,17 @@ class ConstrainedFit:
     term."""
     free: Float
     """Orthonormal directions in which the coefficients are free, shape (coefficients, free)."""
+    slopes: Float
+    """Slopes of every equation and of every reached bound, shape (slopes, unknowns)."""
+    is_equation: NDArray[np.bool_]
+    """Which of the slopes belong to equations, shape (slopes,)."""
+    covariance_of_equations: Float
+    """Covariance as ``covariance``, as if no bound had been reached."""
+
+    @property
+    def equations(self) -> Float:
+        """Slopes of the equations, shape (equations, unknowns)."""
+        return np.asarray(self.slopes[self.is_equation])
 
 
 def constrained_fit(
@@ -99,7 +117,18 @@ def constrained_fit(
     for _ in range(rounds if conditions else 0):
         noise = noise_with(found)
         found = conditioned(replace(found.solution, noise=noise), conditions)
-    return found
+    if not found.slopes.size or not directions_of(found.solution).undetermined.size:
+        return found
+    # In a pseudo-inverse, unknowns that the rows determine only together vary together, so that a
+    # condition on one of them would seem to determine the others.
+    kept = directions_of(found.solution, equations=found.slopes).covariance
+    shared = sum(found.solution.widths)
+    return replace(
+        found,
+        solution=replace(found.solution, covariance=kept[:shared, :shared]),
+        covariance=kept,
+        covariance_of_equations=directions_of(found.solution, equations=found.equations).covariance,
+    )
 
 
 def conditioned(solution: Solution, conditions: Sequence[Condition]) -> ConstrainedFit:
@@ -107,7 +136,7 @@ def conditioned(solution: Solution, conditions: Sequence[Condition]) -> Constrai
     present = _solved(solution, list(solution.terms), None)
     for _ in range(ROUNDS):
         unknowns = _Unknowns.of(present)
-        wanted, involved, slopes = _nearest(unknowns, conditions)
+        wanted, involved, slopes, is_equation = _nearest(unknowns, conditions)
         moved = unknowns.moved_terms(wanted)
         shared = sum(present.widths)
         held = involved[involved < shared]
@@ -116,10 +145,7 @@ def conditioned(solution: Solution, conditions: Sequence[Condition]) -> Constrai
         present = _solved(before, moved, Held(held, wanted[held]) if held.size else None)
         if np.all(step <= SMALL_STEP * np.maximum(unknowns.spread[shared:], 1e-300)):
             break
-    covariance = unknowns.covariance
-    if slopes.size:
-        across = covariance @ slopes.T
-        covariance = covariance - across @ np.linalg.pinv(slopes @ across) @ across.T
+    covariance = _covariance_under(unknowns.covariance, slopes)
     present = replace(
         present,
         context=context_of(present),
@@ -127,8 +153,23 @@ def conditioned(solution: Solution, conditions: Sequence[Condition]) -> Constrai
         rank=unknowns.rank - int(np.count_nonzero(np.any(slopes[:, :shared] != 0.0, axis=1))),
     )
     return ConstrainedFit(
-        present, tuple(conditions), covariance, _free_directions(slopes[:, :shared])
+        present,
+        tuple(conditions),
+        covariance,
+        _free_directions(slopes[:, :shared]),
+        slopes,
+        is_equation,
+        _covariance_under(unknowns.covariance, slopes[is_equation]),
     )
+
+
+def _covariance_under(covariance: Float, slopes: Float) -> Float:
+    """Return the covariance of the unknowns if the combinations ``slopes`` (n, unknowns) of them
+    keep their values."""
+    if not slopes.size:
+        return covariance
+    across = covariance @ slopes.T
+    return np.asarray(covariance - across @ np.linalg.pinv(slopes @ across) @ across.T)
 
 
 def _solved(solution: Solution, terms: list[Term], held: Held | None) -> Solution:
@@ -217,14 +258,18 @@ class _Unknowns:
 
 def _nearest(
     unknowns: _Unknowns, conditions: Sequence[Condition]
-) -> tuple[Float, NDArray[np.int64], Float]:
+) -> tuple[Float, NDArray[np.int64], Float, NDArray[np.bool_]]:
     """Return the likeliest values that meet the conditions, the unknowns on which the conditions
-    depend, and the slopes.
+    depend, the slopes, and which of the slopes belong to equations.
 
     The slopes are derivatives of every equation, and of every bound that is reached, with respect
-    to all unknowns.
+    to all unknowns. An amplitude that is kept at 0 keeps all of its unknowns at 0.
     """
-    none = np.zeros(0, dtype=np.int64), np.zeros((0, unknowns.best.size))
+    none = (
+        np.zeros(0, dtype=np.int64),
+        np.zeros((0, unknowns.best.size)),
+        np.zeros(0, dtype=np.bool_),
+    )
     if not conditions:
         return unknowns.best, *none
     spread = unknowns.spread
@@ -285,7 +330,29 @@ def _nearest(
     reached = np.array(kinds) | (left < MET)
     if not reached.any():
         return wanted, *none
-    return wanted, involved, _slopes(unknowns, wanted, conditions)[reached]
+    return wanted, involved, *_kept(unknowns, wanted, conditions, reached)
+
+
+def _kept(
+    unknowns: _Unknowns,
+    wanted: Float,
+    conditions: Sequence[Condition],
+    reached: NDArray[np.bool_],
+) -> tuple[Float, NDArray[np.bool_]]:
+    """Return the combinations of the unknowns that the reached conditions keep, (n, unknowns), and
+    which of them belong to equations."""
+    spread = unknowns.spread
+    slopes, near = (_slopes(unknowns, at, conditions) for at in (wanted, wanted + spread))
+    found: list[Float] = []
+    is_equation: list[bool] = []
+    for number in np.flatnonzero(reached).tolist():
+        size, usual = (float(np.linalg.norm(one[number] * spread)) for one in (slopes, near))
+        rows = slopes[number : number + 1]
+        if conditions[number].equation and size < POINT * usual:
+            rows = np.eye(spread.size)[near[number] != 0.0]
+        found.append(rows)
+        is_equation += [conditions[number].equation] * len(rows)
+    return np.concatenate(found), np.array(is_equation, dtype=np.bool_)
 
 
 def _asked(

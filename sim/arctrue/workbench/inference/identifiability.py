@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.detectable import smallest_detectable
-from arctrue.workbench.inference.null_space import null_space
+from arctrue.workbench.inference.directions import directions_of
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.solution import Solution
 
@@ -69,7 +69,7 @@ def identifiability(
     names = coefficient_names(solution)
     covariance = solution.covariance
     sigma = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    lost = _undetermined(solution, len(names))
+    lost = _undetermined(solution)
     known = np.flatnonzero((sigma > 0.0) & ~lost)
     strongest = known[np.argsort(sigma[known])[::-1][:3]]
     return Identifiability(
@@ -86,15 +86,13 @@ def identifiability(
 def undetermined_names(solution: Solution) -> list[str]:
     """Return the names of the coefficients that the rows do not determine."""
     names = coefficient_names(solution)
-    lost = _undetermined(solution, len(names))
+    lost = _undetermined(solution)
     return [name for name, is_lost in zip(names, lost, strict=True) if is_lost]
 
 
-def _undetermined(solution: Solution, size: int) -> NDArray[np.bool_]:
+def _undetermined(solution: Solution) -> NDArray[np.bool_]:
     """Return True for coefficients that lie mostly in the null space of both channels together."""
-    _, null = null_space(
-        solution.terms, solution.observations, solution.context, solution.noise, size
-    )
+    null = directions_of(solution, tangents=False).undetermined
     return np.asarray(np.sum(null**2, axis=1) > UNDETERMINED_SHARE)
 
 

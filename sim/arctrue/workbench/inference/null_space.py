@@ -21,17 +21,23 @@ MOST_UNDETERMINED = 1e-3
 covariance contains no uncertainty for this share; directions count as undetermined above a
 condition number of 3e4 (RANK_TOLERANCE), so that small positioning errors of the targets leave a
 share below 1e-4."""
+UNSEEN_WEIGHT = 1e-9
+"""A column counts as rounding if its weight in the rows is at most this share of the largest
+weight, the root of ``UNSEEN`` in :mod:`arctrue.workbench.numeric.symmetric`."""
+ALL_CONSTANT = 1e-12
+"""A column counts as a constant if, without its mean, at most this share of its sum of squares
+remains. The subtraction leaves rounding of about 1e-16 times the root of the number of rows."""
 SMALL_STEP = 1e-4
 """Step of a coefficient in arcseconds from which the slope of a parameter is computed: far below
 the errors that the rows show, and far above rounding."""
 
 
-def null_space(
+def normal_matrix(
     terms: Sequence[Term], observations: Observations, context: FitContext, noise: Noise, size: int
-) -> tuple[Float, Float]:
-    """Return the scale of each coefficient, (size,), and orthonormal directions of the scaled
-    coefficients that no row of either channel shows, (size, directions)."""
-    normal = np.zeros((size, size))
+) -> Float:
+    """Return the normal matrix of the terms' columns over both channels, (size, size); every
+    constant (of the runs, and a₀) is fitted too."""
+    normal, before = np.zeros((size, size)), np.zeros(size)
     for is_capture in (True, False):
         sums = channel_sums(terms, observations, context, noise, capture=is_capture)
         if sums is None:
@@ -44,13 +50,35 @@ def null_space(
         if is_capture:
             shrunk = shrunk + 1.0 / noise.index_variance
         normal += own - (cross / shrunk) @ cross.T
+        before += np.diag(own)
+    constant = np.diag(normal) <= ALL_CONSTANT * before
+    normal[constant, :] = 0.0
+    normal[:, constant] = 0.0
+    return normal
+
+
+def scaled_normal(normal: Float) -> tuple[Float, Float]:
+    """Return the weight of each unknown in the rows, (size,), 1 for an unknown that no row shows,
+    and the normal matrix in units of these weights."""
     weight = np.sqrt(np.maximum(np.diag(normal), 0.0))
-    seen = weight > 1e-9 * float(weight.max(initial=0.0))
+    seen = weight > UNSEEN_WEIGHT * float(weight.max(initial=0.0))
     scale = np.where(seen, weight, 1.0)
-    scaled = np.where(seen[:, None] & seen[None, :], normal / np.outer(scale, scale), 0.0)
+    return scale, np.where(seen[:, None] & seen[None, :], normal / np.outer(scale, scale), 0.0)
+
+
+def is_null(values: Float) -> NDArray[np.bool_]:
+    """Return True for eigenvalues of a scaled normal matrix whose directions are undetermined."""
+    return np.asarray(values <= RANK_TOLERANCE * max(float(values.max(initial=0.0)), 1e-300))
+
+
+def null_space(
+    terms: Sequence[Term], observations: Observations, context: FitContext, noise: Noise, size: int
+) -> tuple[Float, Float]:
+    """Return the scale of each coefficient, (size,), and orthonormal directions of the scaled
+    coefficients that no row of either channel shows, (size, directions)."""
+    scale, scaled = scaled_normal(normal_matrix(terms, observations, context, noise, size))
     values, vectors = np.linalg.eigh(scaled)
-    null = values <= RANK_TOLERANCE * max(float(values.max(initial=0.0)), 1e-300)
-    return scale, vectors[:, null]
+    return scale, vectors[:, is_null(values)]
 
 
 def share_of_null_space(space: tuple[Float, Float], columns: Float) -> Float:

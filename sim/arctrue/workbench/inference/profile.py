@@ -82,23 +82,26 @@ def limit_of(level: float, freedom: float) -> float:
 
 @dataclass
 class Profile:
-    """The likelihood along one parameter of a fit."""
+    """The likelihood along one parameter of a fit.
+
+    ``limits``: bounds of the parameter; ``fit.conditions`` does not contain them.
+    """
 
     fit: ConstrainedFit
     name: str
+    limits: tuple[float, float] = (-np.inf, np.inf)
     _best: float = field(init=False, default=0.0)
     _highest: float = field(init=False, default=-np.inf)
     _noise: list[tuple[float, Noise]] = field(init=False, default_factory=list)
     _free: Float | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
-        """Compute the likelihood at the fitted value. Raises ValueError for an unknown name."""
+        """Find the parameter. Raises ValueError for an unknown name."""
         parameters = named_parameters(self.fit.solution, self.fit.covariance)
         if self.name not in parameters:
             raise ValueError(f"no parameter {self.name}; there are: {', '.join(parameters)}")
         self._parameter = parameters[self.name]
         self._best = self._parameter.value
-        self._highest = self.likelihood(self._best)
 
     @property
     def _is_phase(self) -> bool:
@@ -140,6 +143,8 @@ class Profile:
 
     def fall(self, value: float) -> float:
         """Return twice the fall of the log likelihood from its highest value."""
+        if not self._noise:
+            self.likelihood(self._best)
         return 2.0 * (self._highest - self.likelihood(value))
 
     def interval(self, level: float) -> tuple[float, float]:
@@ -150,15 +155,21 @@ class Profile:
         limit = limit_of(level, freedom_of(self.fit, self.name))
         return self._end(-1.0, limit), self._end(1.0, limit)
 
+    def unbounded(self) -> tuple[float, float]:
+        """Return the interval of a parameter that the data do not determine: its whole range."""
+        if self._is_phase:
+            return self._best - HALF_TURN_DEG, self._best + HALF_TURN_DEG
+        return self._range()
+
     def _end(self, way: float, limit: float) -> float:
         sigma = self._parameter.sigma
         if not (np.isfinite(sigma) and sigma > 0.0):
-            return way * np.inf
+            return self.unbounded()[0 if way < 0.0 else 1]
         farthest = FARTHEST * sigma
         if self._is_phase:
             farthest = HALF_TURN_DEG
         low, high = self._range()
-        farthest = min(farthest, self._best - low if way < 0.0 else high - self._best)
+        farthest = max(min(farthest, self._best - low if way < 0.0 else high - self._best), 0.0)
         inside, step = 0.0, float(np.sqrt(limit)) * sigma
         outside = min(step, farthest)
         while (fall := self._fall_or_end(self._best + way * outside)) < limit:
@@ -166,7 +177,7 @@ class Profile:
                 return self._limit_reached(way, farthest)
             inside, outside = outside, min(WIDER * outside, farthest)
         if not np.isfinite(fall):
-            return self._best + way * outside
+            return self._best + way * self._last_possible(way, inside, outside, limit)
         return (
             float(
                 brentq(
@@ -181,6 +192,17 @@ class Profile:
             + self._best
         )
 
+    def _last_possible(self, way: float, inside: float, outside: float, limit: float) -> float:
+        """Return the distance at which the likelihood has fallen by ``limit`` or beyond which no
+        values meet the conditions."""
+        while outside - inside > PRECISION * self._parameter.sigma:
+            middle = 0.5 * (inside + outside)
+            if self._fall_or_end(self._best + way * middle) < limit:
+                inside = middle
+            else:
+                outside = middle
+        return inside
+
     def _fall_or_end(self, value: float) -> float:
         try:
             return self.fall(value)
@@ -190,8 +212,13 @@ class Profile:
     def _range(self) -> tuple[float, float]:
         """Return the range of possible values of the parameter.
 
-        An amplitude is not negative; a search parameter stays in its declared range.
+        An amplitude is not negative; a search parameter stays in its declared range; every
+        parameter stays within its bounds.
         """
+        low, high = self._possible()
+        return max(low, self.limits[0]), min(high, self.limits[1])
+
+    def _possible(self) -> tuple[float, float]:
         label, _, own = self.name.rpartition(".")
         solution = self.fit.solution
         term = solution.terms[labels(solution.terms).index(label)]

@@ -344,6 +344,14 @@ def tangent_terms(solution: Solution) -> tuple[list[Term], list[list[int]]]:
     return terms, places
 
 
+def joint_covariance(solution: Solution) -> Matrix:
+    """Return the covariance of all coefficients and, after them, of the continuous search
+    parameters of each term."""
+    if not any(refined_names(term.effect) for term in solution.terms):
+        return solution.covariance
+    return with_tangents(solution, every_row=solution.every_row)[0].covariance
+
+
 def joint_uncertainty(solution: Solution) -> tuple[Matrix, list[dict[str, float]]]:
     """Return the covariance of all coefficients, and the σ of the search parameters of each term.
 

@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from importlib import import_module
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from arctrue.base.similar import did_you_mean
+from arctrue.importing.file_rows import KELVIN_AT_0
 from arctrue.workbench.effects.base import FitContext
 from arctrue.workbench.inference.design_matrix import Term
+from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.inference.tangents import Tangent, refined_names
 from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.rows import ReferenceRows
 
 Float = NDArray[np.float64]
-KNOWN = ("temperature_c", "time_s", "direction", "speed_deg_s")
+UNITS = {"temperature_c": "K", "time_s": "s", "direction": "1", "speed_deg_s": "deg/s"}
+"""Units of the conditions that every set may have, to which quantities of astropy are converted;
+kelvins are then converted to °C."""
+KNOWN = tuple(UNITS)
 """Names of the conditions that every set may have; other conditions are the user's additional
 columns."""
 
@@ -27,7 +35,9 @@ def table_rows(
     Raises ValueError for angles in more than one dimension, for a condition that is not known, or
     for a condition that is neither one number nor as long as the angles.
     """
-    angle = np.radians(np.atleast_1d(np.asarray(angle_deg, dtype=np.float64)))
+    angle = np.radians(
+        np.atleast_1d(np.asarray(plain(angle_deg, "deg", "angle"), dtype=np.float64))
+    )
     if angle.ndim != 1:
         raise ValueError(f"angle: expected a row of numbers, found an array {angle.shape}")
     known = {*KNOWN, *_own_conditions(observations)}
@@ -38,7 +48,9 @@ def table_rows(
                 f"condition {name} is not known.{did_you_mean(name, known)} There are: "
                 f"{', '.join(sorted(known))}"
             )
-        array = np.asarray(values, dtype=np.float64)
+        array = np.asarray(
+            plain(values, UNITS.get(name, ""), f"condition {name}"), dtype=np.float64
+        )
         if array.ndim > 1 or (array.ndim == 1 and array.size not in (1, angle.size)):
             raise ValueError(
                 f"condition {name}: expected one number or {angle.size}, as many as angles, found "
@@ -47,6 +59,8 @@ def table_rows(
         columns[name] = np.broadcast_to(array, angle.shape).copy()
     speed, time_s = columns.get("speed_deg_s"), columns.get("time_s")
     direction = columns.get("direction")
+    if direction is not None and (wrong := np.flatnonzero(np.abs(direction) != 1.0)).size:
+        raise ValueError(f"condition direction: expected +1 or -1, found {direction[wrong[0]]:g}")
     if direction is None and speed is not None:
         direction = np.sign(speed)
     start_s, middle_s = _set_times(observations)
@@ -75,6 +89,27 @@ def table_rows(
         heads=observations.heads,
         conditions={name: column for name, column in columns.items() if name not in KNOWN},
     )
+
+
+def plain(values: Any, unit: str, place: str) -> Any:
+    """Return the numbers of a quantity of astropy in ``unit``; everything else is returned
+    unchanged.
+
+    ``unit``: "" for the quantity's own unit; a temperature in kelvins is returned in °C. Raises
+    ValueError, which begins with ``place``, if the quantity has a unit of another kind.
+    """
+    if not (hasattr(values, "unit") and hasattr(values, "to_value")):
+        return values
+    if not unit:
+        return values.value
+    equivalencies = import_module("astropy.units").temperature() if unit == "K" else []
+    try:
+        found = values.to_value("" if unit == "1" else unit, equivalencies=equivalencies)
+    except (TypeError, ValueError) as error:
+        raise ValueError(
+            f"{place}: expected a unit that can be converted to {unit}, found {str(values.unit)!r}"
+        ) from error
+    return found - KELVIN_AT_0 if unit == "K" else found
 
 
 def _own_conditions(observations: Observations) -> set[str]:
@@ -123,6 +158,33 @@ def term_values(
             f"{term.effect.name} needs {needed}: predict(angle, {{'{sorted(lacking)[0]}': ...}})"
         )
     return term.effect.reference_columns(rows, term.nonlinear, context)
+
+
+def prediction_columns(
+    solution: Solution, angle_deg: ArrayLike, conditions: Mapping[str, ArrayLike]
+) -> Float:
+    """Return the factor of each unknown of a fit in ε of head 1, (n, unknowns).
+
+    The unknowns are the coefficients of all terms and, after them, the continuous search parameters
+    of each term, whose factors are derivatives of ε. Raises ValueError as :func:`table_rows` and
+    :func:`term_values` do.
+    """
+    rows = table_rows(solution.observations, angle_deg, conditions)
+    size = rows.run.size
+    blocks, tangents = [], []
+    for number, term in enumerate(solution.terms):
+        found = term_values(term, rows, solution.context, conditions)
+        blocks.append(np.zeros((size, solution.widths[number])) if found is None else found)
+        names = refined_names(term.effect)
+        if not names:
+            continue
+        slopes = None
+        if found is not None:
+            own = solution.coefficients[solution.part(number)]
+            tangent = Tangent(term, own, solution.observations)
+            slopes = tangent.reference_columns(rows, {}, solution.context)
+        tangents.append(np.zeros((size, len(names))) if slopes is None else slopes)
+    return np.concatenate([*blocks, *tangents], axis=1)
 
 
 def _needs(term: Term, rows: ReferenceRows, context: FitContext) -> set[str]:
