@@ -42,6 +42,8 @@ const char *alarm_name(uint32_t bit) {
         return "head_left_out";
     case ALARM_FAILOVER_OFF:
         return "failover_off";
+    case ALARM_NO_SET:
+        return "no_set";
     default:
         return NULL;
     }
@@ -91,6 +93,7 @@ uint32_t alarms_of_turn(struct application *application) {
                application->report.temperature_c > parameters->alarm_temperature_c;
     alarms |= hot ? ALARM_TEMPERATURE : 0;
     alarms |= application->prepared.reported != 0 ? ALARM_HEAD_LEFT_OUT : 0;
+    alarms |= application->prepared.refused ? ALARM_NO_SET : 0;
     alarms |= alarms_sets_are_lost(application) ? ALARM_FAILOVER_OFF : 0;
     alarms |= table_temperature_is_held(&application->table) ? ALARM_THERMOMETER : 0;
     alarms |= application->faults_in_a_row != 0 ? ALARM_BEGAN_ANEW : 0;

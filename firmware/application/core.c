@@ -742,11 +742,14 @@ struct core_failover core_failover(const struct core_access *core) {
     return (struct core_failover){
         .left_out = FIELD(word, HEADS_STATUS__LEFT_OUT),
         .set = FIELD(word, HEADS_STATUS__SET),
-        .swap_refused = FIELD(word, HEADS_STATUS__SWAP_REFUSED) != 0,
         .causes = FIELD(word, HEADS_STATUS__CAUSE),
         .parity = (int32_t)core_read(core, AT(parity.value)),
         .parity_beyond = FIELD(word, HEADS_STATUS__PARITY_BEYOND) != 0,
     };
+}
+
+bool core_set_is_refused(const struct core_access *core) {
+    return (core_read(core, AT(heads_status)) & BIT(HEADS_STATUS__SWAP_REFUSED)) != 0;
 }
 
 bool core_failover_is_on(const struct core_access *core) {

@@ -311,8 +311,6 @@ struct core_failover {
     uint32_t left_out;
     /* Number of the active prepared set; CORE_OWN_WORDS if the processor's words are active. */
     uint32_t set;
-    /* Sticky: the gateware refused words that use a head that is left out. */
-    bool swap_refused;
     /* Causes for which the last failed head was left out: bits of the register `failover` from `illegal` on. */
     uint32_t causes;
     /* Sum of the readings with the parity weights, 2^-11 counts; `parity_beyond` is true if the sum reached its
@@ -324,6 +322,9 @@ struct core_failover {
 enum { CORE_OWN_WORDS = ARCTRUE_OWN_WORDS_SET };
 
 struct core_failover core_failover(const struct core_access *core);
+/* Tells whether the gateware has refused words since the failover was switched on: a head has failed, and there is no
+   valid set without it, so the head is still in the mean. */
+bool core_set_is_refused(const struct core_access *core);
 
 struct core_failover_setup {
     /* Faults for which a head is left out: bits of the register `failover` from `illegal` on. */

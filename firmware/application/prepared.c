@@ -226,6 +226,11 @@ void prepared_watch(struct application *application) {
         alarm_between_turns(application, ALARM_HEAD_LEFT_OUT);
     }
     application->prepared.reported = left_out;
+    bool refused = core_set_is_refused(&application->core);
+    if (refused && !application->prepared.refused) {
+        alarm_between_turns(application, ALARM_NO_SET);
+    }
+    application->prepared.refused = refused;
 }
 
 bool application_come_back(const struct application *application, uint32_t head) {

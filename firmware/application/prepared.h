@@ -41,7 +41,8 @@ void prepared_forget(struct application *application);
    otherwise off. If the words of the sets differ from the written words, the function forgets the sets and raises an
    alarm. Does nothing if there are no sets. */
 void prepared_arm(struct application *application);
-/* Raises an alarm if the gateware has left out a head since the previous call. */
+/* Raises an alarm if the gateware has left out a head since the previous call, or has refused the set without a head
+   that failed. */
 void prepared_watch(struct application *application);
 /* Allows a head, counted from 1, to be used again after its next index. Returns false if the head is not left out. */
 bool application_come_back(const struct application *application, uint32_t head);

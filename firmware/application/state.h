@@ -81,6 +81,8 @@ enum alarm {
     ALARM_HEAD_LEFT_OUT = 16384,
     /* A load has overwritten the sets for a missing head that belong to the active mean. */
     ALARM_FAILOVER_OFF = 32768,
+    /* A head has failed, and the gateware has no valid set without it. */
+    ALARM_NO_SET = 65536,
 };
 
 /* Sets for a missing head that the gateware holds and that belong to the active mean of the heads. Such a set contains
@@ -96,6 +98,8 @@ struct prepared {
     uint32_t sum_of_all_heads;
     /* Left-out heads that were reported to the operator. */
     uint32_t reported;
+    /* True if the gateware has refused a set. */
+    bool refused;
     /* `has_made`: the workspace holds sets for a missing head that belong to the candidate. `made`: the missing heads
        of these sets, one bit per head. */
     bool has_made;

@@ -124,6 +124,8 @@ static const struct {
     {"head_left_out",
      "a head failed, and the gateware goes on without it: status and telemetry name it and the "
      "causes; look at its cable and supply, then come_back HEAD and turn past its index"},
+    {"no_set", "a head failed and is still in the mean, because there is no valid set without it: "
+               "look at its cable and supply, then load a file with sets or rearm"},
     {"failover_off",
      "frames of a load have replaced the sets for a missing head, so the mean has no failover "
      "until a load is active: if none is under way, load the file again"},

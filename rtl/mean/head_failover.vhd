@@ -10,7 +10,10 @@
 -- without this head is loaded, provided that `failover.enable` is set, the active words use all heads and no head is
 -- left out. Failures of other heads are then ignored, because only sets with one missing head are prepared. The head is
 -- left out from the first angle on to which the new set applies, and `rearm_heads` makes its decoder forget the index,
--- so that its next index defines its zero again.
+-- so that its next index defines its zero again. If the core refuses the set, the head stays in the mean, and its set is
+-- loaded for no further failure before a write of `failover` or a swap; `heads_status.swap_refused` reports this.
+-- A fault of a decoder while a set is being loaded, in the clock of a request for a set, or while `failover.enable` is
+-- 0, leaves no head out; the head's next index shows the lost counts.
 --
 -- **Return.** A head that is left out comes back after its next index, either on request (`heads_command.come_back`) or
 -- after the time `failover.return_after` unless this is 0; the set of all heads is then loaded. A dead head gives no
@@ -18,9 +21,9 @@
 --
 -- **Processor.** `heads_command.take_set` loads a set. A swap to words that the processor has written sets
 -- `heads_status.set` to 7. Such a swap does not bring a left-out head back. Words that use this head are refused, and
--- so is a set that uses it before its index; a refusal sets `heads_status.swap_refused`, and the active words stay
--- active. If the head comes back while the processor's words are active, it is no longer left out, but no set is
--- loaded: the processor must write words that use the head.
+-- so is a set that uses it before its index; a refusal sets `heads_status.swap_refused`, which a write of `failover`
+-- clears, and the active words stay active. If the head comes back while the processor's words are active, it is no
+-- longer left out, but no set is loaded: the processor must write words that use the head.
 --
 -- **Allowed words.** `may_activate` is high while both conditions hold. First, the idle words do not use the barred
 -- head: while a set is being loaded, the head that is missing in this set, otherwise the left-out head. Second, while a
@@ -162,6 +165,8 @@ architecture rtl of head_failover is
   signal rearming       : natural range 0 to FAILOVER_REARM_CLOCKS := 0;
   signal swap_refused   : std_ulogic                     := '0';
   signal set_refused    : std_ulogic                     := '0';
+  -- Heads whose set was refused
+  signal has_no_set     : heads_bits                     := (others => '0');
   signal parity_waits   : natural range 0 to PARITY_CLOCKS := PARITY_CLOCKS;
 
 begin
@@ -222,6 +227,7 @@ begin
     variable has_index  : std_ulogic;
     variable barred     : heads_bits;
     variable asked      : heads_bits;
+    variable leaving    : heads_bits;
 
   begin
 
@@ -256,6 +262,7 @@ begin
                              and ((or (wants_return and left_out)) = '1' or ((or return_after) = '1' and waited >= return_after)) else
                     '0';
 
+      leaving := failed and not has_no_set;
       if busy = '0' and load = '0' then
         if wants_set = '1' then
           wants_set <= '0';
@@ -265,12 +272,12 @@ begin
             load   <= '1';
             number <= wanted_set;
           end if;
-        elsif (or failed) = '1' and watching = '1' then
+        elsif (or leaving) = '1' and watching = '1' then
           load        <= '1';
           last_causes <= causes;
 
           for head in HEADS - 1 downto 0 loop
-            if failed(head) = '1' then
+            if leaving(head) = '1' then
               number <= to_unsigned(head + 1, 3);
             end if;
           end loop;
@@ -301,6 +308,16 @@ begin
         set_in_force <= to_unsigned(OWN_WORDS_SET, 3);
       end if;
 
+      for head in 0 to HEADS - 1 loop
+        if refused = '1' and busy = '1' and number = head + 1 then
+          has_no_set(head) <= '1';
+        end if;
+      end loop;
+
+      if swap_comes = '1' or (write_enable = '1' and address = FAILOVER_WORD) then
+        has_no_set <= (others => '0');
+      end if;
+
       if write_enable = '1' and address = COMMAND_WORD then
         asked := asked or write_data(HEADS + 7 downto 8);
         if write_data(7) = '1' and u_unsigned(write_data(6 downto 4)) <= HEADS then
@@ -320,6 +337,7 @@ begin
         changed      <= '0';
         set_in_force <= to_unsigned(OWN_WORDS_SET, 3);
         left_out     <= (others => '0');
+        has_no_set   <= (others => '0');
         last_causes  <= (others => '0');
         wants_set    <= '0';
         wants_return <= (others => '0');
@@ -384,6 +402,7 @@ begin
       end if;
 
       if write_enable = '1' and address = FAILOVER_WORD then
+        swap_refused  <= refused or set_refused;
         enabled       <= write_data(0);
         causes_wanted <= write_data(9 downto 4);
         return_after  <= u_unsigned(write_data(31 downto 16));

@@ -188,6 +188,28 @@ async def decisions_equal_the_model(dut: Any) -> None:
     assert len(happened) == 5
 
 
+@cocotb.test()
+async def a_refused_set_is_loaded_once(dut: Any) -> None:
+    """A head whose set the core refuses may fail again and again; its set is loaded once, and once
+    more after the processor has written the register `failover`. Sets of other heads are loaded."""
+    await start(dut, 0)
+    dut.used.value = dut.indices_seen.value = ALL
+    loads: list[int] = []
+    illegals = 0
+    for clock in range(1200):
+        busy = clock % 100 in range(20, 40)
+        if clock % 100 in (10, 60):
+            illegals ^= 1 << (2 if clock == 510 else 1)
+        dut.illegals.value = illegals
+        dut.busy.value, dut.refused.value = int(busy), int(clock % 100 == 39)
+        dut.write_enable.value = int(clock == 900)
+        dut.address.value, dut.write_data.value = FAILOVER, 1 | 1 << 4
+        await RisingEdge(dut.clock)
+        if dut.load.value == 1:
+            loads.append(dut.number.value.to_unsigned())
+    assert loads == [2, 3, 2]
+
+
 async def write(dut: Any, address: int, word: int) -> None:
     dut.write_enable.value, dut.address.value, dut.write_data.value = 1, address, word
     await RisingEdge(dut.clock)

@@ -41,7 +41,9 @@ class HeadFailover:
     until it returns. It returns when two conditions are met: it has found its index again, and
     either the processor has requested its return, or ``return_after``, if not 0, has passed in
     units of 2^(``interval_bits`` + 3) clocks. The entity then loads set 0, but loads no set while
-    the coefficients that the processor wrote are active.
+    the coefficients that the processor wrote are active. If the core refuses the set of a failed
+    head, this set is loaded for no further failure before a swap; the model contains no write of
+    the register ``failover``, which also ends this state.
     """
 
     heads: int
@@ -57,6 +59,7 @@ class HeadFailover:
     swap_refused: bool = False
     watching: bool = False
     _set_refused: bool = False
+    _has_no_set: int = 0
     _wanted: int | None = None
     _wants_return: int = 0
     _waited: int = 0
@@ -104,6 +107,11 @@ class HeadFailover:
         )
         self.load = self.changed = self._set_refused = False
         number = self.number
+        leaving = now.failed & ~self._has_no_set
+        if now.refused and now.busy:
+            self._has_no_set |= 1 << self.number >> 1
+        if now.swap_comes:
+            self._has_no_set = 0
         if free:
             if self._wanted is not None:
                 if old_left_out & ~(1 << self._wanted >> 1) and not has_index:
@@ -111,9 +119,9 @@ class HeadFailover:
                 else:
                     self.load, number = True, self._wanted
                 self._wanted = None
-            elif now.failed and self.watching:
+            elif leaving and self.watching:
                 self.load, self.last_causes = True, now.causes
-                number = (now.failed & -now.failed).bit_length()
+                number = (leaving & -leaving).bit_length()
             elif returns and self.set_in_force != OWN_WORDS_SET:
                 self.load, number = True, 0
             elif returns:

@@ -283,6 +283,25 @@ def test_a_re_arm_asks_for_every_head(running: Firmware) -> None:
     assert running.core.get("failover") == 0
 
 
+def test_a_failed_head_without_a_set_is_reported_until_the_failover_is_switched_on_again(
+    running: Firmware,
+) -> None:
+    """The gateware refuses the set without a head if this set is not valid; the head stays in the
+    mean, so that no other sign would report the fault."""
+    loaded(running, file_of(1, 2))
+    running.send("telemetry on")
+    refused = bit("heads_status", "swap_refused")
+    running.core.set("heads_status", running.core.get("heads_status") | refused)
+    assert '"alarms":["no_set"]' in running.step(2)
+    assert running.step(2) == "", "reported once"
+    assert "no_set" in running.turn(turn(3))["alarms"]
+    # The gateware clears the flag when `failover` is written.
+    running.send("set failover_step_counts 40")
+    running.core.status(left_out=0, active=7)
+    running.step()
+    assert running.turn(turn(4))["alarms"] == []
+
+
 @pytest.mark.parametrize("event", ["rearm", "forget", "stuck"])
 @pytest.mark.parametrize("head1_is_left_out", [False, True])
 def test_without_a_mean_the_core_follows_head_1(
