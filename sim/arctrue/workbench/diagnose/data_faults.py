@@ -19,6 +19,7 @@ from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.workbench.observations import CaptureRows, Observations
 from arctrue.workbench.observations.outliers.excursions import excursions, step_scatter
 from arctrue.workbench.observations.outliers.single_rows import MOST_SHARE
+from arctrue.workbench.observations.reference_columns import direction_faults, frozen_rows
 from arctrue.workbench.observations.stored import StoredCapture
 
 Float = NDArray[np.float64]
@@ -77,6 +78,8 @@ def data_faults(observations: Observations) -> list[str]:
         found += _temperature_faults(
             "reference", stations.temperature_c, observations.reference_line
         )
+        found += direction_faults(stations, observations.reference_line)
+        found += frozen_rows(stations, observations.reference_line)
     found += [
         f"{channel}: {percent(share)} of the rows are outliers, each far from the rows around it; "
         f"at most {percent(MOST_SHARE)} are left out as single wrong rows"

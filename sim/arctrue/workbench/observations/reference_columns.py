@@ -1,0 +1,149 @@
+"""Finds columns of a reference that contradict each other, or that stand while the table moves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.base.percent import percent
+from arctrue.workbench.observations.reference_speed import MOVING_STEP_DEG, continued
+from arctrue.workbench.observations.rows import ReferenceRows
+
+Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
+Boolean = NDArray[np.bool_]
+
+LEAST_STEPS = 20
+"""Smallest number of steps of a pass whose direction is examined, and smallest number of equal rows
+that are a fault: fewer rows do not change a result."""
+LEAST_RANGE_DEG = 1.0
+"""Smallest range of the targets of a pass whose direction is examined: a table that stands has no
+direction, and the noise of its angle is smaller."""
+MOST_AGAINST = 0.2
+"""Largest share of steps against the direction, two or more in succession. A return to the first
+station is a single step; a quarter of the steps of random values are such steps."""
+LEAST_WAY = 0.5
+"""Smallest way of a pass in its direction, relative to the range of its targets: noisy targets have
+steps against the direction, but their pass leads from one end of the range to the other."""
+FOLLOWS = 0.95
+"""Smallest share of steps of the errors in the direction at which the columns seem to be exchanged:
+an angle in motion follows the direction in nearly every step."""
+LONG_WAY = 10.0
+"""Smallest range of the targets, relative to their median step, at which the columns seem to be
+exchanged: stations in random order have a range of 2/(2 − √2) = 3.4 median steps, white noise of a
+thousand rows about 7."""
+MOST_EQUAL = 0.5
+"""Largest share of rows that equal the row before at which the errors show that the sensor stands:
+with a larger share, the display is coarser than the changes of the error."""
+LONGER = 10.0
+"""Smallest length of the equal rows that are a fault, relative to the next longest equal rows.
+Rounded values of a smooth curve stay at most five times as long at an extremum as next to it:
+the length at a parabola, 2/(√2 − 1) = 4.8."""
+LEAST_SHARE = 0.01
+"""Smallest share of the rows of a reference that is a fault if they are equal."""
+FALSE_P = 1e-6
+"""Largest mean number of equal rows of this length by chance, from the share of equal rows
+elsewhere."""
+
+
+def direction_faults(rows: ReferenceRows, line_of: Callable[[int], int]) -> list[str]:
+    """Describe the first pass whose direction its targets contradict; empty if there is none.
+
+    ``line_of`` gives the line in the file of a row. Only rows in motion are examined, because a
+    station may be approached from the side against which the stations follow each other. If the
+    targets of all passes go against their directions, the column has the opposite sign of motion.
+    """
+    if rows.direction is None or rows.time_s is None:
+        return []
+    target = continued(np.degrees(rows.target_rad))
+    passes = [(start, end) for start, end in _labelled(rows) if end - start > LEAST_STEPS]
+    # Way of each pass in its direction, relative to the range of its targets.
+    extents = [max(float(np.ptp(target[start:end])), 1e-12) for start, end in passes]
+    ways = [
+        float(np.sign(rows.direction[start])) * float(target[end - 1] - target[start]) / extent
+        for (start, end), extent in zip(passes, extents, strict=True)
+    ]
+    sign = -1.0 if ways and max(ways) <= -LEAST_WAY else 1.0
+    wrong: list[tuple[int, int, str]] = []
+    for (start, end), extent, way in zip(passes, extents, ways, strict=True):
+        own, sense = target[start:end], sign * float(np.sign(rows.direction[start]))
+        against = _successive(np.diff(own) * sense < 0.0)
+        if extent < LEAST_RANGE_DEG or float(against.mean()) <= MOST_AGAINST:
+            continue
+        step = float(np.median(np.abs(np.diff(own))))
+        follows = float(np.mean(np.diff(rows.error_arcsec[start:end]) * sense > 0.0)) >= FOLLOWS
+        follows &= extent > LONG_WAY * step
+        if follows or (sign * way < LEAST_WAY and step <= MOVING_STEP_DEG):
+            wrong.append(
+                (
+                    start + 1 + int(np.flatnonzero(against)[0]),
+                    int(against.sum()),
+                    "; error_arcsec follows the direction: are the columns target_deg and "
+                    "error_arcsec exchanged?"
+                    if follows
+                    else "; check the columns direction and target_deg",
+                )
+            )
+    if not wrong:
+        return []
+    first, _, advice = wrong[0]
+    steps = sum(count for _, count, _ in wrong)
+    return [
+        f"reference, row {line_of(first) - 2} of the data, line {line_of(first)} of the file: "
+        f"target_deg moves against the column direction, as in {steps} of {target.size - 1} steps; "
+        f"expected steps in the direction{advice}"
+    ]
+
+
+def frozen_rows(rows: ReferenceRows, line_of: Callable[[int], int]) -> list[str]:
+    """Describe the longest sequence of equal errors while the target moves, if it is longer than
+    the equal rows elsewhere explain; empty if it is not."""
+    error, size = rows.error_arcsec, rows.error_arcsec.size
+    if size <= 2 * LEAST_STEPS:
+        return []
+    equal = (np.diff(error) == 0.0) & (np.diff(rows.run) == 0) & (np.diff(rows.target_rad) != 0.0)
+    starts, lengths = _true_stretches(equal)
+    if lengths.size == 0:
+        return []
+    longest = int(np.argmax(lengths))
+    length, start = int(lengths[longest]), int(starts[longest])
+    others = np.delete(lengths, longest)
+    # Laplace's rule of succession: a share of 0 among n rows is not the probability 0.
+    left = max(equal.size - length, 0)
+    chance = (float(others.sum()) + 1.0) / (left + 2.0)
+    if length < max(LEAST_STEPS, LEAST_SHARE * size) or left < LEAST_STEPS:
+        return []
+    if chance > MOST_EQUAL or length < LONGER * float(others.max(initial=0)):
+        return []
+    if size * chance**length > FALSE_P:
+        return []
+    return [
+        f"reference, rows {line_of(start) - 2} to {line_of(start + length) - 2} of the data, line "
+        f"{line_of(start)} of the file on: error_arcsec has one value in {length + 1} successive "
+        f"rows while target_deg moves; elsewhere {percent(float(others.sum()) / left)} of the rows "
+        "equal the row before: the reference or its logger stood still; mask these rows (mask.csv)"
+    ]
+
+
+def _labelled(rows: ReferenceRows) -> list[tuple[int, int]]:
+    """Return first row and row after the last of each stretch with one run, cycle and direction."""
+    new = np.diff(rows.run) != 0
+    for labels in (rows.cycle, rows.direction):
+        if labels is not None:
+            new |= np.diff(labels) != 0
+    return list(pairwise([0, *(np.flatnonzero(new) + 1).tolist(), rows.run.size]))
+
+
+def _successive(found: Boolean) -> Boolean:
+    """Return True where ``found`` is True and so is the value before or after; (steps,)."""
+    before, after = np.append(False, found[:-1]), np.append(found[1:], False)
+    return np.asarray(found & (before | after))
+
+
+def _true_stretches(found: Boolean) -> tuple[Integer, Integer]:
+    """Return the first index and the length of each stretch of True values."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], found, [False]]).astype(np.int8)))
+    return edges[::2], edges[1::2] - edges[::2]

@@ -1,0 +1,111 @@
+"""Tests that the diagnosis reports columns of a reference that cannot be right."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from sim.tests.workbench.base_diagnosis import diagnosis_of
+from sim.tests.workbench.small_sets import measurement_set
+
+from arctrue.measurement import MeasurementSet, Reference, Table
+from arctrue.workbench.diagnose.data_faults import data_faults
+from arctrue.workbench.observations.build import observations_of
+
+ROWS = 1200
+
+
+def _log(*, noise: float = 0.5, amplitude: float = 20.0, display: float = 0.0) -> Reference:
+    """Return a log of 1,200 rows over 10°, with a line of 5 periods and noise in arcseconds."""
+    random = np.random.default_rng(6)
+    time_s = 2.0 * np.arange(1, ROWS + 1) + random.uniform(0.0, 0.3, ROWS)
+    target = time_s * 0.0042
+    error = amplitude * np.sin(2.0 * np.pi * time_s / 480.0) + random.normal(0.0, noise, ROWS)
+    if display:
+        error = np.round(error / display) * display
+    return Reference(target, error, time_s=time_s, direction=np.ones(ROWS, dtype=np.int64))
+
+
+def _faults(columns: Reference) -> list[str]:
+    return data_faults(observations_of(MeasurementSet(Table(), None, columns)))
+
+
+def test_good_logs_and_stations_have_no_faults() -> None:
+    assert _faults(_log()) == []
+    assert data_faults(observations_of(measurement_set())) == []
+
+
+@pytest.mark.parametrize("drift", [0.0, 0.05])
+def test_exchanged_columns_are_bad_data(drift: float) -> None:
+    """An error that also drifts (60″ here) leads from one end of its range to the other, as a
+    motion does. The noise of the target would be in the error as well."""
+    made = _log()
+    made.error_arcsec[:] += drift * np.arange(ROWS)
+    swapped = replace(made, target_deg=made.error_arcsec, error_arcsec=made.target_deg)
+    found = diagnosis_of(MeasurementSet(Table(), None, swapped))
+    assert found.verdict == "bad_data"
+    (said,) = _faults(swapped)
+    assert said.startswith("reference, row ")
+    assert "are the columns target_deg and error_arcsec exchanged" in said
+
+
+def test_a_direction_that_the_motion_contradicts_is_bad_data() -> None:
+    """The table goes up and down, and the column says up in all rows: the log has 599 steps
+    down."""
+    made = _log()
+    up_and_down = np.minimum(made.target_deg, made.target_deg[::-1])
+    (said,) = _faults(replace(made, target_deg=up_and_down))
+    assert "target_deg moves against the column direction, as in 599 of 1199 steps" in said
+
+
+def test_noisy_targets_and_the_opposite_sign_of_motion_are_no_faults() -> None:
+    """The steps of noisy targets go back in 40 % of the rows, but the pass goes up."""
+    made = _log()
+    noisy = made.target_deg + np.random.default_rng(2).normal(0.0, 0.02, ROWS)
+    assert np.mean(np.diff(noisy) < 0.0) > 0.35
+    assert _faults(replace(made, target_deg=noisy)) == []
+    assert _faults(replace(made, target_deg=-made.target_deg)) == []
+
+
+@pytest.mark.parametrize("order", ["random", "down"])
+def test_stations_that_are_approached_from_below_are_no_fault(order: str) -> None:
+    """The column is the direction of approach, and the stations may follow each other in any
+    order."""
+    random = np.random.default_rng(7)
+    stations = np.arange(0.0, 360.0, 5.0)
+    target = random.permutation(stations) if order == "random" else stations[::-1]
+    target = np.concatenate([stations, target])
+    made = Reference(
+        target,
+        10.0 * np.cos(np.radians(target)) + random.normal(0.0, 0.3, target.size),
+        time_s=np.arange(target.size) * 5.0,
+        direction=np.ones(target.size, dtype=np.int64),
+    )
+    assert _faults(made) == []
+
+
+@pytest.mark.parametrize("rows", [24, 400])
+def test_a_sensor_that_stands_while_the_table_moves_is_bad_data(rows: int) -> None:
+    made = _log(display=0.1)
+    made.error_arcsec[400 : 400 + rows] = made.error_arcsec[400]
+    found = diagnosis_of(MeasurementSet(Table(), None, made))
+    assert found.verdict == "bad_data"
+    (said,) = _faults(made)
+    assert said.startswith(f"reference, rows 400 to {399 + rows} of the data, line 402 of the file")
+    assert f"one value in {rows} successive rows" in said
+
+
+@pytest.mark.parametrize("display", [0.5, 2.0, 5.0, 20.0, 40.0])
+@pytest.mark.parametrize("noise", [0.0, 0.5, 3.0])
+@pytest.mark.parametrize("amplitude", [9.0, 21.0, 100.0])
+def test_rounded_displays_are_no_faults(amplitude: float, noise: float, display: float) -> None:
+    """A coarse display repeats its value for many rows, above all at the extrema of the error."""
+    assert _faults(_log(noise=noise, amplitude=amplitude, display=display)) == []
+
+
+def test_a_table_that_stands_may_have_equal_errors() -> None:
+    made = _log()
+    made.error_arcsec[400:800] = made.error_arcsec[400]
+    made.target_deg[400:800] = made.target_deg[400]
+    assert _faults(made) == []
