@@ -124,6 +124,17 @@ class FitEstimator:
             raise ValueError("this FitEstimator is not fitted yet: call fit with a set first")
         return self.result_.predict(angle, conditions)
 
+    def __sklearn_is_fitted__(self) -> bool:
+        """Tell scikit-learn's ``check_is_fitted`` whether :meth:`fit` was called."""
+        return hasattr(self, "result_")
+
+    def __sklearn_tags__(self) -> Any:
+        """Return the tags of an estimator without further promises; only scikit-learn calls this
+        method."""
+        from sklearn.utils import Tags, TargetTags
+
+        return Tags(estimator_type=None, target_tags=TargetTags(required=False), requires_fit=True)
+
     def __repr__(self) -> str:
         """Return the constructor call as text, with the parameters that differ from None."""
         given = {name: value for name, value in self.get_params().items() if value is not None}

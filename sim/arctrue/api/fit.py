@@ -260,7 +260,8 @@ class FitResult:
 
     @property
     def log_likelihood(self) -> float:
-        """Logarithm of the likelihood, with the noise parameters that maximise it."""
+        """Logarithm of the likelihood, with the noise parameters that maximise it; without the
+        term −n/2·log 2π of n rows."""
         return self.solution.log_likelihood
 
     @property
@@ -442,9 +443,11 @@ class FitResult:
         return comparison_pictures(self.solution, _compare(self.solution, 1))
 
     def _repr_html_(self) -> str:
+        warned = "".join(f"<p>Warning: {html.escape(text)}</p>" for text in self.warnings)
         return (
             f"<p>Model: {html.escape(', '.join(self.model.effects))}</p>"
             + self.params._repr_html_()
+            + warned
         )
 
 
