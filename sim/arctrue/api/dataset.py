@@ -437,6 +437,9 @@ class Dataset(MeasurementSet):
             )
             for frame in frames
         }
+        for name, part in found.items():
+            if not all(column.size for column in part.columns.values()):
+                raise MeasurementError("empty", Path(name), "has no rows; leave this table out")
         _one_clock(found)
         warnings: list[str] = [text for part in found.values() for text in part.warnings]
         capture = _capture(found["capture"], keys, warnings) if "capture" in found else None

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, Self
 
 from numpy.typing import ArrayLike
 
-from arctrue.api.conditions import Bounds, Fixes, Ties
+from arctrue.api.conditions import Tied
 from arctrue.api.fit import FitResult, fit
 from arctrue.api.model import ModelLike
 from arctrue.api.sets import SetOrFolder
@@ -27,9 +27,9 @@ class FitEstimator:
         self,
         model: ModelLike = None,
         *,
-        fix: Fixes = None,
-        bounds: Bounds = None,
-        tie: Ties = None,
+        fix: Mapping[str, float] | Iterable[str] | None = None,
+        bounds: Mapping[str, tuple[float | None, float | None]] | None = None,
+        tie: Mapping[str, Tied] | None = None,
     ) -> None:
         """Store the parameters, which are the arguments of :func:`fit`."""
         self.model = model

@@ -4,7 +4,7 @@ report."""
 from __future__ import annotations
 
 import html
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Literal
@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from arctrue.api.conditions import Bounds, Fixes, Ties, Wanted, wanted_of, with_places
+from arctrue.api.conditions import Tied, Wanted, wanted_of, with_places
 from arctrue.api.model import Model, ModelLike, model_of
 from arctrue.api.pictures import Pictures, html_table
 from arctrue.api.results import comparison_pictures
@@ -496,9 +496,9 @@ def fit(
     measurement: SetOrFolder,
     model: ModelLike = None,
     *,
-    fix: Fixes = None,
-    bounds: Bounds = None,
-    tie: Ties = None,
+    fix: Mapping[str, float] | Iterable[str] | None = None,
+    bounds: Mapping[str, tuple[float | None, float | None]] | None = None,
+    tie: Mapping[str, Tied] | None = None,
 ) -> FitResult:
     """Fit a model to a set by generalised least squares, and estimate its noise.
 

@@ -150,3 +150,8 @@ def test_dates_with_and_without_a_zone_are_not_mixed() -> None:
     mixed[3] = moments(timezone(timedelta(hours=2)))[3]
     with pytest.raises(MeasurementError, match="row 3: expected dates that all have a time zone"):
         reference(time=mixed)
+
+
+def test_a_table_without_rows_is_refused() -> None:
+    with pytest.raises(MeasurementError, match="reference: has no rows"):
+        reference(target_deg=[], error_arcsec=[])
