@@ -22,8 +22,6 @@ from arctrue.workbench.model.predicted import plain
 Tied = str | tuple[str, float] | Callable[[Mapping[str, float]], float]
 """Value of a tied parameter: a parameter's name, (name, factor), or a function of all values."""
 Fixes = Mapping[str, float] | Iterable[str] | None
-Bounds = Mapping[str, tuple[float | None, float | None]] | None
-Ties = Mapping[str, Tied] | None
 
 TURN_DEG = 360.0
 
@@ -118,7 +116,13 @@ class Wanted:
     """Bounds by name; infinite on an open side."""
 
 
-def wanted_of(model: Model, solution: Solution, fix: Fixes, bounds: Bounds, tie: Ties) -> Wanted:
+def wanted_of(
+    model: Model,
+    solution: Solution,
+    fix: Fixes,
+    bounds: Mapping[str, tuple[float | None, float | None]] | None,
+    tie: Mapping[str, Tied] | None,
+) -> Wanted:
     """Return the conditions that the fit must meet.
 
     Raises ValueError for an unknown name or a value that no parameter can have.

@@ -332,7 +332,7 @@ class Dataset(MeasurementSet):
             frames.append(
                 Frame(
                     name,
-                    {key: item.values for key, item in found.items()},
+                    {key: unpacked(item.values, item.attrs) for key, item in found.items()},
                     {key: item.attrs.get("units") for key, item in found.items()},
                 )
             )
@@ -438,6 +438,9 @@ class Dataset(MeasurementSet):
             )
             for frame in frames
         }
+        for name, part in found.items():
+            if not all(column.size for column in part.columns.values()):
+                raise MeasurementError("empty", Path(name), "has no rows; leave this table out")
         _one_clock(found)
         warnings: list[str] = [text for part in found.values() for text in part.warnings]
         capture = _capture(found["capture"], keys, warnings) if "capture" in found else None
@@ -589,10 +592,33 @@ def _hdf5_frame(h5py: Any, path: Path, name: str, group: Any) -> Frame:
         if item.ndim != 1:
             continue
         refuse_other_files(path, item.name.strip("/"), item)
-        columns[key] = np.asarray(item[()])
+        columns[key] = unpacked(np.asarray(item[()]), item.attrs)
         if "units" in item.attrs:
             units[key] = item.attrs["units"]
     return Frame(name, columns, units)
+
+
+def unpacked(values: NDArray[Any], attributes: Mapping[str, Any]) -> NDArray[Any]:
+    """Return the values that a packed column stands for, with NaN for values that are missing.
+
+    The attributes are those of the CF conventions (cfconventions.org, "Packed Data" and "Missing
+    Data"): ``_FillValue``, ``missing_value``, ``scale_factor``, ``add_offset``.
+    """
+    if values.dtype.kind not in "iuf":
+        return values
+    given = {
+        name: np.ravel(attributes[name])
+        for name in ("_FillValue", "missing_value", "scale_factor", "add_offset")
+        if name in attributes
+    }
+    absent = np.zeros(values.shape, dtype=np.bool_)
+    for name in ("_FillValue", "missing_value"):
+        if name in given and given[name].dtype.kind in "iuf":
+            absent |= np.isin(values, given[name])
+    if "scale_factor" in given or "add_offset" in given:
+        scale, offset = given.get("scale_factor", [1.0]), given.get("add_offset", [0.0])
+        values = values.astype(np.float64) * float(scale[0]) + float(offset[0])
+    return np.where(absent, np.nan, values) if absent.any() else values
 
 
 def _require_name(name: str, frames: list[Frame], columns: Mapping[str, str]) -> None:
@@ -619,11 +645,28 @@ def _of_frame(columns: Mapping[str, str], frame: Frame, frames: list[Frame]) -> 
     }
 
 
+_KINDS_OF_DATES: Mapping[str, str] = {
+    "utc": "dates without a time zone",
+    "zone": "dates with a time zone",
+    "duration": "durations",
+}
+
+
 def _one_clock(found: Mapping[str, Found]) -> None:
     """Convert dates to seconds since the earliest date in any of the tables."""
     dated = [part for part in found.values() if part.time_ns is not None and part.time_ns.size]
     if not dated:
         return
+    kinds = {part.dates: name for name, part in found.items() if part.dates is not None}
+    if len(kinds) > 1:
+        one, other = (f"{name} has {_KINDS_OF_DATES[kind]}" for kind, name in kinds.items())
+        raise MeasurementError(
+            "time",
+            Path(next(iter(found))),
+            f"{one}, {other}: expected the same in both tables, because a date without a time "
+            "zone may be local time",
+            column="time_s",
+        )
     first = min(int(part.time_ns.min()) for part in dated if part.time_ns is not None)
     for part in dated:
         assert part.time_ns is not None

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, Self
 
 from numpy.typing import ArrayLike
 
-from arctrue.api.conditions import Bounds, Fixes, Ties
+from arctrue.api.conditions import Tied
 from arctrue.api.fit import FitResult, fit
 from arctrue.api.model import ModelLike
 from arctrue.api.sets import SetOrFolder
@@ -27,9 +27,9 @@ class FitEstimator:
         self,
         model: ModelLike = None,
         *,
-        fix: Fixes = None,
-        bounds: Bounds = None,
-        tie: Ties = None,
+        fix: Mapping[str, float] | Iterable[str] | None = None,
+        bounds: Mapping[str, tuple[float | None, float | None]] | None = None,
+        tie: Mapping[str, Tied] | None = None,
     ) -> None:
         """Store the parameters, which are the arguments of :func:`fit`."""
         self.model = model
@@ -123,6 +123,17 @@ class FitEstimator:
         if not hasattr(self, "result_"):
             raise ValueError("this FitEstimator is not fitted yet: call fit with a set first")
         return self.result_.predict(angle, conditions)
+
+    def __sklearn_is_fitted__(self) -> bool:
+        """Tell scikit-learn's ``check_is_fitted`` whether :meth:`fit` was called."""
+        return hasattr(self, "result_")
+
+    def __sklearn_tags__(self) -> Any:
+        """Return the tags of an estimator without further promises; only scikit-learn calls this
+        method."""
+        from sklearn.utils import Tags, TargetTags
+
+        return Tags(estimator_type=None, target_tags=TargetTags(required=False), requires_fit=True)
 
     def __repr__(self) -> str:
         """Return the constructor call as text, with the parameters that differ from None."""

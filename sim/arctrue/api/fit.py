@@ -4,7 +4,7 @@ report."""
 from __future__ import annotations
 
 import html
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Literal
@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from arctrue.api.conditions import Bounds, Fixes, Ties, Wanted, wanted_of, with_places
+from arctrue.api.conditions import Tied, Wanted, wanted_of, with_places
 from arctrue.api.model import Model, ModelLike, model_of
 from arctrue.api.pictures import Pictures, html_table
 from arctrue.api.results import comparison_pictures
@@ -260,7 +260,8 @@ class FitResult:
 
     @property
     def log_likelihood(self) -> float:
-        """Logarithm of the likelihood, with the noise parameters that maximise it."""
+        """Logarithm of the likelihood, with the noise parameters that maximise it; without the
+        term −n/2·log 2π of n rows."""
         return self.solution.log_likelihood
 
     @property
@@ -442,9 +443,11 @@ class FitResult:
         return comparison_pictures(self.solution, _compare(self.solution, 1))
 
     def _repr_html_(self) -> str:
+        warned = "".join(f"<p>Warning: {html.escape(text)}</p>" for text in self.warnings)
         return (
             f"<p>Model: {html.escape(', '.join(self.model.effects))}</p>"
             + self.params._repr_html_()
+            + warned
         )
 
 
@@ -493,9 +496,9 @@ def fit(
     measurement: SetOrFolder,
     model: ModelLike = None,
     *,
-    fix: Fixes = None,
-    bounds: Bounds = None,
-    tie: Ties = None,
+    fix: Mapping[str, float] | Iterable[str] | None = None,
+    bounds: Mapping[str, tuple[float | None, float | None]] | None = None,
+    tie: Mapping[str, Tied] | None = None,
 ) -> FitResult:
     """Fit a model to a set by generalised least squares, and estimate its noise.
 

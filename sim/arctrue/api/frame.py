@@ -10,8 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +58,10 @@ _OTHER_SPELLINGS = {"deg_C": "degC", "ct": "counts"}
 """Units whose astropy name differs from the name here, by astropy name."""
 
 
+Dates = Literal["utc", "zone", "duration"]
+"""Kinds of dates: without a time zone, which means UTC; with a time zone; durations."""
+
+
 @dataclass(frozen=True)
 class Frame:
     """Holds the named columns of a table of any library.
@@ -78,7 +83,9 @@ class Found:
     conditions: dict[str, NDArray[np.float64]]
     warnings: list[str]
     time_ns: NDArray[np.int64] | None = None
-    """Dates of the rows in nanoseconds since 1970, if the time is a date."""
+    """Dates of the rows in nanoseconds since 1970, if the time is a date or a duration."""
+    dates: Dates | None = None
+    """Kind of these dates."""
 
 
 def columns_of(
@@ -95,13 +102,14 @@ def columns_of(
     """
     places = _places(frame, columns)
     found: dict[str, NDArray[Any]] = {}
-    time_ns = None
+    time_ns, dates = None, None
     for quantity, column in places.items():
         set_column = SET_COLUMNS[frame.name][quantity]
         values, kind = frame.columns[column], QUANTITIES[quantity]
-        if kind == "time" and (dates := _dates(frame, column, values)) is not None:
-            time_ns = dates
-            found[set_column] = np.zeros(dates.size)
+        _refuse_masked(frame, column, values)
+        if kind == "time" and (read := _dates(frame, column, values)) is not None:
+            time_ns, dates = read
+            found[set_column] = np.zeros(time_ns.size)
             continue
         if kind == "whole":
             found[set_column] = _whole(frame, column, _numbers(frame, column, values))
@@ -114,14 +122,15 @@ def columns_of(
         if column in places.values() or columns.get(column) == "":
             continue
         array = np.asarray(getattr(values, "value", values))
-        if array.dtype.kind in "iufb" and bool(np.isfinite(array).all()):
+        whole = array.dtype.kind in "iufb" and not _masked(values).any()
+        if whole and bool(np.isfinite(array).all()):
             conditions[column] = array.astype(np.float64)
         else:
             warnings.append(
                 f"{frame.name}: column {column} is not used: not all of its values are finite "
                 "numbers"
             )
-    return Found(found, conditions, warnings, time_ns)
+    return Found(found, conditions, warnings, time_ns, dates)
 
 
 def _places(frame: Frame, columns: Mapping[str, str]) -> dict[str, str]:
@@ -139,6 +148,11 @@ def _places(frame: Frame, columns: Mapping[str, str]) -> dict[str, str]:
                 f"is given for {name} but does not "
                 f"exist.{did_you_mean(str(column), frame.columns)} "
                 f"There are: {', '.join(map(str, frame.columns))}",
+            )
+        twice = next((other for other, one in found.items() if one == column), None)
+        if twice not in (None, quantity):
+            raise _fault(
+                frame, str(column), f"is given for {twice} and for {quantity}; expected one of them"
             )
         found[quantity] = column
     for quantity, own in of_set.items():
@@ -265,23 +279,62 @@ def _of_astropy(frame: Frame, quantity: str, column: str, unit: Any) -> tuple[st
     return ours, np.asarray(plain, dtype=np.float64) * factor
 
 
-def _dates(frame: Frame, column: str, values: Any) -> NDArray[np.int64] | None:
+def _masked(values: Any) -> NDArray[np.bool_]:
+    """Return the mask of a masked array (numpy, astropy), (n,); a single False without a mask."""
+    mask = getattr(values, "mask", None)
+    if mask is None or callable(mask):
+        return np.zeros(1, dtype=np.bool_)
+    return np.atleast_1d(np.asarray(mask, dtype=np.bool_))
+
+
+def _refuse_masked(frame: Frame, column: str, values: Any) -> None:
+    """Raise MeasurementError with the first row whose value is masked."""
+    rows = np.flatnonzero(_masked(values))
+    if rows.size:
+        raise _fault(
+            frame,
+            column,
+            f"row {rows[0]}: the value is masked, as in {rows.size} rows in all; leave such rows "
+            "out first",
+            fault="not_a_number",
+        )
+
+
+def _dates(frame: Frame, column: str, values: Any) -> tuple[NDArray[np.int64], Dates] | None:
     """Return nanoseconds since 1970, or the nanoseconds of a duration; None for other values.
 
-    Raises MeasurementError with the row of the first date that is missing.
+    Dates without a time zone are UTC. Raises MeasurementError with the row of the first date that
+    is missing.
     """
     array = values.to_numpy() if hasattr(values, "to_numpy") else np.asarray(values)
-    if array.dtype.kind == "O" and array.size and hasattr(array[0], "timestamp"):
+    if array.dtype.kind == "O" and array.size and any(hasattr(one, "timestamp") for one in array):
         _refuse_missing(frame, column, [item is None or item != item for item in array])
-        array = np.array([item.timestamp() for item in array], dtype=np.float64)
-        return np.round(array * 1e9).astype(np.int64)
+        wrong = [place for place, one in enumerate(array) if not hasattr(one, "timestamp")]
+        zoned = [getattr(item, "tzinfo", None) is not None for item in array]
+        wrong += [place for place, one in enumerate(zoned) if one != zoned[0]]
+        if wrong:
+            raise _fault(
+                frame,
+                column,
+                f"row {min(wrong)}: expected dates that all have a time zone, or none of them",
+            )
+        kind: Dates = "zone" if zoned[0] else "utc"
+        return np.array([_nanoseconds(item) for item in array], dtype=np.int64), kind
     if array.dtype.kind in "Mm":
         _refuse_missing(frame, column, np.isnat(array))
     if array.dtype.kind == "M":
-        return array.astype("datetime64[ns]").astype(np.int64)
+        return array.astype("datetime64[ns]").astype(np.int64), "utc"
     if array.dtype.kind == "m":
-        return array.astype("timedelta64[ns]").astype(np.int64)
+        return array.astype("timedelta64[ns]").astype(np.int64), "duration"
     return None
+
+
+def _nanoseconds(moment: Any) -> int:
+    """Return the nanoseconds since 1970 of a datetime or of a Timestamp of pandas, exactly."""
+    zone = None if moment.tzinfo is None else UTC
+    since = moment - datetime(1970, 1, 1, tzinfo=zone)
+    whole = (since.days * 86400 + since.seconds) * 1_000_000 + since.microseconds
+    return int(whole * 1000 + getattr(since, "nanoseconds", 0))
 
 
 def _refuse_missing(frame: Frame, column: str, missing: Any) -> None:
@@ -305,7 +358,16 @@ def _numbers(frame: Frame, column: str, values: Any) -> NDArray[Any]:
     if array.ndim != 1:
         raise _fault(frame, column, f"expected a row of numbers, found an array {array.shape}")
     if array.dtype.kind in "iub":
+        large = np.flatnonzero(array > np.iinfo(np.int64).max)
+        if large.size:
+            raise _fault(
+                frame,
+                column,
+                f"row {large[0]}: expected a number below 2⁶³, found {array[large[0]]}",
+            )
         return array.astype(np.int64)
+    if array.dtype.kind == "c":
+        raise _fault(frame, column, f"row 0: expected a real number, found {array[0]}")
     try:
         numbers = array.astype(np.float64)
     except (TypeError, ValueError):

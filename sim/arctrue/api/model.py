@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 from collections.abc import Iterable
+from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -112,7 +113,7 @@ class Model:
         entries = list(self.content.effects)
         for name in dict.fromkeys([*effects, *settings]):
             effect_class(name, known)
-            entry = ModelEffect(name, dict(settings.get(name, {})))
+            entry = ModelEffect(name, deepcopy(dict(settings.get(name, {}))))
             entry.effect(known)
             there = [place for place, one in enumerate(entries) if one.name == name]
             if there and name in settings:

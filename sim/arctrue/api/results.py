@@ -9,6 +9,7 @@ from typing import Any
 from arctrue.api.model import Model, ModelLike, model_of
 from arctrue.api.pictures import Pictures, html_table, pictures
 from arctrue.api.sets import SetOrFolder, set_of
+from arctrue.calibration.head_separation import doubts_of
 from arctrue.workbench.compare.comparison import ModelComparison
 from arctrue.workbench.compare.comparison import compare as _compare
 from arctrue.workbench.diagnose.diagnosis import MATTERS_COUNTS
@@ -34,11 +35,14 @@ class Comparison:
         The same results as objects of the workbench.
     solution : Solution
         The model as it was compared, with its residuals.
+    warnings : tuple of str
+        Remarks on the set for the user, one sentence each.
     """
 
     data: dict[str, Any]
     result: ModelComparison = field(repr=False)
     solution: Solution = field(repr=False)
+    warnings: tuple[str, ...] = ()
 
     def plot(self) -> Pictures:
         """Draw the residual over the angle, by run and direction, and its maps.
@@ -63,7 +67,8 @@ class Comparison:
         ]  # fmt: skip
         headings = ("channel", "rows", "RMS ″", "peak ″", "noise of repeats ″", "lack of fit p")
         found = "".join(f"<li>{html.escape(item.text)}</li>" for item in self.result.findings)
-        return html_table(headings, rows) + f"<ul>{found}</ul>"
+        warned = "".join(f"<p>Warning: {html.escape(text)}</p>" for text in self.warnings)
+        return warned + html_table(headings, rows) + f"<ul>{found}</ul>"
 
 
 def comparison_pictures(solution: Solution, result: ModelComparison) -> Pictures:
@@ -199,8 +204,8 @@ def compare(
     MeasurementError
         The folder cannot be read.
     """
-    model = model_of(model)
-    observations = model.observations(measurement)
+    model, rows = model_of(model), set_of(measurement)
+    observations = model.observations(rows)
     if fit:
         _, solution = fitted(model.content, observations, model.known())
     else:
@@ -210,7 +215,7 @@ def compare(
         "channels": {name: asdict(item) for name, item in result.channels.items()},
         "findings": [asdict(item) for item in result.findings],
     }
-    return Comparison(data, result, solution)
+    return Comparison(data, result, solution, (*rows.warnings, *doubts_of(rows)))
 
 
 def diagnose(

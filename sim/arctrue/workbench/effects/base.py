@@ -213,6 +213,15 @@ class FitContext:
         return total * RAD_PER_ARCSEC
 
 
+def _lists_integers(default: object) -> bool:
+    """Tell whether a setting with this default lists whole numbers."""
+    return (
+        isinstance(default, list)
+        and bool(default)
+        and all(isinstance(value, int) and not isinstance(value, bool) for value in default)
+    )
+
+
 FORMER_NAMES = {
     "told_apart_by": "separated_by", "told": "describe_data", "seen": "describe_values",
 }  # fmt: skip
@@ -305,16 +314,24 @@ class Effect(ABC):
                     f"effect {self.name}: setting {key} must be like {expected!r}, found {value!r}"
                 )
         self.settings: dict[str, object] = {**self.defaults, **settings}
+        for key in settings:
+            if _lists_integers(self.defaults[key]):
+                self.integers(key)
 
     def integers(self, key: str) -> tuple[int, ...]:
-        """Return a setting that lists whole numbers above 0. Raises ValueError if the setting has
-        other values."""
+        """Return a setting that lists whole numbers above 0, each once. Raises ValueError if the
+        setting has other values."""
         values = self.settings[key]
-        if not isinstance(values, Sequence) or not all(
-            isinstance(value, int) and not isinstance(value, bool) and value > 0 for value in values
+        if (
+            not isinstance(values, Sequence)
+            or not all(
+                isinstance(value, int) and not isinstance(value, bool) and value > 0
+                for value in values
+            )
+            or len(set(values)) != len(values)
         ):
             raise ValueError(
-                f"effect {self.name}: setting {key} must list whole numbers above 0, "
+                f"effect {self.name}: setting {key} must list whole numbers above 0, each once, "
                 f"found {values!r}"
             )
         return tuple(values)

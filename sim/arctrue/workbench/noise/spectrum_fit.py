@@ -57,6 +57,11 @@ class SpectrumFit:
         """Covariance of log(white), log(aⱼ); shape (1 + parts, 1 + parts)."""
         return self.curvature()
 
+    def __getstate__(self) -> dict[str, object]:
+        """Return the content for pickle, with the covariance in place of the function."""
+        covariance = self.covariance
+        return {"spectrum": self.spectrum, "curvature": None, "covariance": covariance}
+
 
 def _spectrum(logs: Float, constants: Float) -> Spectrum:
     values = np.exp(logs)
