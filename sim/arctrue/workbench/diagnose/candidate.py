@@ -112,6 +112,30 @@ class Candidate:
         return self.solution.parameters()[-1]
 
 
+ONCE = frozenset({"time", "settling"})
+"""Conditions of drifts, which change in one direction with time."""
+
+
+def happens_once(item: Candidate) -> bool:
+    """Tell whether the candidate is a drift or a single event, which the report lists apart from
+    repeating effects."""
+    parts = set(item.effect.in_parts) | set(item.effect.parts)
+    return item.effect.step_at is not None or bool(parts & ONCE)
+
+
+def is_line(item: Candidate) -> bool:
+    """Tell whether the candidate is a line of a search, or a regular cause, which consists of
+    lines."""
+    return item.regular is not None or item.effect.search_kind == "line"
+
+
+def explained_arcsec(item: Candidate) -> float:
+    """Return the RMS of the error that the candidate explains in the channel that it moves most."""
+    if item.regular is not None:
+        return item.regular.taken_arcsec
+    return max(item.size_arcsec.values(), default=0.0)
+
+
 def changes_arcsec(before: Solution, after: Solution) -> dict[str, NDArray[np.float64]]:
     """Return the change of the prediction of every row, by channel; for the reference, the mean is
     subtracted."""

@@ -11,7 +11,12 @@ import numpy as np
 
 from arctrue.workbench.diagnose.adding import Adding
 from arctrue.workbench.diagnose.aliases import above_half_the_samples
-from arctrue.workbench.diagnose.candidate import Candidate
+from arctrue.workbench.diagnose.candidate import (
+    Candidate,
+    explained_arcsec,
+    happens_once,
+    is_line,
+)
 from arctrue.workbench.diagnose.classes import (
     OF_THE_SAME_KIND,
     Similar,
@@ -130,21 +135,42 @@ class Case:
         """The first of ``real``, or a larger effect that contains it and gains more than chance
         would.
 
-        A regular cause that explains more error takes the place of this effect. A regular cause
-        also takes the place of drifts and events, which happen once and therefore cannot be tested
-        by a prediction from other blocks.
+        A regular cause that explains more error takes the place of this effect, and an effect that
+        explains more error takes the place of a line. A regular cause also takes the place of
+        drifts and events, which happen once and therefore cannot be tested by a prediction from
+        other blocks.
         """
         found, regular = _large_enough(self.real), self.regular
-        if found is None or regular is None or found is regular:
-            return found or regular
-        rivals = not _apart(found) and _look_alike(self.survey, found, regular)
-        return regular if _is_smaller(found, regular) and not rivals else found
+        if found is None:
+            return regular
+        if regular is not None and found is not regular and _is_smaller(found, regular):
+            rivals = not happens_once(found) and _look_alike(self.survey, found, regular)
+            found = found if rivals else regular
+        return (self._larger_than(found) or found) if is_line(found) else found
+
+    def _larger_than(self, line: Candidate) -> Candidate | None:
+        """Return the effect that repeats, explains most of the error and more than the line; None
+        if there is no such effect."""
+        found = [
+            item
+            for item in self.real
+            if not is_line(item)
+            and not _is_smaller(item, line)
+            and not _look_alike(self.survey, item, line)
+        ]
+        return max(found, key=explained_arcsec, default=None)
+
+    def shown_by_parts(self, item: Candidate) -> bool:
+        """Tell whether the parts of the record predict each other's share of the candidate: blocks
+        predict a regular cause, and passes a reversal error. An error that remains beside it does
+        not contradict such a candidate."""
+        return item.regular is not None or self.survey.is_the_reversal(item)
 
     @cached_property
     def regular(self) -> Candidate | None:
         """The regular cause that explains most of the error."""
         found = [item for item in self.real if item.regular is not None]
-        return max(found, key=_taken_arcsec, default=None)
+        return max(found, key=explained_arcsec, default=None)
 
     @cached_property
     def product(self) -> Candidate | None:
@@ -158,9 +184,10 @@ class Case:
             # The best effect contains the product, as polygon faces contain one of their orders.
             return None
         best = self.best
-        if best is not None and best is self.regular and _is_smaller(found, best):
-            return None
-        return found
+        if best is None or not self.shown_by_parts(best) or not _is_smaller(found, best):
+            return found
+        rivals = best.regular is None and _look_alike(self.survey, best, found)
+        return found if rivals else None
 
     @property
     def ahead(self) -> float:
@@ -369,28 +396,12 @@ class Case:
 LOOK_ALIKE = 0.5
 """Two effects compete for the same error if their canonical correlation exceeds this value. ΔBIC
 and the classes, not the size, then decide between the two."""
-ONCE = frozenset({"time", "settling"})
-"""Conditions of drifts, which change in one direction with time."""
-
-
-def _apart(item: Candidate) -> bool:
-    """Tell whether the candidate is a drift or a single event, which the report lists apart from
-    repeating effects."""
-    parts = set(item.effect.in_parts) | set(item.effect.parts)
-    return item.effect.step_at is not None or bool(parts & ONCE)
-
-
-def _taken_arcsec(item: Candidate) -> float:
-    """Return the RMS of the error that the candidate explains in the channel that it moves most."""
-    if item.regular is not None:
-        return item.regular.taken_arcsec
-    return max(item.size_arcsec.values(), default=0.0)
 
 
 def _is_smaller(item: Candidate, regular: Candidate) -> bool:
     """Tell whether the candidate explains less than a regular cause, or is a drift or event, which
     is listed apart."""
-    return _apart(item) or _taken_arcsec(item) < _taken_arcsec(regular)
+    return happens_once(item) or explained_arcsec(item) < explained_arcsec(regular)
 
 
 def _look_alike(survey: Survey, one: Candidate, other: Candidate) -> bool:

@@ -13,7 +13,15 @@ from dataclasses import replace
 import numpy as np
 
 from arctrue.base.progress import ReportStep
-from arctrue.workbench.diagnose.candidate import Candidate, delta_bic, rows_moved, sizes_arcsec
+from arctrue.workbench.diagnose.candidate import (
+    Candidate,
+    delta_bic,
+    explained_arcsec,
+    happens_once,
+    is_line,
+    rows_moved,
+    sizes_arcsec,
+)
 from arctrue.workbench.diagnose.candidates import (
     looked_for,
     regular_candidates,
@@ -269,7 +277,8 @@ def _bic_with(item: Candidate, real: Candidate) -> float:
 def _may_come_before(items: Sequence[Candidate], real: Candidate) -> list[Candidate]:
     """Return the candidates with nearly the ΔBIC of the real effect, or with a larger gain.
 
-    A candidate with a larger gain may be a larger effect that contains the real effect.
+    A candidate with a larger gain may be a larger effect that contains the real effect. A candidate
+    that explains more error than a line may be named before it, however far it is behind.
 
     The disc order at which a line was found is always included, however far it is behind the line.
     """
@@ -279,8 +288,18 @@ def _may_come_before(items: Sequence[Candidate], real: Candidate) -> list[Candid
         for item in items
         if _bic_with(item, real) > -FAR_BEHIND
         or _gain_with(item, real) > real.gain
+        or _is_larger_than_a_line(item, real)
         or (real.effect.unspecific and of_its_order(real, item))
     ]
+
+
+def _is_larger_than_a_line(item: Candidate, real: Candidate) -> bool:
+    return (
+        is_line(real)
+        and not is_line(item)
+        and not happens_once(item)
+        and explained_arcsec(item) > explained_arcsec(real)
+    )
 
 
 def _best_with(items: Sequence[Candidate], real: Candidate) -> list[Candidate]:

@@ -279,12 +279,19 @@ class Findings:
             )
         if self.reversal is not None:
             # Half of the error acts upwards and half downwards.
-            size = self.reversal.size_arcsec
-            yield (
-                abs(size) / 2.0,
-                f"A reversal error: up and down differ by {_angle(abs(size))} "
-                f"(u {_angle(self.reversal.sigma_arcsec)}) over {self.reversal.passes} passes.",
-            )
+            size, sigma = abs(self.reversal.size_arcsec), self.reversal.sigma_arcsec
+            passes = f"{self.reversal.passes} passes"
+            if sigma is None:
+                words = (
+                    f"Up and down differ by {_angle(size)}: {passes} cannot confirm that this is a "
+                    "reversal error, because a change in time looks the same."
+                )
+            else:
+                words = (
+                    f"A reversal error: up and down differ by {_angle(size)} (u {_angle(sigma)}) "
+                    f"over {passes}."
+                )
+            yield size / 2.0, words
         if self.steps:
             words = "; ".join(step.words() for step in self.steps)
             yield (

@@ -8,7 +8,7 @@ from typing import Any
 from arctrue.base.percent import probability_percent
 from arctrue.workbench.diagnose.aliases import aliases, in_capture
 from arctrue.workbench.diagnose.calibrated import LIKE_BENCHMARK
-from arctrue.workbench.diagnose.candidate import Candidate
+from arctrue.workbench.diagnose.candidate import Candidate, is_line
 from arctrue.workbench.diagnose.coverage import Coverage
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
 from arctrue.workbench.diagnose.rules import LEAST_EXCESS
@@ -182,7 +182,7 @@ def sentences(result: Diagnosis) -> list[str]:
                 f"{more} explains a further part. Add {result.named.name} and diagnose again."
             )
     elif result.verdict == "ambiguous":
-        said = [*_undecided(result), *_aliased(result)]
+        said = [*_undecided(result), *_aliased(result), *_further_line(result)]
     elif result.decision.resembles is not None:
         said = [
             "None of the known effects fits. The error resembles "
@@ -212,6 +212,18 @@ def sentences(result: Diagnosis) -> list[str]:
         names = ", ".join(item.name for item in result.negligible)
         said.append(f"Significant but too small to matter: {names}.")
     return said
+
+
+def _further_line(result: Diagnosis) -> list[str]:
+    """Return a sentence on the line that the diagnosis names with the first effect of a class in
+    the model, if the findings do not list it."""
+    first, further = result.decision.first, result.decision.further
+    item = None if further is None or further.verdict != "named" else further.first
+    if first is None or item is None or not is_line(item) or item.regular is not None:
+        return []
+    words = item.effect.describe_data(item.nonlinear, result.observations)
+    said = f"With {first.name} in the model, {item.name} explains a further part."
+    return [" ".join([said, words] if words else [said])]
 
 
 MOST_OF_EXCESS = 0.5

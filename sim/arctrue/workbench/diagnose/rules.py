@@ -342,7 +342,7 @@ def makes_it_worse(case: Case) -> Decision | None:
     found = case.before_and_after
     if found is None or _of_the_runs(case):
         return None
-    if case.best is not None and case.best.regular is not None:
+    if case.best is not None and case.shown_by_parts(case.best):
         return None
     before, after = found
     if after.mean_log_ratio(before) <= RISES:
@@ -373,8 +373,8 @@ def takes_little(case: Case) -> Decision | None:
     a part. An effect that differs between runs only is in the offsets of the runs and removes
     nothing from the rows.
     """
-    if case.best is None or case.best.regular is not None or _of_the_runs(case):
-        # A line of a forward search is kept only if other blocks predict it.
+    if case.best is None or case.shown_by_parts(case.best) or _of_the_runs(case):
+        # Other blocks predict a line of a forward search, and other passes a reversal error.
         return None
     if case.best.share is not None:
         # An earlier test has refused a share of half or less.
@@ -465,9 +465,9 @@ def leaves_its_own_kind(case: Case) -> Decision | None:
     head.
     """
     assert case.best is not None
-    if case.best.regular is not None:
-        # The remaining error does not contradict a line that other blocks predict; it is a further
-        # finding.
+    if case.shown_by_parts(case.best):
+        # The remaining error does not contradict a line that other blocks predict, or a reversal
+        # error that other passes show; it is a further finding.
         return None
     left = case.further
     if left is None or not _unknown_within(left, case):

@@ -33,6 +33,8 @@ LEAST_HELD_OUT = 0.5
 """Smallest share of an effect's own error that other blocks must predict. With a smaller share,
 most of this error differs from block to block.
 """
+OF_A_REVERSAL = frozenset({"direction", "reference"})
+"""Parts of an effect that is a constant reversal error."""
 
 
 @dataclass(frozen=True)
@@ -120,14 +122,22 @@ class Survey:
     def confirmed(self, item: Candidate) -> bool:
         """Tell whether the candidate is large enough to matter, and whether held-out rows
         (predicted by fits without them), other blocks and every pass show it; it must not be a
-        constant that the model may contain."""
+        constant that the model may contain. A reversal error that the jackknife over the passes
+        confirms needs no held-out rows: after a reversal the friction takes a part of it up slowly,
+        so that the noise looks slow and neighbours predict the rows."""
         return (
             self.matters(item)
-            and _holds_out(item)
+            and (_holds_out(item) or self.is_the_reversal(item))
             and (item.share is None or item.share.share > LEAST_HELD_OUT)
             and on_every_pass(item, self.base)
             and not self.may_be_a_constant_of_the_model(item)
         )
+
+    def is_the_reversal(self, item: Candidate) -> bool:
+        """Tell whether the candidate is the reversal error that the passes of the record
+        confirm."""
+        found = self.findings.reversal
+        return found is not None and found.confirmed and set(item.effect.in_parts) == OF_A_REVERSAL
 
     def may_be_a_constant_of_the_model(self, item: Candidate) -> bool:
         """Tell whether the candidate is a constant of R₂ − R₁ that effects of the model may

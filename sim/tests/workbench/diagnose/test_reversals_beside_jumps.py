@@ -60,12 +60,14 @@ def test_noise_alone_has_no_reversal() -> None:
     assert sum(_found(seed, 0.0, 3.0) is not None for seed in range(100)) < 3
 
 
-def test_a_single_reversal_tells_nothing() -> None:
+def test_a_single_reversal_confirms_nothing() -> None:
     time_s, direction, _, noise = (values[: 2 * ROWS] for values in _sweeps(1))
     none = np.zeros((time_s.size, 0))
     one = np.zeros(time_s.size, dtype=np.int64)
     record = record_of(time_s, time_s, one, noise + direction, none, in_time=True)
-    assert reversal_of(record, direction, none) is None
+    found = reversal_of(record, direction, none)
+    assert found is not None
+    assert not found.confirmed
 
 
 def test_the_reversal_and_the_jump_are_said_by_size() -> None:
