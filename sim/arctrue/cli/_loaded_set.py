@@ -37,6 +37,7 @@ from arctrue.workbench.model.model_file import (
     write_model,
 )
 from arctrue.workbench.model.provenance import with_provenance
+from arctrue.workbench.model.stations import on_its_arc, warning_of_the_arc
 from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.build import observations_of
 
@@ -231,8 +232,12 @@ def load(
             reference_temperature_c=model.reference_temperature_c,
             mask_outliers=not keep_outliers,
         )
-    of_table = _table_warnings(model, model_file, observations)
-    for warning in (*measurement.warnings, *doubts_of(measurement), *of_table):
+    warnings = [*doubts_of(measurement), *_table_warnings(model, model_file, observations)]
+    asked, model = model, on_its_arc(model, observations)
+    of_arc = warning_of_the_arc(asked, model, observations)
+    if of_arc is not None:
+        warnings.append(of_arc)
+    for warning in (*measurement.warnings, *warnings):
         tell_warning(warning)
     _tell_masked(observations)
     title = measurement.title or one_line(measurement_set.resolve().name)

@@ -15,6 +15,7 @@ import numpy as np
 
 from arctrue.base.progress import ReportStep
 from arctrue.workbench.diagnose.candidate import Candidate, delta_bic, rows_moved, sizes_arcsec
+from arctrue.workbench.diagnose.parts_range import LEAST_WAVE
 from arctrue.workbench.diagnose.parts_scan import best_parts
 from arctrue.workbench.diagnose.regular import Findings, RegularCause
 from arctrue.workbench.effects.base import Effect
@@ -22,8 +23,12 @@ from arctrue.workbench.effects.scalar_effect import ScalarOfEachHead
 from arctrue.workbench.inference.likelihood_ratio import with_index_as_known
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search import places_of
-from arctrue.workbench.inference.significance import corrected_p_value
+from arctrue.workbench.inference.significance import SIGNIFICANCE, corrected_p_value
 from arctrue.workbench.observations import Observations
+
+MOST_LEFT = 0.5
+"""Largest share of the error's variance that a slow product may leave to come before the others:
+below half, it explains more of the error than all else."""
 
 
 def tried_effects(
@@ -110,14 +115,34 @@ def _is_line(item: Candidate) -> bool:
 
 def tried_products(residuals: Residuals, looks: int) -> list[Candidate]:
     """Return the products of parts, best first. ``looks``: number of surveys by which each p is
-    corrected."""
+    corrected.
+
+    The first is the product that leaves the least error, if this is less than half of the error's
+    variance. Slow noise absorbs such a slow error while the product is not in the model, so that
+    the gains with that noise do not compare the products.
+    """
     found = []
     for item in best_parts(residuals):
         if item.rank > 0:
             tried = _candidate(item.effect, {}, item.trials, residuals, 1)
             p_value = corrected_p_value(item.gain, item.rank, item.level_trials, looks)
             found.append(replace(tried, level_trials=item.level_trials, p_corrected=p_value))
-    return sorted(found, key=lambda item: -item.delta_bic)
+    found.sort(key=lambda item: -item.delta_bic)
+    shares = [_share_left(item, residuals) for item in found]
+    least = min(range(len(found)), key=lambda index: shares[index], default=0)
+    if found and shares[least] < MOST_LEFT and found[least].p_corrected < SIGNIFICANCE:
+        found.insert(0, found.pop(least))
+    return found
+
+
+def _share_left(item: Candidate, residuals: Residuals) -> float:
+    """Return the share of the residual variance of the reference that a product leaves; 1 without a
+    reference, or if the set has a capture."""
+    before = residuals.solution.reference_residual_arcsec()
+    after = item.solution.reference_residual_arcsec()
+    if residuals.observations.capture is not None or before is None or after is None:
+        return 1.0
+    return float(np.var(after) / max(float(np.var(before)), 1e-300))
 
 
 def looked_for(
@@ -166,16 +191,17 @@ def _candidate(
 
 
 def _on_an_arc(effect: Effect, observations: Observations) -> list[str]:
-    """Return, in words, the data that the set lacks for orders that do not complete a period on the
-    arc of the reference.
+    """Return, in words, the data that the set lacks if an order of the effect does not complete
+    LEAST_WAVE of a period on the arc of the reference.
 
-    Such orders are a slow curve, like a drift, and contain no information about the disc.
+    Such an order is a slow curve, like a drift, and contains no information about the disc.
     """
     rows = observations.reference
     if observations.capture is not None or rows is None or effect.search:
         return []
-    orders = effect.disc_orders({})
-    arc_rad = float(np.ptp(rows.target_rad))
-    if not orders or max(orders) * arc_rad >= 2.0 * np.pi:
+    of_parts = [float(part[6:]) for part in effect.in_parts if part.startswith("order:")]
+    orders = [*effect.disc_orders({}), *of_parts]
+    turns = float(np.ptp(rows.target_rad)) / (2.0 * np.pi)
+    if not orders or min(orders) * turns >= LEAST_WAVE:
         return []
-    return ["stations over one period of its orders"]
+    return [f"stations over {LEAST_WAVE:g} of a period of each order"]

@@ -23,6 +23,7 @@ from arctrue.workbench.model.growth import (
     NotTestableError,
     add_effect,
     fitted,
+    names_of,
     step_of,
 )
 from arctrue.workbench.model.model import Model, ModelEffect
@@ -120,10 +121,10 @@ def explain(
     Effects that ``model`` had stay. Raises NotTestableError for an effect of ``model`` that the set
     cannot test.
     """
-    kept = len(model.effects)
     grown, solution = fitted(model, observations, effects)
+    kept = len(grown.effects)
     if not grown.history:
-        step = step_of("fit", ", ".join(model.names()), measurement, solution)
+        step = step_of("fit", names_of(grown), measurement, solution)
         grown = replace(grown, history=[step])
     verdict = _verdict(solution, observations, effects, matters_counts)
     # The alternatives to each effect of the model, in the order of its effects.

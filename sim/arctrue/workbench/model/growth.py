@@ -16,6 +16,7 @@ from arctrue.workbench.inference.left import left_by
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.model.model import HistoryStep, Model, ModelEffect, ModelTable
+from arctrue.workbench.model.stations import on_its_arc
 from arctrue.workbench.observations import Observations
 
 
@@ -33,10 +34,11 @@ def settle(
 ) -> list[Term]:
     """Return the model's terms; search for the missing search parameters, effect by effect.
 
-    Raises NotTestableError for an effect that the set cannot test.
+    On a short arc the default model has fewer orders (:func:`on_its_arc`). Raises NotTestableError
+    for an effect that the set cannot test.
     """
     terms: list[Term] = []
-    for entry in model.effects:
+    for entry in on_its_arc(model, observations).effects:
         effect = entry.effect(effects)
         lacking = effect.missing(observations)
         if lacking:
@@ -68,6 +70,7 @@ def fitted(
 
     Raises NotTestableError for an effect that the set cannot test.
     """
+    model = on_its_arc(model, observations)
     terms = settle(model, observations, effects)
     solution = settled(fit(terms, observations))
     grown = replace(
@@ -120,6 +123,11 @@ def step_of(action: str, effect: str, measurement: str, solution: Solution) -> H
     )
 
 
+def names_of(model: Model) -> str:
+    """Return the names of the effects for the history; a model without effects is a constant."""
+    return ", ".join(model.names()) or "constant"
+
+
 def add_effect(
     model: Model,
     name: str,
@@ -134,6 +142,7 @@ def add_effect(
     settings. An effect with a search, or a product of parts with other settings, is added as a
     further effect. Raises AlreadyThereError, NotTestableError, or ValueError for settings.
     """
+    model = on_its_arc(model, observations)
     entry = ModelEffect(name, settings)
     entries, action = [*model.effects, entry], "add"
     effect = entry.effect(effects)
@@ -145,7 +154,7 @@ def add_effect(
     history = list(model.history)
     if not history:
         _, before = fitted(model, observations, effects)
-        history.append(step_of("fit", ", ".join(model.names()), measurement, before))
+        history.append(step_of("fit", names_of(model), measurement, before))
     grown, solution = fitted(replace(model, effects=entries), observations, effects)
     # The added or changed effect moves to the end, where the commands show it.
     history.append(step_of(action, name, measurement, solution))

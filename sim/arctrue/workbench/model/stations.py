@@ -1,14 +1,16 @@
-"""Makes a model for a set with only a reference run, with the orders that its stations can
-separate."""
+"""Makes a model for a set with only a reference run, with the orders that its stations, or the arc
+of its rows, can separate."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.model.model import Model, ModelEffect
+from arctrue.workbench.numeric.harmonics import harmonic_columns
 from arctrue.workbench.observations import Observations, ReferenceRows
 
 MOST_ORDER = 20
@@ -54,6 +56,79 @@ def require_whole_turn(observations: Observations) -> None:
             f"{180.0 / MOST_ORDER:g}° apart all around; capture a whole turn, or take the capture "
             "out of the set, or give a model with --model"
         )
+
+
+SHORT_ARC_DEG = 270.0
+"""An arc shorter than three quarters of a turn is short: the default model there keeps only the
+orders that the arc determines. On a longer arc, each order from 1 on completes most of a wave."""
+HALF_TURN_DEG = 180.0
+"""On a shorter arc the model has no order: the eccentricity, which every table has, is then a slow
+curve, and the orders above it only describe any curve on this arc."""
+MOST_INFLATED = 10.0
+"""Largest standard uncertainty of a coefficient on a short arc, as a multiple of that over whole
+turns with as many rows. Orders that cancel each other have far larger ones: 20 orders on 240° have
+seventy million times this uncertainty, and their coefficients follow any slow error."""
+MOST_ROWS = 4000
+"""Largest number of rows from which the columns of the orders are judged; 200 for each wave of
+order 20 in a turn."""
+DISC = "graduation_harmonics"
+
+
+def on_its_arc(model: Model, observations: Observations) -> Model:
+    """Return the model with only those default orders that a short arc determines.
+
+    This concerns a set without capture whose reference covers less than SHORT_ARC_DEG, and an
+    effect ``graduation_harmonics`` with neither orders nor coefficients of its own. Over a short
+    arc the orders are slow curves: least squares makes them so large that they cancel each other,
+    and any slow error disappears in them. If no order remains, the model has only the constant.
+    """
+    rows = observations.every_reference_row
+    if observations.capture is not None or rows is None:
+        return model
+    if not any(_is_default(entry) for entry in model.effects):
+        return model
+    arc_deg = 360.0 - _largest_gap_deg(rows.target_rad)
+    if arc_deg >= SHORT_ARC_DEG:
+        return model
+    kept = _determined_orders(rows) if arc_deg >= HALF_TURN_DEG else []
+    disc = [ModelEffect(DISC, {"orders": kept})] if kept else []
+    parts = [disc if _is_default(entry) else [entry] for entry in model.effects]
+    return replace(model, effects=[entry for part in parts for entry in part])
+
+
+def _is_default(entry: ModelEffect) -> bool:
+    return entry.name == DISC and not entry.settings and not entry.coefficients
+
+
+def warning_of_the_arc(before: Model, after: Model, observations: Observations) -> str | None:
+    """Return the warning that :func:`on_its_arc` has omitted orders; None if it omitted none."""
+    rows = observations.every_reference_row
+    if before == after or rows is None:
+        return None
+    orders = next((e.settings["orders"] for e in after.effects if e.name == DISC), None)
+    said = str(orders).strip("[]")
+    model = "no order of the disc" if orders is None else f"only the orders {said} of the disc"
+    return (
+        f"the reference covers {360.0 - _largest_gap_deg(rows.target_rad):.3g}° of the turn: the "
+        f"model contains {model}, because other orders look like a slow drift there; --model "
+        "chooses orders"
+    )
+
+
+def _determined_orders(rows: ReferenceRows) -> list[int]:
+    """Return the orders that the rows determine, from the lowest on."""
+    angle_rad = rows.angle_rad[:: math.ceil(rows.angle_rad.size / MOST_ROWS)]
+    kept: list[int] = []
+    for order in range(1, MOST_ORDER + 1):
+        columns = harmonic_columns(angle_rad, [*kept, order])
+        columns -= columns.mean(axis=0)
+        # The inverse of this matrix is the identity over whole turns.
+        normal = 2.0 / angle_rad.size * (columns.T @ columns)
+        values, vectors = np.linalg.eigh(normal)
+        variances = (vectors**2 / np.maximum(values, 1e-12)).sum(axis=1)
+        if variances.max() <= MOST_INFLATED**2:
+            kept.append(order)
+    return kept
 
 
 def _largest_gap_deg(angle_rad: NDArray[np.float64]) -> float:

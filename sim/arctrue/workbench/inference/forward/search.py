@@ -570,9 +570,13 @@ def _ordered(
         periods = periods_in(record, rate)
         own = found[record.base.shape[1] + 2 * at :][:2]
         cosine, sine = own
-        seen = Coherence(1.0, float(np.sqrt(np.mean((line @ own) ** 2))))
+        of_all = float(np.sqrt(np.mean((line @ own) ** 2)))
+        seen = Coherence(1.0, of_all)
         if not record.whole_orders_only:
+            # A line removes at most itself. In noise that is far slower than the line, the columns
+            # contain, after the projection, a constant that is larger than the line.
             seen = coherence(record, line, others, fit.noise, periods)
+            seen = replace(seen, taken_arcsec=min(seen.taken_arcsec, of_all))
         lines.append(
             Line(
                 rate=rate,

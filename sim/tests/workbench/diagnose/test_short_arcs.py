@@ -1,0 +1,127 @@
+"""Tests that the default model does not absorb a slow error over a short arc of a reference.
+
+The logs are computed in this module, with plain numpy.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from arctrue.measurement import MeasurementSet, Reference, Table
+from arctrue.measurement.writer import write_measurement_set
+from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
+from arctrue.workbench.diagnose.report import sentences
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.model.growth import fitted, settle
+from arctrue.workbench.model.model import Model, ModelEffect, default_model
+from arctrue.workbench.model.stations import on_its_arc
+from arctrue.workbench.observations.build import observations_of
+from tests.command_line import arctrue
+
+EFFECTS = built_in()
+NOISE_ARCSEC = 0.08
+STEP_S = 3.0
+ROWS = 1200
+
+
+def _log(
+    error_arcsec: NDArray[np.float64], arc_deg: float, temperature_c: NDArray[np.float64] | None
+) -> MeasurementSet:
+    """Return a log of one pass over an arc at constant speed, with white noise."""
+    rows = error_arcsec.size
+    noise = NOISE_ARCSEC * np.random.default_rng(12).standard_normal(rows)
+    return MeasurementSet(
+        table=Table(),
+        reference=Reference(
+            target_deg=np.linspace(0.0, arc_deg, rows),
+            error_arcsec=error_arcsec + noise,
+            run=np.zeros(rows, dtype=np.int64),
+            time_s=np.arange(rows, dtype=np.float64) * STEP_S,
+            direction=np.ones(rows, dtype=np.int64),
+            temperature_c=temperature_c,
+        ),
+    )
+
+
+def _diagnosed(measured: MeasurementSet) -> Diagnosis:
+    observations = observations_of(measured)
+    return diagnose(observations, settle(default_model(), observations, EFFECTS), EFFECTS)
+
+
+def test_a_scale_that_follows_the_air() -> None:
+    """An interferometer reads 1.4″/K over an arc of 70°, while the air warms and its control
+    swings seven times; orders 1 to 20 of the turn would explain nearly all of this."""
+    time_s = np.arange(ROWS) * STEP_S
+    air = (
+        21.0 + 1.1 * (1.0 - np.exp(-time_s / 1100.0)) + 0.12 * np.sin(2.0 * np.pi * time_s / 515.0)
+    )
+    sensor = air + 0.01 * np.random.default_rng(3).standard_normal(ROWS)
+    found = _diagnosed(_log(1.4 * (air - air[0]), 70.0, sensor))
+    assert found.verdict == "unknown"
+    assert found.described is not None
+    assert found.described.effect.parts == ["temperature", "reference"]
+    (size,) = found.described.parameters().values()
+    # The sensor's own noise of 0.01 K shrinks the slope by a part in 600 of its variance.
+    assert size.value == pytest.approx(1.4, rel=0.02)
+
+
+def test_a_control_of_the_air_without_a_thermometer() -> None:
+    """A swing of 0.9″ over seven periods of time, on an arc of 70°, is found with its period."""
+    time_s = np.arange(ROWS) * STEP_S
+    found = _diagnosed(_log(0.9 * np.sin(2.0 * np.pi * time_s / 515.0), 70.0, None))
+    assert found.named is not None
+    assert found.named.name == "periodic_error"
+    seconds = 1.0 / (found.named.nonlinear["order"] * (70.0 / 360.0) / time_s[-1])
+    # Seven periods with an amplitude of eleven times the noise: u is a thousandth of a period.
+    assert seconds == pytest.approx(515.0, rel=0.02)
+
+
+def test_a_settling_far_above_a_line() -> None:
+    """The diagnosis states a settling of 25″ with its time constant, and not only a line of 1″."""
+    time_s = np.arange(ROWS) * STEP_S
+    settling = 25.0 * np.exp(-time_s / 800.0)
+    found = _diagnosed(_log(settling + np.sin(2.0 * np.pi * time_s / 211.0), 15.0, None))
+    assert any("slow change" in text or "exp(−t/" in text for text in sentences(found))
+
+
+@pytest.mark.parametrize("arc_deg", [9.0, 70.0, 179.0])
+def test_no_order_of_the_disc_below_half_a_turn(arc_deg: float) -> None:
+    observations = observations_of(_log(np.zeros(ROWS), arc_deg, None))
+    assert on_its_arc(default_model(), observations).effects == []
+    own = Model([ModelEffect("graduation_harmonics", {"orders": [1, 2]})])
+    assert on_its_arc(own, observations) == own
+
+
+def test_the_orders_of_two_thirds_of_a_turn_are_determined() -> None:
+    """On 240° each coefficient has at most ten times the uncertainty over whole turns, and the
+    eccentricity is among the orders."""
+    observations = observations_of(_log(np.zeros(ROWS), 240.0, None))
+    model, solution = fitted(default_model(), observations, EFFECTS)
+    orders = model.effects[0].settings["orders"]
+    assert isinstance(orders, list)
+    assert orders[0] == 1
+    # Over whole turns u = σ·√(2/N). The fit may see a little slow noise in white noise: 30 %.
+    most = 1.3 * 10.0 * NOISE_ARCSEC * np.sqrt(2.0 / ROWS)
+    assert np.sqrt(np.diag(solution.covariance)).max() < most
+
+
+def test_a_whole_turn_and_most_of_one_keep_twenty_orders() -> None:
+    for arc_deg in (300.0, 345.0, 720.0):
+        observations = observations_of(_log(np.zeros(ROWS), arc_deg, None))
+        assert on_its_arc(default_model(), observations) == default_model()
+
+
+def test_the_commands_state_it(tmp_path: Path) -> None:
+    """``compare`` and ``explain`` use the same model and warn that it has no order."""
+    time_s = np.arange(ROWS) * STEP_S
+    swing = 0.9 * np.sin(2.0 * np.pi * time_s / 515.0)
+    write_measurement_set(tmp_path / "arc", _log(swing, 70.0, None))
+    for command in ("compare", "explain"):
+        result = arctrue(command, tmp_path / "arc")
+        assert result.exit_code == 0
+        assert "the reference covers 70° of the turn" in result.stderr
+        assert "periodic_error" in result.stdout or command == "compare"
