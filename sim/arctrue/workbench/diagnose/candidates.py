@@ -18,7 +18,7 @@ from arctrue.workbench.diagnose.candidate import Candidate, delta_bic, rows_move
 from arctrue.workbench.diagnose.parts_range import LEAST_WAVE
 from arctrue.workbench.diagnose.parts_scan import best_parts
 from arctrue.workbench.diagnose.regular import Findings, RegularCause
-from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.effects.base import Effect, orders_of_parts
 from arctrue.workbench.effects.scalar_effect import ScalarOfEachHead
 from arctrue.workbench.inference.likelihood_ratio import with_index_as_known
 from arctrue.workbench.inference.residuals import Residuals
@@ -199,8 +199,7 @@ def _on_an_arc(effect: Effect, observations: Observations) -> list[str]:
     rows = observations.reference
     if observations.capture is not None or rows is None or effect.search:
         return []
-    of_parts = [float(part[6:]) for part in effect.in_parts if part.startswith("order:")]
-    orders = [*effect.disc_orders({}), *of_parts]
+    orders = [*effect.disc_orders({}), *orders_of_parts(effect.in_parts)]
     turns = float(np.ptp(rows.target_rad)) / (2.0 * np.pi)
     if not orders or min(orders) * turns >= LEAST_WAVE:
         return []

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from arctrue.workbench.diagnose.candidate import Candidate, delta_bic
+from arctrue.workbench.effects.base import orders_of_parts
 from arctrue.workbench.effects.product_of_parts import (
     FRAME_OF_HEAD,
     Frame,
@@ -38,7 +39,7 @@ def confounded_with(best: Candidate, near_tie: float) -> Candidate | None:
     frame = next((name for name in FRAMES if name in parts), None)
     if evidence is None or frame is None:
         return None
-    orders = tuple(float(name.partition(":")[2]) for name in parts if name.startswith("order:"))
+    orders = orders_of_parts(parts)
     base = evidence.base
     found: list[Candidate] = []
     for condition in recorded_conditions(base.observations):

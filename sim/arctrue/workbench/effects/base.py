@@ -11,7 +11,7 @@ them.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol
 
@@ -225,6 +225,12 @@ def _lists_integers(default: object) -> bool:
 FORMER_NAMES = {
     "told_apart_by": "separated_by", "told": "describe_data", "seen": "describe_values",
 }  # fmt: skip
+
+
+def orders_of_parts(parts: Iterable[str]) -> tuple[float, ...]:
+    """Return the orders among public names of parts (``order:1``)."""
+    found = [name.partition(":") for name in parts]
+    return tuple(float(order) for kind, _, order in found if kind == "order")
 
 
 class Effect(ABC):
