@@ -314,7 +314,7 @@ def coefficient_memory(random: np.random.Generator, apart: int = 60) -> Stimulus
         "turn_select": held(bits(random, 2, clocks // 500 + 1), 500)[:clocks],
         **{
             name: held(bits(random, 18, clocks // 100 + 1), 100)[:clocks]
-            for name in ("direction", "speed", "word_a", "word_b")
+            for name in ("direction", "speed", "idle_speed", "word_a", "word_b")
         },
     }
 
@@ -346,14 +346,15 @@ def real_order_coefficient_memory(random: np.random.Generator) -> Stimulus:
 
 
 def table_conditions(random: np.random.Generator) -> Stimulus:
-    """Return readings of a table that moves to and fro, and writes of registers, which are frequent
-    at the start and rare later."""
+    """Return readings of a table that moves to and fro, swaps that hold the writes for up to 60
+    clocks, and writes of registers, which are frequent at the start and rare later."""
     clocks = 24_000
     place = np.cumsum(held(random.integers(-1, 2, clocks // 800).tolist(), 800))
     place = place // 3
     writes = np.zeros(clocks, dtype=np.int64)
     writes[60:2000:90] = 1
     writes[2000::1700] = 1
+    holds = np.array(held(pulses(random, 0.1, clocks // 60), 60))
     return {
         "reset": reset_first(clocks, random, 0.0),
         "position": (place % 2**32).tolist(),
@@ -362,8 +363,11 @@ def table_conditions(random: np.random.Generator) -> Stimulus:
         "correction": (random.integers(0, 2048, clocks)).tolist(),
         "read_enable": pulses(random, 0.1, clocks),
         "write_enable": writes.tolist(),
-        "address": random.integers(0, 10, clocks).tolist(),
-        "write_data": [word >> 12 for word in bits(random, 32, clocks)],
+        "address": held(random.integers(0, 10, clocks // 30).tolist(), 30),
+        "write_data": held([word >> 12 for word in bits(random, 32, clocks // 30)], 30),
+        "hold_writes": holds.tolist(),
+        # A swap takes effect in the last clock that holds the writes.
+        "swap_comes": (holds & ~np.append(holds[1:], 0)).tolist(),
         "speed_squared": held(bits(random, 18, clocks // 100), 100),
     }
 

@@ -262,7 +262,8 @@ class RegisterMap:
     async def write_conditions(
         self, conditions: Conditions, counts_per_rev: int, clock_hz: float = CLOCK_HZ
     ) -> None:
-        """Write the settings for direction and speed; they take effect at once."""
+        """Write the settings for direction and speed to the idle bank; they become active with
+        ``command("swap")``."""
         for path, word in condition_registers(conditions, counts_per_rev, clock_hz).items():
             await self.write(path, word)
 

@@ -674,7 +674,8 @@ class Instrument:
         _now(self.registers.write_coefficients(coefficients))
 
     def write_conditions(self, conditions: Conditions, counts_per_rev: int) -> None:
-        """Write the parameters of direction and speed, scaled to this instrument's clock.
+        """Write the parameters of direction and speed to their idle bank, scaled to this
+        instrument's clock; ``command("swap")`` makes this bank active.
 
         Parameters
         ----------
