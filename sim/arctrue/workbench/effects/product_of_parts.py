@@ -317,6 +317,7 @@ class ProductOfParts(Effect):
         self.electrical_head = int(str(said["electrical_head"])) or None
         reason = self._why_no_lanes()
         if reason:
+            self.compensation = "none"  # type: ignore[misc, assignment]
             self.compensation_note = reason  # type: ignore[misc]
 
     def _why_no_lanes(self) -> str:
