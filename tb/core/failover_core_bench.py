@@ -173,6 +173,29 @@ async def an_illegal_step_leaves_a_head_out(dut: Any) -> None:
 
 
 @cocotb.test()
+async def a_fault_of_all_heads_leaves_one_out(dut: Any) -> None:
+    """If A and B of every head change in one clock, head 1 is left out, and the flags of all heads
+    raise the alarm; each other head keeps its lost counts."""
+    machine = await guarded(dut)
+    names = machine.registers
+    machine.moves = False
+    await ClockCycles(dut.clock, 60)
+    began = len(machine.corrected)
+    machine.slips = [2] * HEADS
+    # The table at rest drives the pins only when a slip changes them.
+    await until_changed(machine, DECODER_CLOCKS + LOAD_CLOCKS + SWAP_WAITS)
+    status = await names.read_fields("heads_status")
+    assert (status["left_out"], status["set"], status["cause"]) == (1, 1, 1)
+    faults = await names.read_fields("interrupt_status")
+    assert all(faults[f"head{head}_fault"] for head in EVERYONE)
+    assert dut.status_fault.value == 1
+    machine.moves = True
+    await machine.turn(150)
+    assert await names.read("heads_status.left_out") == 1
+    assert np.abs(np.diff(machine.corrected[began:])).max() <= LARGEST_STEP
+
+
+@cocotb.test()
 async def a_dead_carrier_is_left_out(dut: Any) -> None:
     """A dead head is found when all other heads have moved by `missing_edges` counts, but not at
     standstill."""
