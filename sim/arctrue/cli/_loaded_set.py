@@ -26,6 +26,7 @@ from arctrue.cli._progress import Progress
 from arctrue.cli._terminal import Console, note, sentence, tell_error, tell_warning
 from arctrue.measurement import MeasurementError, MeasurementSet, read_measurement_set
 from arctrue.measurement.digest import set_digest
+from arctrue.workbench.diagnose.data_faults import cut_runs
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.guarded import EffectFileError
 from arctrue.workbench.effects.registry import EffectNotFoundError, catalogue
@@ -231,7 +232,8 @@ def load(
             mask_outliers=not keep_outliers,
         )
     of_table = _table_warnings(model, model_file, observations)
-    for warning in (*measurement.warnings, *_doubts(measurement), *of_table):
+    of_runs = cut_runs(observations)
+    for warning in (*measurement.warnings, *_doubts(measurement), *of_runs, *of_table):
         tell_warning(warning)
     _tell_masked(observations)
     title = measurement.title or one_line(measurement_set.resolve().name)
