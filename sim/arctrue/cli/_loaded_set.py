@@ -24,6 +24,7 @@ from arctrue.cli._progress import Progress
 from arctrue.cli._terminal import Console, note, sentence, tell_error, tell_warning
 from arctrue.measurement import MeasurementError, MeasurementSet, read_measurement_set
 from arctrue.measurement.digest import set_digest
+from arctrue.workbench.diagnose.data_faults import cut_runs
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.guarded import EffectFileError
 from arctrue.workbench.effects.registry import EffectNotFoundError, catalogue
@@ -232,7 +233,11 @@ def load(
             reference_temperature_c=model.reference_temperature_c,
             mask_outliers=not keep_outliers,
         )
-    warnings = [*doubts_of(measurement), *_table_warnings(model, model_file, observations)]
+    warnings = [
+        *doubts_of(measurement),
+        *cut_runs(observations),
+        *_table_warnings(model, model_file, observations),
+    ]
     asked, model = model, on_its_arc(model, observations)
     of_arc = warning_of_the_arc(asked, model, observations)
     if of_arc is not None:

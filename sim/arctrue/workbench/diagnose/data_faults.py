@@ -69,7 +69,7 @@ def data_faults(observations: Observations) -> list[str]:
         for run, (start, end) in enumerate(spans):
             found += _step_faults(rows, run, start, end, observations)
         if rows.head == 2:
-            found += _cut_runs(rows, spans)
+            found += _short_runs(rows, spans)
             found += _temperature_faults("capture", rows.temperature_c, observations.sample_line)
     # A fault of head 1 or of the time stamps is found again in the difference to every other head.
     found = list(dict.fromkeys(found))
@@ -222,26 +222,44 @@ def _temperature_faults(
     ]
 
 
-def _cut_runs(rows: CaptureRows | StoredCapture, spans: list[tuple[int, int]]) -> list[str]:
-    turns = np.array([_turns(rows, start, end) for start, end in spans])
-    away = np.abs(turns - np.round(turns))
-    whole = away < WHOLE_TURN_TOLERANCE
-    short = turns < 1.0 - WHOLE_TURN_TOLERANCE
-    if not (short.any() or (turns.size > 2 and whole.sum() == turns.size - 1)):
-        return []
-    # A record that lacks rows inside its runs may lack rows at their ends as well.
-    dropped = max(_longest_gap_turns(rows, start, end) for start, end in spans)
-    ends_in_gap = np.ceil(turns) - turns <= dropped
-    found = [
+def cut_runs(observations: Observations) -> list[str]:
+    """Return a warning for each run that is cut, while the other runs have whole turns.
+
+    Such a run is used: its rows are as good as those of the other runs. A run of less than one turn
+    is a fault, which :func:`data_faults` describes.
+    """
+    found: list[str] = []
+    for rows in observations.pairs()[:1]:
+        spans = run_spans(rows.run)
+        turns, short, ends_in_gap = _ends(rows, spans)
+        whole = np.abs(turns - np.round(turns)) < WHOLE_TURN_TOLERANCE
+        if turns.size > 2 and whole.sum() >= turns.size - 1:
+            found += [
+                f"capture, run {run}: cut after {turns[run]:.3f} turns; the other runs are whole "
+                "turns; the run is used, but a calibration uses its whole turns only"
+                for run in np.flatnonzero(~(whole | short | ends_in_gap)).tolist()
+            ]
+    return found
+
+
+def _short_runs(rows: CaptureRows | StoredCapture, spans: list[tuple[int, int]]) -> list[str]:
+    turns, short, ends_in_gap = _ends(rows, spans)
+    return [
         f"capture, run {run}: {turns[run]:.3f} of a turn, a whole turn is needed"
         for run in np.flatnonzero(short & ~ends_in_gap).tolist()
     ]
-    if turns.size > 2 and whole.sum() >= turns.size - 1:
-        found += [
-            f"capture, run {run}: cut after {turns[run]:.3f} turns; the other runs are whole turns"
-            for run in np.flatnonzero(~(whole | short | ends_in_gap)).tolist()
-        ]
-    return found
+
+
+def _ends(
+    rows: CaptureRows | StoredCapture, spans: list[tuple[int, int]]
+) -> tuple[Float, Boolean, Boolean]:
+    """Return for each run its number of turns, whether it has less than one turn, and whether its
+    last turn lacks no more rows than a gap of the record; (runs,)."""
+    turns = np.array([_turns(rows, start, end) for start, end in spans])
+    short = turns < 1.0 - WHOLE_TURN_TOLERANCE
+    # A record that lacks rows inside its runs may lack rows at their ends as well.
+    dropped = max(_longest_gap_turns(rows, start, end) for start, end in spans)
+    return turns, short, np.ceil(turns) - turns <= dropped
 
 
 def _turns(rows: CaptureRows | StoredCapture, start: int, end: int) -> float:

@@ -207,7 +207,9 @@ def _scales(whitened: Float, group: Integer, groups: int) -> Float | None:
     squares = np.bincount(group, weights=whitened**2, minlength=groups)
     mean = np.where(full, squares / np.maximum(counts, 1.0), 1.0)
     total = float(squares[full].sum() / counts[full].sum())
-    ratio = float(np.sum(counts[full] * (np.log(total) - np.log(np.maximum(mean[full], 1e-30)))))
+    ratio = float(
+        np.sum(counts[full] * (np.log(max(total, 1e-30)) - np.log(np.maximum(mean[full], 1e-30))))
+    )
     # The logarithm of the likelihood ratio is 0 for groups of equal scatter; rounding may make it
     # negative.
     if chdtrc(int(full.sum()) - 1, max(ratio, 0.0)) > UNEVEN_P:

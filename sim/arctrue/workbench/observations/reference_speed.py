@@ -27,7 +27,7 @@ FINEST_DECIMALS = 6
 step between stations."""
 WHOLE_STEPS = 1e-3
 """Largest deviation of a time from a whole number of its rounding steps, in steps: a float64 holds
-10⁷ s to a thousandth of a microsecond."""
+10⁹ s to 6·10⁻⁸ s, a smaller share of a step of four decimals."""
 FINE_ROUNDING = 0.1
 """Largest rounding step, relative to the time between stations, with which single times between
 stations still show a steady speed: twice EVEN. With coarser times, the whole pass must fit a

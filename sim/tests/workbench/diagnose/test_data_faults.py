@@ -13,7 +13,7 @@ from arctrue.measurement import Capture, MeasurementSet
 from arctrue.studies.benchmark.diagnosis import diagnosed
 from arctrue.studies.simulate.experiment import full
 from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
-from arctrue.workbench.diagnose.data_faults import data_faults
+from arctrue.workbench.diagnose.data_faults import cut_runs, data_faults
 from arctrue.workbench.observations.build import observations_of
 from arctrue.workbench.observations.outliers.excursions import excursions, step_scatter
 
@@ -167,15 +167,41 @@ def test_what_is_off_for_longer_than_three_rows_is_no_excursion() -> None:
     assert excursions(values, 1.0) == [(20, 23, 5.0)]
 
 
-@pytest.mark.parametrize(("gap_rows", "faults"), [(60, 0), (0, 1)])
-def test_a_run_that_ends_in_a_gap_is_not_cut(gap_rows: int, faults: int) -> None:
-    """The diagnosis reports that a run of three turns without its last 50 rows is cut, unless
-    another run has a gap."""
+@pytest.mark.parametrize(("gap_rows", "warnings"), [(60, 0), (0, 1)])
+def test_a_run_that_ends_in_a_gap_is_not_cut(gap_rows: int, warnings: int) -> None:
+    """A run of three turns without its last 50 rows gives a warning, if no other run has a gap."""
     made, capture = _copied()
     kept = np.ones(capture.run.size, dtype=bool)
     kept[ROW : ROW + gap_rows] = False
     end = int(np.flatnonzero(capture.run == 2)[-1]) + 1
     kept[end - 50 : end] = False
-    found = _faults(made, capture.where(kept))
-    assert len(found) == faults
+    seen = observations_of(replace(made, capture=capture.where(kept)))
+    assert data_faults(seen) == []
+    found = cut_runs(seen)
+    assert len(found) == warnings
     assert all("cut after 2.958 turns" in text for text in found)
+
+
+def test_a_cut_run_is_used_and_the_effect_is_named() -> None:
+    """One of four runs has 2.3 turns. The diagnosis uses its rows and names the effect of the set:
+    an error of 1.5″ with the period of the signal."""
+    made = measurement_set(electrical=lambda phase: 1.5 * np.cos(phase + 0.3))
+    capture = made.capture
+    assert capture is not None
+    end = int(np.flatnonzero(capture.run == 1)[-1]) + 1
+    kept = np.ones(capture.run.size, dtype=bool)
+    kept[end - round(0.7 * SAMPLES_A_TURN) : end] = False
+    _, found = diagnosed(replace(made, capture=capture.where(kept)))
+    assert found.named is not None
+    assert found.named.name == "subdivision_error"
+    assert len(cut_runs(found.observations)) == 1
+
+
+def test_a_run_of_less_than_a_turn_is_a_fault() -> None:
+    made, capture = _copied()
+    end = int(np.flatnonzero(capture.run == 1)[-1]) + 1
+    kept = np.ones(capture.run.size, dtype=bool)
+    kept[end - round(2.3 * SAMPLES_A_TURN) : end] = False
+    seen = observations_of(replace(made, capture=capture.where(kept)))
+    assert data_faults(seen) == ["capture, run 1: 0.700 of a turn, a whole turn is needed"]
+    assert cut_runs(seen) == []

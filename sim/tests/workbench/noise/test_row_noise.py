@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 
+from arctrue.workbench.noise.estimate import _scales
 from arctrue.workbench.noise.row_noise import RowNoise
 from arctrue.workbench.noise.spectrum import Spectrum, time_constants
 
@@ -78,3 +81,11 @@ def test_time_constants_go_from_twice_the_step_to_the_whole_span() -> None:
     assert found[-1] == pytest.approx(36.0)
     assert np.all(found[1:] / found[:-1] <= 8.0)
     assert time_constants(1.0, 3.0).size == 0
+
+
+def test_rows_without_any_scatter_have_no_uneven_noise() -> None:
+    """A constant error (a sensor that stands) leaves residuals of zero: no group has more noise
+    than another, and the logarithm of zero is not taken."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert _scales(np.zeros(300), np.repeat([0, 1, 2], 100), 3) is None
