@@ -418,3 +418,28 @@ def test_a_schema_of_the_user_decides(place: Path, tmp_path: Path) -> None:
         done = certificate(place, *words, "--schema", str(tmp_path / "dcc.xsd"))
         assert done.exit_code == code, done.output
     assert "dcc.xsd: refuses /dcc:digitalCalibrationCertificate" in " ".join(done.stderr.split())
+
+
+def test_the_uncertainty_contains_that_of_an_order() -> None:
+    """At an angle θ far outside the measured angles, an uncertainty δn of the order of a line of
+    amplitude A gives A·(θ − θ₀)·|sin(nθ + φ)|·δn, which is larger than every other contribution;
+    θ₀ is the mean of the measured angles."""
+    random = np.random.default_rng(7)
+    angle = np.sort(random.uniform(0.0, 1440.0, 200))
+    noise = random.normal(0.0, 0.1, angle.size)
+    error = 0.6 * np.cos(7.3 * np.deg2rad(angle) + 1.0) + noise
+    made = MeasurementSet(
+        Table(counts_per_rev=COUNTS),
+        None,
+        Reference(target_deg=angle, error_arcsec=error, standard_uncertainty_arcsec=U_REFERENCE),
+    )
+    line = Model(effects=[ModelEffect("periodic_error", {})])
+    far = np.array([36000.0, 36010.0])
+    found = certified_error(made, line, catalogue(), far, {})
+    ((order, amplitude, phase),) = [
+        (item["order"], item["amplitude"].value, item["phase"].value)
+        for item in found.solution.parameters()
+    ]
+    sine = np.abs(np.sin(order.value * np.deg2rad(far) + np.deg2rad(phase)))
+    expected = amplitude * np.deg2rad(far - angle.mean()) * sine * order.sigma
+    np.testing.assert_allclose(found.u_fit_arcsec, expected, rtol=0.1)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.linalg import null_space
 
 from arctrue.workbench.inference.design_matrix import Term
-from arctrue.workbench.inference.named import values_of
+from arctrue.workbench.inference.named import labels, values_of
 from arctrue.workbench.inference.null_space import (
     MOST_UNDETERMINED,
     is_null,
@@ -84,7 +84,8 @@ def undetermined_parameters(solution: Solution, directions: Directions) -> list[
     """Return the names of the reported parameters that change along an undetermined direction.
 
     The slopes are computed at the solution and away from it along these directions: an amplitude
-    whose sine no row shows has no slope in the sine where the sine is 0.
+    whose sine no row shows has no slope in the sine where the sine is 0. The instant of a step is
+    never named: it has an uncertainty of its own.
     """
     if not directions.undetermined.shape[1]:
         return []
@@ -98,7 +99,16 @@ def undetermined_parameters(solution: Solution, directions: Directions) -> list[
     steps = STEP / directions.scale
     (names, first), (_, second) = (_slopes(solution, at, steps) for at in (here, away))
     share = np.maximum(directions.share(first), directions.share(second))
-    return [name for name, part in zip(names, share, strict=True) if part > MOST_UNDETERMINED]
+    instants = {
+        f"{label}.{term.effect.step_at[1]}"
+        for label, term in zip(labels(solution.terms), solution.terms, strict=True)
+        if term.effect.step_at is not None
+    }
+    return [
+        name
+        for name, part in zip(names, share, strict=True)
+        if part > MOST_UNDETERMINED and name not in instants
+    ]
 
 
 def _slopes(solution: Solution, at: Float, steps: Float) -> tuple[list[str], Float]:
