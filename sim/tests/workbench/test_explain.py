@@ -129,6 +129,7 @@ def _verdict(name: str | None, alike: str, measurement: str) -> SimpleNamespace:
     return SimpleNamespace(
         verdict="adequate" if name is None else "named",
         named=named,
+        instead=lambda: None,
         decision=SimpleNamespace(look_alikes={alike: 1.0}, unconfirmed=None),
         effect_class=[] if name is None else [name],
         description=None,
@@ -163,3 +164,21 @@ def test_each_of_two_causes_of_one_name_keeps_its_alternatives(
         (("periodic_error", "vibration"), "a faster run"),
         (("periodic_error", "hysteresis"), "a run in both directions"),
     ]
+
+
+def test_a_refused_effect_does_not_end_the_explanation(monkeypatch: pytest.MonkeyPatch) -> None:
+    """If the rules refuse the best effect, ``explain`` adds the effect that they would name
+    instead, here a line of order 61.8."""
+    random = np.random.default_rng(7)
+    target = np.arange(720.0)
+    error = 0.6 * np.cos(61.8 * np.radians(target)) + random.normal(0.0, 0.2, target.size)
+    observations = observations_of(
+        MeasurementSet(Table(), None, Reference(target, error, time_s=target))
+    )
+    line = SimpleNamespace(name="periodic_error", effect=EFFECTS["periodic_error"]())
+    refused = _verdict(None, "", "")
+    refused.verdict, refused.instead = "unknown", lambda: line
+    verdicts = iter([refused, _verdict(None, "", "")])
+    monkeypatch.setattr(explain_module, "_verdict", lambda *arguments: next(verdicts))
+    found = explain_module.explain(default_model(), observations, EFFECTS, "line")
+    assert [cause.entry.name for cause in found.causes] == ["periodic_error"]

@@ -76,6 +76,8 @@ class Case:
     decided: Callable[[Case], Decision]
     """Function that applies the rules of the verdict to a case."""
     depth: int = 1
+    set_aside: frozenset[str] = frozenset()
+    """Effects that the rules refused and that may not be stated again."""
     adding: Adding | None = None
     """Object that adds effects to the model in the same way as ``arctrue add``; None: effects are
     added to the model of the survey."""
@@ -113,6 +115,7 @@ class Case:
         """Candidates in ``at_every_speed``; an effect that only describes the observation, such as
         a line, is omitted if a cause in ``seen`` explains the same error."""
         causes = {item.name for item in without_unspecific(self.seen)}
+        causes -= self.set_aside
         return [item for item in self.at_every_speed if item.name in causes]
 
     @cached_property
@@ -330,6 +333,21 @@ class Case:
     def before(self) -> Left:
         """Residual of the model without the best effect."""
         return self._added.before
+
+    @cached_property
+    def instead(self) -> Candidate | None:
+        """The effect of another shape that the rules name if the refused effect is set aside; None
+        if there is none."""
+        best = self.best
+        if (
+            best is None
+            or self.decision.verdict != "unknown"
+            or self.decision.resembles is not best
+        ):
+            return None
+        found = replace(self, set_aside=self.set_aside | {best.name}).decision
+        item = found.first if found.verdict == "named" else None
+        return None if item is None or _look_alike(self.survey, item, best) else item
 
     @cached_property
     def before_and_after(self) -> tuple[Left, Left] | None:

@@ -7,7 +7,7 @@ candidates → evidence → probabilities → rules → next measurement.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from arctrue.base.progress import ReportStep
@@ -73,6 +73,8 @@ class Diagnosis:
     second: SecondFinding | None = None
     """The error that remains with the named effect in the model, if that error is significant."""
     covers: Coverage = field(default_factory=Coverage)
+    instead: Callable[[], Candidate | None] = lambda: None
+    """Function that returns the effect that the rules name if they set the refused effect aside."""
     findings: Findings = field(default_factory=Findings)
     """Findings in the reference; if an effect is named or described, the findings that remain with
     it.
@@ -309,6 +311,7 @@ def _stated(observations: Observations, base: Solution | None, facts: Facts) -> 
         covers=facts.covers,
         unlike=facts.unlike,
         grounds=facts.grounds(found),
+        instead=lambda: case.instead,
     )
 
 

@@ -33,11 +33,18 @@ from arctrue.workbench.diagnose.classes import of_its_order
 from arctrue.workbench.diagnose.every_pass import at_other_speeds
 from arctrue.workbench.diagnose.of_the_runs import leaves_the_index, p_among_the_runs
 from arctrue.workbench.diagnose.regular import Findings
-from arctrue.workbench.diagnose.survey import RUNS_ARE_THE_SAMPLE, Survey, fit_of_channels
+from arctrue.workbench.diagnose.survey import (
+    RUNS_ARE_THE_SAMPLE,
+    Survey,
+    fit_of_channels,
+    takes_most,
+)
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.registry import absent_effects
 from arctrue.workbench.inference.block_share import block_share
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
+from arctrue.workbench.inference.fit import fit
+from arctrue.workbench.inference.forward.of_solution import without_steps
 from arctrue.workbench.inference.held_out import falls, held_out_with
 from arctrue.workbench.inference.likelihood_ratio import (
     MUCH_MORE,
@@ -54,14 +61,10 @@ from arctrue.workbench.inference.significance import (
     corrected_p_value,
     single_p_value,
 )
-from arctrue.workbench.inference.solution import Solution
 
 NEAR_P = 0.3
 """An effect whose p in the first test is below this value may be named; the noise is therefore
 estimated anew with this effect in the model."""
-MOST_LEFT = 0.5
-"""If an effect leaves less than this share of the variance of a channel's residual, the noise is
-estimated anew with this effect, even if its gain with the noise of the model is small."""
 OF_ITS_SIZE = 0.2
 """Largest p, in the first test, of an effect that slow noise may have absorbed. Noise that has
 absorbed an effect is about as large as the effect, so that the effect is not far below its standard
@@ -106,7 +109,7 @@ def survey(
     asked = absent | repeatable
     candidates, untestable = tried_effects(residuals, asked, len(absent) * looks, report_step)
     found = Findings() if findings is None else findings
-    lines = regular_candidates(residuals, found.causes, len(absent) * looks)
+    lines = regular_candidates(_beyond_steps(residuals, found), found.causes, len(absent) * looks)
     candidates = with_regular(candidates, lines, found)
     report_step("trying products of parts")
     tried = Survey(
@@ -135,6 +138,8 @@ def weighed(tried: Survey, report_step: ReportStep, *, negligible: bool) -> Surv
     gets evidence too if it can be ahead of the real effect.
     """
     null = Null(tried.residuals)
+    beyond = replace(tried, residuals=_beyond_steps(tried.residuals, tried.findings))
+    null_of_lines = null if beyond.residuals is tried.residuals else Null(beyond.residuals)
     waiting = _near_to_a_name(tried)
     products = tried.parts[:1]
     if not negligible:
@@ -147,7 +152,11 @@ def weighed(tried: Survey, report_step: ReportStep, *, negligible: bool) -> Surv
             waiting = _may_come_before(waiting, real)
         if not waiting:
             break
-        item = _largest_sure(waiting.pop(0), tried, null, report_step)
+        item = waiting.pop(0)
+        if item.regular is not None:
+            item = _largest_sure(item, beyond, null_of_lines, report_step)
+        else:
+            item = _judged(item, tried, null, tried.absent, report_step)
         judged[item.name] = item
         if (
             item.p_corrected < SIGNIFICANCE
@@ -230,22 +239,6 @@ def _seen_with(white: Residuals, items: Sequence[Candidate], tried: Survey) -> l
         for item, score in zip(items, scores, strict=True)
         if corrected_p_value(score.gain, score.rank, item.trials, tests) < SIGNIFICANCE
     ]
-
-
-def takes_most(grown: Solution, base: Solution) -> bool:
-    """Tell whether the effect leaves less than half of a channel's residual variance.
-
-    While the effect is not in the model, slow noise completely absorbs a slow effect that is far
-    above the scatter of the rows, so that the effect's gain with that noise is no evidence.
-    """
-    return any(
-        float(np.mean(after**2)) < MOST_LEFT * float(np.mean(before**2))
-        for after, before in (
-            (grown.capture_residual_arcsec(), base.capture_residual_arcsec()),
-            (grown.reference_residual_arcsec(), base.reference_residual_arcsec()),
-        )
-        if after is not None and before is not None
-    )
 
 
 def _score_with(items: Sequence[Candidate], real: Candidate) -> None:
@@ -388,14 +381,28 @@ def _tested(
     return item
 
 
+def _beyond_steps(residuals: Residuals, found: Findings) -> Residuals:
+    """Return the residuals without the steps that the forward search found together with its lines;
+    a line that is smaller than a step would be lost in them."""
+    steps = [
+        (step.time_s, step.size_arcsec)
+        for step in (*found.steps, *found.counts)
+        if step.time_s is not None
+    ]
+    if not steps or not found.causes:
+        return residuals
+    solution = residuals.solution
+    return Residuals(fit(solution.terms, without_steps(solution.observations, steps)))
+
+
 def _largest_sure(item: Candidate, tried: Survey, null: Null, report_step: ReportStep) -> Candidate:
-    """Return, with evidence, the candidate or a smaller regular cause with the candidate's name.
+    """Return, with evidence, a regular cause or a smaller one with the same name.
 
     The largest significant cause is returned: slow noise may explain a slow line but does not hide
     a fast line. If no cause is significant, the candidate is returned.
     """
     judged = _judged(item, tried, null, tried.absent, report_step)
-    if item.regular is None or judged.p_corrected < SIGNIFICANCE:
+    if judged.p_corrected < SIGNIFICANCE:
         return judged
     for cause in tried.findings.causes:
         if cause is item.regular or cause.effect.name != item.name:

@@ -31,6 +31,7 @@ from arctrue.workbench.inference.forward.slow import SlowChange, slow_change
 from arctrue.workbench.inference.forward.tests_of_a_line import FAMILY_WISE, nearest
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.observations import Observations
+from arctrue.workbench.observations.display_step import display_step
 
 Float = NDArray[np.float64]
 
@@ -82,6 +83,8 @@ def _angle(arcsec: float) -> str:
     return f"{arcsec:.3g}″" if abs(arcsec) < MANY_ARCSEC else f"{arcsec / 3600.0:.3g}°"
 
 
+COVERAGE = 2.0
+"""Factor of the standard uncertainty of a jump, for a coverage of 95 %."""
 MANY_ARCSEC = 600.0
 """Smallest angle that is written in degrees."""
 
@@ -177,6 +180,9 @@ class Findings:
     """Slow change in addition to lines, steps and an even drift, in a reference with times."""
     reversal: Reversal | None = None
     """Reversal error, fitted together with steps in time, in a reference of both directions."""
+    counts: tuple[Jump, ...] = ()
+    """Jumps by one step of the reference's display; they are no events, but the lines were found
+    with these jumps in the model."""
     cause: str | None = None
     """The named effect that was in the model during the search for these findings."""
     same: tuple[str, ...] = ()
@@ -322,6 +328,7 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
     timed = rows is not None and rows.time_s is not None
     bands: list[Band] = []
     steps: list[Jump] = []
+    counts: list[Jump] = []
     oscillation: Oscillation | None = None
     slow: SlowChange | None = None
     for record in records_of(solution, declared):
@@ -342,6 +349,10 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
         ]
     if not bands:
         steps, slow = _of_stations(solution, timed=timed)
+    if rows is not None:
+        quantum = display_step(rows.error_arcsec)
+        counts = [step for step in steps if _is_one_count(step, quantum)]
+        steps = [step for step in steps if step not in counts]
     times = [step.time_s for step in steps if step.time_s is not None]
     reversal = reversal_with_steps(solution, times)
     causes.sort(key=lambda item: -item.taken_arcsec)
@@ -355,7 +366,15 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
         oscillation,
         slow,
         reversal,
+        tuple(counts),
     )
+
+
+def _is_one_count(step: Jump, quantum_arcsec: float) -> bool:
+    """Tell whether the readings may have jumped by one step of the reference's display, which a
+    slow change causes too."""
+    least = abs(step.size_arcsec) - COVERAGE * step.sigma_arcsec
+    return quantum_arcsec > 0.0 and least <= quantum_arcsec
 
 
 def _same_rate(one: Line, other: Line) -> bool:

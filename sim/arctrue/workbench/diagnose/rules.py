@@ -238,7 +238,7 @@ def refused_is_ahead(case: Case) -> Decision | None:
         refused.delta_bic - best.delta_bic <= PARTS_ADVANTAGE or adds(best, refused)
     ):
         return None
-    why = "rows that were left out of the fit, other passes or other speeds do not show it"
+    why = case.survey.objection(refused) or "other speeds do not show it"
     return Decision("unknown", resembles=refused, unlike=why)
 
 
@@ -332,7 +332,9 @@ def contradicts_itself(case: Case) -> Decision | None:
 
 
 def makes_it_worse(case: Case) -> Decision | None:
-    """The best effect makes the error of all channels together larger when it is added.
+    """The best effect makes the error of its own channels larger when it is added.
+
+    Its own channels are those in which it has columns.
 
     An effect that differs between runs only is in the offsets of the runs, whose error is not
     counted. A line that other blocks predict exists even if the RMS rises: with the line in the

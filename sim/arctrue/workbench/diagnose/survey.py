@@ -33,6 +33,9 @@ LEAST_HELD_OUT = 0.5
 """Smallest share of an effect's own error that other blocks must predict. With a smaller share,
 most of this error differs from block to block.
 """
+MOST_LEFT = 0.5
+"""If an effect leaves less than this share of the variance of a channel's residual, the noise is
+estimated anew with this effect, even if its gain with the noise of the model is small."""
 OF_A_REVERSAL = frozenset({"direction", "reference"})
 """Parts of an effect that is a constant reversal error."""
 
@@ -122,16 +125,35 @@ class Survey:
     def confirmed(self, item: Candidate) -> bool:
         """Tell whether the candidate is large enough to matter, and whether held-out rows
         (predicted by fits without them), other blocks and every pass show it; it must not be a
-        constant that the model may contain. A reversal error that the jackknife over the passes
+        constant that the model may contain (:meth:`objection`)."""
+        return self.matters(item) and self.objection(item) is None
+
+    def objection(self, item: Candidate) -> str | None:
+        """Return in words which rows do not show the candidate; None if all tests confirm it.
+
+        A reversal error that the jackknife over the passes
         confirms needs no held-out rows: after a reversal the friction takes a part of it up slowly,
         so that the noise looks slow and neighbours predict the rows."""
-        return (
-            self.matters(item)
-            and (_holds_out(item) or self.is_the_reversal(item))
-            and (item.share is None or item.share.share > LEAST_HELD_OUT)
-            and on_every_pass(item, self.base)
-            and not self.may_be_a_constant_of_the_model(item)
-        )
+        if item.share is not None and item.share.share <= LEAST_HELD_OUT:
+            return "other blocks of the rows predict half of it or less"
+        if not (_holds_out(item) or self.is_the_reversal(item) or self._blocks_show(item)):
+            return "rows that were left out of the fit do not show it"
+        if not on_every_pass(item, self.base):
+            return "other turns or runs do not show it"
+        if self.may_be_a_constant_of_the_model(item):
+            return "effects of the model may cause this constant"
+        return None
+
+    def _blocks_show(self, item: Candidate) -> bool:
+        """Tell whether blocks predict the candidate and most of the error disappears with it, while
+        the density of held-out rows does not fall.
+
+        An effect whose shape is not quite that of the catalogue leaves slow noise, from which
+        neighbours predict the rows.
+        """
+        if item.share is None or not takes_most(item.solution, self.base):
+            return False
+        return sum(found.gain for found in item.improvement.values()) >= 0.0
 
     def is_the_reversal(self, item: Candidate) -> bool:
         """Tell whether the candidate is the reversal error that the passes of the record
@@ -170,3 +192,19 @@ def _holds_out(item: Candidate) -> bool:
     if item.evidence is not None and item.evidence.index_share >= RUNS_ARE_THE_SAMPLE:
         return True
     return bool(item.improvement) and holds_out(item.improvement.values())
+
+
+def takes_most(grown: Solution, base: Solution) -> bool:
+    """Tell whether the effect leaves less than half of a channel's residual variance.
+
+    While the effect is not in the model, slow noise completely absorbs a slow effect that is far
+    above the scatter of the rows, so that the effect's gain with that noise is no evidence.
+    """
+    return any(
+        float(np.mean(after**2)) < MOST_LEFT * float(np.mean(before**2))
+        for after, before in (
+            (grown.capture_residual_arcsec(), base.capture_residual_arcsec()),
+            (grown.reference_residual_arcsec(), base.reference_residual_arcsec()),
+        )
+        if after is not None and before is not None
+    )

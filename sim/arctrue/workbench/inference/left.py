@@ -14,6 +14,7 @@ import numpy as np
 
 from arctrue.workbench.inference.every_row import channel_figures
 from arctrue.workbench.inference.held_out import HeldOut, Improvement, falls, held_out
+from arctrue.workbench.inference.scan import STATION_DECIMALS
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.repeats import row_noise_arcsec
 
@@ -43,18 +44,56 @@ class Left:
         return falls(before.held_out, self.held_out, self.solution.noise)
 
     def mean_log_ratio(self, before: Left) -> float:
-        """Return the mean over all rows of log(RMS after/RMS before), each row with the RMS of its
-        channel.
+        """Return the mean of log(RMS after/RMS before) over the channels in which the last term of
+        this model has columns, of *left* or of *held out*, whichever rises less.
 
-        A result above 0 means that the residual has grown. The mean is the fall per row of the log
-        likelihood of white noise with a free variance in each channel.
+        A result above 0 means that the residual has grown. Each channel counts with its passes over
+        the angle, not with its rows: the noise of neighbouring rows is correlated. A channel
+        without own columns changes only because the other channel fits the shared orders anew.
         """
-        rows = {name: self.rows[name] for name in self.rms_arcsec if name in before.rms_arcsec}
-        total = sum(
-            count * float(np.log(self.rms_arcsec[name] / max(before.rms_arcsec[name], 1e-300)))
-            for name, count in rows.items()
+        passes = {
+            name: count
+            for name, count in passes_of(self.solution).items()
+            if name in self.rms_arcsec and name in before.rms_arcsec
+        }
+        figures = (
+            (self.rms_arcsec, before.rms_arcsec),
+            (self.heldout_rms_arcsec, before.heldout_rms_arcsec),
         )
-        return total / max(sum(rows.values()), 1)
+        return min(_mean_log_ratio(after, former, passes) for after, former in figures)
+
+
+def passes_of(solution: Solution) -> dict[str, int]:
+    """Return the number of passes over the angle of each channel in which the last term of a model
+    has columns: revolutions of the capture, and visits of a station of the reference."""
+    observations, context = solution.observations, solution.context
+    term = solution.terms[-1]
+    found: dict[str, int] = {}
+    capture, reference = observations.capture, observations.reference
+    if capture is not None and capture.run.size:
+        columns = term.effect.capture_columns(
+            capture.part(slice(0, 2)).of_head(2), term.nonlinear, context
+        )
+        if columns is not None:
+            found["capture"] = np.unique(capture.revolution).size
+    if reference is not None and reference.run.size:
+        columns = term.effect.reference_columns(reference, term.nonlinear, context)
+        if columns is not None:
+            station = np.round(reference.target_rad, STATION_DECIMALS)
+            found["reference"] = max(1, round(station.size / np.unique(station).size))
+    return found
+
+
+def _mean_log_ratio(
+    after: Mapping[str, float], before: Mapping[str, float], passes: Mapping[str, int]
+) -> float:
+    shared = [name for name in passes if name in after and name in before]
+    total = sum(passes[name] * _log_ratio(after[name], before[name]) for name in shared)
+    return total / max(sum(passes[name] for name in shared), 1)
+
+
+def _log_ratio(after: float, before: float) -> float:
+    return float(np.log(max(after, 1e-300) / max(before, 1e-300)))
 
 
 def left_by(solution: Solution) -> Left:

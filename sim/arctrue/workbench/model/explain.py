@@ -129,8 +129,12 @@ def explain(
     verdict = _verdict(solution, observations, effects, matters_counts)
     # The alternatives to each effect of the model, in the order of its effects.
     alike: list[NotSeparated | None] = [None] * kept
-    while verdict.named is not None and len(grown.effects) - kept < MOST_ADDED:
-        name, settings = verdict.named.name, _own_settings(verdict.named.effect)
+    while len(grown.effects) - kept < MOST_ADDED:
+        # A refused effect does not end the explanation while another one would be named.
+        next_effect = verdict.named or verdict.instead()
+        if next_effect is None:
+            break
+        name, settings = next_effect.name, _own_settings(next_effect.effect)
         report_step(f"adding {name}")
         try:
             further, solution = add_effect(

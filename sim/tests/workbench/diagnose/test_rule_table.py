@@ -52,6 +52,7 @@ def _case(*items, further: Decision | None = None) -> Case:  # type: ignore[no-u
         matters=lambda item: True,
         confirmed=lambda item: item.real,
         is_the_reversal=lambda item: False,
+        objection=lambda item: None,
         parts=[],
     )
     case = Case(survey, {}, lambda before, item: survey, said_of)  # type: ignore[arg-type]

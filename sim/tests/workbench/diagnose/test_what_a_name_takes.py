@@ -199,7 +199,7 @@ def _case(before: SimpleNamespace, after: SimpleNamespace, lack_of_fit_p: float 
     )
     channel = SimpleNamespace(lack_of_fit_p=lack_of_fit_p, noise_arcsec=0.1)
     fit_of = {"capture": channel, "reference": SimpleNamespace(lack_of_fit_p=0.5, noise_arcsec=0.1)}
-    survey = SimpleNamespace(channels=fit_of)
+    survey = SimpleNamespace(channels=fit_of, is_the_reversal=lambda item: False)
     case = Case(survey, {}, lambda item: survey, said_of)  # type: ignore[arg-type, return-value]
     rest = SimpleNamespace(survey=survey, best=None)
     case.__dict__.update(best=item, before_and_after=(before, after), with_best=rest, further=None)

@@ -4,6 +4,7 @@ looks for lines and steps."""
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from arctrue.workbench.inference.forward.record import Record, record_of
 from arctrue.workbench.inference.forward.reversal import Reversal, reversal_of
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.law import reference_clock, stretch_starts
+from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.one_speed import coordinate, speed_turns_s
 from arctrue.workbench.observations.rows import ReferenceRows
 
@@ -165,6 +167,29 @@ def reversal_with_steps(solution: Solution, steps_s: Sequence[float]) -> Reversa
     direction = np.sign(rows.direction)
     steps = (record.measured[:, np.newaxis] >= np.asarray(steps_s)).astype(np.float64)
     return reversal_of(record, direction[nearest_row], steps)
+
+
+def without_steps(observations: Observations, steps: Sequence[tuple[float, float]]) -> Observations:
+    """Return the observations with steps subtracted from the reference; each step, a time in
+    seconds and a size in arcseconds, lasts to the end of its stretch."""
+
+    def corrected(rows: ReferenceRows) -> ReferenceRows:
+        clock = reference_clock(rows)
+        stretch = _stretches(rows, clock)
+        error = rows.error_arcsec.copy()
+        for time_s, size_arcsec in steps:
+            after = clock >= time_s
+            if after.any():
+                after &= stretch == stretch[int(np.argmax(after))]
+                error[after] -= size_arcsec
+        return replace(rows, error_arcsec=error)
+
+    rows, stored = observations.reference, observations.stored_reference
+    return replace(
+        observations,
+        reference=None if rows is None else corrected(rows),
+        stored_reference=None if stored is None else corrected(stored),
+    )
 
 
 def _is_dense(rows: ReferenceRows) -> bool:
