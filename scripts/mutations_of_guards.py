@@ -204,7 +204,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "line_in_every_class",
         "an effect that states its cause is ambiguous with its own line",
         f"{DIAGNOSE}/classes.py",
-        "if other.effect.unspecific and not (unspecific or best.effect.unspecific):",
+        "if other.effect.unspecific and not described:",
         "if False:",
         "sim/tests/workbench/test_periodic_error.py"
         "::test_a_drive_of_a_broken_tooth_count_has_its_own_name",
