@@ -26,10 +26,17 @@ from arctrue.workbench.inference.forward.of_solution import (
 from arctrue.workbench.inference.forward.oscillation import Oscillation, oscillation_of
 from arctrue.workbench.inference.forward.record import Record
 from arctrue.workbench.inference.forward.reversal import Reversal
-from arctrue.workbench.inference.forward.search import Line, LineSearch, noise_with, search_record
+from arctrue.workbench.inference.forward.search import (
+    Line,
+    LineSearch,
+    noise_with,
+    search_record,
+    whitened_left,
+)
 from arctrue.workbench.inference.forward.slow import SlowChange, slow_change
 from arctrue.workbench.inference.forward.tests_of_a_line import FAMILY_WISE, nearest
 from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.noise.level import noise_level
 from arctrue.workbench.observations import Observations
 
 Float = NDArray[np.float64]
@@ -177,6 +184,8 @@ class Findings:
     """Slow change in addition to lines, steps and an even drift, in a reference with times."""
     reversal: Reversal | None = None
     """Reversal error, fitted together with steps in time, in a reference of both directions."""
+    noise_level_ratio: float | None = None
+    """High level of the noise divided by its low level, if the level changes with time."""
     cause: str | None = None
     """The named effect that was in the model during the search for these findings."""
     same: tuple[str, ...] = ()
@@ -228,9 +237,11 @@ class Findings:
         makes white.
 
         The level of the test of whiteness is a third of FAMILY_WISE, which is the level of each
-        search: the search for lines and the search for steps.
+        search: the search for lines and the search for steps. No filter makes noise white if the
+        level of one of its parts changes with time.
         """
         white = self.whiteness_p is None or self.whiteness_p >= FAMILY_WISE / 3.0
+        white = white or self.noise_level_ratio is not None
         return bool(self.steps) or not white
 
     def data(self) -> dict[str, Any]:
@@ -239,6 +250,7 @@ class Findings:
             "regular": [cause.data() for cause in self.causes],
             "steps": [step.data() for step in self.steps],
             "whiteness_p": self.whiteness_p,
+            "noise_level_ratio": self.noise_level_ratio,
             "slow_change": None
             if self.slow is None
             else {"size_arcsec": self.slow.size_arcsec, "length_s": self.slow.length},
@@ -267,6 +279,11 @@ class Findings:
             )
         if self.oscillation is not None:
             found.append(f"The noise contains {self.oscillation.words()}.")
+        if self.noise_level_ratio is not None:
+            found.append(
+                "The noise level of the reference changes with time: the level of its noisy parts "
+                f"is {self.noise_level_ratio:.2g} times that of its quiet parts."
+            )
         return found
 
     def _by_size(self) -> Iterator[tuple[float, str]]:
@@ -317,10 +334,13 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
     steps: list[Jump] = []
     oscillation: Oscillation | None = None
     slow: SlowChange | None = None
+    ratio = 0.0
     for record in records_of(solution, declared):
         found = search_record(record)
         whiteness.append(found.whiteness_p)
         bands.append(Band(record.in_time, record.highest))
+        level = noise_level(whitened_left(record.rows(_columns_of(found)), found.noise.noise))
+        ratio = ratio if level is None else max(ratio, level.ratio)
         if timed and oscillation is None:
             oscillation = oscillation_of(found, "reference")
         if timed and not bands[1:]:
@@ -348,6 +368,7 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
         oscillation,
         slow,
         reversal,
+        ratio or None,
     )
 
 
