@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from arctrue.workbench.diagnose.undetermined import undetermined
 from arctrue.workbench.effects.base import Effect, Nonlinear
+from arctrue.workbench.inference.forward.cycles import CycleChange, cycle_change
 from arctrue.workbench.inference.forward.events import Step, search_steps, step_column
 from arctrue.workbench.inference.forward.of_solution import (
     records_of,
@@ -186,6 +187,8 @@ class Findings:
     """Reversal error, fitted together with steps in time, in a reference of both directions."""
     noise_level_ratio: float | None = None
     """High level of the noise divided by its low level, if the level changes with time."""
+    cycles: CycleChange | None = None
+    """Offset of a reference at stations that changes from cycle to cycle."""
     cause: str | None = None
     """The named effect that was in the model during the search for these findings."""
     same: tuple[str, ...] = ()
@@ -242,7 +245,7 @@ class Findings:
         """
         white = self.whiteness_p is None or self.whiteness_p >= FAMILY_WISE / 3.0
         white = white or self.noise_level_ratio is not None
-        return bool(self.steps) or not white
+        return bool(self.steps) or self.cycles is not None or not white
 
     def data(self) -> dict[str, Any]:
         """Return the findings as JSON."""
@@ -251,6 +254,7 @@ class Findings:
             "steps": [step.data() for step in self.steps],
             "whiteness_p": self.whiteness_p,
             "noise_level_ratio": self.noise_level_ratio,
+            "cycles_arcsec": None if self.cycles is None else self.cycles.rms_arcsec,
             "slow_change": None
             if self.slow is None
             else {"size_arcsec": self.slow.size_arcsec, "length_s": self.slow.length},
@@ -272,6 +276,9 @@ class Findings:
                 f"The reference shows the same error as {self.cause}: {'; '.join(self.same)}."
             )
         found += [words for _, words in sorted(self._by_size(), key=lambda item: -item[0])]
+        if self.cycles is not None:
+            words = self.cycles.words()
+            found.append(f"{words[0].upper()}{words[1:]}.")
         if self.slow is not None:
             found.append(
                 f"A slow change of unknown form, {_angle(self.slow.size_arcsec)} over "
@@ -355,6 +362,10 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
         ]
     if not bands:
         steps, slow = _of_stations(solution, timed=timed)
+    cycles = None if bands else cycle_change(solution)
+    if cycles is not None:
+        # A few offsets are no slow curve, and no single event.
+        steps, slow = [], None
     times = [step.time_s for step in steps if step.time_s is not None]
     reversal = reversal_with_steps(solution, times)
     causes.sort(key=lambda item: -item.taken_arcsec)
@@ -369,6 +380,7 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
         slow,
         reversal,
         ratio or None,
+        cycles,
     )
 
 
