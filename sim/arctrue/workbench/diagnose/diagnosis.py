@@ -21,6 +21,7 @@ from arctrue.workbench.diagnose.evidence import survey
 from arctrue.workbench.diagnose.facts import Facts
 from arctrue.workbench.diagnose.grounds import Grounds
 from arctrue.workbench.diagnose.next_measurement import NextMeasurement, measurement_for
+from arctrue.workbench.diagnose.of_the_runs import IndexScatter, index_beyond_its_prior
 from arctrue.workbench.diagnose.posterior import PARTS_ADVANTAGE
 from arctrue.workbench.diagnose.regular import Findings, findings_of
 from arctrue.workbench.diagnose.rules import LEAST_EXCESS, decide, said_of
@@ -75,6 +76,8 @@ class Diagnosis:
     covers: Coverage = field(default_factory=Coverage)
     instead: Callable[[], Candidate | None] = lambda: None
     """Function that returns the effect that the rules name if they set the refused effect aside."""
+    index_scatter: IndexScatter | None = None
+    """Scatter of the runs' offsets beyond the known index, if nothing was found."""
     findings: Findings = field(default_factory=Findings)
     """Findings in the reference; if an effect is named or described, the findings that remain with
     it.
@@ -289,6 +292,13 @@ def _stated(observations: Observations, base: Solution | None, facts: Facts) -> 
     """State the verdict of the rules with its probabilities and the next measurement."""
     found = decide(facts)
     case, probability = facts.case, facts.probability(found)
+    scatter: IndexScatter | None = None
+    if case is not None and found.verdict in ("adequate", "cannot_tell"):
+        scatter = index_beyond_its_prior(case.survey.residuals)
+        if scatter is not None and scatter.rms_arcsec < case.survey.matters_arcsec:
+            scatter = None
+    if scatter is not None:
+        probability = _less_of_none(probability)
     measurement = found.next or measurement_for(found.question, found.described)
     if case is None:
         return Diagnosis(observations, base, found, probability, measurement)
@@ -312,7 +322,23 @@ def _stated(observations: Observations, base: Solution | None, facts: Facts) -> 
         unlike=facts.unlike,
         grounds=facts.grounds(found),
         instead=lambda: case.instead,
+        index_scatter=scatter,
     )
+
+
+MOST_OF_NONE = 0.5
+"""Largest probability of ``none`` while the runs' offsets contradict the known index: its prior,
+since no calibrated answer had such offsets."""
+
+
+def _less_of_none(probability: Mapping[str, float]) -> dict[str, float]:
+    """Return the probabilities with at most MOST_OF_NONE for ``none``; ``unknown`` gets what
+    remains."""
+    found = dict(probability)
+    moved = max(found.get("none", 0.0) - MOST_OF_NONE, 0.0)
+    found["none"] = found.get("none", 0.0) - moved
+    found["unknown"] = found.get("unknown", 0.0) + moved
+    return found
 
 
 def _sharpened(item: Candidate) -> Candidate:

@@ -26,6 +26,8 @@ example if a head was displaced before both runs."""
 LEAST_RUNS = 6
 """Smallest number of runs whose offsets are compared with a condition. With five runs only a
 correlation above 0.999 would be significant."""
+LEAST_SCATTER = 4
+"""Smallest number of runs whose scatter is compared with the known index: three free offsets."""
 FOLLOWS_P = 1e-4
 """Largest p, over all conditions, at which the offsets count as a function of a condition; it
 equals the limit of a sure lack of fit."""
@@ -90,11 +92,52 @@ def offsets_are_large(left: Residuals, before: Residuals, share: float) -> bool:
     return remaining > share * max(float(without @ without) - remaining, 0.0)
 
 
-def offsets_follow(residuals: Residuals) -> FollowedCondition | None:
-    """Return the condition of which the offsets of the runs are a linear function; None if there is
-    none, or if the offsets are within the known scatter of the index.
+@dataclass(frozen=True)
+class IndexScatter:
+    """Scatter of the runs' offsets beyond the repeatability of the index that was known."""
 
-    The offset at which the line begins is free. The F test counts runs, not rows: a thermometer's
+    rms_arcsec: float
+    index_arcsec: float
+    """Known standard deviation of the index, arcseconds."""
+
+    def sentence(self) -> str:
+        """Return the scatter as a sentence."""
+        return (
+            f"The offsets of the runs scatter by {self.rms_arcsec:.2g}″, the index is known to "
+            f"repeat within {self.index_arcsec:.2g}″: the index is worse, or something moves the "
+            "heads between the runs."
+        )
+
+
+def index_beyond_its_prior(residuals: Residuals) -> IndexScatter | None:
+    """Return the scatter of the runs' offsets if the known repeatability of the index cannot cause
+    it (F test, p below FOLLOWS_P); otherwise None.
+
+    The fit estimates the variance of the index from these offsets, which therefore never contradict
+    the model. The known repeatability counts as measured with the weight of its prior, in runs.
+    """
+    if residuals.observations.capture is None or residuals.observations.runs < (
+        LEAST_SCATTER * residuals.observations.capture.channels
+    ):
+        return None
+    offsets = residuals.solution.run_offsets_arcsec
+    channels = residuals.observations.capture.channels
+    about_mean = np.concatenate(
+        [offsets[one::channels] - offsets[one::channels].mean() for one in range(channels)]
+    )
+    free = about_mean.size - channels
+    known = residuals.observations.index_sigma_arcsec
+    ratio = float(about_mean @ about_mean) / free / max(known, 1e-300) ** 2
+    if float(fdtrc(free, residuals.solution.noise.index_freedom, ratio)) >= FOLLOWS_P:
+        return None
+    return IndexScatter(float(np.sqrt(np.sum(about_mean**2) / free)), known)
+
+
+def offsets_follow(residuals: Residuals) -> FollowedCondition | None:
+    """Return the condition of which the offsets of the runs are a linear or quadratic function;
+    None if there is none, or if the offsets are within the known scatter of the index.
+
+    The offset at which the curve begins is free. The F test counts runs, not rows: a thermometer's
     noise within a run, or a lag, hides from the rows that the runs follow a temperature.
     """
     observations = residuals.observations
@@ -118,21 +161,29 @@ def offsets_follow(residuals: Residuals) -> FollowedCondition | None:
             continue
         rms, index = float(np.sqrt(np.mean(about_mean**2))), float(np.sqrt(variance))
         for part, means in conditions:
-            p_value = _p_of_a_line(means[channel::channels], about_mean)
-            found.append((p_value, FollowedCondition(part, rms, index)))
+            for degree in (1, 2):
+                p_value = _p_of_a_curve(means[channel::channels], about_mean, degree)
+                found.append((p_value, FollowedCondition(part, rms, index)))
     p_value, best = min(found, key=lambda item: item[0], default=(1.0, None))
     return best if p_value * max(len(found), 1) < FOLLOWS_P else None
 
 
-def _p_of_a_line(condition: NDArray[np.float64], offsets: NDArray[np.float64]) -> float:
-    """Return p of the F test of a straight line through offsets whose mean is 0."""
+def _p_of_a_curve(
+    condition: NDArray[np.float64], offsets: NDArray[np.float64], degree: int
+) -> float:
+    """Return p of the F test of a polynomial through offsets whose mean is 0; 1 if the condition
+    has too few different values to test it."""
     away = condition - condition.mean()
-    square = float(away @ away) * float(offsets @ offsets)
-    if square <= 0.0:
+    largest = float(np.abs(away).max())
+    square = float(offsets @ offsets)
+    different = np.unique(np.round(away / max(largest, 1e-300), 3)).size
+    free = offsets.size - degree - 1
+    if square <= 0.0 or largest <= 0.0 or different < degree + 2 - (degree == 1):
         return 1.0
-    share = min(float(away @ offsets) ** 2 / square, 1.0)
-    free = offsets.size - 2
-    return float(fdtrc(1, free, free * share / max(1.0 - share, 1e-300)))
+    columns = np.vander(away / largest, degree + 1)
+    left = offsets - columns @ np.linalg.lstsq(columns, offsets, rcond=1e-10)[0]
+    share = max(1.0 - float(left @ left) / square, 0.0)
+    return float(fdtrc(degree, free, free * share / degree / max(1.0 - share, 1e-300)))
 
 
 def runs_differ_with(residuals: Residuals) -> str | None:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from arctrue.workbench.diagnose.undetermined import undetermined
 from arctrue.workbench.effects.base import Effect, Nonlinear
+from arctrue.workbench.inference.forward.cycles import CycleChange, cycle_change
 from arctrue.workbench.inference.forward.events import Step, search_steps, step_column
 from arctrue.workbench.inference.forward.of_solution import (
     records_of,
@@ -26,10 +27,17 @@ from arctrue.workbench.inference.forward.of_solution import (
 from arctrue.workbench.inference.forward.oscillation import Oscillation, oscillation_of
 from arctrue.workbench.inference.forward.record import Record
 from arctrue.workbench.inference.forward.reversal import Reversal
-from arctrue.workbench.inference.forward.search import Line, LineSearch, noise_with, search_record
+from arctrue.workbench.inference.forward.search import (
+    Line,
+    LineSearch,
+    noise_with,
+    search_record,
+    whitened_left,
+)
 from arctrue.workbench.inference.forward.slow import SlowChange, slow_change
 from arctrue.workbench.inference.forward.tests_of_a_line import FAMILY_WISE, nearest
 from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.noise.level import noise_level
 from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.display_step import display_step
 
@@ -183,6 +191,10 @@ class Findings:
     counts: tuple[Jump, ...] = ()
     """Jumps by one step of the reference's display; they are no events, but the lines were found
     with these jumps in the model."""
+    noise_level_ratio: float | None = None
+    """High level of the noise divided by its low level, if the level changes with time."""
+    cycles: CycleChange | None = None
+    """Offset of a reference at stations that changes from cycle to cycle."""
     cause: str | None = None
     """The named effect that was in the model during the search for these findings."""
     same: tuple[str, ...] = ()
@@ -234,10 +246,12 @@ class Findings:
         makes white.
 
         The level of the test of whiteness is a third of FAMILY_WISE, which is the level of each
-        search: the search for lines and the search for steps.
+        search: the search for lines and the search for steps. No filter makes noise white if the
+        level of one of its parts changes with time.
         """
         white = self.whiteness_p is None or self.whiteness_p >= FAMILY_WISE / 3.0
-        return bool(self.steps) or not white
+        white = white or self.noise_level_ratio is not None
+        return bool(self.steps) or self.cycles is not None or not white
 
     def data(self) -> dict[str, Any]:
         """Return the findings as JSON."""
@@ -245,6 +259,8 @@ class Findings:
             "regular": [cause.data() for cause in self.causes],
             "steps": [step.data() for step in self.steps],
             "whiteness_p": self.whiteness_p,
+            "noise_level_ratio": self.noise_level_ratio,
+            "cycles_arcsec": None if self.cycles is None else self.cycles.rms_arcsec,
             "slow_change": None
             if self.slow is None
             else {"size_arcsec": self.slow.size_arcsec, "length_s": self.slow.length},
@@ -266,6 +282,9 @@ class Findings:
                 f"The reference shows the same error as {self.cause}: {'; '.join(self.same)}."
             )
         found += [words for _, words in sorted(self._by_size(), key=lambda item: -item[0])]
+        if self.cycles is not None:
+            words = self.cycles.words()
+            found.append(f"{words[0].upper()}{words[1:]}.")
         if self.slow is not None:
             found.append(
                 f"A slow change of unknown form, {_angle(self.slow.size_arcsec)} over "
@@ -273,6 +292,11 @@ class Findings:
             )
         if self.oscillation is not None:
             found.append(f"The noise contains {self.oscillation.words()}.")
+        if self.noise_level_ratio is not None:
+            found.append(
+                "The noise level of the reference changes with time: the level of its noisy parts "
+                f"is {self.noise_level_ratio:.2g} times that of its quiet parts."
+            )
         return found
 
     def _by_size(self) -> Iterator[tuple[float, str]]:
@@ -331,10 +355,13 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
     counts: list[Jump] = []
     oscillation: Oscillation | None = None
     slow: SlowChange | None = None
+    ratio = 0.0
     for record in records_of(solution, declared):
         found = search_record(record)
         whiteness.append(found.whiteness_p)
         bands.append(Band(record.in_time, record.highest))
+        level = noise_level(whitened_left(record.rows(_columns_of(found)), found.noise.noise))
+        ratio = ratio if level is None else max(ratio, level.ratio)
         if timed and oscillation is None:
             oscillation = oscillation_of(found, "reference")
         if timed and not bands[1:]:
@@ -353,6 +380,10 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
         quantum = display_step(rows.error_arcsec)
         counts = [step for step in steps if _is_one_count(step, quantum)]
         steps = [step for step in steps if step not in counts]
+    cycles = None if bands else cycle_change(solution)
+    if cycles is not None:
+        # A few offsets are no slow curve, and no single event.
+        steps, slow = [], None
     times = [step.time_s for step in steps if step.time_s is not None]
     reversal = reversal_with_steps(solution, times)
     causes.sort(key=lambda item: -item.taken_arcsec)
@@ -367,6 +398,8 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
         slow,
         reversal,
         tuple(counts),
+        ratio or None,
+        cycles,
     )
 
 

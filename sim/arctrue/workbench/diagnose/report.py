@@ -135,6 +135,9 @@ def diagnosis_data(result: Diagnosis, model: list[str]) -> dict[str, Any]:
         "masked": [row.data() for row in result.observations.masked],
         "negligible": [item.name for item in result.negligible],
         "findings": _findings_data(result),
+        "index_scatter_arcsec": None
+        if result.index_scatter is None
+        else result.index_scatter.rms_arcsec,
         "further": [item.name for item in result.further],
         # This entry is the former name of "further", kept for one release.
         "beside": [item.name for item in result.further],
@@ -153,6 +156,7 @@ def sentences(result: Diagnosis) -> list[str]:
     if result.verdict == "cannot_tell":
         return [
             f"This set cannot decide: {result.decision.cannot_tell}.",
+            *_index(result),
             *result.findings.sentences(),
             *_probable(result),
             *_measurement(result),
@@ -161,6 +165,7 @@ def sentences(result: Diagnosis) -> list[str]:
         said = [
             "The model is adequate: no known effect, and no product of parts, adds anything.",
             *_covered(result.covers),
+            *_index(result),
         ]
     elif result.verdict == "named" and result.named is not None:
         said = [f"Missing: {result.named.name}. {result.named.effect.physics}"]
@@ -193,6 +198,8 @@ def sentences(result: Diagnosis) -> list[str]:
             said.append(f"Described by its parts: {result.description}.")
     elif result.decision.seen is not None:
         said = [f"None of the known effects fits: {result.decision.seen}."]
+    elif result.description is None and result.findings.cycles is not None:
+        said = ["None of the known effects fits."]
     elif result.description is None:
         said = [
             "The model does not fit, and neither an effect nor a product of parts describes the "
@@ -266,6 +273,11 @@ def _explains_more(result: Diagnosis) -> str | None:
     named = None if result.named is None else result.named.regular
     left = result.findings.without(named).causes
     return left[0].effect.name if left else None
+
+
+def _index(result: Diagnosis) -> list[str]:
+    """Return a sentence if the runs' offsets scatter beyond the known index."""
+    return [] if result.index_scatter is None else [result.index_scatter.sentence()]
 
 
 def _measurement(result: Diagnosis) -> list[str]:

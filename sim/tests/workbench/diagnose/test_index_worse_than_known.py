@@ -114,6 +114,33 @@ def test_runs_that_follow_the_signed_speed_are_found() -> None:
     assert offsets_follow(Residuals(fit(TERMS, observations_of(same)))) is None
 
 
+def test_runs_that_follow_the_square_of_a_condition_are_found() -> None:
+    """Eight offsets on a parabola over the signed speed, without a linear part, and eight offsets
+    drawn at random: three coefficients leave five degrees of freedom."""
+    speeds = np.array([1.0, -1.0, 0.5, -0.5, 2.0, -2.0, 1.5, -1.5])
+    made = _runs_at_speeds(speeds, 0.8 * (speeds - 0.4) ** 2)
+    found = offsets_follow(Residuals(fit(TERMS, observations_of(made))))
+    assert found is not None
+    assert found.part in ("speed", "abs_speed", "speed^2")
+    same = _runs_at_speeds(speeds, np.random.default_rng(6).normal(0.0, 0.8, 8))
+    assert offsets_follow(Residuals(fit(TERMS, observations_of(same)))) is None
+
+
+def test_a_poor_index_is_stated_and_lowers_none() -> None:
+    """Six runs at one speed whose offsets scatter by 5″ follow nothing that was recorded; the
+    report states them, and ``none`` is at most as probable as before the set."""
+    offsets = np.array([-3.0, 0.5, 4.0, 8.0, 12.0, 2.0])
+    found = diagnosis_of(_runs_at_speeds(np.full(6, 1.0), offsets))
+    assert any("The offsets of the runs scatter by" in text for text in sentences(found))
+    assert found.probability["none"] <= 0.5
+    assert sum(found.probability.values()) == pytest.approx(1.0)
+
+
+def test_a_good_index_is_not_mentioned() -> None:
+    found = diagnosis_of(measurement_set())
+    assert found.index_scatter is None
+
+
 def _runs_at_speeds(speeds: np.ndarray, offsets_arcsec: np.ndarray) -> MeasurementSet:
     """Return one turn at each speed in rad/s; head 2 has an offset in each run."""
     random = np.random.default_rng(3)

@@ -16,6 +16,7 @@ from arctrue.workbench.inference.forward.record import Record
 from arctrue.workbench.inference.forward.tests_of_a_line import FAMILY_WISE, needed_gain
 from arctrue.workbench.noise.kernel import KernelNoise
 from arctrue.workbench.noise.kernel_fit import KernelFit, Rows, best_fit, usual_starts
+from arctrue.workbench.noise.level import noise_level
 
 Float = NDArray[np.float64]
 
@@ -101,6 +102,8 @@ def _next_step(record: Record, others: Float, without: KernelFit) -> tuple[Step,
         return None
     if _tails_make_it(record, others, row, places, grown):
         return None
+    if _level_makes_it(record, others, row, places, without, grown):
+        return None
     with_step = record.rows(np.hstack([others, column]))
     whitened = with_step.factor(grown.noise).whiten(with_step.values)
     size = np.linalg.lstsq(whitened[:, 1:], whitened[:, 0], rcond=1e-10)[0][-1]
@@ -180,6 +183,40 @@ def _tails_make_it(
         for freedom, (_, scale) in zip(FREEDOMS, tried, strict=True)
     ]
     return float(weights @ p_values / weights.sum()) * places.size > FAMILY_WISE * OF_TAILS
+
+
+def _level_makes_it(
+    record: Record,
+    others: Float,
+    row: int,
+    places: NDArray[np.int64],
+    without: KernelFit,
+    with_step: KernelFit,
+) -> bool:
+    """Tell whether the step is not significant in noise whose level changes with time.
+
+    The innovations, and the whitened columns of model and step, are divided by the local level of
+    the innovations that remain with the step in the model. The gain must then reach the limit for
+    all rows in ``places``, with the noise estimated without the step and with it.
+    """
+    column = step_column(record, row)
+    rows = record.rows(np.hstack([others, column]))
+    for noise in (without.noise, with_step.noise):
+        whitened = rows.factor(noise).whiten(rows.values)
+        own, columns = whitened[:, 0], whitened[:, 1:]
+        level = noise_level(own - columns @ np.linalg.lstsq(columns, own, rcond=1e-10)[0])
+        if level is None:
+            continue
+        own, columns = own / level.local, columns / level.local[:, np.newaxis]
+        squares = [
+            float(np.sum((own - used @ np.linalg.lstsq(used, own, rcond=1e-10)[0]) ** 2))
+            for used in (columns[:, :-1], columns)
+        ]
+        free = max(own.size - columns.shape[1], 1)
+        gain = 0.5 * own.size * float(np.log(squares[0] / squares[1])) * free / own.size
+        if gain <= np.log(places.size / FAMILY_WISE):
+            return True
+    return False
 
 
 def _tail(left: Float, freedom: float, scales: Float) -> tuple[float, float]:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from arctrue.workbench.inference.forward.events import Step, search_steps, step_column
 from arctrue.workbench.inference.forward.record import Record, orthonormal
 from arctrue.workbench.inference.forward.tests_of_a_line import (
+    FAMILY_WISE,
     Coherence,
     coherence,
     gain_over_an_oscillator,
@@ -34,6 +35,7 @@ from arctrue.workbench.noise.kernel_fit import (
     usual_starts,
     with_oscillator,
 )
+from arctrue.workbench.noise.level import noise_level
 from arctrue.workbench.noise.whiteness import whiteness
 
 Float = NDArray[np.float64]
@@ -220,11 +222,18 @@ def _with_resonance(rows: Rows, fits: Iterable[KernelFit]) -> Iterator[KernelNoi
 
 
 def whiteness_of(rows: Rows, noise: KernelNoise) -> float:
-    """Return p of Ljung and Box for the whitened residuals."""
+    """Return p of Ljung and Box for the whitened residuals.
+
+    If their level changes with time, residuals and columns are divided by the local level.
+    """
     whitened = rows.factor(noise).whiten(rows.values)
     own, columns = whitened[:, 0], whitened[:, 1:]
     left = own - columns @ np.linalg.lstsq(columns, own, rcond=1e-10)[0]
     found = whiteness(left, columns)
+    if found is not None and found.autocorrelation_p < FAMILY_WISE:
+        level = noise_level(left)
+        if level is not None:
+            found = whiteness(left / level.local, columns / level.local[:, np.newaxis])
     return 1.0 if found is None else found.autocorrelation_p
 
 
