@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.special import chdtrc, chdtri, chndtr, fdtr, gammaincinv, ncfdtr
-from scipy.stats import f as f_distribution
 
 from arctrue.workbench.effects.base import Effect, Nonlinear, Parameter
 from arctrue.workbench.effects.capture_block import capture_block
@@ -24,6 +23,7 @@ from arctrue.workbench.inference.likelihood_ratio import freedom_of_a_size
 from arctrue.workbench.inference.residuals import Residuals, Score
 from arctrue.workbench.inference.significance import MANY
 from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.numeric.distributions import f_limit
 
 Float = NDArray[np.float64]
 
@@ -103,7 +103,7 @@ def _threshold(rank: int, p_value: float, freedom: float, gain: float = 0.0) -> 
     if freedom > MANY:
         return max(float(chdtri(rank, p_value)), gain)
     of_gain = freedom / rank * float(np.expm1(gain / (freedom + rank)))
-    return max(float(f_distribution.isf(p_value, rank, freedom)), of_gain)
+    return max(f_limit(p_value, rank, freedom), of_gain)
 
 
 @lru_cache(maxsize=4096)

@@ -17,8 +17,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
-from scipy.stats import norm
-from scipy.stats import t as student
+from scipy.special import ndtri
 
 from arctrue.workbench.inference.constrained import (
     Condition,
@@ -35,6 +34,7 @@ from arctrue.workbench.inference.solution import Solution, joint_normal, tangent
 from arctrue.workbench.noise.degrees_of_freedom import degrees_of_freedom
 from arctrue.workbench.noise.noise import Noise
 from arctrue.workbench.noise.spectrum import Spectrum
+from arctrue.workbench.numeric.distributions import student_quantile
 from arctrue.workbench.numeric.least_squares import Layout
 from arctrue.workbench.numeric.symmetric import solve_symmetric
 
@@ -75,8 +75,8 @@ def limit_of(level: float, freedom: float) -> float:
     (m + 1)·log(1 + t²/m).
     """
     if freedom > MANY:
-        return float(norm.ppf(0.5 + 0.5 * level) ** 2)
-    deviation = float(student.ppf(0.5 + 0.5 * level, freedom))
+        return float(ndtri(0.5 + 0.5 * level) ** 2)
+    deviation = student_quantile(0.5 + 0.5 * level, freedom)
     return (freedom + 1.0) * float(np.log1p(deviation**2 / freedom))
 
 

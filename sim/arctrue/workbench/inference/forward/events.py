@@ -10,13 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
 
 from arctrue.workbench.inference.forward.record import Record
 from arctrue.workbench.inference.forward.tests_of_a_line import FAMILY_WISE, needed_gain
 from arctrue.workbench.noise.kernel import KernelNoise
 from arctrue.workbench.noise.kernel_fit import KernelFit, Rows, best_fit, usual_starts
 from arctrue.workbench.noise.level import noise_level
+from arctrue.workbench.numeric.distributions import student_log_density, student_upper_p
 
 Float = NDArray[np.float64]
 
@@ -179,7 +179,7 @@ def _tails_make_it(
     tried = [_tail(z, freedom, scales) for freedom in FREEDOMS]
     weights = np.exp(np.array([one for one, _ in tried]) - max(one for one, _ in tried))
     p_values = [
-        2.0 * float(student.sf(size / scale, freedom))
+        2.0 * student_upper_p(size / scale, freedom)
         for freedom, (_, scale) in zip(FREEDOMS, tried, strict=True)
     ]
     return float(weights @ p_values / weights.sum()) * places.size > FAMILY_WISE * OF_TAILS
@@ -222,7 +222,7 @@ def _level_makes_it(
 def _tail(left: Float, freedom: float, scales: Float) -> tuple[float, float]:
     """Return the log likelihood of Student's t at the scale that fits best, and that scale."""
     return max(
-        (float(np.sum(student.logpdf(left / scale, freedom) - np.log(scale))), float(scale))
+        (float(np.sum(student_log_density(left / scale, freedom) - np.log(scale))), float(scale))
         for scale in scales
     )
 

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
 
 from arctrue.workbench.inference.forward.record import Record, orthonormal
 from arctrue.workbench.inference.forward.tests_of_a_line import FAMILY_WISE
+from arctrue.workbench.numeric.distributions import student_upper_p
 
 Float = NDArray[np.float64]
 
@@ -80,7 +80,7 @@ def reversal_of(record: Record, direction: Float, steps: Float) -> Reversal | No
     scatter = float(np.sum((left_out - left_out.mean()) ** 2))
     sigma = float(np.sqrt(scatter * (passes - 1) / passes))
     free = passes - 1 - steps.shape[1]
-    if free < 1 or 2.0 * float(student.sf(abs(size) / sigma, free)) >= MOST_P:
+    if free < 1 or 2.0 * student_upper_p(abs(size) / sigma, free) >= MOST_P:
         return None
     return Reversal(size, sigma, passes)
 

@@ -14,7 +14,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
-from scipy.stats import t as student
+
+from arctrue.workbench.numeric.distributions import student_limit
 
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
@@ -84,7 +85,7 @@ def far_threshold(rows: int, scatter_rows: float) -> float:
     then FALSE_ROWS.
     """
     freedom = max(MAD_EFFICIENCY * scatter_rows, 1.0)
-    return max(FAR_SIGMA, float(student.isf(0.5 * FALSE_ROWS / max(rows, 1), freedom)))
+    return max(FAR_SIGMA, student_limit(0.5 * FALSE_ROWS / max(rows, 1), freedom))
 
 
 def local_scatter(away: Float, resolution: float) -> Float:
