@@ -195,7 +195,9 @@ class Measured:
 def measure(command: str, folder: Path) -> Measured:
     """Run ``arctrue COMMAND folder`` in a separate process. Raises RuntimeError if it fails."""
     words = [sys.executable, "-m", "scripts.bench_workbench", "--one", command, str(folder)]
-    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    # As a user's installation, Python keeps the bytecode of the sources that it has compiled.
+    env = {**os.environ, "PYTHONDONTWRITEBYTECODE": ""}
+    done = subprocess.run(words, capture_output=True, text=True, check=False, env=env)
     if done.returncode != 0:
         raise RuntimeError(f"{command} {folder}: {done.stderr or done.stdout}")
     return Measured(**json.loads(done.stdout.splitlines()[-1]))
