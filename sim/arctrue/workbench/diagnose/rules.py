@@ -56,6 +56,8 @@ from arctrue.workbench.diagnose.probabilities import UNKNOWN
 from arctrue.workbench.diagnose.rounding import rounded_at_the_stations
 from arctrue.workbench.diagnose.survey import RUNS_ARE_THE_SAMPLE, Survey
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
+from arctrue.workbench.inference.forward.cycles import p_among_cycles
+from arctrue.workbench.inference.significance import SIGNIFICANCE
 
 LEAST_EXCESS = 0.25
 """Smallest excess of the residuals above the noise, as a share of the noise, with which a model is
@@ -160,6 +162,17 @@ def jumped_once(case: Case) -> Decision | None:
     if any(gain > 2.0 * step.gain - NEAR_TIE for gain in rivals):
         return None
     return Decision("unknown", seen=step.words(), next=LOOK_AT_THE_STAND)
+
+
+def moved_between_cycles(case: Case) -> Decision | None:
+    """The offset of the reference changes between cycles, and the best effect explains these
+    changes no better than chance."""
+    change, best = case.survey.findings.cycles, case.best
+    if change is None or best is None:
+        return None
+    if p_among_cycles(case.survey.base, best.solution) < SIGNIFICANCE:
+        return None
+    return Decision("unknown", seen=change.words(), next=LOOK_AT_THE_STAND)
 
 
 def driven_by_noise(case: Case) -> Decision | None:
@@ -739,6 +752,7 @@ RULES = (
     Rule("unknown", unknown_is_likelier, of_survey=False),
     Rule("ambiguous", too_improbable_for_a_name, of_survey=False),
     Rule("unknown", jumped_once),
+    Rule("unknown", moved_between_cycles),
     Rule("unknown", driven_by_noise),
     Rule("unknown", described_by_parts),
     Rule("ambiguous", shown_at_one_speed),

@@ -26,6 +26,11 @@ CHANGES_P = 1e-4
 """Largest p at which the offset counts as changing; it equals the limit of a sure lack of fit."""
 
 
+MOST_WITHIN = 0.1
+"""Largest share of an effect's sum of squares within the cycles at which its sample is the
+cycles."""
+
+
 @dataclass(frozen=True)
 class CycleChange:
     """An offset of the reference that changes from cycle to cycle."""
@@ -74,6 +79,33 @@ def cycle_change(solution: Solution) -> CycleChange | None:
     if float(fdtrc(len(between), len(inside), ratio)) >= CHANGES_P:
         return None
     return CycleChange(float(np.std([piece.mean() for piece in cycles if piece.size])))
+
+
+def p_among_cycles(base: Solution, grown: Solution) -> float:
+    """Return p of an effect whose sample is the cycles of the reference, by the F test of the
+    cycles' means without and with the effect; 0 if the effect also changes within the cycles.
+
+    ``grown``: solution of the same rows with the effect. Its noise knows no jumps between the
+    cycles, so that one of them may look like the effect.
+    """
+    rows, before = base.observations.reference, base.reference_residual_arcsec()
+    after = grown.reference_residual_arcsec()
+    if rows is None or rows.cycle is None or before is None or after is None:
+        return 0.0
+    ends = np.flatnonzero((np.diff(rows.run) != 0) | (np.diff(rows.cycle) != 0)) + 1
+    taken = before - after
+    pieces = np.split(taken - taken.mean(), ends)
+    between = np.array([piece.mean() for piece in pieces])
+    within = sum(float(np.sum((piece - piece.mean()) ** 2)) for piece in pieces)
+    free = between.size - 2
+    if free < 1 or within > MOST_WITHIN * float(np.sum(taken**2)):
+        return 0.0
+    means = np.array([piece.mean() for piece in np.split(before, ends)])
+    means = means - means.mean()
+    shape = between - between.mean()
+    explained = float(means @ shape) ** 2 / max(float(shape @ shape), 1e-300)
+    left = max(float(means @ means) - explained, 1e-300)
+    return float(fdtrc(1, free, explained * free / left))
 
 
 def _change(values: Float) -> float:
