@@ -96,8 +96,7 @@ bool followed_speed_is_stable(const struct followed *followed) {
     }
     /* Travel at the nominal speed in a window, which lasts at least a period of A and B. */
     double travel = followed->nominal_speed / NOMINAL_STEPS * (1 << ARCTRUE_SPEED_WINDOW_BITS);
-    return counts <= ARCTRUE_SPEED_FEEDBACK_EIGHTHS / 8.0 *
-                         fmax(travel, ARCTRUE_COUNTS_PER_PERIOD);
+    return counts <= ARCTRUE_SPEED_FEEDBACK_EIGHTHS / 8.0 * fmax(travel, ARCTRUE_COUNTS_PER_PERIOD);
 }
 
 double followed_reversal_slope(const struct followed *followed) {

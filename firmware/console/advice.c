@@ -116,7 +116,8 @@ static const struct {
      "a lane follows direction, speed or a word, and this gateware is built without MODULATORS: "
      "export without --modulators, or build it with MODULATORS=true"},
     {"unstable_speed",
-     "the lanes that follow the speed move the corrected angle by more than 3/8 of the travel in 2^14 "
+     "the lanes that follow the speed move the corrected angle by more than 3/8 of the travel in "
+     "2^14 "
      "clocks at the nominal speed, so the measured speed would swing: leave them out"},
     {"no_failover",
      "the file has sets for a missing head, and this gateware is built without FAILOVER: export "
