@@ -289,8 +289,8 @@ def _fixed_values(model: Model, fix: Fixes) -> Mapping[str, Any]:
     for name in names:
         if name not in stored:
             raise ValueError(
-                f"fix {name}: the model has no fitted value of it.{did_you_mean(name, stored)} "
-                f"Give one: fix={{'{name}': VALUE}}"
+                f"fix {name}: the model has no fitted value for this name."
+                f"{did_you_mean(name, stored)} Give one: fix={{'{name}': VALUE}}"
             )
     return {name: stored[name] for name in names}
 

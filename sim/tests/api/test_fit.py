@@ -178,7 +178,10 @@ def test_tied_parameters_move_together() -> None:
     ("options", "said"),
     [
         ({"fix": {"graduation_harmonics.order_1_amplitud": 1.0}}, "Did you mean graduation_h"),
-        ({"fix": ["graduation_harmonics.order_1_phase"]}, "the model has no fitted value of it"),
+        (
+            {"fix": ["graduation_harmonics.order_1_phase"]},
+            "the model has no fitted value for this name",
+        ),
         ({"bounds": {"graduation_harmonics.order_1_phase": (5.0, 1.0)}}, "expected low <= high"),
         ({"tie": {"graduation_harmonics.order_1_phase": "no"}}, "no parameter 'no'"),
         (

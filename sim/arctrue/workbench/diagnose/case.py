@@ -165,7 +165,7 @@ class Case:
 
     def shown_by_parts(self, item: Candidate) -> bool:
         """Tell whether the parts of the record predict each other's share of the candidate: blocks
-        predict a regular cause, and passes a reversal error. An error that remains beside it does
+        predict a regular cause, and passes a reversal error. An error that remains with it does
         not contradict such a candidate."""
         return item.regular is not None or self.survey.is_the_reversal(item)
 

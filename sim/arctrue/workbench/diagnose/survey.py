@@ -131,11 +131,12 @@ class Survey:
     def objection(self, item: Candidate) -> str | None:
         """Return in words which rows do not show the candidate; None if all tests confirm it.
 
-        A reversal error that the jackknife over the passes
-        confirms needs no held-out rows: after a reversal the friction takes a part of it up slowly,
-        so that the noise looks slow and neighbours predict the rows."""
+        A reversal error that the jackknife over the passes confirms needs no held-out rows: after a
+        reversal, friction takes up a part of the error slowly, so that the noise looks slow and
+        neighbours predict the rows.
+        """
         if item.share is not None and item.share.share <= LEAST_HELD_OUT:
-            return "other blocks of the rows predict half of it or less"
+            return "other blocks of the rows predict at most half of this error"
         if not (_holds_out(item) or self.is_the_reversal(item) or self._blocks_show(item)):
             return "rows that were left out of the fit do not show it"
         if not on_every_pass(item, self.base):

@@ -88,7 +88,7 @@ def _survey(left_over: float, gain: float, share: float) -> tuple[Survey, Simple
         (10.0, 16.0, 0.65, None),
         (10.0, -1.0, 0.65, "rows that were left out of the fit do not show it"),
         (25.0, 16.0, 0.65, "rows that were left out of the fit do not show it"),
-        (10.0, 60.0, 0.4, "other blocks of the rows predict half of it or less"),
+        (10.0, 60.0, 0.4, "other blocks of the rows predict at most half of this error"),
         (25.0, 60.0, 0.65, None),
     ],
 )

@@ -147,7 +147,7 @@ class BearingBallPass(Effect):
             return None
         return (
             f"the difference of the heads implies a motion of {x:.2g}″, but head 1 sees "
-            f"{y:.2g}″ ± {sigma:.1g}″ of it in the reference: only one head shows the error"
+            f"only {y:.2g}″ ± {sigma:.1g}″ in the reference: only one head shows the error"
         )
 
     def real_lanes(
