@@ -20,6 +20,9 @@ from arctrue.measurement import MeasurementSet
 
 Float = NDArray[np.float64]
 LEAST_HEADS = 3
+SEPARATING_HEADS = 4
+"""Smallest number of heads that separate the disc's error from a motion of the axis that repeats in
+each turn: both have the same period, and three heads leave no equation for the disc."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +39,9 @@ class AxisOrbit:
     x_arcsec: Float
     y_arcsec: Float
     u_arcsec: tuple[float, float]
+    has_synchronous: bool = True
+    """Whether the orbit contains the motion that repeats in each turn. With three heads, the
+    calibration of the disc has absorbed an unknown part of this motion."""
 
 
 def orbit_of_set(measurement: MeasurementSet) -> AxisOrbit | None:
@@ -84,4 +90,4 @@ def axis_orbit(
     angle, x, y = inverse @ readings
     x, y = ((values - values.mean()) / RAD_PER_ARCSEC for values in (x, y))
     u_x, u_y = np.sqrt((inverse[1:] ** 2).sum(axis=1)) * noise_arcsec
-    return AxisOrbit(angle, x, y, (float(u_x), float(u_y)))
+    return AxisOrbit(angle, x, y, (float(u_x), float(u_y)), disc.heads >= SEPARATING_HEADS)

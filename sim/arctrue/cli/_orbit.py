@@ -35,11 +35,12 @@ def _figures(orbit: AxisOrbit) -> dict[str, ErrorMotion]:
 
 
 def orbit_data(orbit: AxisOrbit) -> dict[str, Any]:
-    """Return the figures in both directions as JSON values, in arcseconds at the disc's radius."""
+    """Return the figures in both directions as JSON values, in arcseconds at the disc's radius;
+    null for figures that three heads do not determine."""
     return {
         direction: {
-            "total_arcsec": item.total,
-            "synchronous_arcsec": item.synchronous,
+            "total_arcsec": item.total if orbit.has_synchronous else None,
+            "synchronous_arcsec": item.synchronous if orbit.has_synchronous else None,
             "asynchronous_arcsec": item.asynchronous,
             "u_sample_arcsec": u,
         }
@@ -55,9 +56,18 @@ def print_orbit(console: Console, orbit: AxisOrbit) -> None:
         *map(number, ("total", "synchronous", "asynchronous", "u of a\nsample")),
     )
     for (direction, item), u in zip(_figures(orbit).items(), orbit.u_arcsec, strict=True):
-        values = (item.total, item.synchronous, item.asynchronous, u)
+        known = (item.total, item.synchronous) if orbit.has_synchronous else (None, None)
+        values = (*known, item.asynchronous, u)
         shown.add_row(direction, *(figure(value, 3) for value in values))
     console.print(shown)
+    if not orbit.has_synchronous:
+        console.print(
+            "Three heads do not separate a motion of the axis that repeats in each turn from the "
+            "disc's own error; only the asynchronous value, which contains the noise of the "
+            "readings, is known.",
+            soft_wrap=True,
+        )
+        return
     console.print(
         "The total and the asynchronous values contain the noise of the readings. No value "
         "contains a circle of the axis once per turn in the direction of the table: to the heads "

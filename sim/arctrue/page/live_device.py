@@ -139,7 +139,7 @@ class LiveDevice:
             orbit = orbit_of_set(measurement)
         except (CaptureRefusedError, MeasurementError, OSError, ValueError):
             orbit = None
-        if orbit is None:
+        if orbit is None or not orbit.has_synchronous:
             return
         assert measurement.capture is not None
         columns = _orbit_columns(orbit)

@@ -17,10 +17,24 @@ _BASE = 1.5
 
 def axis_orbit_chart(orbit: AxisOrbit) -> Chart:
     """Draw the path of the axis on the left, and polar plots of its x and y about a base circle on
-    the right."""
+    the right; without the motion that repeats in each turn if the orbit does not contain it."""
     every = max(1, orbit.angle_rad.size // _MOST_POINTS)
     found = [error_motion(orbit.angle_rad, values) for values in (orbit.x_arcsec, orbit.y_arcsec)]
     closed = [np.append(item.mean, item.mean[0]) for item in found]
+    if not orbit.has_synchronous:
+        place = np.mod(orbit.angle_rad / (2.0 * np.pi), 1.0) * BINS
+        x, y = (
+            values - item.mean[place.astype(np.int64) % BINS]
+            for item, values in zip(found, (orbit.x_arcsec, orbit.y_arcsec), strict=True)
+        )
+        cloud = Curve(x[::every], y[::every], "every sample", QUIET, "points", size=1.5)
+        return Chart(
+            "axis_orbit",
+            "Asynchronous motion of the axis: displacement divided by the radius of the disc, "
+            "minus its mean at each angle, which three heads do not separate from the disc's error.",
+            [Panel(Axis("x", ARCSEC), Axis("y", ARCSEC), [cloud], equal_scales=True)],
+            panel_height=4.0,
+        )
     path = [
         Curve(
             orbit.x_arcsec[::every], orbit.y_arcsec[::every], "every sample", QUIET, "points",
