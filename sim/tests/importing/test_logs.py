@@ -102,6 +102,25 @@ def test_the_sign_of_a_guide_log_is_asked_for(tmp_path: Path) -> None:
         phd2(tmp_path / "log.txt", sign="")
 
 
+def test_a_last_row_that_is_cut_is_left_out(tmp_path: Path) -> None:
+    """A guide log whose program ended while it wrote a row has all other rows."""
+    guide_log(tmp_path / "log.txt")
+    whole = phd2(tmp_path / "log.txt")
+    text = (tmp_path / "log.txt").read_text(encoding="utf-8").rstrip("\n")
+    rows, last = text.rsplit("\n", 1)
+    while not last[:1].isdigit():
+        rows, last = rows.rsplit("\n", 1)
+    for kept in (3, 5):
+        cut = ",".join(last.split(",")[:kept])
+        (tmp_path / "cut.txt").write_text(f"{rows}\n{cut}", encoding="utf-8")
+        found = phd2(tmp_path / "cut.txt")
+        assert found.time_s is not None
+        assert whole.time_s is not None
+        assert found.time_s.tolist() == whole.time_s[:-1].tolist()
+    content = read(tmp_path / "cut.txt")
+    assert any("the last row is cut" in note for note in content.notes)
+
+
 def test_a_guide_log_without_declination_is_refused(tmp_path: Path) -> None:
     guide_log(tmp_path / "log.txt")
     text = (tmp_path / "log.txt").read_text().replace(f"Dec = {DECLINATION_DEG} deg, ", "")

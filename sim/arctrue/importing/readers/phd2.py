@@ -53,9 +53,10 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
 
     Each stretch of guiding is a run; a dither or a new lock position begins a new run. The zero of
     a run is unknown, so its mean is subtracted. The sign of the error depends on the camera, so the
-    import asks the user for it later. Raises MeasurementError, which names the row of a wrong line.
+    import asks the user for it later. A last row that the writing program could not complete is
+    left out. Raises MeasurementError, which names the row of a wrong line.
     """
-    sections, dropped = _sections(path)
+    sections, dropped, cut_line = _sections(path)
     sections = [section for section in sections if len(section.rows) > 1]
     if not sections:
         raise MeasurementError("empty", path, "contains no rows of guiding")
@@ -76,6 +77,8 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     )
     if dropped:
         notes.append(f"{path.name}: {dropped} dropped frames are left out")
+    if cut_line is not None:
+        notes.append(f"{path.name}, line {cut_line}: the last row is cut and is left out")
     return FileContent(
         path,
         "phd2",
@@ -93,16 +96,19 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     )
 
 
-def _sections(path: Path) -> tuple[list[_Section], int]:
+def _sections(path: Path) -> tuple[list[_Section], int, int | None]:
+    """Return the stretches of guiding, the number of dropped frames, and the number of a last line
+    that is cut."""
     found: list[_Section] = []
     scale: float | None = None
     declination: float | None = None
     rate: float | None = None
     dropped = held = 0
     guiding = False
+    cut_line: int | None = None
     with path.open(encoding="utf-8-sig", errors="replace") as file:
-        for number, text in enumerate(file, start=1):
-            text = text.strip()
+        for number, line in enumerate(file, start=1):
+            text = line.strip()
             if text.startswith("Guiding Begins"):
                 scale = declination = rate = None
                 guiding = True
@@ -130,6 +136,9 @@ def _sections(path: Path) -> tuple[list[_Section], int]:
                 if row.get("mount") == "DROP":
                     dropped += 1
                     continue
+                if not line.endswith("\n") and len(fields) < len(found[-1].header):
+                    cut_line = number
+                    continue
                 found[-1].rows.append(row)
                 held += 1 + len(row)
                 refuse_many_fields(path, held)
@@ -139,7 +148,7 @@ def _sections(path: Path) -> tuple[list[_Section], int]:
                     declination = float(match[1])
                 if match := _RATE.search(text):
                     rate = rate if rate is not None else float(match[1])
-    return found, dropped
+    return found, dropped, cut_line
 
 
 def _error(
