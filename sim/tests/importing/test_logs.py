@@ -102,6 +102,24 @@ def test_the_sign_of_a_guide_log_is_asked_for(tmp_path: Path) -> None:
         phd2(tmp_path / "log.txt", sign="")
 
 
+def test_stretches_of_guiding_have_one_clock_and_one_axis(tmp_path: Path) -> None:
+    """Guiding of the same star that begins again after 1,000 s continues at the axis' angle of that
+    time; a star 1 h farther east stands 15° farther back."""
+    for hours, name in ((5.20, "same"), (6.20, "east")):
+        guide_log(tmp_path / "log.txt")
+        text = (tmp_path / "log.txt").read_text(encoding="utf-8")
+        again = text.split("\n\n", 1)[1].replace("20:10:00", "20:26:40")
+        again = again.replace("RA = 5.20 hr", f"RA = {hours:.2f} hr")
+        (tmp_path / f"{name}.txt").write_text(text + again, encoding="utf-8")
+        found = phd2(tmp_path / f"{name}.txt")
+        assert found.time_s is not None
+        second = found.run == found.run[-1]
+        assert found.time_s[second][0] == pytest.approx(1000.0 + found.time_s[~second][0])
+        moved = found.target_deg[second][0] - found.target_deg[~second][0]
+        expected = 1000.0 * 360.0 / 86164.0905 - (hours - 5.20) * 15.0
+        assert moved == pytest.approx(expected, abs=1e-9)
+
+
 def test_a_last_row_that_is_cut_is_left_out(tmp_path: Path) -> None:
     """A guide log whose program ended while it wrote a row has all other rows."""
     guide_log(tmp_path / "log.txt")

@@ -11,7 +11,9 @@ from __future__ import annotations
 import csv
 import math
 import re
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +31,9 @@ _NEEDED = ("Time", "mount", "RARawDistance", "RAGuideDistance", "RADuration")
 _SCALE = re.compile(r"Pixel scale = ([\d.]+) arc-sec/px")
 _DECLINATION = re.compile(r"\bDec = (-?[\d.]+) deg")
 _RATE = re.compile(r"\bxRate = ([\d.]+)")
+_BEGIN = re.compile(r"Guiding Begins at (\d{4}-\d\d-\d\d \d\d:\d\d:\d\d)")
+_RIGHT_ASCENSION = re.compile(r"\bRA = ([\d.]+) hr")
+_DEG_PER_HOUR = 15.0
 
 
 @dataclass
@@ -38,6 +43,8 @@ class _Section:
     scale: float | None
     declination_deg: float | None
     rate_px_s: float | None
+    begin: datetime | None = None
+    right_ascension_deg: float | None = None
     header: list[str] = field(default_factory=list)
     lines: list[int] = field(default_factory=list)
     rows: list[dict[str, str]] = field(default_factory=list)
@@ -64,15 +71,19 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
         name: [] for name in ("run", "time_s", "target_deg", "error_arcsec", "direction")
     }
     notes = [f"{path.name}: PHD2 guide log with {len(sections)} stretches of guiding"]
+    since_s = _since_first(sections)
     for run, section in enumerate(sections):
         time_s, error = _error(path, section, choices, notes)
+        time_s = time_s + since_s[run]
+        turned_deg = time_s * (360.0 / SIDEREAL_DAY_S)
         columns["run"].append(np.full(time_s.size, run))
         columns["time_s"].append(time_s)
-        columns["target_deg"].append(time_s * (360.0 / SIDEREAL_DAY_S))
+        columns["target_deg"].append(turned_deg - _star_apart_deg(sections[0], section))
         columns["error_arcsec"].append(error - error.mean())
         columns["direction"].append(np.ones(time_s.size, dtype=np.int64))
     notes.append(
-        f"{path.name}: target = sidereal rotation since guiding began; the mean of each run is "
+        f"{path.name}: target = sidereal rotation since guiding first began, minus the difference "
+        "of the stars' right ascensions (which the log rounds); the mean of each run is "
         "subtracted, since the lock position is arbitrary"
     )
     if dropped:
@@ -96,6 +107,33 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     )
 
 
+def _begin(text: str) -> datetime | None:
+    match = _BEGIN.search(text)
+    try:
+        return None if match is None else datetime.fromisoformat(match[1])
+    except ValueError:
+        return None  # no date of the calendar
+
+
+def _since_first(sections: Sequence[_Section]) -> list[float]:
+    """Return the seconds from the first "Guiding Begins" to that of each stretch; all are 0 if the
+    log lacks one of the times, or if its clock was set back."""
+    begins = [section.begin for section in sections]
+    known = [begin for begin in begins if begin is not None]
+    if len(known) < len(begins) or known != sorted(known):
+        return [0.0] * len(sections)
+    return [(begin - known[0]).total_seconds() for begin in known]
+
+
+def _star_apart_deg(first: _Section, section: _Section) -> float:
+    """Return how much farther east the star is than that of the first stretch: the axis points so
+    much farther back. The result is 0 if the log does not state both right ascensions."""
+    here, there = section.right_ascension_deg, first.right_ascension_deg
+    if here is None or there is None:
+        return 0.0
+    return float(np.remainder(here - there + 180.0, 360.0) - 180.0)
+
+
 def _sections(path: Path) -> tuple[list[_Section], int, int | None]:
     """Return the stretches of guiding, the number of dropped frames, and the number of a last line
     that is cut."""
@@ -103,6 +141,8 @@ def _sections(path: Path) -> tuple[list[_Section], int, int | None]:
     scale: float | None = None
     declination: float | None = None
     rate: float | None = None
+    ascension: float | None = None
+    begin: datetime | None = None
     dropped = held = 0
     guiding = False
     cut_line: int | None = None
@@ -110,7 +150,8 @@ def _sections(path: Path) -> tuple[list[_Section], int, int | None]:
         for number, line in enumerate(file, start=1):
             text = line.strip()
             if text.startswith("Guiding Begins"):
-                scale = declination = rate = None
+                scale = declination = rate = ascension = None
+                begin = _begin(text)
                 guiding = True
             elif text.startswith(("Guiding Ends", "Calibration Begins")):
                 guiding = False
@@ -123,13 +164,10 @@ def _sections(path: Path) -> tuple[list[_Section], int, int | None]:
                         raise MeasurementError(
                             "missing", path, "is missing in the header", row=number, column=name
                         )
-                found.append(_Section(scale, declination, rate, header))
+                found.append(_Section(scale, declination, rate, begin, ascension, header))
             elif text.startswith("INFO:") and ("DITHER" in text or "SET LOCK POS" in text):
                 if found and guiding and found[-1].rows:
-                    last = found[-1]
-                    found.append(
-                        _Section(last.scale, last.declination_deg, last.rate_px_s, last.header)
-                    )
+                    found.append(replace(found[-1], lines=[], rows=[]))
             elif guiding and found and text[:1].isdigit() and found[-1].header:
                 fields = next(csv.reader([text]))
                 row = dict(zip(found[-1].header, fields, strict=False))
@@ -146,6 +184,8 @@ def _sections(path: Path) -> tuple[list[_Section], int, int | None]:
             else:
                 if match := _DECLINATION.search(text):
                     declination = float(match[1])
+                if guiding and (match := _RIGHT_ASCENSION.search(text)):
+                    ascension = float(match[1]) * _DEG_PER_HOUR
                 if match := _RATE.search(text):
                     rate = rate if rate is not None else float(match[1])
     return found, dropped, cut_line
