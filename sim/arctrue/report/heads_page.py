@@ -260,20 +260,22 @@ def heads_page(found: Mapping[str, Any]) -> str:
             "## The error function over the number of turns",
             "",
             "The table shows 2σ of the estimated disc's error over orders 2 to "
-            f"{every['orders']}, calculated from the noise gain of every order, for heads at "
-            f"{fine}, noise of 0.1″, whole counts and {found['samples_a_turn']:,} samples per "
-            "turn.",
+            f"{every['orders']}, for heads at {fine}, noise of 0.1″, whole counts and "
+            f"{found['samples_a_turn']:,} samples per turn. It is calculated from the noise gain "
+            "of every order, with known places and index marks.",
             "At these places the noise gains of all orders are low. Order 1 is omitted, because "
             "the mean does not contain it, and because the forward circle of the axis gives the "
             "same readings as an eccentric disc.",
-            f"With {every['turns']} turns the study found {every['left_2_sigma_arcsec']:.4f}″ "
-            f"(expected: {every['expected_2_sigma_arcsec']:.4f}″) for unknown motion and "
-            f"{rest['left_2_sigma_arcsec']:.4f}″ (expected: "
-            f"{rest['expected_2_sigma_arcsec']:.4f}″) for the axis at rest. Each value is one "
-            "draw with a standard deviation",
-            f"of 2 %. The cause of the difference between {every['left_2_sigma_arcsec']:.4f}″ and "
-            f"{every['expected_2_sigma_arcsec']:.4f}″ is unknown. The published value of "
-            "[time measurement on a free spin](methods.md) is 0.006″.",
+            f"With {every['turns']} turns and heads at these places the study found "
+            f"{every['known_places_2_sigma_arcsec']:.4f}″ (expected: "
+            f"{every['expected_2_sigma_arcsec']:.4f}″) for unknown motion and "
+            f"{rest['known_places_2_sigma_arcsec']:.4f}″ (expected: "
+            f"{rest['expected_2_sigma_arcsec']:.4f}″) for the axis at rest. Places and marks that "
+            f"are off by up to 50″ increase this to {every['left_2_sigma_arcsec']:.4f}″ and "
+            f"{rest['left_2_sigma_arcsec']:.4f}″, which the table does not include. Each value is "
+            "one draw with a standard deviation",
+            "of 2 %. The published value of [time measurement on a free spin](methods.md) is "
+            "0.006″.",
             "",
             "| Number of turns | " + " | ".join(every["by_turns"]) + " |",
             "|---|" + "---:|" * len(every["by_turns"]),

@@ -58,6 +58,8 @@ class Bench:
     seed: int = 1
     axis: tuple[Cause, ...] = ()
     """Causes that move the axis while the table is calibrated."""
+    mounting_arcsec: float = MOUNTING_ARCSEC
+    """Largest deviation of places and index marks from nominal."""
     moved_arcsec: tuple[float, ...] = field(default=())
     """Shift of each head along the scale since the head was mounted."""
 
@@ -65,7 +67,7 @@ class Bench:
         """Return the table with the causes ``further``, which include any motion of the axis."""
         random = np.random.default_rng([self.seed, 11])
         heads = len(self.places_deg)
-        off, late = random.uniform(-MOUNTING_ARCSEC, MOUNTING_ARCSEC, (2, heads))
+        off, late = random.uniform(-self.mounting_arcsec, self.mounting_arcsec, (2, heads))
         radii = DISC_RADIUS_M + random.uniform(-1.0, 1.0, heads) * self.radius_tolerance_m
         off[0] = late[0] = 0.0
         moved = np.array(self.moved_arcsec or (0.0,) * heads)

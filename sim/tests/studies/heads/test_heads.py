@@ -88,9 +88,10 @@ def test_the_error_function_is_found_as_well_as_the_gains_say(found: dict[str, A
     for row in found["error_function"]["rows"]:
         # The RMS of N coefficients has the relative scatter √(1/2N), where N is twice the number of
         # orders. The bound is four times this, plus 0.1 for the rounding to counts.
-        allowed = 1.1 + 4.0 / np.sqrt(2.0 * 2.0 * row["orders"])
-        assert row["left_2_sigma_arcsec"] < allowed * row["expected_2_sigma_arcsec"]
-        assert row["left_2_sigma_arcsec"] > 0.5 * row["expected_2_sigma_arcsec"]
+        scatter = 0.1 + 4.0 / np.sqrt(2.0 * 2.0 * row["orders"])
+        known, expected = row["known_places_2_sigma_arcsec"], row["expected_2_sigma_arcsec"]
+        assert (1.0 - scatter) * expected < known < (1.0 + scatter) * expected
+        assert row["left_2_sigma_arcsec"] > (1.0 - scatter) * expected
 
 
 def test_the_committed_error_function_reaches_what_was_asked_for() -> None:
@@ -100,6 +101,10 @@ def test_the_committed_error_function_reaches_what_was_asked_for() -> None:
     # The RMS of 998 coefficients scatters by 1/√(2·998) = 2.2 %; the test allows twice this
     # scatter.
     assert rest["expected_2_sigma_arcsec"] <= 0.012
+    for row in (every, rest):
+        assert row["known_places_2_sigma_arcsec"] == pytest.approx(
+            row["expected_2_sigma_arcsec"], rel=4.0 / np.sqrt(2.0 * 998.0)
+        )
     assert rest["left_2_sigma_arcsec"] <= 0.012 * (1.0 + 2.0 / np.sqrt(2.0 * 998.0))
 
 
