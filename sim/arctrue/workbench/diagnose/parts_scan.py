@@ -10,14 +10,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.diagnose.high_lines import gains_with, high_lines
 from arctrue.workbench.diagnose.parts_range import only_cancels, passes_its_wave, resolved_orders
 from arctrue.workbench.effects.product_of_parts import (
     FRAME_OF_HEAD,
     Condition,
     Frame,
     ProductOfParts,
-    column_condition,
     conditions,
     settling_condition,
 )
@@ -31,11 +29,7 @@ from arctrue.workbench.observations.polygon_faces import keep_to_faces
 Float = NDArray[np.float64]
 
 HIGHEST_ORDER = 30
-"""All half and whole orders of the angle up to this one are tried with each condition. Higher
-orders are tried only where the capture has a sure line (:mod:`.high_lines`)."""
-CONDITIONS_OF_A_LINE = 3
-"""Number of conditions that are scored exactly with a line of a high order, after the constant
-one."""
+"""Highest order of the angle of a product; all half and whole orders up to it are tried."""
 ELECTRICAL_MULTIPLES = (1.0, 2.0)
 """Multiples of the signal period. The first is an offset of sine and cosine, the second a
 difference of gain or phase."""
@@ -272,8 +266,6 @@ def best_parts(residuals: Residuals, *, look_alikes: bool = False) -> list[Parts
                 continue
             effect = ProductOfParts.of(condition, ELECTRICAL_MULTIPLES, FRAME_OF_HEAD[head], head)
             scored.append(_scored(residuals, effect, tried, shares[found.index(condition)]))
-    from_zero = _from_zero(found)
-    scored += _of_high_lines(residuals, found, from_zero, shares)
     scored = [
         item
         for item in scored
@@ -281,59 +273,10 @@ def best_parts(residuals: Residuals, *, look_alikes: bool = False) -> list[Parts
     ]
     if look_alikes:
         return _best_of_each(scored)[:SHORTLIST]
-    simple = _without_idle_conditions(scored, [*found, *from_zero], observations.rows)
+    simple = _without_idle_conditions(scored, found, observations.rows)
     short = sorted(simple, key=lambda item: -(item.gain - 2.0 * item.rank))[:SHORTLIST]
     refined = [_refined_settling(residuals, item) for item in short[:2]] + short[2:]
     return sorted(refined, key=lambda item: -(item.gain - 2.0 * item.rank))
-
-
-def _from_zero(found: Sequence[Condition]) -> list[Condition]:
-    """Return the user's columns without a subtracted zero: a torque or a current of zero has no
-    effect, and the model has no high order that could replace the subtracted part."""
-    return [
-        column_condition(item.column, 0.0)
-        for item in found
-        if item.column is not None and item.column_zero != 0.0
-    ]
-
-
-def _of_high_lines(
-    residuals: Residuals,
-    found: Sequence[Condition],
-    from_zero: Sequence[Condition],
-    shares: Sequence[float],
-) -> list[PartsCandidate]:
-    """Return the products of each line of a high order with the conditions that gain most."""
-    rows = residuals.observations.capture
-    lines, orders = high_lines(residuals, float(HIGHEST_ORDER))
-    if rows is None or not lines:
-        return []
-    columns = [item.column for item in found]
-    named = [
-        *zip(found, shares, strict=True),
-        *((item, shares[columns.index(item.column)]) for item in from_zero),
-    ]
-    usable: list[tuple[Condition, float]] = []
-    factors: list[Float] = []
-    for condition, share in named:
-        values = condition.values(rows)
-        if values is not None and float(np.abs(values).max(initial=0.0)) > 0.0:
-            usable.append((condition, share))
-            factors.append(values)
-    tried = float(orders * len(usable))
-    scored = []
-    for order in lines:
-        gains = gains_with(residuals, factors, order)
-        best = np.argsort(-gains[1:])[:CONDITIONS_OF_A_LINE] + 1
-        # The constant condition comes first in the list: a simpler product may explain as much.
-        for index in (0, *best.tolist()):
-            condition, share = usable[index]
-            frames = [
-                _scored(residuals, ProductOfParts.of(condition, (order,), frame), tried, share)
-                for frame in _frames(order, residuals.observations, False)
-            ]
-            scored.append(_natural(frames, residuals.observations.rows))
-    return scored
 
 
 def _best_of_each(scored: Sequence[PartsCandidate]) -> list[PartsCandidate]:
