@@ -49,9 +49,11 @@ def test_the_page_shows_plain_types_with_their_bounds_in_words() -> None:
 def test_a_recorded_set_is_compared_and_shown() -> None:
     table = at.read_set(DOCS / "data" / "worm_axis_telescope")
     found = at.compare(table)
-    # The RMS of the residuals of a fit is at most the RMS of the fitted error.
+    # Over this arc the model is a constant, which the fit weights by the correlated noise, so that
+    # the RMS is slightly above the smallest possible one.
     error = table.reference.error_arcsec
-    assert 0.0 < found.data["channels"]["reference"]["rms_arcsec"] <= error.std()
+    rms_arcsec = found.data["channels"]["reference"]["rms_arcsec"]
+    assert error.std() <= rms_arcsec < 1.01 * error.std()
     assert "reference" in found._repr_html_()
     with pytest.raises(ValueError, match="no history"):
         at.Model().plot()

@@ -674,8 +674,9 @@ class Instrument:
         _now(self.registers.write_coefficients(coefficients))
 
     def write_conditions(self, conditions: Conditions, counts_per_rev: int) -> None:
-        """Write the parameters of direction and speed to their idle bank, scaled to this
-        instrument's clock; ``command("swap")`` makes this bank active.
+        """Write the parameters of direction and speed to their idle bank.
+
+        They are scaled to this instrument's clock; ``command("swap")`` makes this bank active.
 
         Parameters
         ----------

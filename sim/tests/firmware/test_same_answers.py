@@ -23,6 +23,8 @@ __all__ = ["running"]
 LANES = 32
 ORDER = 2000
 WIDTH_COUNTS = 200.0
+NOMINAL_DEG_S = 900.0
+"""Nominal speed; with it, no lane of these files makes the measurement of the speed unstable."""
 EVERYTHING = 1 << 5 | REAL_ORDERS | LOCAL_TABLE | 2
 """Bits of ``capability``: MODULATORS, REAL_ORDERS, LOCAL_TABLE, and two heads."""
 
@@ -72,7 +74,7 @@ def file_of(
         place = np.arange(POINTS) % 4
         points = np.rint(np.minimum(place, 4 - place) * step * table * 16).astype(int)
         local = LocalTable(tuple(points.tolist()), (0,), 0, 4)
-    conditions = Conditions(round(16 * WIDTH_COUNTS), 0, 90.0) if modulators else None
+    conditions = Conditions(round(16 * WIDTH_COUNTS), 0, NOMINAL_DEG_S) if modulators else None
     extension = Extension(conditions=conditions, modulators=tuple(modulators), local_table=local)
     made = dataclasses.replace(made, extension=extension)
     made = made.with_real_orders(reals) if reals else made
@@ -92,7 +94,11 @@ def answer(running: Firmware, coefficients: Coefficients) -> str:
 
 def judged(coefficients: Coefficients) -> str:
     """Return the answer that the host's objections announce."""
-    words = {"too steep": "too_steep", "would change by": "too_steep", "lanes": "too_many_lanes"}
+    words = {
+        "too steep": "too_steep",
+        "would change by": "too_steep",
+        "the firmware holds no more": "too_many_lanes",
+    }
     objections = of_limits(coefficients)
     found = [reason for said, reason in words.items() for text in objections if said in text]
     assert len(found) >= len(objections)

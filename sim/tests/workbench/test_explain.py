@@ -67,7 +67,8 @@ def test_two_regular_causes_are_added_and_listed_by_size(tmp_path: Path) -> None
     # The columns of the fit absorb some of the slow noise.
     assert found["left_arcsec"]["reference"] == pytest.approx(noise, rel=0.1)
     stored = read_model(model)
-    assert stored.names()[1:] == ["drive_gear_error", "periodic_error"]
+    # Over this arc of 8° the default model has no order of the disc.
+    assert stored.names() == ["drive_gear_error", "periodic_error"]
     assert [step.action for step in stored.history] == ["fit", "add", "add"]
     assert dict(stored.history[-1].rms_arcsec) == pytest.approx(found["left_arcsec"], rel=1e-6)
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from arctrue.base.progress import ReportStep
 from arctrue.workbench.diagnose.adding import Adding
@@ -44,6 +45,10 @@ MATTERS_COUNTS = 0.5
 counts."""
 
 
+def _no_candidate() -> None:
+    return None
+
+
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
     """The verdict and the results on which it rests."""
@@ -74,14 +79,19 @@ class Diagnosis:
     second: SecondFinding | None = None
     """The error that remains with the named effect in the model, if that error is significant."""
     covers: Coverage = field(default_factory=Coverage)
-    instead: Callable[[], Candidate | None] = lambda: None
-    """Function that returns the effect that the rules name if they set the refused effect aside."""
+    instead: Callable[[], Candidate | None] = _no_candidate
+    """Function that returns the effect that the rules name if they set the refused effect aside; a
+    copy from a pickle has none."""
     index_scatter: IndexScatter | None = None
     """Scatter of the runs' offsets beyond the known index, if nothing was found."""
     findings: Findings = field(default_factory=Findings)
     """Findings in the reference; if an effect is named or described, the findings that remain with
     it.
     """
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the state for pickle, without the case of the rules, which holds functions."""
+        return {**self.__dict__, "instead": _no_candidate}
 
     @property
     def verdict(self) -> Verdict:
