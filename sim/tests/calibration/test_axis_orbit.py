@@ -102,8 +102,7 @@ def _compared(tmp_path: Path, places_deg: tuple[float, ...]) -> tuple[str, dict[
 
 
 def test_three_heads_state_no_synchronous_motion(tmp_path: Path) -> None:
-    """The disc's calibration absorbs such a motion: order 2 of 1.91″ amplitude at 0.6 rad was
-    stated as about half of its size."""
+    """The disc's calibration absorbs an unknown part of a motion that repeats in each turn."""
     output, found = _compared(tmp_path, PLACES_DEG[:3])
     assert "Three heads do not separate" in output
     for direction in ("x", "y"):

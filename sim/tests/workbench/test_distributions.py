@@ -44,6 +44,6 @@ def test_f(p: float, above: int, below: float) -> None:
 
 
 def test_a_diagnosis_does_not_import_scipy_stats() -> None:
-    """The import takes most of a second of processor time."""
+    """The import takes a large part of the start of a command."""
     program = "import sys; import arctrue.cli.diagnose; sys.exit('scipy.stats' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
