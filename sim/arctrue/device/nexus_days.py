@@ -19,7 +19,7 @@ import numpy as np
 
 from arctrue.base.extras import LazyModule
 from arctrue.base.whole_file import whole_file
-from arctrue.device.recorder import RecordedTurn, read_turns, record_identity
+from arctrue.device.recorder import RecordedTurn, record_identity, snapshot, turns_in
 
 h5py: Any = LazyModule("h5py")
 
@@ -67,8 +67,13 @@ def recorded_days(record: Path) -> dict[date, int]:
 
     Raises sqlite3.Error.
     """
+    with snapshot(record) as unchanging:
+        return _days_in(unchanging)
+
+
+def _days_in(record: sqlite3.Connection) -> dict[date, int]:
     query = "SELECT substr(recorded, 1, 10), max(id) FROM turn GROUP BY 1 ORDER BY 1"
-    return {date.fromisoformat(day): int(last) for day, last in _rows(record, query)}
+    return {date.fromisoformat(day): int(last) for day, last in record.execute(query)}
 
 
 def write_missing_days(record: Path, folder: Path) -> list[Path]:
@@ -77,13 +82,14 @@ def write_missing_days(record: Path, folder: Path) -> list[Path]:
     A file keeps turns that the record lacks: turns that the recorder has deleted because of the
     record's limits, and turns of another record. Raises sqlite3.Error, OSError, MissingExtraError.
     """
-    identity = record_identity(record)
     written = []
-    for day, last in recorded_days(record).items():
-        path = day_file(folder, day)
-        if not _has(path, identity, last):
-            write_day(record, day, path)
-            written.append(path)
+    with snapshot(record) as unchanging:
+        identity = record_identity(unchanging)
+        for day, last in _days_in(unchanging).items():
+            path = day_file(folder, day)
+            if not _has(path, identity, last):
+                _write_day(unchanging, day, path)
+                written.append(path)
     return written
 
 
@@ -99,10 +105,13 @@ def write_day(record: Path, day: date, path: Path) -> None:
     Turns of an earlier file that the record lacks come first. Raises sqlite3.Error, OSError,
     MissingExtraError.
     """
+    with snapshot(record) as unchanging:
+        _write_day(unchanging, day, path)
+
+
+def _write_day(record: sqlite3.Connection, day: date, path: Path) -> None:
     start = datetime(day.year, day.month, day.day, tzinfo=UTC)
     with _opened(path) as earlier:
-        # The ids are read before the turns; a turn that is recorded in between is thus written
-        # again in the next update.
         ids, times_s = _ids_and_times(record, day, start.timestamp())
         kept = _rows_not_in(earlier, _keys(ids, times_s))
         orders = sorted({*_orders(record, day), *_orders_of_file(earlier)})
@@ -115,7 +124,7 @@ def write_day(record: Path, day: date, path: Path) -> None:
             for hour in range(24):
                 begin = start + hour * _STEP
                 span = (_iso(begin), _iso(begin + _STEP))
-                turns = read_turns(record, span=span)
+                turns = turns_in(record, "recorded >= ? AND recorded < ?", *span)
                 if turns:
                     _append(entry, turns, start.timestamp(), orders)
             _write_events(entry, record, day, _events_of_file(earlier))
@@ -205,10 +214,12 @@ def _extend(dataset: Any, values: Any) -> None:
     dataset[before:] = values
 
 
-def _write_events(entry: Any, record: Path, day: date, earlier: list[tuple[str, str, str]]) -> None:
+def _write_events(
+    entry: Any, record: sqlite3.Connection, day: date, earlier: list[tuple[str, str, str]]
+) -> None:
     """Write the events of the day; the events of an earlier file are kept."""
     query = "SELECT recorded, kind, text FROM event WHERE recorded LIKE ? ORDER BY id"
-    recorded = [(str(a), str(b), str(c)) for a, b, c in _rows(record, query, f"{day}T%")]
+    recorded = [(str(a), str(b), str(c)) for a, b, c in record.execute(query, (f"{day}T%",))]
     rows = list(dict.fromkeys([*earlier, *recorded]))
     events = _group(entry, "events", "NXcollection")
     for place, name in enumerate(_EVENT):
@@ -261,22 +272,22 @@ def _keys(ids: Any, times_s: Any) -> Any:
     return (ids << _MILLISECOND_BITS) | np.rint(1000.0 * times_s).astype(np.int64)
 
 
-def _ids_and_times(record: Path, day: date, start_s: float) -> tuple[Any, Any]:
+def _ids_and_times(record: sqlite3.Connection, day: date, start_s: float) -> tuple[Any, Any]:
     """Return ids, (n,), and seconds since midnight, (n,), of the turns of a day in the record."""
     query = "SELECT id, recorded FROM turn WHERE recorded LIKE ? ORDER BY id"
     rows = [
         (number, datetime.fromisoformat(recorded).timestamp() - start_s)
-        for number, recorded in _rows(record, query, f"{day}T%")
+        for number, recorded in record.execute(query, (f"{day}T%",))
     ]
     return np.array([row[0] for row in rows], dtype=np.int64), np.array([row[1] for row in rows])
 
 
-def _orders(record: Path, day: date) -> list[int]:
+def _orders(record: sqlite3.Connection, day: date) -> list[int]:
     query = (
         "SELECT DISTINCT harmonic_order FROM harmonic JOIN turn ON turn.id = harmonic.turn "
         "WHERE recorded LIKE ? ORDER BY 1"
     )
-    return [int(row[0]) for row in _rows(record, query, f"{day}T%")]
+    return [int(row[0]) for row in record.execute(query, (f"{day}T%",))]
 
 
 def _has(path: Path, identity: str, last: int) -> bool:
@@ -302,14 +313,6 @@ def _opened(path: Path) -> Iterator[Any]:
     finally:
         if file is not None:
             file.close()
-
-
-def _rows(record: Path, query: str, *values: str) -> Iterator[tuple[Any, ...]]:
-    connection = sqlite3.connect(f"{record.resolve().as_uri()}?mode=ro", uri=True)
-    try:
-        yield from connection.execute(query, values)
-    finally:
-        connection.close()
 
 
 def _iso(moment: datetime) -> str:

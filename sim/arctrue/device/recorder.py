@@ -256,20 +256,31 @@ class RecordedTurn:
     fields: dict[str, Any]
 
 
-def record_identity(file: Path) -> str:
-    """Return the name that distinguishes a record from other records; empty for a record of an
-    older version.
+@contextmanager
+def snapshot(file: Path) -> Iterator[sqlite3.Connection]:
+    """Yield a connection whose queries all read the same state of a record, also while the recorder
+    adds and deletes turns.
 
     Raises sqlite3.Error.
     """
     connection = sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro", uri=True)
     try:
-        named = "SELECT count(*) FROM sqlite_master WHERE name = 'identity'"
-        if not connection.execute(named).fetchone()[0]:
-            return ""
-        row = connection.execute("SELECT name FROM identity").fetchone()
+        connection.execute("BEGIN")
+        yield connection
     finally:
         connection.close()
+
+
+def record_identity(record: sqlite3.Connection) -> str:
+    """Return the name that distinguishes a record from other records; empty for a record of an
+    older version.
+
+    Raises sqlite3.Error.
+    """
+    named = "SELECT count(*) FROM sqlite_master WHERE name = 'identity'"
+    if not record.execute(named).fetchone()[0]:
+        return ""
+    row = record.execute("SELECT name FROM identity").fetchone()
     return "" if row is None else str(row[0])
 
 
@@ -279,38 +290,39 @@ def last_turn(file: Path) -> int:
     return max((turn.id for turn in read_turns(file, latest=1)), default=0)
 
 
-def read_turns(
-    file: Path, latest: int = -1, after: int = 0, span: tuple[str, str] | None = None
-) -> list[RecordedTurn]:
+def read_turns(file: Path, latest: int = -1, after: int = 0) -> list[RecordedTurn]:
     """Return the ``latest`` turns of a record (-1: all) with an id above ``after``, oldest first.
 
-    ``span``: only turns recorded from the first to before the second time, as ISO 8601 in UTC.
     Raises sqlite3.Error.
     """
-    connection = sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro", uri=True)
-    connection.row_factory = sqlite3.Row
-    where, values = "id > ?", [after, *(span or ())]
-    if span is not None:
-        where += " AND recorded >= ? AND recorded < ?"
+    with snapshot(file) as record:
+        return turns_in(record, "id > ?", after, latest=latest)
+
+
+def turns_in(
+    record: sqlite3.Connection, where: str, *values: int | str, latest: int = -1
+) -> list[RecordedTurn]:
+    """Return the ``latest`` turns (-1: all) that satisfy an SQL condition, oldest first.
+
+    Raises sqlite3.Error.
+    """
+    cursor = record.cursor()
+    cursor.row_factory = sqlite3.Row
     query = f"SELECT * FROM turn WHERE {where} ORDER BY id DESC LIMIT ?"
     turns: dict[int, RecordedTurn] = {}
-    try:
-        connection.execute("BEGIN")  # one transaction, so that both queries read the same state
-        for row in reversed(connection.execute(query, [*values, latest]).fetchall()):
-            # A record of an earlier version lacks columns.
-            fields = {**dict.fromkeys(_FIELDS), **dict(row)}
-            identifier, recorded = fields.pop("id"), fields.pop("recorded")
-            fields["turn"] = fields.pop("number")
-            fields["alarms"] = json.loads(fields["alarms"])
-            fields["harmonics"] = []
-            moment = datetime.fromisoformat(recorded).timestamp()
-            turns[identifier] = RecordedTurn(identifier, moment, fields)
-        limits = (min(turns, default=0), max(turns, default=0))
-        query = "SELECT * FROM harmonic WHERE turn BETWEEN ? AND ? ORDER BY rowid"
-        for row in connection.execute(query, limits):
-            number, *harmonic = tuple(row)
-            if number in turns:
-                turns[number].fields["harmonics"].append(harmonic)
-    finally:
-        connection.close()
+    for row in reversed(cursor.execute(query, [*values, latest]).fetchall()):
+        # A record of an earlier version lacks columns.
+        fields = {**dict.fromkeys(_FIELDS), **dict(row)}
+        identifier, recorded = fields.pop("id"), fields.pop("recorded")
+        fields["turn"] = fields.pop("number")
+        fields["alarms"] = json.loads(fields["alarms"])
+        fields["harmonics"] = []
+        moment = datetime.fromisoformat(recorded).timestamp()
+        turns[identifier] = RecordedTurn(identifier, moment, fields)
+    limits = (min(turns, default=0), max(turns, default=0))
+    query = "SELECT * FROM harmonic WHERE turn BETWEEN ? AND ? ORDER BY rowid"
+    for row in cursor.execute(query, limits):
+        number, *harmonic = tuple(row)
+        if number in turns:
+            turns[number].fields["harmonics"].append(harmonic)
     return list(turns.values())

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import sqlite3
 import time
+from contextlib import AbstractContextManager
 from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
+import pytest
 from sim.tests.command_line import arctrue
 from sim.tests.device.daemon_process import Replay, announcement, daemon, until
 
+from arctrue.base.whole_file import whole_file
+from arctrue.device import nexus_days
 from arctrue.device.connection import ask
 from arctrue.device.lines import TelemetryLine
 from arctrue.device.nexus_days import (
@@ -178,6 +182,43 @@ def test_a_day_that_retention_thins_out_keeps_its_turns_and_gets_new_ones(tmp_pa
         expected[column] = float(number)
         assert amplitudes[number].tolist() == expected
     assert [int(text) for text in found["entry/events/text"]] == list(range(160))
+
+
+@pytest.mark.parametrize("next_order", [2, 5])
+def test_turns_deleted_while_a_file_is_written_stay_in_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, next_order: int
+) -> None:
+    """The recorder deletes turns that the earlier file has, between the daemon's queries."""
+    record = tmp_path / "telemetry.sqlite"
+    now = [datetime(2026, 3, 1, 1, tzinfo=UTC).timestamp()]
+    recorder = Recorder(record, Retention(days=0.0), lambda: now[0], lambda: now[0])
+
+    def add(numbers: range, order: int) -> None:
+        for number in numbers:
+            now[0] += 1.0
+            fields = {"turn": number, "result": "kept", "reason": "none"}
+            recorder.add(TelemetryLine(fields | {"harmonics": [[order, 1.0, 0.5, 0.01, 1]]}))
+
+    add(range(20), 2)
+    recorder.deletable = 0
+    write_missing_days(record, tmp_path)
+    recorder.deletable = last_turn(record)
+    add(range(20, 25), 2)
+
+    def opened(path: Path) -> AbstractContextManager[Path]:
+        recorder.apply_retention()
+        add(range(25, 27), next_order)
+        return whole_file(path)
+
+    monkeypatch.setattr(nexus_days, "whole_file", opened)
+    write_missing_days(record, tmp_path)
+    assert len(read_turns(record)) == 7
+    found = columns_of(day_file(tmp_path, DAYS[0]))
+    assert found["entry/turns/turn"] == list(range(25))
+    monkeypatch.undo()
+    write_missing_days(record, tmp_path)
+    recorder.close()
+    assert columns_of(day_file(tmp_path, DAYS[0]))["entry/turns/turn"] == list(range(27))
 
 
 def test_another_record_of_the_same_day_adds_its_turns(tmp_path: Path) -> None:
