@@ -47,6 +47,11 @@ BENCHES: Mapping[str, tuple[str, str]] = {
         "Virtual instrument",
         "Clocks per second of the compiled netlist and of GHDL's two code generators.",
     ),
+    "scripts.bench_parts": (
+        "Parts",
+        "Processor time of the gateware's models, of the search for lines, of the import and of "
+        "the device's daemon, with their limits.",
+    ),
     "scripts.bench_campaign": (
         "Campaigns",
         "The processor time of a campaign's processes, compared with the work alone.",
