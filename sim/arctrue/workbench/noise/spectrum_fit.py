@@ -109,9 +109,15 @@ def fit_spectrum(
             slopes[0] += 0.5 * STATED_READINGS * (1.0 - share)
         return value, slopes
 
+    costs: dict[bytes, float] = {}
+
     def cost(logs: Float) -> float:
-        value = priors(logs)[0] - likelihood(_spectrum(logs, constants))
-        return value if np.isfinite(value) else IMPOSSIBLE
+        # The choice of the start, the tolerance and the curvature ask for the same costs.
+        key = logs.tobytes()
+        if key not in costs:
+            value = priors(logs)[0] - likelihood(_spectrum(logs, constants))
+            costs[key] = value if np.isfinite(value) else IMPOSSIBLE
+        return costs[key]
 
     def cost_with_gradient(logs: Float) -> tuple[float, Float]:
         value, slopes = priors(logs)
@@ -137,6 +143,7 @@ def fit_spectrum(
         options={"maxiter": rounds, "ftol": ENOUGH / max(abs(cost(begin)), 1.0), "gtol": 0.05},
     )
     best = np.asarray(found.x)
+    likelihood.forget()
     return SpectrumFit(_spectrum(best, constants), lambda: _covariance(cost, best))
 
 
