@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from hashlib import blake2b
 
 import numpy as np
 from celerite2 import driver  # type: ignore[import-untyped]
@@ -106,6 +107,17 @@ class RestrictedLikelihood:
         self._levels, self._constant_count = _levels(stretches, step, constants)
         self._ridge: Float | None = None
         self._latest: list[tuple[Spectrum, _Whitened | None]] = []
+
+    def digest(self) -> bytes:
+        """Return a hash of all numbers that the likelihood contains."""
+        found = blake2b()
+        for level in self._levels:
+            for values in (level.clock, level.values, level.white_share, level.between_share):
+                found.update(repr((values.shape, level.block)).encode())
+                found.update(np.ascontiguousarray(values))
+        found.update(np.ascontiguousarray(self._fixed_terms.information))
+        found.update(np.ascontiguousarray(self._fixed_terms.moment))
+        return found.digest()
 
     def forget(self) -> None:
         """Release the whitened rows of the latest spectra."""

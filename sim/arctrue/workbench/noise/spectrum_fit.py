@@ -30,6 +30,8 @@ WALKS = (0.01, 0.1, 1.0, 10.0)
 the rows."""
 ENOUGH = 0.01
 """The search ends when a step gains less log likelihood than this."""
+MOST_KEPT = 24
+"""Largest number of fits that the rows of a channel keep: about as many as one survey makes."""
 IMPOSSIBLE = 1e12
 """Cost of a spectrum whose covariance of the rows cannot be factored."""
 
@@ -76,11 +78,13 @@ def fit_spectrum(
     start: Spectrum | None = None,
     rounds: int = 40,
     walk: bool = False,
+    kept: dict[bytes, SpectrumFit] | None = None,
 ) -> SpectrumFit:
     """Return the spectrum at the maximum of the restricted likelihood times the priors.
 
     ``start`` is the spectrum of the same rows with another model; the search may start from it.
-    With ``walk`` it also tries starts near a random walk.
+    With ``walk`` it also tries starts near a random walk. ``kept``: earlier fits; a fit of the same
+    numbers is taken from them, because a diagnosis adds an effect to the same model more than once.
     """
     steps = np.concatenate([np.diff(stretch.clock) for stretch in stretches])
     step = float(np.median(steps)) if steps.size else 1.0
@@ -127,10 +131,17 @@ def fit_spectrum(
         return value - found, slopes - np.exp(logs) * by_variance
 
     begin = np.clip(begin, low, high)
+    near = None
     if start is not None:
+        near = np.log(np.maximum(np.concatenate([[start.white], start.variances]), 1e-300))
+    asked = [constants, begin, low, high, near, np.array([centre])]
+    key = likelihood.digest() + repr((white, rounds, walk)).encode()
+    key += b"".join(b"-" if item is None else item.tobytes() for item in asked)
+    if kept is not None and key in kept:
+        return kept[key]
+    if near is not None:
         # ``start`` is bad if it was fitted while an effect that the model now has was still in the
         # residuals. The search therefore starts from ``start`` or ``begin``, whichever costs less.
-        near = np.log(np.maximum(np.concatenate([[start.white], start.variances]), 1e-300))
         begin = min(begin, np.clip(near, low, high), key=cost)
     if walk:
         begin = min(begin, *_with_a_walk(begin, variance, low, high), key=cost)
@@ -144,7 +155,12 @@ def fit_spectrum(
     )
     best = np.asarray(found.x)
     likelihood.forget()
-    return SpectrumFit(_spectrum(best, constants), lambda: _covariance(cost, best))
+    fit = SpectrumFit(_spectrum(best, constants), lambda: _covariance(cost, best))
+    if kept is not None:
+        while len(kept) >= MOST_KEPT:
+            del kept[next(iter(kept))]
+        kept[key] = fit
+    return fit
 
 
 def _from_scatter(
