@@ -114,9 +114,9 @@ class RestrictedLikelihood:
         for level in self._levels:
             for values in (level.clock, level.values, level.white_share, level.between_share):
                 found.update(repr((values.shape, level.block)).encode())
-                found.update(np.ascontiguousarray(values))
-        found.update(np.ascontiguousarray(self._fixed_terms.information))
-        found.update(np.ascontiguousarray(self._fixed_terms.moment))
+                found.update(values.tobytes())
+        found.update(self._fixed_terms.information.tobytes())
+        found.update(self._fixed_terms.moment.tobytes())
         return found.digest()
 
     def forget(self) -> None:
