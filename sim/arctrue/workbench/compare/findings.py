@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from arctrue.base.percent import percent
 from arctrue.workbench.compare.maps import ResidualMap, variance_share
-from arctrue.workbench.diagnose.parts_scan import best_parts
+from arctrue.workbench.diagnose.parts_scan import PartsCandidate, best_parts
 from arctrue.workbench.effects.capture_block import capture_block
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.inference.design_matrix import row_blocks
@@ -160,8 +160,9 @@ def ranked_findings(
 ) -> list[Finding]:
     """Return all findings: the independent findings first, each followed by its shadows."""
     found: list[Finding] = []
+    products = best_parts(residuals, look_alikes=True)  # the same for both channels
     for channel, reference in excess.items():
-        found += _ranked(residuals, channel, maps, reference)
+        found += _ranked(residuals, channel, maps, reference, products)
     leaders = sorted((item for item in found if not item.shadow_of), key=lambda item: -item.share)
     ordered: list[Finding] = []
     for leader in leaders:
@@ -174,11 +175,11 @@ def ranked_findings(
     return ordered
 
 
-def _products(residuals: Residuals, channel: str, known: set[str]) -> list[_Follower]:
-    """Return the products of parts that explain a significant part of the residuals, without those
-    in ``known``."""
+def _products(best: Sequence[PartsCandidate], channel: str, known: set[str]) -> list[_Follower]:
+    """Return the products of parts among ``best`` that explain a significant part of the residuals,
+    without those in ``known``."""
     found: list[_Follower] = []
-    for item in best_parts(residuals, look_alikes=True):
+    for item in best:
         if corrected_p_value(item.gain, item.rank, item.trials, 1) > SIGNIFICANCE:
             continue
         where = "reference" if item.effect.frame == "reference" else "capture"
@@ -192,7 +193,11 @@ def _products(residuals: Residuals, channel: str, known: set[str]) -> list[_Foll
 
 
 def _ranked(
-    start: Residuals, channel: str, maps: Sequence[ResidualMap], excess: ExcessOf
+    start: Residuals,
+    channel: str,
+    maps: Sequence[ResidualMap],
+    excess: ExcessOf,
+    products: Sequence[PartsCandidate],
 ) -> list[Finding]:
     values = _centred(start, channel)
     whole = float(values @ values)
@@ -200,7 +205,7 @@ def _ranked(
     waiting: list[_Follower] = [
         _Map(item, excess.noise_share) for item in maps if item.channel == channel
     ]
-    waiting += _products(start, channel, known)
+    waiting += _products(products, channel, known)
     by_itself: dict[_Follower, float] = {}
     now: dict[_Follower, float] = {}
     found: list[Finding] = []
@@ -229,7 +234,7 @@ def _ranked(
         if not waiting:
             # One strong cause and its aliases may have filled the list of products. The residuals,
             # now without this cause, are therefore searched again.
-            waiting = _products(residuals, channel, known)
+            waiting = _products(best_parts(residuals, look_alikes=True), channel, known)
     rest = [item for item in waiting if item in by_itself]
     return [*found, *(_finding(item, by_itself[item], now[item], None) for item in rest)]
 

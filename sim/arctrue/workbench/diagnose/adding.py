@@ -9,17 +9,24 @@ from functools import cached_property
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.added import added, settled
 from arctrue.workbench.inference.left import Left, left_by
+from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.solution import Solution
 
 
 @dataclass(frozen=True, eq=False)
 class Adding:
-    """Adds single effects to the model of ``base`` and stores the residual with each; ``base`` is a
-    fit of the model's terms."""
+    """Adds single effects to a model and stores the residual with each; the model is a fit of its
+    terms."""
 
-    base: Solution
+    residuals: Residuals
+    """Residuals of the model; a survey of the same model shares them and what they store."""
     effects: Mapping[str, type[Effect]]
     found: dict[str, Left | None] = field(default_factory=dict)
+
+    @property
+    def base(self) -> Solution:
+        """The fit of the model's terms."""
+        return self.residuals.solution
 
     @cached_property
     def before(self) -> Left:
@@ -31,6 +38,6 @@ class Adding:
         cannot be added."""
         if name not in self.found:
             kind = self.effects.get(name)
-            solution = None if kind is None else added(kind(), self.base)
+            solution = None if kind is None else added(kind(), self.residuals)
             self.found[name] = None if solution is None else left_by(solution)
         return self.found[name]

@@ -327,7 +327,7 @@ class Case:
 
     @cached_property
     def _added(self) -> Adding:
-        return self.adding or Adding(self.survey.base, self.effects)
+        return self.adding or Adding(self.survey.residuals, self.effects)
 
     @property
     def before(self) -> Left:

@@ -165,7 +165,7 @@ def diagnose(
     base = fit(terms, observations)
     if base.noise_is_unknown:
         return _stated(observations, base, Facts())
-    adding = given or Adding(base, effects)
+    adding = given or Adding(Residuals(base), effects)
     report_step("looking for regular lines")
     findings = findings_of(base, effects)
     case = _case_of(base, adding, findings, matters_counts, report_step)
@@ -259,7 +259,7 @@ def _case_of(
     if adding.base is not base:
         # This fit excludes single wrong rows, because they would hide the error that an effect
         # explains.
-        adding = Adding(base, effects)
+        adding = Adding(Residuals(base), effects)
     count = base.observations.count_arcsec
     matters = 0.0 if count is None else matters_counts * count
 
@@ -278,7 +278,7 @@ def _case_of(
             findings=left if first.effect.step_at is None else left.without_steps(),
         )
 
-    tried = survey(Residuals(base), effects, matters, report_step, findings=findings)
+    tried = survey(adding.residuals, effects, matters, report_step, findings=findings)
     return Case(tried, effects, with_first, said_of, adding=adding)
 
 

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from arctrue.workbench.inference.left import CHANNELS, Left
-from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.observations import Observations
 
 LEAST_REPEATS = 3
@@ -54,8 +53,7 @@ def ways_unlike(
         found.append(f"its stations were visited fewer than {LEAST_REPEATS} times")
     if len(untestable) > MOST_UNTESTED * (len(untestable) + tested):
         found.append("it cannot test more than a third of the effects")
-    residuals = Residuals(left.solution)
-    both = residuals.capture_whiteness, residuals.reference_whiteness
+    both = left.residuals.capture_whiteness, left.residuals.reference_whiteness
     for channel, tests in zip(CHANNELS, both, strict=True):
         if tests is not None and tests.autocorrelation_p < NOT_WHITE_P:
             found.append(f"the noise of its {channel} is of another kind")
@@ -86,9 +84,8 @@ def distance(
 ) -> Distance:
     """Return the quantities that :func:`ways_unlike` compares with its limits."""
     reference = observations.reference
-    residuals = Residuals(left.solution)
     ratios, least = [0.0], 1.0
-    both = residuals.capture_whiteness, residuals.reference_whiteness
+    both = left.residuals.capture_whiteness, left.residuals.reference_whiteness
     for channel, tests in zip(CHANNELS, both, strict=True):
         if tests is not None:
             least = min(least, tests.autocorrelation_p)

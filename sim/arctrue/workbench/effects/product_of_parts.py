@@ -6,9 +6,10 @@ phase, or nothing) and the frame to which it is fixed (the disc, the stator, a h
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, Self, get_args
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +36,10 @@ from arctrue.workbench.observations.column_unit import column_unit
 Float = NDArray[np.float64]
 Rows = CaptureRows | ReferenceRows
 Frame = Literal["disc", "stator", "head1", "head2", "head3", "head4", "reference"]
+MOST_WAVES = 16
+"""Largest number of waves that are kept for a set of rows: a search multiplies the waves of the
+best orders, in five frames, by one condition after another."""
+_WAVES: WeakKeyDictionary[Rows, dict[Hashable, Columns]] = WeakKeyDictionary()
 FRAME_OF_HEAD: Mapping[int, Frame] = {1: "head1", 2: "head2", 3: "head3", 4: "head4"}
 
 
@@ -391,6 +396,16 @@ class ProductOfParts(Effect):
             return harmonic_names(self.orders, "x ") + harmonic_names(self.orders, "y ")
         return harmonic_names(self.orders)
 
+    def _kept_wave(self, rows: Rows, wave: Callable[[], Columns]) -> Columns:
+        """Return the result of ``wave``; it is kept, because many conditions have the same wave."""
+        kept = _WAVES.setdefault(rows, {})
+        key = (self.frame, self.electrical_head, tuple(self.orders))
+        if key not in kept:
+            while len(kept) >= MOST_WAVES:
+                del kept[next(iter(kept))]
+            kept[key] = wave()
+        return kept[key]
+
     def _wave(self, angle_rad: Float, sign: float = 1.0) -> Columns:
         if not self.orders:
             return np.full((angle_rad.size, 1), sign)
@@ -402,22 +417,25 @@ class ProductOfParts(Effect):
         factor = self.condition.values(rows)
         if factor is None or self.frame == "reference":
             return None
+        if self.electrical_head is not None and self._phase(rows) is None:
+            return None
+        return factor[:, np.newaxis] * self._kept_wave(rows, lambda: self._capture_wave(rows))
+
+    def _phase(self, rows: CaptureRows) -> Float | None:
+        return rows.electrical1_rad if self.electrical_head == 1 else rows.electrical2_rad
+
+    def _capture_wave(self, rows: CaptureRows) -> Columns:
         if self.electrical_head is not None:
             # Rows of Rᵢ − R₁ have the phases of heads 1 and i. If ``electrical_head`` is neither 1
             # nor i, the factor is 0, so that the phase of head i can be used.
-            phase = rows.electrical1_rad if self.electrical_head == 1 else rows.electrical2_rad
-            if phase is None:
-                return None
-            wave = self._wave(phase, _share(self.electrical_head, rows))
-        elif self.frame == "disc" and self.orders:
-            wave = disc_difference(rows.disc1_rad, rows.disc2_rad, self.orders)
-        elif self.frame == "stator":
-            wave = capture_motion(rows, self.orders)
-        else:
-            wave = self._wave(
-                rows.angle_rad, 1.0 if self._head is None else _share(self._head, rows)
-            )
-        return factor[:, np.newaxis] * wave
+            phase = self._phase(rows)
+            assert phase is not None
+            return self._wave(phase, _share(self.electrical_head, rows))
+        if self.frame == "disc" and self.orders:
+            return disc_difference(rows.disc1_rad, rows.disc2_rad, self.orders)
+        if self.frame == "stator":
+            return capture_motion(rows, self.orders)
+        return self._wave(rows.angle_rad, 1.0 if self._head is None else _share(self._head, rows))
 
     def reference_columns(
         self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext

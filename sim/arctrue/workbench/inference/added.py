@@ -20,15 +20,15 @@ def settled(solution: Solution) -> Solution:
     return on_every_row(refined(solution))
 
 
-def added(effect: Effect, base: Solution) -> Solution | None:
-    """Fit the model of ``base`` with one more effect; estimate noise and coefficients anew.
+def added(effect: Effect, residuals: Residuals) -> Solution | None:
+    """Fit the model of ``residuals`` with one more effect; estimate noise and coefficients anew.
 
-    ``base`` must be a fit of its own terms. The result is None if the search finds no values of the
-    search parameters.
+    The model must be a fit of its own terms. The result is None if the search finds no values of
+    the search parameters.
     """
+    base = residuals.solution
     place: dict[str, float] = {}
     if effect.search:
-        residuals = Residuals(base)
         found = likeliest_place(effect, residuals)
         if found is None:
             return None

@@ -9,11 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from arctrue.workbench.inference.every_row import channel_figures
 from arctrue.workbench.inference.held_out import HeldOut, Improvement, falls, held_out
+from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.scan import STATION_DECIMALS
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.repeats import row_noise_arcsec
@@ -37,6 +39,11 @@ class Left:
     held_out: HeldOut
     solution: Solution
     rows: Mapping[str, int]
+
+    @cached_property
+    def residuals(self) -> Residuals:
+        """Residuals of the model; several figures use their tests."""
+        return Residuals(self.solution)
 
     def fall_from(self, before: Left) -> dict[str, Improvement]:
         """Return the fall of *held out* from the model of ``before``, by channel; both residuals

@@ -36,21 +36,48 @@ readings."""
 Float = NDArray[np.float64]
 
 
+@dataclass(frozen=True, eq=False)
+class SizeTest:
+    """The test of an effect's size.
+
+    It needs the covariance of the noise's variances, which costs more than the gain. Where places
+    or noises are compared, only the gain is used; the test is therefore made when it is asked for.
+    """
+
+    base: Residuals
+    effect: Effect
+    nonlinear: Nonlinear
+    score: Score
+
+    @cached_property
+    def freedom_and_index_share(self) -> tuple[float, float]:
+        """Results of :func:`freedom_of_a_size`."""
+        weights, offsets = self.base.projected(self.effect, self.nonlinear, self.score)
+        return freedom_of_a_size(self.base, weights, offsets)
+
+
 @dataclass(frozen=True)
 class Evidence:
     """The evidence for one effect against the model without it."""
 
     gain: float
     """Twice the rise of the log likelihood; each of the two models has its own best noise."""
-    freedom: float
-    """Degrees of freedom of the noise variance in the test of the effect's size."""
-    index_share: float
-    """Share of the index repeatability in the variance of the effect's size; near 1, the runs are
-    the sample."""
     score: Score
     """Score test with the noise that is estimated with the effect in the model."""
     base: Residuals
     """Residuals of the model without the effect, whitened with that noise."""
+    size: SizeTest
+
+    @property
+    def freedom(self) -> float:
+        """Degrees of freedom of the noise variance in the test of the effect's size."""
+        return self.size.freedom_and_index_share[0]
+
+    @property
+    def index_share(self) -> float:
+        """Share of the index repeatability in the variance of the effect's size; near 1, the runs
+        are the sample."""
+        return self.size.freedom_and_index_share[1]
 
 
 @dataclass(frozen=True)
@@ -102,8 +129,7 @@ def evidence_with(base: Residuals, null: Null, effect: Effect, nonlinear: Nonlin
     score = base.score(effect, nonlinear)
     with_effect = restricted_likelihood(base) + 0.5 * score.gain
     gain = _gain(with_effect, base, null, effect, nonlinear)
-    freedom, share = freedom_of_a_size(base, *base.projected(effect, nonlinear, score))
-    return Evidence(gain, freedom, share, score, base)
+    return Evidence(gain, score, base, SizeTest(base, effect, nonlinear, score))
 
 
 def _gain(

@@ -44,6 +44,8 @@ class ChannelRows:
     """Columns of the model on these rows."""
     own_constants: bool
     """True: each run has its own offset. False: all runs have one constant."""
+    kept: dict[bytes, SpectrumFit] | None = None
+    """Earlier fits of spectra to these rows (:func:`fit_spectrum`)."""
 
 
 def estimated_law(
@@ -135,7 +137,9 @@ def _with_spectra(
             continue
         index = int(np.searchsorted(law.runs, members[0]))
         start = spectra[index] if warm else None
-        fit = fit_spectrum(stretches, fixed_terms, white, start=start, rounds=rounds, walk=walk)
+        fit = fit_spectrum(
+            stretches, fixed_terms, white, start=start, rounds=rounds, walk=walk, kept=rows.kept
+        )
         fit = _rescaled(fit, stretches, white)
         for name in members:
             spectra[int(np.searchsorted(law.runs, name))] = fit.spectrum

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from typing import Protocol
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +19,18 @@ from arctrue.workbench.noise.law import NoiseLaw, reference_clock, stated_scale
 from arctrue.workbench.noise.likelihood import FixedTerms
 from arctrue.workbench.noise.noise import FittedGroup, Noise
 from arctrue.workbench.noise.spectrum import Spectrum
-from arctrue.workbench.noise.spectrum_fit import STATED_READINGS, WhiteBounds
+from arctrue.workbench.noise.spectrum_fit import STATED_READINGS, SpectrumFit, WhiteBounds
 from arctrue.workbench.numeric.least_squares import ChannelSums, Matrix, WhitenedRows
 from arctrue.workbench.numeric.symmetric import solve_symmetric
 from arctrue.workbench.observations import Observations
+from arctrue.workbench.observations.rows import CaptureRows, ReferenceRows
 
 Float = NDArray[np.float64]
+
+_FITS: WeakKeyDictionary[CaptureRows | ReferenceRows, dict[bytes, SpectrumFit]] = (
+    WeakKeyDictionary()
+)
+"""Fits of spectra to the rows of a channel, while these rows exist."""
 
 FIT_ROUNDS = 1
 """Number of fits before the noise is estimated. One fit with white noise suffices, because the
@@ -174,13 +181,14 @@ def _channel_rows(design: DesignColumns, residual: Float, *, capture: bool) -> C
         assert rows is not None
         return ChannelRows(
             "capture", rows.time_s, rows.run, rows.angle_rad, residual, stated_scale(rows),
-            design.columns(capture=True), True,
+            design.columns(capture=True), True, _FITS.setdefault(rows, {}),
         )  # fmt: skip
     reference = design.observations.reference
     assert reference is not None
     return ChannelRows(
         "reference", reference_clock(reference), reference.run, reference.angle_rad, residual,
         stated_scale(reference), design.columns(capture=False), False,
+        _FITS.setdefault(reference, {}),
     )  # fmt: skip
 
 

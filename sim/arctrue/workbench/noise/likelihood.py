@@ -11,11 +11,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from hashlib import blake2b
 
 import numpy as np
 from celerite2 import driver  # type: ignore[import-untyped]
 from numpy.typing import NDArray
-from scipy.linalg import LinAlgError, cholesky, solve_triangular
+from scipy.linalg import lapack
 
 from arctrue.workbench.noise.row_noise import Factor
 from arctrue.workbench.noise.spectrum import Spectrum
@@ -41,6 +42,8 @@ RIDGE = 1e-8
 get half of the coefficient each."""
 DIFFERENCE = 1e-5
 """Relative change of a variance in a difference quotient."""
+LATEST = 2
+"""Number of spectra whose whitened rows are kept: a warm search has two starts."""
 UNCORRELATED = 40.0
 """Distance between two stretches in units of the largest time constant: a correlation of e⁻⁴⁰ is
 negligible.
@@ -77,6 +80,10 @@ class _Level:
     """Share of each coloured part's variance that is correlated between the block means."""
 
 
+_Whitened = list[tuple[_Level, Factor, Float]]
+"""Each level with its factor and its whitened values."""
+
+
 @dataclass(frozen=True)
 class FixedTerms:
     """Information about the model's coefficients from the other rows of the set."""
@@ -99,6 +106,22 @@ class RestrictedLikelihood:
         self._fixed_terms = fixed_terms
         self._levels, self._constant_count = _levels(stretches, step, constants)
         self._ridge: Float | None = None
+        self._latest: list[tuple[Spectrum, _Whitened | None]] = []
+
+    def digest(self) -> bytes:
+        """Return a hash of all numbers that the likelihood contains."""
+        found = blake2b()
+        for level in self._levels:
+            for values in (level.clock, level.values, level.white_share, level.between_share):
+                found.update(repr((values.shape, level.block)).encode())
+                found.update(values.tobytes())
+        found.update(self._fixed_terms.information.tobytes())
+        found.update(self._fixed_terms.moment.tobytes())
+        return found.digest()
+
+    def forget(self) -> None:
+        """Release the whitened rows of the latest spectra."""
+        self._latest = []
 
     def __call__(self, spectrum: Spectrum) -> float:
         """Return the log likelihood; −∞ where the covariance cannot be factored."""
@@ -132,9 +155,18 @@ class RestrictedLikelihood:
             gradient[1:][kept] += between * level.between_share[kept]
         return value, gradient
 
-    def _whitened(self, spectrum: Spectrum) -> list[tuple[_Level, Factor, Float]] | None:
+    def _whitened(self, spectrum: Spectrum) -> _Whitened | None:
         """Return each level with its factor and its whitened values; None if a level cannot be
         factored."""
+        # A search compares the costs of its starts, then begins at one of them.
+        for before, found in self._latest:
+            if before.equals(spectrum):
+                return found
+        found = self._whiten_levels(spectrum)
+        self._latest = [*self._latest[1 - LATEST :], (spectrum, found)]
+        return found
+
+    def _whiten_levels(self, spectrum: Spectrum) -> _Whitened | None:
         found = []
         for level in self._levels:
             try:
@@ -148,9 +180,7 @@ class RestrictedLikelihood:
             found.append((level, factor, inside))
         return found
 
-    def _value(
-        self, whitened: Sequence[tuple[_Level, Factor, Float]]
-    ) -> tuple[float, Float, Float | None]:
+    def _value(self, whitened: _Whitened) -> tuple[float, Float, Float | None]:
         """Return log likelihood, β, and a root of N⁻¹ (None if no model is projected out)."""
         total = 0.0
         own_size = self._fixed_terms.moment.size
@@ -177,11 +207,11 @@ class RestrictedLikelihood:
             self._ridge = RIDGE * np.maximum(shown, max(RIDGE * float(shown.max()), 1e-30))
         normal[np.diag_indices(width)] = shown + self._ridge
         scale = 1.0 / np.sqrt(np.diag(normal))
-        try:
-            lower = cholesky(normal * np.outer(scale, scale), lower=True)
-        except LinAlgError:
+        # LAPACK without SciPy's checks: this is called a hundred times in a fit of a spectrum.
+        lower, info = lapack.dpotrf(normal * np.outer(scale, scale), lower=1)
+        if info > 0 or not np.isfinite(lower).all():
             return -np.inf, moment, None
-        whole = solve_triangular(lower, np.diag(scale), lower=True)
+        whole, _ = lapack.dtrtrs(lower, np.diag(scale), lower=1)
         # N⁻¹ = whole'·whole.
         scaled = whole @ moment
         total += 0.5 * float(scaled @ scaled)
@@ -295,14 +325,14 @@ def _slopes(factor: Factor, left: Float) -> tuple[float, Float]:
     white, between = _log_determinant_slopes(factor)
     squares = float(np.sum(left**2))
     forms = np.empty(between.size)
-    ones = np.ones((left.shape[0], 1))
+    ones, below = np.ones((left.shape[0], 1)), np.empty_like(left)
     for index, constant in enumerate(factor.spectrum.constants):
-        below = driver.matmul_lower(
-            factor.clock, np.array([1.0 / constant]), ones, ones, left, np.zeros_like(left)
-        )
+        below.fill(0.0)  # the library adds to this array, which all parts share
+        driver.matmul_lower(factor.clock, np.array([1.0 / constant]), ones, ones, left, below)
         # The exponential's matrix is the unit matrix plus a lower and an upper triangle; qᵀKq gets
         # the same from both.
-        forms[index] = squares + 2.0 * float(np.sum(left * below))
+        below *= left
+        forms[index] = squares + 2.0 * float(np.sum(below))
     return 0.5 * (squares - white), 0.5 * (forms - between)
 
 

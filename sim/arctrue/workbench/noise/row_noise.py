@@ -30,16 +30,16 @@ class Factor:
     @cached_property
     def _parts(self) -> tuple[Float, Float, Float, Float]:
         rows, count = self.clock.size, self.spectrum.constants.size
-        diagonal = np.full(rows, self.spectrum.variance)
+        pivots = np.full(rows, self.spectrum.variance)
         rates = 1.0 / self.spectrum.constants
-        left = np.tile(self.spectrum.variances, (rows, 1))
-        right = np.ones((rows, count))
-        pivots, lower = driver.factor(
-            self.clock, rates, diagonal, left, right, diagonal.copy(), right.copy()
-        )
-        return rates, left, np.asarray(pivots), np.asarray(lower)
+        left = np.empty((rows, count))
+        left[:] = self.spectrum.variances
+        lower = np.ones((rows, count))
+        # The library factors in place, so that two arrays suffice.
+        driver.factor(self.clock, rates, pivots, left, lower, pivots, lower)
+        return rates, left, pivots, lower
 
-    @property
+    @cached_property
     def _white(self) -> bool:
         return not self.spectrum.variances.any()
 

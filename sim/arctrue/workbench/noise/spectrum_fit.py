@@ -30,6 +30,8 @@ WALKS = (0.01, 0.1, 1.0, 10.0)
 the rows."""
 ENOUGH = 0.01
 """The search ends when a step gains less log likelihood than this."""
+MOST_KEPT = 24
+"""Largest number of fits that the rows of a channel keep: about as many as one survey makes."""
 IMPOSSIBLE = 1e12
 """Cost of a spectrum whose covariance of the rows cannot be factored."""
 
@@ -76,11 +78,13 @@ def fit_spectrum(
     start: Spectrum | None = None,
     rounds: int = 40,
     walk: bool = False,
+    kept: dict[bytes, SpectrumFit] | None = None,
 ) -> SpectrumFit:
     """Return the spectrum at the maximum of the restricted likelihood times the priors.
 
     ``start`` is the spectrum of the same rows with another model; the search may start from it.
-    With ``walk`` it also tries starts near a random walk.
+    With ``walk`` it also tries starts near a random walk. ``kept``: earlier fits; a fit of the same
+    numbers is taken from them, because a diagnosis adds an effect to the same model more than once.
     """
     steps = np.concatenate([np.diff(stretch.clock) for stretch in stretches])
     step = float(np.median(steps)) if steps.size else 1.0
@@ -109,9 +113,15 @@ def fit_spectrum(
             slopes[0] += 0.5 * STATED_READINGS * (1.0 - share)
         return value, slopes
 
+    costs: dict[bytes, float] = {}
+
     def cost(logs: Float) -> float:
-        value = priors(logs)[0] - likelihood(_spectrum(logs, constants))
-        return value if np.isfinite(value) else IMPOSSIBLE
+        # The choice of the start, the tolerance and the curvature ask for the same costs.
+        key = logs.tobytes()
+        if key not in costs:
+            value = priors(logs)[0] - likelihood(_spectrum(logs, constants))
+            costs[key] = value if np.isfinite(value) else IMPOSSIBLE
+        return costs[key]
 
     def cost_with_gradient(logs: Float) -> tuple[float, Float]:
         value, slopes = priors(logs)
@@ -121,10 +131,17 @@ def fit_spectrum(
         return value - found, slopes - np.exp(logs) * by_variance
 
     begin = np.clip(begin, low, high)
+    near = None
     if start is not None:
+        near = np.log(np.maximum(np.concatenate([[start.white], start.variances]), 1e-300))
+    asked = [constants, begin, low, high, near, np.array([centre])]
+    key = likelihood.digest() + repr((white, rounds, walk)).encode()
+    key += b"".join(b"-" if item is None else item.tobytes() for item in asked)
+    if kept is not None and key in kept:
+        return kept[key]
+    if near is not None:
         # ``start`` is bad if it was fitted while an effect that the model now has was still in the
         # residuals. The search therefore starts from ``start`` or ``begin``, whichever costs less.
-        near = np.log(np.maximum(np.concatenate([[start.white], start.variances]), 1e-300))
         begin = min(begin, np.clip(near, low, high), key=cost)
     if walk:
         begin = min(begin, *_with_a_walk(begin, variance, low, high), key=cost)
@@ -137,7 +154,13 @@ def fit_spectrum(
         options={"maxiter": rounds, "ftol": ENOUGH / max(abs(cost(begin)), 1.0), "gtol": 0.05},
     )
     best = np.asarray(found.x)
-    return SpectrumFit(_spectrum(best, constants), lambda: _covariance(cost, best))
+    likelihood.forget()
+    fit = SpectrumFit(_spectrum(best, constants), lambda: _covariance(cost, best))
+    if kept is not None:
+        while len(kept) >= MOST_KEPT:
+            del kept[next(iter(kept))]
+        kept[key] = fit
+    return fit
 
 
 def _from_scatter(

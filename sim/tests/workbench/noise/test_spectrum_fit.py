@@ -3,13 +3,15 @@ without a fitted model."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from arctrue.workbench.noise.likelihood import FixedTerms, RestrictedLikelihood, Stretch
 from arctrue.workbench.noise.row_noise import RowNoise
 from arctrue.workbench.noise.spectrum import Spectrum, time_constants
-from arctrue.workbench.noise.spectrum_fit import WhiteBounds, fit_spectrum
+from arctrue.workbench.noise.spectrum_fit import SpectrumFit, WhiteBounds, fit_spectrum
 
 STEP = 0.01
 ROWS = 6000
@@ -50,6 +52,25 @@ def test_density_is_found_from_the_slowest_to_the_fastest(columns: int) -> None:
     # thousands determine it to 3 %.
     assert np.all(np.abs(np.log(ratio[:2])) < 0.5)
     np.testing.assert_allclose(ratio[2:], 1.0, atol=0.15)
+
+
+def test_a_kept_fit_serves_the_same_numbers_only() -> None:
+    stretches, fixed_terms = _stretches(4)
+    kept: dict[bytes, SpectrumFit] = {}
+    alone = fit_spectrum(stretches, fixed_terms, WhiteBounds(1e-6))
+    first = fit_spectrum(stretches, fixed_terms, WhiteBounds(1e-6), kept=kept)
+    assert first.spectrum.equals(alone.spectrum)
+    assert fit_spectrum(stretches, fixed_terms, WhiteBounds(1e-6), kept=kept) is first
+    # One changed number of one row, of the bounds or of the start makes another fit.
+    residual = stretches[0].residual.copy()
+    residual[7] += 1e-9
+    moved = [replace(stretches[0], residual=residual), *stretches[1:]]
+    others = [
+        fit_spectrum(moved, fixed_terms, WhiteBounds(1e-6), kept=kept),
+        fit_spectrum(stretches, fixed_terms, WhiteBounds(1e-6, 0.02), kept=kept),
+        fit_spectrum(stretches, fixed_terms, WhiteBounds(1e-6), start=alone.spectrum, kept=kept),
+    ]
+    assert all(item is not first for item in others)
 
 
 def test_likelihood_of_rows_as_they_are_is_the_written_out_one() -> None:

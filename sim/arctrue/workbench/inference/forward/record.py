@@ -104,10 +104,13 @@ class Record:
         """Return cos and sin of several rates, shape (rows, 2·rates); the two columns of a rate are
         neighbours."""
         phase = 2.0 * np.pi * np.outer(self.place - self.place[0], rates)
-        kept = np.sinc(np.outer(self.width, rates))
         found = np.empty((self.place.size, 2 * rates.size))
-        found[:, 0::2] = kept * np.cos(phase)
-        found[:, 1::2] = kept * np.sin(phase)
+        found[:, 0::2] = np.cos(phase)
+        found[:, 1::2] = np.sin(phase)
+        if self.width.any():  # single rows have no width, and sinc 0 is 1
+            kept = np.sinc(np.outer(self.width, rates))
+            found[:, 0::2] *= kept
+            found[:, 1::2] *= kept
         return found
 
     def of_few_rows(self, gain: float) -> float:
