@@ -1,8 +1,8 @@
-"""Checks pin files before a long run; they use the subset of XDC that every place-and-route tool
-reads.
+"""Checks pin files before the long run of a place-and-route tool. Pin files use only the subset of
+XDC that every such tool reads.
 
-A line is empty, a comment, or ``set_property PROPERTY value [get_ports name]`` with the property
-LOC, IOSTANDARD or PULLTYPE.
+A line of a pin file is empty, a comment, or ``set_property PROPERTY value [get_ports name]`` with
+the property LOC, IOSTANDARD or PULLTYPE.
 """
 
 from __future__ import annotations
@@ -98,14 +98,15 @@ def check_pins(path: Path, ports: Iterable[str]) -> dict[str, str]:
             if not PIN.fullmatch(pin):
                 faults.append(f"{path}:{line}: expected a pin such as Y18, found '{pin}'")
             elif pin in owners:
-                faults.append(f"{path}:{line}: {pin} is the pin of {owners[pin]} already")
+                faults.append(f"{path}:{line}: {pin} is already the pin of {owners[pin]}")
             owners.setdefault(pin, port)
         if "IOSTANDARD" in given:
             standard, line = given["IOSTANDARD"]
             if standard not in STANDARDS:
                 known = ", ".join(sorted(STANDARDS))
                 faults.append(
-                    f"{path}:{line}: '{standard}' is not an I/O standard; expected one of {known}"
+                    f"{path}:{line}: '{standard}' is not an accepted I/O standard; expected one of "
+                    f"{known}"
                 )
         if "PULLTYPE" in given:
             pull, line = given["PULLTYPE"]

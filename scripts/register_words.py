@@ -81,7 +81,7 @@ def register_words(top: AddrmapNode) -> str:
         [
             f"-- Generated from {REGISTERS} by scripts/generate.py. Do not edit.",
             "--",
-            "-- For simulation: a port a register, its bits where the map has them.",
+            "-- For simulation: one port per register; each field has its bits of the map.",
             "",
             "library ieee;",
             "  use ieee.std_logic_1164.all;",

@@ -85,15 +85,15 @@ enum alarm {
     ALARM_NO_SET = 65536,
 };
 
-/* Sets for a missing head that the gateware holds and that belong to the active mean of the heads. Such a set contains
-   the coefficients that apply while one head is left out of the mean. */
+/* Prepared sets in the gateware that belong to the active mean of the heads. Such a set contains the coefficients that
+   apply while one head (the missing head) is left out of the mean. */
 struct prepared {
     /* Missing heads for which there is a set, one bit per head; 0: the failover stays off. */
     uint32_t sets;
     /* True if frames of a load have overwritten the sets of the active mean. */
     bool overwritten;
-    /* Check sums, see core_prepared_sum(), of the words as written: of the sets for a missing head, and of set 0, which
-       has all heads. */
+    /* Check sums of the words as the firmware wrote them, see core_prepared_sum(): `sum` of the sets for a missing
+       head, `sum_of_all_heads` of set 0, which has all heads. */
     uint32_t sum;
     uint32_t sum_of_all_heads;
     /* Left-out heads that were reported to the operator. */
@@ -122,8 +122,8 @@ struct turn_report {
        a set, to the loaded set. */
     struct followed_measured followed[FOLLOWED_LANES_MAX];
     uint32_t followed_lanes;
-    /* Largest difference between the measured angle of a head and the angle that the offsets of the judged or active
-       mean state; negative if it was not measured. */
+    /* Largest difference between the measured angle of a head and its angle according to the offsets of the judged or
+       active mean; negative if it was not measured. */
     double mean_off_arcsec;
     /* Head that has moved since the active offsets were set, from 1 on, and its motion along the scale; 0: none. */
     uint32_t moved_head;
@@ -185,8 +185,8 @@ struct application {
        zero. For head 1 the core moves the zero instead; zero_moves is the number of these moves. */
     int32_t head2_zero;
     uint32_t zero_moves;
-    /* True while the angle of head 1 at its index is not 0 and a loss of counts is not proven; and the position of head
-       1 at which this state began. */
+    /* `zero_in_doubt`: true while the angle of head 1 at its index is not 0 and a loss of counts is not proven;
+       `position_at_doubt`: position of head 1 when this state began. */
     bool zero_in_doubt;
     int32_t position_at_doubt;
     uint32_t swaps_before;
@@ -238,8 +238,8 @@ struct application {
     uint32_t swaps;
     uint32_t stuck_captures;
     uint32_t overruns;
-    /* Number of interrupts of the core; number of banks that were found without an interrupt since the previous
-       bank. */
+    /* `interrupts`: number of interrupts of the core; `banks_without_interrupt`: number of banks that the firmware
+       found ready without an interrupt since the previous bank. */
     uint32_t interrupts;
     uint32_t banks_without_interrupt;
     bool interrupted;

@@ -10,11 +10,12 @@
 #include "prepared.h"
 #include "restart.h"
 
-/* Largest number of reads of the swap counter: a swap ends within some hundred clocks of the core, and each read takes
-   at least one bus access. */
+/* Largest number of reads of the swap counter. A swap ends within some hundred clocks of the core, and each read takes
+   at least one bus access, so a swap that has not ended after these reads is lost. */
 enum { SWAP_LOOKS_MOST = 1000 };
 
-/* Returns the heads, one bit per head, for whose absence the gateware holds a set that belongs to the candidate. */
+/* Returns the missing heads for which the candidate has a prepared set, one bit per head. Calibrated and saved sets
+   are not in the gateware yet; swap_candidate() writes them before the swap. */
 static uint32_t swap_sets(const struct application *application) {
     if (application->prepared.has_made) {
         return application->prepared.made;
@@ -29,8 +30,8 @@ static uint32_t swap_sets(const struct application *application) {
                                                     : application->prepared.sets;
 }
 
-/* Chooses the prepared set for the head that is left out, which becomes active in place of the idle bank; 0 if no head
-   is left out. Returns SWAP_HEAD_LEFT_OUT if no prepared set fits. */
+/* Writes to `set` the number of the prepared set for the head that is left out; this set becomes active in place of the
+   idle bank. The number is 0 if no head is left out. Returns SWAP_HEAD_LEFT_OUT if no prepared set fits. */
 static enum swap_answer swap_choose_set(const struct application *application, uint32_t *set) {
     const struct mean_set *mean = &application->candidate.mean;
     uint32_t used = mean->heads != 0 ? mean->used : 1U;

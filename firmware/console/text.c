@@ -10,7 +10,7 @@
 enum { DIGITS_MOST = 20, DECIMALS_MOST = 9, HEXADECIMAL_DIGITS = 8 };
 /* FIXED_MOST times 1e9 fits into 64 bits. */
 #define FIXED_MOST 9e8
-/* Largest whole number up to which a double holds every whole number, 2^53. */
+/* 2^53: a double represents every whole number up to this one exactly. */
 #define WHOLE_MOST 9007199254740992.0
 /* Number of decimal digits that a double can hold. */
 enum { PARSED_DIGITS_MOST = 15 };
@@ -151,7 +151,7 @@ bool text_parse_hexadecimal(const char *word, uint32_t *value) {
 }
 
 bool text_equal(const char *first, const char *second) {
-    /* The library's strcmp() takes 700 bytes. */
+    /* This loop takes less memory than the library's strcmp(). */
     while (*first != '\0' && *first == *second) {
         first++;
         second++;

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Uses any bytes as the two records of the flash, with correct check sums if the first byte asks for them. Accepted
-   parameters must be values that the console would accept, and an accepted record that is written and read again must
-   have the same words. */
+/* Uses any bytes as the two records of the flash; two bits of the first byte select which of them get a correct head
+   and check sum. Accepted parameters must be values that the console would accept, and an accepted record that is
+   written and read again must have the same words. */
 
 #include <stdlib.h>
 #include <string.h>

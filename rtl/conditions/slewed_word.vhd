@@ -7,8 +7,8 @@
 --
 -- **Latency.** 1 clock from `step` to `word`.
 --
--- **Number formats.** target and word s1.16; slew u0.32 per step. Internally the word is s1.32; `word` is truncated
--- from it.
+-- **Number formats.** target and word s1.16; slew u0.32 per step. The entity stores the word as s1.32; `word` is this
+-- value, truncated.
 --
 -- **Reset.** `word` is 0.
 

@@ -9,7 +9,7 @@
 --
 -- **Unknown direction.** After a reset h is 0; when a change of `width` makes the direction unknown, h moves to 0 by
 -- `slew` per sweep. Once the direction is known, h moves towards it by `slew` per sweep, so that the output makes no
--- step; after h has reached the direction, h equals the direction without this limit.
+-- step; after h has reached the direction, it follows the direction without this limit.
 --
 -- **Two banks.** Width, dead zone and nominal speed belong to the coefficients: the processor writes the words of the
 -- idle bank, and `swap_comes` makes them active together with the lanes. `idle_speed` is the speed over the nominal
@@ -18,8 +18,8 @@
 -- 3 · AMPLITUDE_SWEEP_CLOCKS + 1 clocks; a swap must wait for it. A write of these words waits while `hold_writes` is
 -- high, that is while a swap waits, so that a swap takes over exactly the acknowledged writes.
 --
--- **Speed.** Each sweep divides the last travel of table_speed anew, once for each bank. A bound replaces the travel if
--- the speed that follows is not larger and the table does not stand.
+-- **Speed.** Each sweep divides the last travel of table_speed anew, once for each bank. A bound from table_speed
+-- replaces this travel only if the bound is not above the present speed and the present travel is not 0.
 --
 -- **Words of the window**, by `address`: 0 width, 1 dead_zone, 2 nominal_speed, 3 word_a, 4 word_b (limited to ±1), 5
 -- slew; read-only: 6 direction, with bit 31 high while it is known, 7 speed, 8 speed squared. Signed words are read

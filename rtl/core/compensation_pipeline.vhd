@@ -12,8 +12,8 @@
 -- together.
 --
 -- **Folding.** FOLD lanes share one phase lane and one harmonic lane: LANES / FOLD of each are built, and an angle is
--- accepted every FOLD clocks, when `accept` is high. In the FOLD clocks from then on the blocks of lanes process the
--- angle one after the other. The corrected reading appears PIPELINE_LATENCY + FOLD - 1 clocks after its angle was
+-- accepted every FOLD clocks, when `accept` is high. The blocks of lanes process this angle one after the other, one
+-- block per clock. The corrected reading appears PIPELINE_LATENCY + FOLD - 1 clocks after its angle was
 -- accepted. Until the next corrected reading, FOLD clocks later, only the ramp changes this output; so the reading to
 -- which the output belongs is at most 29 + 2 * (FOLD - 1) clocks old. The sums are exact, so every FOLD gives the same
 -- correction of an angle; with a cosine of more than 18 bits this requires an even LANES / FOLD. If the position moves
@@ -39,9 +39,9 @@
 -- correction decays at the ramp rate. With FOLD > 1, `zero_moved` may toggle in any clock, also several times between
 -- two accepted angles: the next accepted angle then counts from another zero.
 --
--- **Mean.** With MEAN, `angle` and `position` belong to the carrier; apply `mean_term`, `jumped` and `jump`
--- MEAN_LATENCY clocks after the reading to which they belong, as head_mean does. `swap_comes` is high in the clock
--- before the first angle of a new bank.
+-- **Mean.** With MEAN, `angle` and `position` belong to the carrier; `mean_term`, `jumped` and `jump` must come
+-- MEAN_LATENCY clocks after the reading to which they belong, as head_mean gives them. `swap_comes` is high in the
+-- clock before the first angle of a new bank.
 --
 -- **Modulators.** With MODULATORS the amplitude of a lane can follow the direction, the speed or a word of the
 -- processor (coefficient_memory).
@@ -62,7 +62,7 @@
 --
 -- **Reset** sets the correction to 0, ends the ramp and drops a pending write. The banks keep their values, and the
 -- pipeline still outputs the angles that it contains. While `counts_per_rev` changes, all angles in the pipeline must
--- be below the old and the new value; the phase steps belong to one counts_per_rev.
+-- be below the old and the new value; phase steps are valid only for the counts_per_rev for which they were computed.
 
 library ieee;
   use ieee.std_logic_1164.all;

@@ -164,7 +164,7 @@ FAULTS = {
     ),
     "a pin of another port": (
         "set_property LOC Y18 [get_ports head1_b]",
-        r":2: Y18 is the pin of head1_a already",
+        r":2: Y18 is already the pin of head1_a",
     ),
     "a second pin": (
         "set_property LOC Y19 [get_ports head1_a]",
@@ -176,7 +176,7 @@ FAULTS = {
     ),
     "an unknown standard": (
         "set_property IOSTANDARD RS422 [get_ports head1_a]",
-        r":2: 'RS422' is not an I/O standard; expected one of LVCMOS12",
+        r":2: 'RS422' is not an accepted I/O standard; expected one of LVCMOS12",
     ),
     "an unknown pull": (
         "set_property PULLTYPE DOWN [get_ports head1_a]",
@@ -261,8 +261,8 @@ def test_asynchronous_pins_meet_synchronisers_that_are_marked() -> None:
     ],
 )
 def test_vivado_constraints_are_whole_tcl(top: str, expected: set[str]) -> None:
-    """A real Tcl interpreter parses Vivado's files without an error; fake commands record which
-    commands are called."""
+    """A real Tcl interpreter parses Vivado's files without an error; stand-ins for Vivado's
+    commands record which commands the files call."""
     tcl = shutil.which("tclsh")
     assert tcl, "tclsh is missing: apt-get install tcl"
     files = " ".join(str(path) for path in vivado_files(top))

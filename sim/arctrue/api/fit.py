@@ -40,9 +40,9 @@ from arctrue.workbench.model.predicted import prediction_columns
 Float = NDArray[np.float64]
 State = Literal["free", "fixed", "at_bound", "undetermined"]
 AT_BOUND = 1e-5
-"""A parameter is at a bound, or a function of fixed parameters, if its standard uncertainty under
-the conditions is at most this share of that without them. Rounding leaves 1e-8, the root of the
-relative rounding of a variance."""
+"""Largest ratio of a parameter's standard uncertainties with and without conditions at which the
+conditions alone determine the parameter. Rounding leaves a ratio of 1e-8, the square root of the
+relative rounding error of a variance."""
 SAID: Mapping[State, str] = {
     "free": "",
     "fixed": " (fixed)",
@@ -93,8 +93,9 @@ class FitParameter:
     value : float
         Maximum-likelihood estimate, in ``unit``.
     stderr : float
-        Standard uncertainty of the linearised fit; 0 if fixed, NaN if the data do not determine it,
-        and NaN at a bound, because the linearised fit ends there.
+        Standard uncertainty of the linearised fit; 0 for a fixed parameter. NaN for a parameter
+        that the data do not determine, and for a parameter at a bound, because the linearised fit
+        is not valid beyond the bound.
     unit : str
         Unit of value and stderr, such as ``arcsec/K``.
     state : {"free", "fixed", "at_bound", "undetermined"}
@@ -255,7 +256,8 @@ class FitResult:
     @property
     def nfree(self) -> int:
         """Number of rows minus the number of parameter combinations that the data determine, at
-        least 0: a few combinations follow from the stated scatter of the index."""
+        least 0. The stated scatter of the index determines a few combinations without any row, so
+        the difference could be negative."""
         return max(self.nobs - self.solution.rank, 0)
 
     @property
@@ -333,8 +335,8 @@ class FitResult:
             Angle of the table, degrees; it may exceed a turn.
         conditions : mapping of str to array_like, shape (n,) or (), optional
             ``temperature_c`` (°C), ``time_s`` (s), ``direction`` (+1, −1), ``speed_deg_s`` (°/s,
-            signed), and the set's own conditions. Quantities of astropy are converted, as angles
-            are.
+            signed), and the set's own conditions. An astropy quantity is converted to this unit;
+            ``angle`` can be such a quantity too.
         return_std : bool, optional
             If True, also return the standard uncertainty.
 
@@ -514,8 +516,8 @@ def fit(
     bounds : mapping of str to (low, high), optional
         Limits of a parameter, None on an open side. Limits of a phase hold up to whole turns.
     tie : mapping of str to str, (str, float) or callable, optional
-        Value that a parameter equals: another parameter, a multiple of one
-        ``("other.name", 2.0)``, or a function of a mapping of all values.
+        What a parameter equals: another parameter, a multiple of another parameter
+        ``("other.name", 2.0)``, or the result of a function of a mapping of all values.
 
     Returns
     -------
@@ -599,8 +601,8 @@ def _parameters(
 
 
 def _is_kept(under: Parameter, without: Parameter) -> bool:
-    """Tell whether conditions keep a parameter: its standard uncertainty under the conditions, and
-    without them, show it."""
+    """Tell whether the conditions alone determine a parameter, from its standard uncertainties with
+    and without them."""
     return without.sigma > 0.0 and under.sigma <= AT_BOUND * without.sigma
 
 

@@ -12,9 +12,10 @@ from arctrue.calibration.capture_check import WholeTurns
 Float = NDArray[np.float64]
 
 NEIGHBOURS = 96
-"""Number of lines of the residual's spectrum that are averaged for an order: the relative standard
-deviation of an uncertainty is then 1/(2·√96) = 5 %."""
+"""Number of lines of the residual's spectrum whose mean power is the noise at an order. The
+uncertainty is the root of this mean; its relative standard deviation is 1/(2·√96) = 5 %."""
 PEAK_FALSE_ALARM = 1e-4
+"""Chosen probability that white noise alone has a line that counts as a peak."""
 
 
 class ResidualSpectrum:

@@ -14,13 +14,15 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 LARGEST_REVERSAL_TURNS = 1.0 / 360.0
+"""Angle of a reversal that always ends a pass, whatever the range is: one degree; chosen."""
 REVERSAL_SHARE = 0.01
-"""Smallest reversal as a share of the whole range, at most one degree; a smaller reversal is
-noise."""
+"""Angle of a reversal that ends a pass, as a share of the whole range, if this is less than one
+degree; a smaller reversal is noise. Chosen."""
 LEAST_ROWS_A_PASS = 4
 """Smallest mean number of rows in a pass; if passes are shorter, the rows are not in order of
 angle."""
 FULL_TURN = 1.0 - 1e-6
+"""Motion, in turns, after which a new cycle begins; 1e-6 allows for rounding of the angles."""
 
 
 @dataclass(frozen=True)
@@ -36,8 +38,8 @@ class Pass:
 def without_jumps(angle_turns: Float) -> tuple[Float, int]:
     """Continue angles (n,) past the end of each turn, and count the wraps.
 
-    The angles are changed only if all of them lie within one turn (rounded); each step between two
-    rows is then taken as the shorter way round.
+    The angles are changed only if all of them lie within one turn, apart from rounding; each step
+    between two rows is then taken as the shorter way round.
     """
     if angle_turns.size < 2 or float(np.ptp(angle_turns)) > ROUNDED_TURN:
         return angle_turns, 0

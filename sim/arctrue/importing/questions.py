@@ -14,8 +14,8 @@ from arctrue.importing.preview import Preview, preview_of, preview_of_file
 from arctrue.importing.reader import ReadSettings, read_recording
 
 TRIED_ROWS = 2000
-"""Number of rows at the start of each file with which the search for open questions tries the
-import."""
+"""Number of rows at the start of each file that a trial import reads to find the open
+questions."""
 
 
 @dataclass

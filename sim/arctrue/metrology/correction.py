@@ -36,7 +36,8 @@ class Correction:
     components_arcsec: Components
     """Cosine and sine of every order, (orders, 2)."""
     reversal_arcsec: float
-    """Reversal error B: the error approached from below minus the error approached from above."""
+    """Reversal error B: the error at a position that the table approaches from below, minus the
+    error at the same position approached from above."""
     left_out: tuple[str, ...]
     """Parts of the model that the correction does not contain."""
     warnings: tuple[str, ...]
@@ -89,8 +90,8 @@ class Correction:
 
 
 def reading_rad(reference: Reference, counts_per_rev: int | None) -> Float:
-    """Return the reading of head 1 in every row, radians: the recorded one, or R = θ + ε if none is
-    recorded."""
+    """Return the reading of head 1 in every row, radians: from the recorded counts, or R = θ + ε if
+    the counts or the counts per turn are missing."""
     if reference.head1_counts is not None and counts_per_rev is not None:
         turn = 2.0 * np.pi / counts_per_rev
         return np.asarray(np.remainder(reference.head1_counts, counts_per_rev) * turn)
@@ -100,8 +101,8 @@ def reading_rad(reference: Reference, counts_per_rev: int | None) -> Float:
 def table_objections(
     reference: Reference | None, correction: Correction, counts_per_rev: int | None
 ) -> list[str]:
-    """Return an objection if the correction would increase the error of the set's own reference
-    run; otherwise return an empty list."""
+    """Return an objection if the correction would increase the error of the set's own reference run
+    by more than the scatter of the rows explains; otherwise return an empty list."""
     if reference is None:
         return []
     if reference.mask is not None:

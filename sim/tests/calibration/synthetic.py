@@ -68,7 +68,7 @@ def turn_angles(
     ripple_order: int = 7,
 ) -> Float:
     """Return true angles at equal steps of time, ``samples`` per turn. A sine of ``ripple_rad`` and
-    ``ripple_order`` is added to the even motion."""
+    ``ripple_order`` is added to the uniform motion."""
     even = 2.0 * np.pi * np.arange(samples * turns) / samples
     return start + direction * (even + ripple_rad * np.sin(ripple_order * even))
 

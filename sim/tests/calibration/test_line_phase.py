@@ -16,7 +16,8 @@ TURNS = 1_000
 
 
 class Slipping:
-    """A disc with integer orders and a line whose order changes at random by ``slip`` (RMS).
+    """A disc with integer orders and a line whose order changes at random by the share ``slip``
+    (RMS) of its value.
 
     The slips are correlated over ``memory`` turns; with 0 the slips of different turns are
     independent.

@@ -27,7 +27,7 @@ def test_two_digits_of_the_uncertainty(value: float, sigma: float, unit: str, te
     assert with_uncertainty(value, sigma, unit) == text
 
 
-def test_probabilities_that_say_no_more() -> None:
+def test_probabilities_have_two_digits_and_a_lower_limit() -> None:
     assert [probability(p) for p in (0.0, 9e-10, 2e-9, 0.0312, 1.0)] == [
         "< 1e-9",
         "< 1e-9",

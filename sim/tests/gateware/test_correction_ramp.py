@@ -1,5 +1,5 @@
-"""Tests the ramp's model against the specification of the ramp, independently of its
-implementation."""
+"""Tests the model of the ramp against calculations from the ramp's specification that share no code
+with the model."""
 
 from __future__ import annotations
 
@@ -72,8 +72,8 @@ def test_rate_bound_and_hold(scenario: RampScenario) -> None:
     # lower limit is one unit further from 0 than the upper limit.
     moved = np.abs(np.diff(scenario.correction))
     moved[1:] += np.abs(np.diff(scenario.correction[:-1]))
-    # After a jump that would lead beyond the range, the total lies beyond the limit by less than a
-    # count, by which it then changes.
+    # After a jump that would lead beyond the range, the total lies less than one count beyond the
+    # limit; the return to the limit adds this difference to a change.
     at_limit = np.abs(total[:-1] + 0.5) > scenario.limit * COUNT
     jumped = at_limit & np.any(clipped)
     assert np.all((change <= moved + rate + ends + 1 + COUNT * jumped)[~scenario.marker[1:]])
@@ -81,8 +81,8 @@ def test_rate_bound_and_hold(scenario: RampScenario) -> None:
 
 @pytest.mark.parametrize("scenario", LINEAR, ids=str)
 def test_equals_a_plain_walk(scenario: RampScenario) -> None:
-    """The total equals that of a plain calculation, clock by clock, which computes the ramp from
-    the time since the marker with fractions."""
+    """In every clock the total equals the result of a plain calculation, which computes the ramp
+    with exact fractions from the time since the marker."""
     held = 0
     caught, age = 0, 3
     top = scenario.limit * COUNT
@@ -167,8 +167,8 @@ def test_acceleration_outside_the_format_is_refused(acceleration: int) -> None:
 
 
 def smooth(counts: float, rate: int, acceleration: int, ticks: int) -> np.ndarray:
-    """Return r after a step of ε: the difference, in counts, that the ramp still has to remove in
-    each clock."""
+    """Return r for each clock after a step of ε: the difference, in counts, that the ramp still has
+    to remove."""
     clocks = TICK * ticks
     level = np.full(clocks, round(counts * COUNT), dtype=np.int64)
     marker = np.arange(clocks) == 0
@@ -217,9 +217,9 @@ def test_markers_in_every_tick_never_lead_past_the_end(phase: int) -> None:
     """The total never passes the end of a step, even if markers come in every tick.
 
     The step has 2 counts. From the middle of the ramp on, one marker comes in each 256 clocks,
-    always at the same place; at the end there are no more markers. The total reaches 2 counts and
-    never exceeds them, whichever this place is. The velocity of the total never changes by more
-    than the acceleration allows.
+    always in the same clock of the tick; at the end there are no more markers. Whichever clock this
+    is, the total reaches 2 counts and never exceeds them. The velocity of the total never changes
+    by more than the acceleration allows.
     """
     counts, rate, acceleration, ticks = 2.0, RATE_ONE * 24, 2**32 - 1, 600
     clocks = TICK * ticks
@@ -273,7 +273,7 @@ def test_a_marker_on_the_way_leaves_the_velocity() -> None:
     down, reverses and returns."""
     (scenario,) = [s for s in SCENARIOS if s.name == "smooth, markers on the way"]
     total = run(scenario)
-    rest = total - scenario.correction
+    difference = total - scenario.correction
     # The clocks of the markers and of their holds are left out.
     near = np.convolve(scenario.marker, np.ones(4))[: scenario.marker.size] > 0
     speed = np.diff(total)[~near[1:]]
@@ -284,4 +284,4 @@ def test_a_marker_on_the_way_leaves_the_velocity() -> None:
     of_a_tick = scenario.ramp_acceleration / 2**59 * TICK * COUNT
     held = 7 * scenario.ramp_rate / 2**8 / TICK
     assert change <= 3 * of_a_tick + held
-    assert rest[-1] == 0
+    assert difference[-1] == 0

@@ -26,7 +26,7 @@ PLACES_DEG = (0.0, 33.0, 162.5, 300.5)
 def of_heads(
     places_deg: tuple[float, ...], *, wrapped: bool = False, late_s: float = 0.0
 ) -> MeasurementSet:
-    """Return a set whose heads stand at these places and count one turn at constant speed."""
+    """Return a set whose heads stand at these places and count 1.25 turns at constant speed."""
     time_s = np.arange(15_000) * 1e-3
     angle_deg = 30.0 * time_s + 20.0
     counts = [

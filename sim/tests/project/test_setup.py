@@ -96,8 +96,8 @@ def test_unknown_system_lists_what_to_install(machine: Machine) -> None:
 
 
 def test_unknown_system_with_all_tools_goes_on(machine: Machine) -> None:
-    # The stand-in for GHDL names its code generator as GHDL does, in one form for mcode and one for
-    # llvm.
+    # The stand-in for GHDL prints the name of its code generator in the form in which GHDL prints
+    # mcode and in the form in which it prints llvm.
     machine.command(
         "ghdl",
         'case "$GHDL_BACKEND" in mcode) echo " static elaboration, mcode JIT code generator";; '
@@ -227,7 +227,7 @@ def made_ready(machine: Machine, installer: str) -> None:
     file.chmod(0o755)
 
 
-def test_a_ghdl_too_old_for_netlists_gets_one_beside_it(machine: Machine) -> None:
+def test_a_ghdl_too_old_for_netlists_gets_a_newer_one(machine: Machine) -> None:
     made_ready(machine, "echo unpacked")
     for version in ("2.0.0", "4.1.0 (Ubuntu 4.1.0+dfsg-0ubuntu2)"):
         machine.command("ghdl", f"echo 'GHDL {version}'")

@@ -92,7 +92,7 @@ def test_the_finding_is_what_was_put_in(added: Analysis) -> None:
     # The cold and the warm rows differ by 4 K. Each row has 0.1″·√2 of noise, and 3,600 rows are
     # warm; the tolerance of the slope is three standard errors.
     assert rise == pytest.approx(slope, abs=3.0 * CAPTURE_NOISE * np.sqrt(2.0 / 3600.0) / 4.0)
-    # The column of the effect must lie on a straight line, because the fitted effect contains no
+    # The fitted effect must lie on a straight line over the temperature, because it contains no
     # noise.
     straight = np.polyval(np.polyfit(capture.x, capture.effect, 1), capture.x)
     assert np.abs(capture.effect - straight).max() < 0.01 * np.ptp(capture.effect)

@@ -53,8 +53,9 @@ def measurement_set(
     """Return a set with a capture of ``runs`` runs, and with a reference run over 24 faces in both
     directions.
 
-    ``head2_only`` gives arcseconds for (time s, speed rad/s), which are added to head 2.
-    ``electrical`` gives arcseconds for the electrical phase, which are added to both heads.
+    ``head2_only`` is a function of time (s) and speed (rad/s); its value in arcseconds is added to
+    head 2. ``electrical`` is a function of the electrical phase (rad); its value in arcseconds is
+    added to both heads and to the reference.
     """
     random = np.random.default_rng(seed)
     columns: dict[str, list[Float]] = {name: [] for name in ("run", "time", "h1", "h2", "warm")}

@@ -12,9 +12,8 @@ from arctrue.table.cause import Cause
 from arctrue.table.instruments.polygon import FACES
 
 KEPT_A_SIGNAL_PERIOD = 64
-"""Intended number of kept edges in each period of the grating; because the step between kept edges
-is odd, the number can be a little smaller (1024 edges with step 17: 60).
-"""
+"""Intended number of kept edges in each period of the grating. The number can differ from this,
+because the step between kept edges is an odd whole number (1024 edges with step 17: 60)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,8 +51,8 @@ class HiddenSettings:
         return every + 1 - every % 2 if every > 1 else 1
 
     def table(self, hidden: Sequence[Cause]) -> RotaryTable:
-        """Return a table with the paper's kind of error and the causes ``hidden``; noise is the
-        last cause."""
+        """Return the table of ``arctrue revolution`` with the causes ``hidden`` added; noise, if
+        there is any, is the last cause."""
         plain = self.revolution.table()
         noise = 1 if self.revolution.noise_arcsec else 0
         known = plain.causes[: len(plain.causes) - noise]

@@ -93,7 +93,8 @@ def _direction(rows: Rows) -> Float | None:
 
 
 def _time(rows: Rows) -> Float | None:
-    # Times of a day or of an epoch would be nearly a constant.
+    # The time counts from the start of the session: seconds since midnight or since 1970 would be
+    # nearly constant.
     return None if rows.time_s is None else (rows.time_s - rows.session_start_s) / 3600.0
 
 
@@ -253,7 +254,7 @@ class ProductOfParts(Effect):
     head or reference)."""
 
     name = "product_of_parts"
-    physics = "A description by parts, which the settings state; its physics is not known yet."
+    physics = "The settings state the parts of this effect; its physical cause is not known yet."
     equation = "condition × wave, in one frame"
     source = "found in the residuals"
     needs_settings = True
@@ -298,7 +299,7 @@ class ProductOfParts(Effect):
         said = self.settings
         constant_s, column = float(str(said["time_constant_s"])), str(said["column"])
         if sum([bool(said["condition"]), constant_s != 0.0, bool(column)]) > 1:
-            self._refuse("condition", "one of condition, time_constant_s and column alone")
+            self._refuse("condition", "only one of condition, time_constant_s and column")
         if constant_s < 0.0:
             self._refuse("time_constant_s", "seconds above 0, or 0 for no settling")
         if column:
@@ -326,8 +327,8 @@ class ProductOfParts(Effect):
             self.compensation_note = reason  # type: ignore[misc]
 
     def _why_no_lanes(self) -> str:
-        """Return the reason why the firmware loads no lane for such a product; an empty string if
-        there is no such reason."""
+        """Return the reason why the firmware loads no lane for a product with such orders and such
+        a condition. The empty string means no reason, or one that ``compensation_note`` states."""
         if self.condition is ALWAYS:
             return ""
         if any(order != round(order) for order in self.orders):

@@ -57,8 +57,8 @@ def test_sliding_rubs_as_stribeck_says_and_standing_bends() -> None:
 
 
 def test_the_servo_brings_the_signal_to_the_target() -> None:
-    """The servo brings the signal to the target except for two parts: one count from rounding down,
-    and one count within which the loop does not react."""
+    """The table stops less than two counts from the target: the signal is rounded down by up to one
+    count, and the loop does not react within one count."""
 
     def shown(angle_rad: np.ndarray) -> np.ndarray:
         return np.floor(angle_rad / COUNT_RAD) * COUNT_RAD

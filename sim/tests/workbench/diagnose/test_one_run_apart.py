@@ -1,5 +1,5 @@
-"""Tests of sets in which a head drifts in the only warm run of four, while the index repeats to
-within the counts."""
+"""Tests that a drift of a head in the only warm run of four is found, and that the scatter of an
+index from run to run is not taken for a drift."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ COUNT_ARCSEC = 1_296_000.0 / COUNTS_PER_REV
 
 
 def _four_runs(warm_arcsec: float, seed: int, scatter_counts: float = 0.5) -> MeasurementSet:
-    """Return a set with runs at 20, 20, 20 and 24 °C; head 2 begins each run with an offset of some
-    counts."""
+    """Return a set with runs at 20, 20, 20 and 24 °C. Head 2 begins each run with a random offset
+    of ``scatter_counts`` (RMS), and moves by ``warm_arcsec`` in the warm run."""
     measured = measurement_set(seed=seed, reference=False)
     capture = measured.capture
     assert capture is not None
@@ -37,7 +37,7 @@ def _four_runs(warm_arcsec: float, seed: int, scatter_counts: float = 0.5) -> Me
 @pytest.mark.parametrize("warm_arcsec", [3.4, -2.0])
 def test_a_drift_in_the_one_warm_run_is_found(warm_arcsec: float, seed: int) -> None:
     """The diagnosis finds the drift of head 2, which moves by 25 counts or more in the warm run,
-    while the offsets of the other three runs scatter by half a count."""
+    while the offsets of the four runs scatter by half a count."""
     found = diagnosis_of(_four_runs(warm_arcsec, seed))
     assert "thermal_head_drift" in found.effect_class
     assert found.effect_class[0] == "thermal_head_drift"
@@ -47,7 +47,7 @@ def test_a_drift_in_the_one_warm_run_is_found(warm_arcsec: float, seed: int) -> 
     "seed", [pytest.param(3, marks=pytest.mark.large), 4, pytest.param(5, marks=pytest.mark.large)]
 )
 def test_an_index_that_scatters_is_no_drift(seed: int) -> None:
-    """The diagnosis finds no drift if head 2 begins each run at another place, with a scatter of 20
-    counts."""
+    """The diagnosis finds no drift if head 2 begins each run at a random place, with a standard
+    deviation of 20 counts."""
     found = diagnosis_of(_four_runs(0.0, seed, scatter_counts=20.0))
     assert "thermal_head_drift" not in found.effect_class

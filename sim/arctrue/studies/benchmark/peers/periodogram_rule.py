@@ -1,5 +1,5 @@
-"""Applies the rule of thumb: the order or frequency of the residual's strongest line names the
-effect."""
+"""Applies the rule of thumb: the order or frequency of the residual's most significant line names
+the effect."""
 
 from __future__ import annotations
 
@@ -11,13 +11,15 @@ import numpy as np
 from arctrue.studies.benchmark.peers.textbook import BASE_ORDERS, Fit, Float, Problem, problem
 
 FALSE_ALARM = 0.01
+"""Largest false-alarm probability of a line that names an effect; chosen."""
 HIGHEST_ORDER = 400
+"""Highest order that the search tries, if the rows are dense enough; chosen."""
 
 
 def periodogram_rule(folder: Path) -> dict[str, Any]:
-    """Name the effect of the strongest line (a sine in angle or time) if its false-alarm
-    probability is at most 1 %, else answer ``adequate``; without a capture, answer ``cannot_tell``.
-    """
+    """Name the effect of the line (a sine in angle or time) with the smallest false-alarm
+    probability if this is at most 1 %, otherwise answer ``adequate``; without a capture, answer
+    ``cannot_tell``."""
     fit = Fit(problem(folder))
     given, left = fit.given, fit.left()[fit.part(0)]
     if not left.size:
@@ -62,7 +64,7 @@ def _in_time(given: Problem, left: Float) -> float:
 
 
 def _chance(power: float, values: Float, places: int) -> float:
-    """Return the probability that white noise has a line of at least this power at one of
+    """Return the probability that white noise has a line of at least this power at one or more of
     ``places`` orders or frequencies.
 
     The probability at one place is exp(−power/σ²).
