@@ -40,6 +40,8 @@ def read_pins(path: Path) -> dict[str, dict[str, tuple[str, int]]]:
         lines = path.read_text(encoding="utf-8").splitlines()
     except OSError as error:
         raise ConstraintError(f"{path}: the pin file cannot be read: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise ConstraintError(f"{path}: expected text in UTF-8, found {error.reason}") from error
     found: dict[str, dict[str, tuple[str, int]]] = {}
     faults = []
     for number, line in enumerate(lines, start=1):

@@ -36,7 +36,7 @@ def _inputs(top: AddrmapNode, register: RegNode, port: str) -> list[str]:
 def _outputs(top: AddrmapNode, register: RegNode, port: str) -> list[str]:
     """Return lines that assign each bit of the port: a bit of a field that the gateware reads, or 0
     without a field. Return no lines if the gateware reads no field of the register."""
-    lines, free = [], set(range(32))
+    lines, free = [], set(range(register.get_property("regwidth")))
     for field in register.fields():
         if field.is_hw_readable and not field.is_hw_writable:
             value = f"hwif_out.{path_below(top, field)}.value"
@@ -61,12 +61,13 @@ def register_words(top: AddrmapNode) -> str:
     for register in registers_of(top):
         port = path_below(top, register).replace(".", "_")
         driven, shown = _inputs(top, register, port), _outputs(top, register, port)
-        if driven:
+        if driven and shown:
+            raise ValueError(f"register {port}: expected fields of one direction, found both")
+        if driven or shown:
             width = register.get_property("regwidth")
-            ports.append(f"{port} : in std_ulogic_vector({width - 1} downto 0)")
-        elif shown:
-            ports.append(f"{port} : out std_ulogic_vector(31 downto 0)")
-        wiring += driven or shown
+            mode = "in" if driven else "out"
+            ports.append(f"{port} : {mode} std_ulogic_vector({width - 1} downto 0)")
+        wiring += driven + shown
     joined = (
         "clock",
         "reset",

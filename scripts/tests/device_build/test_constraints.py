@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 import pytest
@@ -196,6 +197,13 @@ def test_faults_are_named_with_their_line(fault: str, tmp_path: Path) -> None:
         check_pins(path, ["head1_a", "head1_b"])
 
 
+def test_a_pin_file_that_is_not_utf_8_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "board.xdc"
+    path.write_bytes("set_property LOC W14 [get_ports Kopf_\u00e4]".encode("latin-1"))
+    with pytest.raises(ConstraintError, match=r"board\.xdc: expected text in UTF-8"):
+        read_pins(path)
+
+
 def vivado_text() -> str:
     """Return the text of all files of the device that only Vivado reads, without comments."""
     text = "".join(path.read_text(encoding="utf-8") for path in vivado_files(TOP))
@@ -210,7 +218,7 @@ def test_vivado_names_ports_of_the_top_and_its_clock() -> None:
     patterns = " ".join(re.findall(r"get_ports \{?([\w* ]+)\}?\]", text)).split()
     assert patterns
     for pattern in patterns:
-        assert any(port.startswith(pattern.removesuffix("*")) for port in ports), pattern
+        assert any(fnmatchcase(port, pattern) for port in ports), pattern
     period = re.search(r"create_clock -name fabric_clock -period ([\d.]+)", text)
     assert period
     assert float(period[1]) == 1e3 / TOPS[TOP].clock_mhz == 1e9 / number_formats.CLOCK_HZ

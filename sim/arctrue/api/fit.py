@@ -283,10 +283,13 @@ class FitResult:
     def covariance(self) -> Float:
         """Covariance of the parameters, shape (parameters, parameters), in their units; read only.
 
-        NaN for a parameter that is not determined or at a bound.
+        NaN for a parameter that is not determined or at a bound; 0 for a fixed parameter.
         """
         slopes = slopes_of(self._constrained, list(self.params))
         found = np.asarray(slopes @ self._constrained.covariance @ slopes.T)
+        fixed = [item.state == "fixed" for item in self.params.values()]
+        found[fixed, :] = 0.0
+        found[:, fixed] = 0.0
         unknown = [item.state in ("at_bound", "undetermined") for item in self.params.values()]
         found[unknown, :] = np.nan
         found[:, unknown] = np.nan

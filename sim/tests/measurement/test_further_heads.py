@@ -85,7 +85,6 @@ def test_places_that_no_table_has_are_refused(places: tuple[float, ...], said: s
 def test_a_separation_that_contradicts_the_places_is_refused(tmp_path: Path) -> None:
     write_measurement_set(tmp_path, of_heads(PLACES_DEG))
     toml = tmp_path / "measurement.toml"
-    toml.write_text(toml.read_text("utf-8") + "\n", "utf-8")
     text = toml.read_text("utf-8").replace("[table]", "[table]\nhead_separation_deg = 34.0")
     toml.write_text(text, "utf-8")
     with pytest.raises(MeasurementError, match="leave out head_separation_deg"):

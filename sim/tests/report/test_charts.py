@@ -191,7 +191,7 @@ def test_panels_stand_below_one_another_on_a_phone(added: Analysis) -> None:
     assert narrow["height"] > wide["height"]
 
 
-def test_a_name_with_marks_is_text(added: Analysis, tmp_path: object) -> None:
+def test_a_name_with_marks_is_text(added: Analysis) -> None:
     last = replace(added.model.history[-1], effect="<b>x</b> & $y$")
     chart = ladder([*added.model.history[:-1], last])
     texts = chart_data(chart)["layout"]["xaxis"]["ticktext"]

@@ -19,6 +19,7 @@ from arctrue.report.benchmark_page import PEERS_STATED, benchmark_page
 from arctrue.studies.benchmark.answers import AnswersError, Verdict, score_of_peers
 from arctrue.studies.benchmark.digests import set_name
 from arctrue.studies.benchmark.frozen import frozen_digests
+from arctrue.studies.benchmark.peers.periodogram_rule import _chance
 from arctrue.studies.benchmark.peers.stepwise_bic import _gains
 from arctrue.studies.benchmark.peers.textbook import Fit, problem, waves
 from arctrue.studies.benchmark.plan import TierPlan, make_plan, read_plan, sources_of
@@ -53,6 +54,24 @@ def test_nothing_is_adequate(tmp_path: Path, subject: str) -> None:
 def test_stepwise_names_a_strong_effect(tmp_path: Path, name: str, size: float) -> None:
     found = find_subject("stepwise_bic")(written(tmp_path, Wanted(name, size)))
     assert (found["named"], found["further"]) == (name, [])
+
+
+@pytest.mark.parametrize("subject", PEERS)
+def test_few_rows_a_turn_get_an_answer(tmp_path: Path, subject: str) -> None:
+    """Half a row for each of the orders that a peer searches, and a run of one row."""
+    folder = written(tmp_path)
+    heading, *rows = (folder / "capture.csv").read_text(encoding="utf-8").splitlines()
+    first = ",".join(["99", *rows[0].split(",")[1:]])
+    assert heading.startswith("run,")
+    thin = "\n".join([heading, first, *rows[60::60], ""])
+    (folder / "capture.csv").write_text(thin, encoding="utf-8")
+    assert find_subject(subject)(folder)["verdict"] in get_args(Verdict)
+
+
+def test_the_chance_of_two_very_strong_lines_follows_their_power() -> None:
+    values = np.tile([1.0, -1.0], 50)
+    assert _chance(900.0, values, 10) < _chance(800.0, values, 10) < _chance(20.0, values, 10)
+    assert _chance(30.0001, values, 10) == pytest.approx(_chance(29.9999, values, 10), rel=1e-4)
 
 
 def test_periodogram_names_a_line_in_time(tmp_path: Path) -> None:

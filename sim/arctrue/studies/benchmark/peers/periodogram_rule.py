@@ -28,7 +28,7 @@ def periodogram_rule(folder: Path) -> dict[str, Any]:
     highest = min(HIGHEST_ORDER, turn_rows / 2.0 - BASE_ORDERS)
     order, by_angle = _in_angle(given.theta, left, np.arange(0.5, highest, 0.5))
     by_time = _in_time(given, left)
-    if min(by_angle, by_time) > FALSE_ALARM:
+    if min(by_angle, by_time) > np.log(FALSE_ALARM):
         return {"verdict": "adequate", "named": None, "class": [], "further": []}
     if by_time < by_angle:
         name = "vibration"
@@ -40,8 +40,10 @@ def periodogram_rule(folder: Path) -> dict[str, Any]:
 
 
 def _in_angle(angle: Float, left: Float, orders: Float) -> tuple[float, float]:
-    """Return the order of the strongest line in angle, and the false-alarm probability of this
-    line."""
+    """Return the order of the strongest line in angle, and the logarithm of its false-alarm
+    probability; the probability is 1 if the rows are too sparse for two orders."""
+    if orders.size < 2:
+        return 0.0, 0.0
     values = left - left.mean()
     turned = values * np.exp(-1j * orders[0] * angle)
     step = np.exp(-1j * (orders[1] - orders[0]) * angle)
@@ -53,10 +55,13 @@ def _in_angle(angle: Float, left: Float, orders: Float) -> tuple[float, float]:
 
 
 def _in_time(given: Problem, left: Float) -> float:
-    """Return the smallest false-alarm probability of the strongest lines of all runs."""
-    best = 1.0
+    """Return the logarithm of the smallest false-alarm probability of the strongest lines of all
+    runs."""
+    best = 0.0
     for number in given.runs:
         values = left[given.run == number]
+        if values.size < 2:
+            continue
         values = values - values.mean()
         power = np.abs(np.fft.rfft(values)[1:]) ** 2 / values.size
         best = min(best, _chance(float(power.max()), values, power.size * given.runs.size))
@@ -64,10 +69,13 @@ def _in_time(given: Problem, left: Float) -> float:
 
 
 def _chance(power: float, values: Float, places: int) -> float:
-    """Return the probability that white noise has a line of at least this power at one or more of
-    ``places`` orders or frequencies.
+    """Return the logarithm of the probability that white noise has a line of at least this power at
+    one or more of ``places`` orders or frequencies.
 
-    The probability at one place is exp(−power/σ²).
+    The probability at one place is exp(−power/σ²). Where it is small, the sum over all places
+    equals it; two very strong lines are thus still compared by their power.
     """
-    ratio = power / max(float(values.var()), 1e-30)
-    return float(-np.expm1(places * np.log1p(-np.exp(-min(max(ratio, 1e-12), 700.0)))))
+    ratio = max(power / max(float(values.var()), 1e-30), 1e-12)
+    if ratio > 30.0:
+        return float(np.log(places) - ratio)
+    return float(np.log(-np.expm1(places * np.log1p(-np.exp(-ratio)))))

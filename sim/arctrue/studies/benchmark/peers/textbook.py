@@ -401,6 +401,8 @@ def _strongest_line_hz(given: Problem, left: Float) -> tuple[float, float]:
     for number in given.runs:
         inside = given.run == number
         rows = left[inside]
+        if rows.size < 2:
+            continue
         step_s = float(np.median(np.diff(given.time_s[inside])))
         power = np.abs(np.fft.rfft(rows - rows.mean(), 8 * rows.size)) ** 2 / rows.size
         hz = np.fft.rfftfreq(8 * rows.size, step_s)
