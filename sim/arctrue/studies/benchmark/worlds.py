@@ -164,9 +164,9 @@ def swinging_speed(random: Random) -> Surroundings:
 
 
 def four_heads(random: Random) -> Surroundings:
-    """Draw disturbances in which four heads are at drawn places, which the set states; a run has 3,000
-    rows. A quarter of the sets has no reference; in a quarter the noise of the heads is coloured.
-    Only causes that the heads show are hidden; a fault of one head is at any of them.
+    """Draw disturbances in which four heads are at drawn places, which the set states; a run has
+    3,000 rows. A quarter of the sets has no reference; in a quarter the noise of the heads is
+    coloured. Only causes that the heads show are hidden; a fault of one head is at any of them.
     """
     found = _usual(random)
     off = random.uniform(-PLACES_OFF_DEG, PLACES_OFF_DEG, len(HEAD_PLACES_DEG[4]) - 1)
