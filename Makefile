@@ -154,7 +154,7 @@ warming: generate ## simulate a table that warms, whose eccentricity the firmwar
 	@scripts/install_ghdl_netlist.sh
 	$(VENV)/python -m scripts.warming $(SCALE)
 
-benchmark: generate ## run the benchmark of the diagnosis, resumable, and write its page (TIER=dev: 600 sets; quick, calibration, public, sealed, cases; SETS="--generator both --limit N --samples N")
+benchmark: generate ## run the benchmark of the diagnosis, resumable, and write its page (TIER=dev: 650 sets; quick, calibration, public, sealed, cases; SETS="--generator both --limit N --samples N")
 	@test -f build/benchmark/$(TIER)/plan.json || $(VENV)/arctrue benchmark make build/benchmark/$(TIER) --tier $(TIER) $(SETS)
 	$(VENV)/arctrue benchmark run build/benchmark/$(TIER) $(BENCHMARK_OPTIONS)
 	$(VENV)/arctrue benchmark page build/benchmark/$(TIER) $(if $(wildcard build/benchmark/public/*/results*.jsonl),--peers build/benchmark/public) \

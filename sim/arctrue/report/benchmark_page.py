@@ -49,8 +49,8 @@ drawn. It *sees* a cause that it would find in 95 % of such sets at a false alar
 includes the cost of its search for an order, a frequency or an instant. A cause that changes the
 prediction by less than half a count RMS does not count as visible.
 
-    make benchmark                               # dev: 600 sets; TIER=quick, public, sealed, cases
-    make benchmark TIER=calibration              # 180 sets: how often a sure answer is wrong
+    make benchmark                               # dev: 650 sets; TIER=quick, public, sealed, cases
+    make benchmark TIER=calibration              # 195 sets: how often a sure answer is wrong
     make benchmark TIER=sealed SETS="--generator both --limit 1500"  # a fifth: second generator
     arctrue benchmark make FOLDER --tier sealed  # seals generator and scoring, then draws the seed
     arctrue benchmark run FOLDER                 # --workers N, --scheduler ADDRESS, --shard i/n

@@ -12,6 +12,8 @@ import numpy as np
 from msgspec import Meta, Struct
 
 from arctrue.table.cause import Cause
+from arctrue.table.head import Head
+from arctrue.table.rotary_table import two_heads
 
 MICROMETRE_M = 1e-6
 STROKE_DEG = 1.0
@@ -50,6 +52,8 @@ class Occasion:
     durations_s: tuple[float, ...]
     """Duration of each run of the capture, seconds."""
     speeds_rad_s: tuple[float, ...]
+    heads: tuple[Head, ...] = two_heads()
+    """Heads on which a cause of one head may act."""
 
     @property
     def turns(self) -> float:
@@ -90,6 +94,9 @@ class Recipe:
     """Position in the pools from which the benchmark draws; a new recipe gets the next number."""
     coefficients: int = 0
     """Number of coefficients of the cause's true form, which the ideal test fits; 0 for noise."""
+    coefficients_of_more_heads: int = 0
+    """The same number if the capture has three or four heads, which show both directions in which
+    the axis moves; 0: as with two heads."""
     places: float = 1
     """Number of orders, frequencies, instants, places on the disc or time constants that a search
     for the cause tries."""

@@ -29,6 +29,17 @@ def vector(size: float, random: Random) -> complex:
     return cmath.rect(size, angle(random))
 
 
+def any_head(random: Random, occasion: Occasion) -> int:
+    """Draw one of the heads, numbered from 0."""
+    return int(random.integers(len(occasion.heads)))
+
+
+def later_head(random: Random, occasion: Occasion) -> int:
+    """Return head 2 of two heads, because their difference does not show which of them has the
+    fault; draw one of three or four heads. Heads are numbered from 0."""
+    return 1 if len(occasion.heads) == 2 else any_head(random, occasion)
+
+
 def instants(mean_s: float, random: Random, occasion: Occasion) -> tuple[float, ...]:
     """Draw irregular instants, which usually begin before the first run and end after the last
     run."""

@@ -3,16 +3,20 @@ with these heads are right."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from arctrue.calibration import whole_turns
 from arctrue.calibration.heads_least_squares import HeadsSettings, heads_least_squares
-from arctrue.studies.simulate.experiment import EXPERIMENTS
+from arctrue.studies.simulate.experiment import EXPERIMENTS, full
 from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
 from arctrue.table import DISC_RADIUS_M, HEAD_PLACES_DEG, RotaryTable, TableState, heads_at
 from arctrue.table.causes.lost_counts import LostCounts
 from arctrue.table.causes.radial_motion import RadialMotion
+from arctrue.table.declaration import Occasion
+from arctrue.table.registry import REGISTRY
 
 PLACES = np.deg2rad(HEAD_PLACES_DEG[4])
 SECOND_ORDER = 2.0
@@ -62,6 +66,75 @@ def test_a_simulated_set_is_calibrated_to_the_table_it_came_from(heads: int) -> 
     # The fit of 24 coefficients, with gains below 1.3 and 0.1″ of noise, has an uncertainty of
     # 0.005″ if only the 18,000 samples of one head count. The test allows four times this.
     assert np.std(left) < 4 * 1.3 * 0.1 * np.sqrt(24 / 18_000)
+
+
+OF_ONE_HEAD = (
+    "head_angle_error",
+    "subdivision_error",
+    "vibration",
+    "timing_skew",
+    "thermal_head_drift",
+    "count_slip",
+    "settling_bracket",
+    "sticking_bracket",
+    "loosening_head",
+    "leaning_bracket",
+)
+
+
+@pytest.mark.parametrize("name", OF_ONE_HEAD)
+def test_a_fault_of_one_head_is_drawn_at_each_of_four_heads(name: str) -> None:
+    heads = heads_at([0.0, 0.6, 2.7, 5.2])
+    occasion = replace(full().occasion, heads=heads)
+    found = set()
+    for seed in range(40):
+        (cause,) = REGISTRY[name].draw(1.0, np.random.default_rng(seed), occasion)
+        head = cause.head  # type: ignore[attr-defined]
+        assert getattr(cause, "at", heads[head]) == heads[head]
+        found.add(head)
+    assert found == {0, 1, 2, 3}
+
+
+def test_a_radial_motion_of_order_1_is_drawn_for_more_than_two_heads() -> None:
+    two, four = full().occasion, replace(full().occasion, heads=heads_at(PLACES.tolist()))
+
+    def orders(occasion: Occasion) -> set[int]:
+        draws = [
+            REGISTRY["radial_error_motion"].draw(1.0, np.random.default_rng(seed), occasion)
+            for seed in range(100)
+        ]
+        return {cause.order for (cause,) in draws if isinstance(cause, RadialMotion)}
+
+    assert orders(two) == set(range(2, 9))
+    assert orders(four) == set(range(1, 9))
+
+
+def test_exact_signal_of_four_heads_is_that_of_their_readings() -> None:
+    places = (0.0, 30.0, 158.25, 305.5)
+    made = simulate_set(
+        [Wanted("radial_error_motion", 1.0)],
+        full().smaller(300, 2),
+        4,
+        noise_arcsec=0.0,
+        index_scatter_counts=0,
+        head_places_deg=places,
+    )
+    capture = made.measurement.capture
+    assert capture is not None
+    assert made.measurement.table.head_places_deg == places
+    off = np.stack(capture.heads) * (1_296_000 / (1 << 24))
+    off -= np.array(places)[:, None] * 3600
+    # The three combinations of docs/workbench-heads.md.
+    seen = np.concatenate(
+        [
+            off[1] - off[0],
+            np.sqrt(4 / 3) * (off[2] - (off[0] + off[1]) / 2),
+            np.sqrt(3 / 2) * (off[3] - (off[0] + off[1] + off[2]) / 3),
+        ]
+    )
+    # Rounding down changes each reading by 0 to 1 count, and a contrast by at most √2 counts.
+    bound = np.sqrt(2.0) * 1_296_000 / (1 << 24)
+    assert np.max(np.abs(seen - made.exact_arcsec["capture"])) < bound
 
 
 def test_two_heads_are_drawn_as_they_were() -> None:

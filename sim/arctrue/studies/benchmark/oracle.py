@@ -1,7 +1,8 @@
 """Computes the ideal test of one cause, with the cause's exact form, the true covariance and the
 base model.
 
-The base model has orders 1 to 20 on the disc, an offset for each run, and a zero of the reference.
+The base model has orders 1 to 20 on the disc, an offset for each run and contrast of the heads, and
+a zero of the reference.
 The test is the generalised likelihood ratio of the cause's exact form against the base model, under
 the covariance with which the noise was drawn. This module imports nothing from the workbench.
 """
@@ -21,7 +22,7 @@ from scipy.stats import chi2, ncx2
 
 from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.measurement import MeasurementSet
-from arctrue.studies.simulate.measured_table import TrueNoise
+from arctrue.studies.simulate.measured_table import TrueNoise, contrasts
 from arctrue.table.noise import Noise
 from arctrue.table.registry import REGISTRY
 
@@ -57,11 +58,30 @@ class Sight:
         return float(np.sqrt(self.noncentrality / self.needed))
 
 
+@dataclass(frozen=True, slots=True)
+class _Block:
+    """Rows of one contrast of the heads, or of the reference."""
+
+    channel: str
+    rows: slice
+    """Rows of the channel's signal."""
+    columns: Float
+    """Base model ``(n, width)``."""
+
+
 @cache
-def needed_noncentrality(effect: str) -> float:
+def needed_noncentrality(effect: str, heads: int = 2, of_one_head: bool = False) -> float:
     """Return the λ at which a noncentral χ² exceeds the look-elsewhere threshold with probability
-    POWER."""
-    rank, places = REGISTRY[effect].coefficients, REGISTRY[effect].places
+    POWER.
+
+    With three or four heads the test also searches for the head if the cause acts on one head; two
+    heads do not show which of them has a fault.
+    """
+    recipe = REGISTRY[effect]
+    rank, places = recipe.coefficients, recipe.places
+    if heads > 2:
+        rank = recipe.coefficients_of_more_heads or rank
+        places = places * (heads if of_one_head else 1)
     threshold = chi2.isf(FALSE_ALARM / places, rank)
     return float(brentq(lambda value: ncx2.sf(threshold, rank, value) - POWER, 1e-3, 1e4))
 
@@ -105,39 +125,44 @@ def look(
     signal_arcsec: dict[str, Float],
     noise: dict[str, TrueNoise],
     index_variance_arcsec2: float,
+    of_one_head: bool = False,
 ) -> Sight:
     """Compute the ideal test of one cause; ``signal_arcsec`` is the signal of this cause alone in
-    each channel."""
-    normal, right, square = _sums(measurement, signal_arcsec, noise, index_variance_arcsec2)
+    each channel. The signal of the capture holds the rows of every contrast of the heads, one
+    contrast after another."""
+    blocks = _blocks(measurement)
+    normal, right, square = _sums(measurement, blocks, signal_arcsec, noise, index_variance_arcsec2)
     absorbed = lstsq(normal, right, lapack_driver="gelsy")[0]
     noncentrality = max(0.0, square - float(right @ absorbed))
     largest = 0.0
-    for channel, columns in _columns(measurement).items():
-        left = signal_arcsec[channel] - np.asarray(columns @ absorbed)
-        sound = ~noise[channel].struck
+    for block in blocks:
+        left = signal_arcsec[block.channel][block.rows] - np.asarray(block.columns @ absorbed)
+        sound = ~noise[block.channel].struck
         largest = max(largest, float(np.sqrt(np.mean(left[sound] ** 2))))
     # The fit may absorb an offset in the index, but the offset still shifts the prediction, so its
     # full size counts.
-    offsets = absorbed[_offsets(measurement)]
-    if offsets.size:
-        largest = max(largest, float(np.sqrt(np.mean(offsets**2))))
-    return Sight(noncentrality, needed_noncentrality(effect), largest)
+    if measurement.capture is not None:
+        for offsets in absorbed[_offsets(measurement)].reshape(-1, _runs(measurement)):
+            largest = max(largest, float(np.sqrt(np.mean(offsets**2))))
+    heads = 0 if measurement.capture is None else len(measurement.capture.heads)
+    return Sight(noncentrality, needed_noncentrality(effect, heads, of_one_head), largest)
 
 
 def _sums(
     measurement: MeasurementSet,
+    blocks: Sequence[_Block],
     signal_arcsec: dict[str, Float],
     noise: dict[str, TrueNoise],
     index_variance_arcsec2: float,
 ) -> tuple[Float, Float, float]:
-    """Compute normal matrix, right side and square of the signal over both channels and index."""
-    columns = _columns(measurement)
-    width = next(iter(columns.values())).shape[1]
+    """Compute normal matrix, right side and square of the signal over all channels and index."""
+    width = blocks[0].columns.shape[1]
     normal, right, square = np.zeros((width, width)), np.zeros(width), 0.0
-    for channel, block in columns.items():
-        sound = ~noise[channel].struck
-        process = noise[channel].gaussian.rows(sound)
-        with_signal = np.column_stack([block[sound], signal_arcsec[channel][sound]])
+    for block in blocks:
+        sound = ~noise[block.channel].struck
+        process = noise[block.channel].gaussian.rows(sound)
+        signal = signal_arcsec[block.channel][block.rows]
+        with_signal = np.column_stack([block.columns[sound], signal[sound]])
         weighted = inverse_times(_in_arcsec(process), with_signal)
         products = with_signal.T @ weighted
         normal += products[:-1, :-1]
@@ -146,7 +171,7 @@ def _sums(
     offsets = range(width)[_offsets(measurement)]
     stated = measurement.table.index_repeatability_counts is not None
     # The offset of a single run does not show how well the index repeats.
-    if stated or len(offsets) > 1:
+    if stated or _runs(measurement) > 1:
         for offset in offsets:
             # If the index repeats exactly, the offset is zero.
             normal[offset, offset] += 1.0 / max(index_variance_arcsec2, 1e-12)
@@ -157,32 +182,43 @@ def _in_arcsec(noise: Noise) -> Noise:
     return Noise(noise.white_rad * ARCSEC_PER_RAD, noise.sigma_rad * ARCSEC_PER_RAD, noise.decay)
 
 
+def _runs(measurement: MeasurementSet) -> int:
+    return 0 if measurement.capture is None else int(measurement.capture.run.max()) + 1
+
+
 def _offsets(measurement: MeasurementSet) -> slice:
+    """Return the columns with the offsets of all runs, for each contrast of the heads."""
     capture = measurement.capture
-    runs = 0 if capture is None else int(capture.run.max()) + 1
-    return slice(2 * BASE_ORDERS, 2 * BASE_ORDERS + runs)
+    more = 0 if capture is None else len(capture.heads) - 1
+    return slice(2 * BASE_ORDERS, 2 * BASE_ORDERS + more * _runs(measurement))
 
 
-def _columns(measurement: MeasurementSet) -> dict[str, Float]:
-    """Return the base model by channel, ``(n, 40 + runs + 1)``: orders, offsets, reference zero."""
-    found: dict[str, Float] = {}
+def _blocks(measurement: MeasurementSet) -> list[_Block]:
+    """Return the base model of every contrast and of the reference: orders, offsets, reference
+    zero."""
+    found: list[_Block] = []
     block: Float
     capture, reference, facts = measurement.capture, measurement.reference, measurement.table
     offsets = _offsets(measurement)
     if capture is not None:
         assert facts.counts_per_rev is not None
-        assert facts.head_separation_deg is not None
+        assert facts.places_deg is not None
         head1_rad = capture.head1_counts * (2 * np.pi / facts.counts_per_rev)
-        alpha = float(np.radians(facts.head_separation_deg))
-        block = np.zeros((head1_rad.size, offsets.stop + 1))
-        block[:, : offsets.start] = _waves(head1_rad + alpha) - _waves(head1_rad)
-        block[np.arange(head1_rad.size), offsets.start + capture.run] = 1.0
-        found["capture"] = block
+        rows = np.arange(head1_rad.size)
+        seen = [_waves(head1_rad + float(np.radians(place))) for place in facts.places_deg]
+        for number, waves in enumerate(contrasts(seen)):
+            block = np.zeros((rows.size, offsets.stop + 1))
+            block[:, : offsets.start] = waves
+            first = offsets.start + number * _runs(measurement)
+            block[rows, first + capture.run] = 1.0
+            found.append(
+                _Block("capture", slice(number * rows.size, (number + 1) * rows.size), block)
+            )
     if reference is not None:
         block = np.zeros((reference.target_deg.size, offsets.stop + 1))
         block[:, : offsets.start] = _waves(np.radians(reference.target_deg))
         block[:, -1] = 1.0
-        found["reference"] = block
+        found.append(_Block("reference", slice(None), block))
     return found
 
 

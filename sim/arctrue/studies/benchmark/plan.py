@@ -50,11 +50,11 @@ class Tier:
 CASES = "cases"
 """Name of the tier with the sets on which the diagnosis once failed."""
 TIERS = {
-    "quick": Tier(60, SAMPLES_A_RUN // 4, 1),
-    "dev": Tier(600, SAMPLES_A_RUN, 2),
-    "calibration": Tier(180, SAMPLES_A_RUN, 4),
-    "public": Tier(200, SAMPLES_A_RUN, 3, frozen=True),
-    "sealed": Tier(6_600, SAMPLES_A_RUN, None),
+    "quick": Tier(65, SAMPLES_A_RUN // 4, 1),
+    "dev": Tier(650, SAMPLES_A_RUN, 2),
+    "calibration": Tier(195, SAMPLES_A_RUN, 4),
+    "public": Tier(216, SAMPLES_A_RUN, 3, frozen=True),
+    "sealed": Tier(7_150, SAMPLES_A_RUN, None),
     CASES: Tier(len(kept_cases()), SAMPLES_A_RUN, 0),
 }
 

@@ -49,7 +49,7 @@ def make_set(task: Mapping[str, Any]) -> BenchmarkSet:
         surroundings.adverse_conditions = [
             name for name in surroundings.adverse_conditions if name != "head_angle"
         ]
-    wanted = hidden(task["content"], random)
+    wanted = hidden(task["content"], random, surroundings.catalogue)
     wanted += [item for item in surroundings.extra if item.name not in {w.name for w in wanted}]
     # Drop causes that act only on a channel that the set does not have.
     wanted = [item for item in wanted if surroundings.experiment.can_honour(REGISTRY[item.name])]
@@ -64,7 +64,12 @@ def make_set(task: Mapping[str, Any]) -> BenchmarkSet:
             for channel, exact in made.exact_arcsec.items()
         }
         sight = look(
-            item["effect"], made.measurement, signal, made.noise, made.index_variance_arcsec2
+            item["effect"],
+            made.measurement,
+            signal,
+            made.noise,
+            made.index_variance_arcsec2,
+            any("head" in cause for cause in item["causes"]),
         )
         effects.append(
             {
@@ -93,6 +98,7 @@ def _simulated(wanted: list[Wanted], surroundings: Surroundings, seed: int) -> S
         title="benchmark",
         index_scatter_counts=surroundings.index_scatter_counts,
         noise=surroundings.noise,
+        head_places_deg=surroundings.head_places_deg,
     )
 
 

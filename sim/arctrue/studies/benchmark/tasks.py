@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from arctrue.studies.benchmark.independent.world import HIDDEN, NOTHING, independent_worlds
-from arctrue.studies.benchmark.worlds import CONTENTS, WORLDS
+from arctrue.studies.benchmark.worlds import CONTENTS, FOUR_HEADS, WORLDS
 from arctrue.studies.campaign.task import Task
 
 SHARES = {"nothing": 0.28, "one": 0.40, "parts": 0.06, "stranger": 0.12, "several": 0.14}
@@ -21,6 +21,11 @@ catalogue, one cause that is a product of parts, one cause that the catalogue do
 Of 6,600 sets in six worlds, 1,848 have no cause, 2,640 have one cause of the catalogue, 396 have a
 product of parts, 792 have a stranger, and 924 have two or three causes.
 """
+EVERY_FOUR_HEADS = 13
+"""Number n: every n-th set of the first generator has four heads. Their number and their seeds are
+separate, so that the other sets are those of the tiers before there were sets of four heads."""
+FOUR_HEADS_STREAM = 3
+"""Number that makes the seeds of the sets of four heads differ from all others."""
 
 EVERY_NULL = 3
 """Number n: in every n-th cycle through the second generator's worlds, a set has no hidden cause if
@@ -33,12 +38,28 @@ generator's sets."""
 
 
 def set_tasks(sets: int, samples: int, seed: int, subject: str) -> list[Task]:
-    """Return every set as a task; the worlds alternate. ``samples``: the largest number of samples
-    in a run."""
+    """Return every set as a task; the worlds with two heads alternate, and every 13th set has four
+    heads. ``samples``: the largest number of samples in a run."""
+    of_four: list[Task] = [
+        {
+            "world": FOUR_HEADS,
+            "content": content,
+            "seed": _set_seed([seed, number, FOUR_HEADS_STREAM]),
+            "samples": samples,
+            "subject": subject,
+        }
+        for number, content in enumerate(_contents(sets // EVERY_FOUR_HEADS))
+    ]
+    of_two = _two_heads_tasks(sets - len(of_four), samples, seed, subject)
+    return _merged(of_two, of_four, EVERY_FOUR_HEADS)
+
+
+def _two_heads_tasks(sets: int, samples: int, seed: int, subject: str) -> list[Task]:
+    worlds = [world for world in WORLDS if world != FOUR_HEADS]
     found: list[Task] = []
     by_world = {
-        world: _contents(sets // len(WORLDS) + (place < sets % len(WORLDS)))
-        for place, world in enumerate(WORLDS)
+        world: _contents(sets // len(worlds) + (place < sets % len(worlds)))
+        for place, world in enumerate(worlds)
     }
     longest = max(len(contents) for contents in by_world.values())
     for number in range(longest):
@@ -84,10 +105,15 @@ def mixed_tasks(sets: int, samples: int, seed: int, subject: str) -> list[Task]:
     """Return sets of both generators as tasks; the second generator makes every fifth set."""
     second = independent_tasks(sets // EVERY_INDEPENDENT, samples, seed, subject)
     first = set_tasks(sets - len(second), samples, seed, subject)
+    return _merged(first, second, EVERY_INDEPENDENT)
+
+
+def _merged(first: list[Task], second: list[Task], every: int) -> list[Task]:
+    """Return the tasks of both lists in their order; every ``every``-th is of the second list."""
     found: list[Task] = []
     while first or second:
-        found += first[: EVERY_INDEPENDENT - 1] + second[:1]
-        first, second = first[EVERY_INDEPENDENT - 1 :], second[1:]
+        found += first[: every - 1] + second[:1]
+        first, second = first[every - 1 :], second[1:]
     return found
 
 

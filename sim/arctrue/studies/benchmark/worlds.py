@@ -12,6 +12,7 @@ from arctrue.measurement import MeasurementSet
 from arctrue.studies.simulate.experiment import Experiment, full, lean, one_pass, one_speed
 from arctrue.studies.simulate.simulated_set import Wanted
 from arctrue.table.registry import RECIPES, REGISTRY, STRANGERS
+from arctrue.table.rotary_table import HEAD_PLACES_DEG
 
 Random = np.random.Generator
 SAMPLES_A_RUN = 6_000
@@ -25,6 +26,28 @@ UNDERSTATED = 3.0
 """Factor by which the stated uncertainty of the reference is too small."""
 WRONG = ("head_angle", "index", "sensor_lag", "uncertainty")
 COLOURS = ("pink", "power_law", "ornstein_uhlenbeck", "autoregressive", "by_angle")
+
+FOUR_HEADS = "four_heads"
+FOUR_HEADS_SAMPLES_A_RUN = 3_000
+"""Number of samples in a run of four heads; the three differences in four runs have 36,000 rows."""
+PLACES_OFF_DEG = 8.0
+"""Largest distance of heads 2 to 4 from their usual places; the set states the true places."""
+SHARE_WITH_REFERENCE = 0.75
+SHARE_COLOURED = 0.25
+HEADS_SHOW = (
+    "high_order_graduation",
+    "head_angle_error",
+    "subdivision_error",
+    "radial_error_motion",
+    "bearing_ball_pass",
+    "vibration",
+    "timing_skew",
+    "thermal_head_drift",
+    "thermal_eccentricity",
+    "count_slip",
+    "graduation_defect",
+)
+"""Causes of the catalogue that the differences of the heads show."""
 
 Statement = Callable[[MeasurementSet], MeasurementSet]
 
@@ -44,6 +67,10 @@ class Surroundings:
     """Names of the properties that make this set difficult: wrong statements, coloured noise, few
     or bad data.
     """
+    head_places_deg: tuple[float, ...] | None = None
+    """Places of the heads, relative to head 1; None: the two heads of the paper."""
+    catalogue: tuple[str, ...] = ()
+    """Causes of the catalogue that may be hidden; empty: all."""
 
     def thin(self, samples: int) -> None:
         """Limit the number of samples in a run."""
@@ -136,6 +163,27 @@ def swinging_speed(random: Random) -> Surroundings:
     return found
 
 
+def four_heads(random: Random) -> Surroundings:
+    """Draw disturbances in which four heads are at drawn places, which the set states; a run has
+    3,000 rows. A quarter of the sets has no reference; in a quarter the noise of the heads is
+    coloured. Only causes that the heads show are hidden; a fault of one head is at any of them.
+    """
+    found = _usual(random)
+    off = random.uniform(-PLACES_OFF_DEG, PLACES_OFF_DEG, len(HEAD_PLACES_DEG[4]) - 1)
+    others = np.round(np.array(HEAD_PLACES_DEG[4][1:]) + off, 2)
+    found.head_places_deg = (0.0, *(float(place) for place in others))
+    found.catalogue = HEADS_SHOW
+    found.thin(FOUR_HEADS_SAMPLES_A_RUN)
+    if random.random() >= SHARE_WITH_REFERENCE:
+        found.experiment = replace(found.experiment, reference=None)
+    if random.random() < SHARE_COLOURED:
+        # The noise by angle depends on the head; the oracle assumes equal noise of all heads.
+        colours = [name for name in COLOURS if name != "by_angle"]
+        found.noise = [Wanted(str(random.choice(colours)))]
+    found.adverse_conditions = [item.name for item in found.noise]
+    return found
+
+
 WORLDS: dict[str, Callable[[Random], Surroundings]] = {
     "white": white,
     "coloured": coloured,
@@ -143,6 +191,7 @@ WORLDS: dict[str, Callable[[Random], Surroundings]] = {
     "few_data": few_data,
     "outliers_and_gaps": outliers_and_gaps,
     "swinging_speed": swinging_speed,
+    FOUR_HEADS: four_heads,
 }
 CONTENTS = ("nothing", "one", "parts", "stranger", "several")
 CATALOGUE = tuple(name for name, item in RECIPES.items() if item.kind == "catalogue")
@@ -151,14 +200,18 @@ SHARE_OF_THREE = 0.25
 """Share of the sets with three causes among the sets with more than one cause."""
 
 
-def hidden(content: str, random: Random) -> list[Wanted]:
-    """Draw the causes of a set, with their sizes from their ranges."""
+def hidden(content: str, random: Random, catalogue: tuple[str, ...] = ()) -> list[Wanted]:
+    """Draw the causes of a set, with their sizes from their ranges.
+
+    ``catalogue``: causes of the catalogue that may be drawn, if not all of them.
+    """
+    known = catalogue or CATALOGUE
     if content == "nothing":
         return []
     if content == "several":
         number = 3 if random.random() < SHARE_OF_THREE else 2
-        names = [str(name) for name in random.choice(CATALOGUE, number, replace=False)]
+        names = [str(name) for name in random.choice(known, number, replace=False)]
     else:
-        pool = {"one": CATALOGUE, "parts": PARTS, "stranger": tuple(STRANGERS)}[content]
+        pool = {"one": known, "parts": PARTS, "stranger": tuple(STRANGERS)}[content]
         names = [str(random.choice(pool))]
     return [Wanted(name, REGISTRY[name].draw_size(random)) for name in names]

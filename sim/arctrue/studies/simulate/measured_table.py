@@ -25,7 +25,6 @@ from arctrue.table.noise import Noise, together
 from arctrue.table.rotary_table import (
     DISC_RADIUS_M,
     GRATING_LINES,
-    HEAD_PLACES_DEG,
     HEAD_SEPARATION_RAD,
     RotaryTable,
 )
@@ -38,6 +37,8 @@ SERVO_ROUNDS = 16
 """Number of iterations of the servo. The largest slope of the error (2.4″ in a signal period) is
 0.2, so each iteration divides the remaining distance by 5, and 10⁻¹¹ of the initial 150″ remain."""
 MICROSECOND_S = 1e-6
+PLACE_DECIMALS = 6
+"""Number of decimals of a head's place in degrees; a nominal place has fewer decimals."""
 CLOCK_HZ = 100e6
 
 
@@ -46,7 +47,8 @@ class TrueNoise:
     """Noise that was drawn for the rows of one channel."""
 
     gaussian: Noise
-    """Gaussian noise; in the capture it contains the rounding to counts as white noise with the
+    """Gaussian noise of R₂ − R₁ in the capture, which is also that of every other contrast; it
+    contains the rounding to counts as white noise with the
     variance count²/12 per head."""
     struck: NDArray[np.bool_]
     """Whether an outlier changed the reading of a head, by row."""
@@ -59,7 +61,10 @@ class Measured:
     measurement: MeasurementSet
     floor_arcsec: dict[str, float]
     exact_arcsec: dict[str, Float]
-    """R₂ − R₁ − α of every capture row and ε of every reference row, without noise and rounding."""
+    """R₂ − R₁ − α of every capture row and ε of every reference row, without noise and rounding.
+
+    With three or four heads, all rows of the second contrast follow those of R₂ − R₁, and so on.
+    """
     noise: dict[str, TrueNoise]
     """Noise that was drawn for each channel."""
     index_variance_arcsec2: float
@@ -155,15 +160,17 @@ class MeasuredTable:
         struck = np.zeros(rows, dtype=bool)
         processes = [Noise.white(np.sqrt(2.0) * self.table.noise_rad, rows)]
         processes.append(Noise.white(np.sqrt(2.0 / 12.0) * self.table.count_rad, rows))
+        places_rad, turns = self._places()
         counts, exact = [], []
         for head in heads:
             shift = np.asarray(index[head])[state.run]
             reading = self.table.reading_rad(head, state) / self.table.count_rad
+            reading += turns[head] * self.table.counts_per_rev
             noisy = reading + np.concatenate(white[head])
             for cause, random in zip(self.causes, self._cause_random, strict=True):
                 process = cause.head_noise(head, state)
                 if process is not None:
-                    # The set states the noise of R₂ − R₁.
+                    # All heads have equal noise, so that every contrast has the noise of R₂ − R₁.
                     if head < 2:
                         processes.append(process)
                     noisy = noisy + process.draw(random) / self.table.count_rad
@@ -177,10 +184,14 @@ class MeasuredTable:
             recorded = cause.kept_rows(state, random)
             if recorded is not None:
                 kept &= recorded
-        difference = (exact[1] - exact[0])[kept]
-        apart = (counts[1] - counts[0])[kept] - difference
-        sound = ~struck[kept]
-        apart = (apart - _run_means(apart, state.run[kept]))[sound]
+        signal, apart = [], []
+        for nominal_rad, true, read in zip(
+            contrasts(places_rad), contrasts(exact), contrasts(counts), strict=True
+        ):
+            signal.append(true[kept] * self.table.count_rad - nominal_rad)
+            off = (read - true)[kept]
+            apart.append((off - _run_means(off, state.run[kept]))[~struck[kept]])
+        noise_rad = np.concatenate(apart) * self.table.count_rad
         capture = Capture(
             state.run[kept],
             state.time_s[kept],
@@ -193,17 +204,26 @@ class MeasuredTable:
         gaussian = together(processes, rows).rows(kept)
         return (
             capture,
-            (difference * self.table.count_rad - HEAD_SEPARATION_RAD) * ARCSEC_PER_RAD,
-            float(np.sqrt(np.mean((apart * self.table.count_rad * ARCSEC_PER_RAD) ** 2))),
+            np.concatenate(signal) * ARCSEC_PER_RAD,
+            float(np.sqrt(np.mean((noise_rad * ARCSEC_PER_RAD) ** 2))),
             TrueNoise(gaussian, struck[kept]),
         )
 
+    def _places(self) -> tuple[list[float], list[int]]:
+        """Return the nominal places of the heads, radians, and the number of turns by which each
+        counter is set forward, so that its counts are ahead of those of head 1 by the place of its
+        head."""
+        places = [-head.angle_rad for head in self.table.heads]
+        more = len(places) > 2
+        turns = [int(more and place < 0.0) for place in places]
+        return [place + 2 * np.pi * turn for place, turn in zip(places, turns, strict=True)], turns
+
     def _head_places(self) -> dict[str, Any]:
         """Return the nominal places of the heads as keys of ``[table]``."""
-        heads = len(self.table.heads)
-        if heads == 2:
+        if len(self.table.heads) == 2:
             return {"head_separation_deg": float(np.rad2deg(HEAD_SEPARATION_RAD))}
-        return {"head_places_deg": HEAD_PLACES_DEG[heads]}
+        places = np.rad2deg(self._places()[0])
+        return {"head_places_deg": tuple(round(float(at), PLACE_DECIMALS) for at in places)}
 
     def _shown_temperature(self, course: TemperatureCourse, state: Conditions) -> Float:
         shown = state.temperature_c
@@ -294,6 +314,19 @@ class MeasuredTable:
         )
         gaussian = together(processes, time_s.size)
         return reference, exact_arcsec, TrueNoise(gaussian, struck)
+
+
+def contrasts(readings: Sequence[Any]) -> list[Any]:
+    """Return √(2(k − 1)/k)·(Rₖ − mean of R₁ … Rₖ₋₁) for the heads k = 2, 3, ….
+
+    If the noise of the heads is independent and equal, the contrasts are independent, and each has
+    the noise of R₂ − R₁. Together they contain everything that the differences of the heads show.
+    """
+    found = []
+    for before in range(1, len(readings)):
+        mean = sum(readings[1:before], start=readings[0]) / before
+        found.append(np.sqrt(2.0 * before / (before + 1)) * (readings[before] - mean))
+    return found
 
 
 def _joined(parts: Sequence[Conditions]) -> Conditions:

@@ -22,6 +22,7 @@ from arctrue.table.causes.graduation_harmonics import GraduationHarmonics
 from arctrue.table.head import Head
 from arctrue.table.registry import NOISES, REGISTRY
 from arctrue.table.rotary_table import HEAD_PLACES_DEG, RotaryTable, heads_at, two_heads
+from arctrue.table.turned_head import TurnedHead
 
 ECCENTRICITY_UM = (20.0, 30.0)
 """Range of the eccentricity in µm: it causes 76″ to 115″ in order 1."""
@@ -70,6 +71,7 @@ def simulate_set(
     further: Sequence[str] = (),
     noise: Sequence[Wanted] = (),
     heads: int = 2,
+    head_places_deg: Sequence[float] | None = None,
 ) -> SimulatedSet:
     """Draw a table by ``seed`` with all wanted causes, and make the measurements of the experiment.
 
@@ -81,6 +83,10 @@ def simulate_set(
 
     ``noise`` are noise causes of the registry in addition to the white noise of both heads and the
     reference; they draw from their own streams, so that everything else stays identical.
+
+    ``heads`` is the number of heads at their usual places; a cause of one head then acts on head 1
+    or 2. ``head_places_deg`` gives two to four heads at other places; a cause of one head then acts
+    on any of them.
 
     A latency needs a reference that is read while the table moves; it is added to the experiment if
     the experiment has a reference run. Raises ValueError for a name that no recipe has, and for a
@@ -110,19 +116,24 @@ def simulate_set(
         speeds = tuple(run.speed_rad_s for run in experiment.runs[:3]) or (0.5, -0.5)
         moving = MovingReference(speeds)
         experiment = replace(experiment, reference=replace(experiment.reference, moving=moving))
+    occasion = experiment.occasion
+    stand = _heads(heads)
+    if head_places_deg is not None:
+        stand = heads_at(np.deg2rad(head_places_deg).tolist())
+        occasion = replace(occasion, heads=stand)
     causes: list[Cause] = []
     hidden: list[dict[str, Any]] = []
     for item in wanted:
         recipe = effects[item.name]
         size = recipe.draw_size(cause_random) if item.size is None else item.size
-        built = recipe.draw(size, cause_random, experiment.occasion)
+        built = recipe.draw(size, cause_random, occasion)
         causes += built
         hidden.append(
             {
                 "effect": recipe.name,
                 "in_catalogue": recipe.in_catalogue,
                 "kind": recipe.kind,
-                "parts": [_with_order(part, built[0]) for part in recipe.parts],
+                "parts": [_drawn_part(part, built[0]) for part in recipe.parts],
                 "size": size,
                 "unit": recipe.unit,
                 "causes": [_plain(cause) for cause in built],
@@ -134,7 +145,7 @@ def simulate_set(
         recipe = NOISES[item.name]
         random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(4, number)))
         size = recipe.draw_size(random) if item.size is None else item.size
-        built = recipe.draw(size, random, experiment.occasion)
+        built = recipe.draw(size, random, occasion)
         noises += built
         disturbed.append(
             {
@@ -145,9 +156,7 @@ def simulate_set(
             }
         )
     base = _base_effects(table_random)
-    table = RotaryTable(
-        _heads(heads), (*base, *noises, *causes), noise_rad=noise_arcsec * RAD_PER_ARCSEC
-    )
+    table = RotaryTable(stand, (*base, *noises, *causes), noise_rad=noise_arcsec * RAD_PER_ARCSEC)
     for kind in further:
         # The further measurements are drawn after the causes, so that the causes depend on the
         # experiment alone.
@@ -166,7 +175,7 @@ def simulate_set(
         "seed": seed,
         "again": again,
         "experiment": experiment.name,
-        **({} if heads == 2 else {"heads": heads}),
+        **({} if len(stand) == 2 else {"heads": len(stand)}),
         "effects": hidden,
         "table": [_plain(effect) for effect in base],
         "noise": disturbed,
@@ -204,12 +213,16 @@ def _base_effects(random: np.random.Generator) -> list[Cause]:
     ]
 
 
-def _with_order(part: str, cause: Cause) -> str:
-    """Replace ``order:*`` in the name of a recipe's part by the order that was drawn."""
-    if part != "order:*":
-        return part
-    assert isinstance(cause, BeltPull)
-    return f"order:{cause.order:g}"
+def _drawn_part(part: str, cause: Cause) -> str:
+    """Replace ``order:*`` in the name of a recipe's part by the order that was drawn, and ``head2``
+    by the head that was drawn."""
+    if part == "order:*":
+        assert isinstance(cause, BeltPull)
+        return f"order:{cause.order:g}"
+    if part == "head2":
+        assert isinstance(cause, TurnedHead)
+        return f"head{cause.head + 1}"
+    return part
 
 
 def _plain(effect: Cause) -> dict[str, Any]:

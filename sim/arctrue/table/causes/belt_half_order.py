@@ -73,6 +73,7 @@ DECLARATION = Declaration(
             kind="parts",
             parts=("order:*", "stator"),
             coefficients=2,
+            coefficients_of_more_heads=4,
         ),
     ),
 )

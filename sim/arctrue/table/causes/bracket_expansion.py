@@ -11,7 +11,7 @@ from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.table.cause import Angles, Cause
 from arctrue.table.conditions import heating_k
 from arctrue.table.declaration import Declaration, Given, HeadNumber, Occasion, Random, Recipe
-from arctrue.table.draws import sign
+from arctrue.table.draws import later_head, sign
 from arctrue.table.rotary_table import HEADS
 from arctrue.table.state import TableState
 from arctrue.table.turned_head import TurnedHead
@@ -41,9 +41,10 @@ class Values(Given, frozen=True):
         return BracketExpansion(head, HEADS[head], self.arcsec_per_k * RAD_PER_ARCSEC)
 
 
-def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+def draw(size: float, random: Random, occasion: Occasion) -> list[Cause]:
     """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
-    return [BracketExpansion(1, HEADS[1], sign(random) * size * RAD_PER_ARCSEC)]
+    rate, head = sign(random) * size * RAD_PER_ARCSEC, later_head(random, occasion)
+    return [BracketExpansion(head, occasion.heads[head], rate)]
 
 
 DECLARATION = Declaration(

@@ -9,7 +9,7 @@ from arctrue.base.typed_content import Number
 from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.table.cause import Cause
 from arctrue.table.declaration import Declaration, Given, HeadNumber, Occasion, Random, Recipe
-from arctrue.table.draws import sign
+from arctrue.table.draws import later_head, sign
 from arctrue.table.head import Head
 from arctrue.table.rotary_table import HEADS
 from arctrue.table.state import TableState
@@ -41,11 +41,12 @@ class Values(Given, frozen=True):
         return BracketTurn(self.head - 1, HEADS[self.head - 1], self.arcsec * RAD_PER_ARCSEC)
 
 
-def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+def draw(size: float, random: Random, occasion: Occasion) -> list[Cause]:
     """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     # α becomes larger if head 2 is rotated by a negative angle: docs/architecture.md, "Head
     # geometry".
-    return [BracketTurn(1, HEADS[1], -sign(random) * size * RAD_PER_ARCSEC)]
+    angle, head = -sign(random) * size * RAD_PER_ARCSEC, later_head(random, occasion)
+    return [BracketTurn(head, occasion.heads[head], angle)]
 
 
 DECLARATION = Declaration(

@@ -20,7 +20,7 @@ from arctrue.table.declaration import (
     Random,
     Recipe,
 )
-from arctrue.table.draws import angle
+from arctrue.table.draws import angle, any_head
 from arctrue.table.rotary_table import HEADS
 from arctrue.table.state import TableState
 from arctrue.table.turned_head import TurnedHead
@@ -63,8 +63,8 @@ class Values(Given, frozen=True):
 def draw(size: float, random: Random, occasion: Occasion) -> list[Cause]:
     """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     phases = tuple(angle(random) for _ in range(max(len(occasion.durations_s), 1)))
-    frequency, head = float(random.uniform(3.0, 120.0)), int(random.integers(2))
-    return [BracketVibration(head, HEADS[head], size * RAD_PER_ARCSEC, frequency, phases)]
+    frequency, head = float(random.uniform(3.0, 120.0)), any_head(random, occasion)
+    return [BracketVibration(head, occasion.heads[head], size * RAD_PER_ARCSEC, frequency, phases)]
 
 
 DECLARATION = Declaration(

@@ -20,7 +20,7 @@ from arctrue.table.declaration import (
     Random,
     Recipe,
 )
-from arctrue.table.draws import sign
+from arctrue.table.draws import any_head, sign
 from arctrue.table.rotary_table import HEADS
 from arctrue.table.state import TableState
 from arctrue.table.turned_head import TurnedHead
@@ -59,10 +59,12 @@ class Values(Given, frozen=True):
         return LeaningBracket(head, HEADS[head], angle, math.radians(self.stroke_deg))
 
 
-def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+def draw(size: float, random: Random, occasion: Occasion) -> list[Cause]:
     """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
-    head, stroke = int(random.integers(2)), float(np.deg2rad(random.uniform(5.0, 60.0)))
-    return [LeaningBracket(head, HEADS[head], sign(random) * size * RAD_PER_ARCSEC, stroke)]
+    head, stroke = any_head(random, occasion), float(np.deg2rad(random.uniform(5.0, 60.0)))
+    return [
+        LeaningBracket(head, occasion.heads[head], sign(random) * size * RAD_PER_ARCSEC, stroke)
+    ]
 
 
 DECLARATION = Declaration(

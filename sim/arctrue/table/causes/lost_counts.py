@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from arctrue.table.cause import Cause
 from arctrue.table.conditions import Conditions
 from arctrue.table.declaration import ROWS, Declaration, Occasion, Random, Recipe
-from arctrue.table.draws import sign
+from arctrue.table.draws import any_head, sign
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +42,7 @@ def draw(size: float, random: Random, occasion: Occasion) -> list[Cause]:
     run = int(random.integers(max(len(occasion.durations_s), 1)))
     instant = float(random.uniform(0.15, 0.85)) * occasion.durations_s[run]
     counts = int(sign(random)) * max(1, round(size))
-    return [LostCounts(int(random.integers(2)), run, instant, counts)]
+    return [LostCounts(any_head(random, occasion), run, instant, counts)]
 
 
 DECLARATION = Declaration(

@@ -67,9 +67,11 @@ class Values(Given, frozen=True):
         return RadialMotion(self.order, *circles)
 
 
-def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+def draw(size: float, random: Random, occasion: Occasion) -> list[Cause]:
     """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
-    order, share = int(random.integers(2, 9)), random.uniform(0.0, 1.0)
+    # Two heads see at order 1 only what an eccentric disc also causes.
+    lowest = 2 if len(occasion.heads) == 2 else 1
+    order, share = int(random.integers(lowest, 9)), random.uniform(0.0, 1.0)
     metres = size * MICROMETRE_M
     return [
         RadialMotion(order, vector(metres * share, random), vector(metres * (1 - share), random))
@@ -88,6 +90,7 @@ DECLARATION = Declaration(
             draw=draw,
             rank=3,
             coefficients=2,
+            coefficients_of_more_heads=4,
             places=7,
         ),
     ),

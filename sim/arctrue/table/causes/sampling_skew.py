@@ -7,18 +7,20 @@ from dataclasses import dataclass
 from arctrue.base.typed_content import Number
 from arctrue.table.cause import Cause
 from arctrue.table.declaration import Declaration, Given, Occasion, Random, Recipe
-from arctrue.table.draws import sign
+from arctrue.table.draws import later_head, sign
 
 
 @dataclass(frozen=True, slots=True)
 class SamplingSkew(Cause):
-    """Head 2 is latched later than head 1 by ``later_s``."""
+    """One head is latched later than the others by ``later_s``."""
 
     later_s: float
+    head: int = 1
 
     def sampling_delay_s(self, head: int) -> float:
-        """Return −``later_s`` for head 2, because its reading is newer than that of head 1."""
-        return -self.later_s if head == 1 else 0.0
+        """Return −``later_s`` for this head, because its reading is newer than those of the
+        others."""
+        return -self.later_s if head == self.head else 0.0
 
 
 class Values(Given, frozen=True):
@@ -31,9 +33,10 @@ class Values(Given, frozen=True):
         return SamplingSkew(self.us * 1e-6)
 
 
-def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+def draw(size: float, random: Random, occasion: Occasion) -> list[Cause]:
     """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
-    return [SamplingSkew(sign(random) * size * 1e-6)]
+    later_s = sign(random) * size * 1e-6
+    return [SamplingSkew(later_s, later_head(random, occasion))]
 
 
 DECLARATION = Declaration(

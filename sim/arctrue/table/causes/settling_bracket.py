@@ -11,7 +11,7 @@ from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.table.cause import Angles, Cause
 from arctrue.table.conditions import conditions_of
 from arctrue.table.declaration import Declaration, Given, HeadNumber, Occasion, Random, Recipe
-from arctrue.table.draws import sign
+from arctrue.table.draws import later_head, sign
 from arctrue.table.rotary_table import HEADS
 from arctrue.table.state import TableState
 from arctrue.table.turned_head import TurnedHead
@@ -51,12 +51,13 @@ class Values(Given, frozen=True):
         return SettlingBracket(head, HEADS[head], angle, self.time_constant_s, each_run=True)
 
 
-def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+def draw(size: float, random: Random, occasion: Occasion) -> list[Cause]:
     """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     each_run = bool(random.integers(2))
     tau_s = float(random.uniform(4.0, 15.0) if each_run else random.uniform(20.0, 60.0))
     angle = sign(random) * size * RAD_PER_ARCSEC
-    return [SettlingBracket(1, HEADS[1], angle, tau_s, each_run)]
+    head = later_head(random, occasion)
+    return [SettlingBracket(head, occasion.heads[head], angle, tau_s, each_run)]
 
 
 DECLARATION = Declaration(

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.table.cause import Cause
 from arctrue.table.declaration import Declaration, Given, Half, HeadNumber, Occasion, Random, Recipe
-from arctrue.table.draws import vector
+from arctrue.table.draws import any_head, vector
 from arctrue.table.rotary_table import GRATING_LINES
 from arctrue.table.state import TableState
 
@@ -72,12 +72,14 @@ class Values(Given, frozen=True):
         )
 
 
-def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+def draw(size: float, random: Random, occasion: Occasion) -> list[Cause]:
     """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
     # If the offset is a share p of the amplitude, the error is p radians of the signal period.
     period_rad = size * RAD_PER_ARCSEC * GRATING_LINES
     found: list[Cause] = []
-    for head in (0, 1):
+    # With three or four heads only one of them has the fault.
+    heads = (0, 1) if len(occasion.heads) == 2 else (any_head(random, occasion),)
+    for head in heads:
         offset = vector(period_rad * random.uniform(0.6, 1.0), random)
         second = vector(2 * period_rad * random.uniform(0.2, 0.5), random)
         found.append(
@@ -100,6 +102,7 @@ DECLARATION = Declaration(
             draw=draw,
             rank=2,
             coefficients=8,
+            coefficients_of_more_heads=4,
         ),
     ),
 )

@@ -18,7 +18,7 @@ from arctrue.table.declaration import (
     Recipe,
     rising,
 )
-from arctrue.table.draws import instants
+from arctrue.table.draws import any_head, instants
 from arctrue.table.rotary_table import HEADS
 from arctrue.table.state import TableState
 from arctrue.table.turned_head import TurnedHead
@@ -63,9 +63,9 @@ class Values(Given, frozen=True):
 
 def draw(size: float, random: Random, occasion: Occasion) -> list[Cause]:
     """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
-    head, mean_s = int(random.integers(2)), float(random.uniform(1.0, 6.0))
+    head, mean_s = any_head(random, occasion), float(random.uniform(1.0, 6.0))
     slips = instants(mean_s, random, occasion)
-    return [StickingBracket(head, HEADS[head], size * RAD_PER_ARCSEC, slips)]
+    return [StickingBracket(head, occasion.heads[head], size * RAD_PER_ARCSEC, slips)]
 
 
 DECLARATION = Declaration(

@@ -52,7 +52,15 @@ from arctrue.studies.benchmark.plan import (
 from arctrue.studies.benchmark.score import SCORES, by_effect, scored
 from arctrue.studies.benchmark.sets import make_set
 from arctrue.studies.benchmark.work import run_set
-from arctrue.studies.benchmark.worlds import CATALOGUE, CONTENTS, PARTS, WORLDS
+from arctrue.studies.benchmark.worlds import (
+    CATALOGUE,
+    CONTENTS,
+    FOUR_HEADS,
+    HEADS_SHOW,
+    PARTS,
+    WORLDS,
+    hidden,
+)
 from arctrue.studies.campaign import task_key
 from arctrue.studies.campaign.store import Store
 
@@ -336,10 +344,52 @@ def test_tiers_hold_every_world_and_content_and_no_seed_twice(tier: str, tmp_pat
     contents = Counter((task["world"], task["content"]) for task in tasks)
     assert {world for world, _ in contents} == set(WORLDS)
     if tier == "sealed":
-        assert min(contents[world, "nothing"] for world in WORLDS) >= 300
+        of_two_heads = set(WORLDS) - {FOUR_HEADS}
+        assert min(contents[world, "nothing"] for world in of_two_heads) >= 300
+        assert contents[FOUR_HEADS, "nothing"] >= 150
         assert sum(contents[world, "one"] for world in WORLDS) >= 2_000
         assert sum(contents[world, "stranger"] for world in WORLDS) >= 500
         assert sum(contents[world, "several"] for world in WORLDS) >= 500
+
+
+@pytest.mark.parametrize("tier", [name for name in TIERS if name != CASES])
+def test_every_thirteenth_set_has_four_heads(tier: str, tmp_path: Path) -> None:
+    tasks = make_plan(tier, tmp_path).tasks("arctrue")
+    of_four = [place for place, task in enumerate(tasks) if task["world"] == FOUR_HEADS]
+    assert of_four == list(range(12, len(tasks), 13))
+
+
+def test_sets_with_two_heads_are_those_from_before_the_world_of_four_heads(tmp_path: Path) -> None:
+    tasks = make_plan("quick", tmp_path).tasks("arctrue")
+    of_two = [task for task in tasks if task["world"] != FOUR_HEADS]
+    assert len(of_two) == 60
+    # These are the worlds, contents and seeds of the first and last two sets of the tier at commit
+    # 4ecc32a8, which had no set with four heads.
+    ends = [*of_two[:2], *of_two[-2:]]
+    assert [(task["world"], task["content"], task["seed"]) for task in ends] == [
+        ("white", "one", 3849331810340581),
+        ("coloured", "one", 2493580720761225),
+        ("outliers_and_gaps", "nothing", 1517751046220755),
+        ("swinging_speed", "nothing", 1838518442156571),
+    ]
+
+
+def test_sets_of_four_heads_hide_what_heads_show() -> None:
+    names, references = set(), Counter[bool]()
+    for seed in range(100):
+        random = np.random.default_rng([seed, 0])
+        found = WORLDS[FOUR_HEADS](random)
+        references[found.experiment.reference is not None] += 1
+        names |= {item.name for item in hidden("several", random, found.catalogue)}
+        off = np.subtract(found.head_places_deg or (), (0.0, 33.0, 162.5, 300.5))
+        assert off[0] == 0.0
+        assert 0.0 < np.max(np.abs(off)) <= 8.0
+    assert names == set(HEADS_SHOW)
+    assert references[True] > references[False] > 0
+    made = make_set({"world": FOUR_HEADS, "content": "one", "seed": 1, "samples": 200})
+    assert made.measurement.capture is not None
+    assert len(made.measurement.capture.heads) == 4
+    assert {item["effect"] for item in made.truth["effects"]} <= set(HEADS_SHOW)
 
 
 def test_failures_are_kept_once_and_asked_again(tmp_path: Path) -> None:
@@ -569,8 +619,9 @@ def test_public_sets_are_the_frozen_ones(tmp_path: Path) -> None:
     plan = make_plan("public", tmp_path / "plan")
     tasks = plan.tasks("arctrue")
     assert set(frozen_digests()) == {set_name(task) for task in tasks}
-    # The test generates one set of each world; ``arctrue benchmark sets`` compares all 200.
-    found = {set_name(task): task_digest(task) for task in tasks[6:12]}
+    # The test generates one set of each world; ``arctrue benchmark sets`` compares all 216.
+    found = {set_name(task): task_digest(task) for task in tasks[6:13]}
+    assert {task["world"] for task in tasks[6:13]} == set(WORLDS)
     assert differing(found) == [], "the generator has changed: arctrue benchmark sets --freeze"
     assert differing({**found, next(iter(found)): "0" * 16}) == [next(iter(found))]
 
@@ -585,7 +636,7 @@ def test_sets_that_are_not_the_frozen_ones_are_reported(tmp_path: Path, monkeypa
     assert "1 of 1 sets differ from the frozen ones" in done.output
     done = CliRunner().invoke(main, [*arguments, "--freeze"])
     assert done.exit_code == 2
-    assert "1 sets cannot be frozen: the tier has 200" in done.output
+    assert "1 sets cannot be frozen: the tier has 216" in done.output
 
 
 def test_all_public_sets_can_be_frozen_anew(

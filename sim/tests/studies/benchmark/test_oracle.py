@@ -80,6 +80,56 @@ def test_noncentrality_is_that_of_generalised_least_squares(index_variance: floa
     assert found.noncentrality == pytest.approx(projected @ inverse @ projected, rel=1e-4)
 
 
+def test_oracle_of_four_heads_is_that_of_the_readings_of_all_heads() -> None:
+    """The oracle fits three combinations of the heads. The expected value comes from the readings
+    of all four heads, in which the angle of the table is unknown in every row."""
+    rows, sigma, index_sigma = 90, 0.2, 0.3
+    random = np.random.default_rng(5)
+    run = np.repeat([0, 1, 2], rows // 3)
+    turn = np.linspace(0.0, 3.0, rows)
+    places = (0.0, 33.0, 160.0, 300.0)
+    counts = [np.round((turn + place / 360) * COUNTS).astype(np.int64) for place in places]
+    first, second, third, fourth = counts
+    capture = Capture(
+        run, np.arange(rows) * 0.1, first, second, head3_counts=third, head4_counts=fourth
+    )
+    table = Table(COUNTS, 16384, 107.95, head_places_deg=places)
+    measurement = MeasurementSet(table, capture, None, "")
+    signal = random.normal(size=(4, rows))
+    contrasts = [
+        signal[1] - signal[0],
+        np.sqrt(4 / 3) * (signal[2] - (signal[0] + signal[1]) / 2),
+        np.sqrt(3 / 2) * (signal[3] - (signal[0] + signal[1] + signal[2]) / 3),
+    ]
+    white = Noise.white(np.sqrt(2) * sigma * RAD_PER_ARCSEC, rows)
+    found = look(
+        "radial_error_motion",
+        measurement,
+        {"capture": np.concatenate(contrasts)},
+        {"capture": TrueNoise(white, np.zeros(rows, dtype=bool))},
+        2 * index_sigma**2,
+    )
+    same_run = np.kron(np.eye(4), run[:, None] == run)
+    covariance = sigma**2 * np.eye(4 * rows) + index_sigma**2 * same_run
+    orders = np.arange(1, 21)
+    angles = 2 * np.pi * (turn + np.array(places)[:, None] / 360)
+    waves = np.exp(1j * orders * angles.ravel()[:, None])
+    base = np.hstack([waves.real, waves.imag, np.tile(np.eye(rows), (4, 1))])
+    whitened = np.linalg.cholesky(np.linalg.inv(covariance)).T
+    target, columns = whitened @ signal.ravel(), whitened @ base
+    left = target - columns @ np.linalg.lstsq(columns, target, rcond=1e-10)[0]
+    assert found.noncentrality == pytest.approx(left @ left, rel=1e-6)
+
+
+def test_search_for_the_faulty_head_costs() -> None:
+    needed = [needed_noncentrality("timing_skew", heads, True) for heads in (2, 4)]
+    assert needed[0] == needed_noncentrality("timing_skew")
+    threshold = chi2.isf(FALSE_ALARM / 4, 1)
+    draws = np.random.default_rng(2).normal(size=40_000) + np.sqrt(needed[1])
+    # The tolerance is 6 standard deviations of a binomial rate of 0.95 in 40,000 draws, 0.0065.
+    assert np.mean(draws**2 > threshold) == pytest.approx(POWER, abs=0.0065)
+
+
 def test_a_constant_of_a_single_run_is_not_seen() -> None:
     """The oracle cannot see a constant in a single run, because an unknown offset of the index may
     have any size; several runs show how large the offset usually is."""

@@ -24,13 +24,13 @@ NOT_YET = {
     6718972854943811: CLASS,
     2662083054292693: SECOND,
 }
-"""Seeds of those of the quick tier's 60 sets whose answer is still wrong, each with the reason.
+"""Seeds of those of the quick tier's 65 sets whose answer is still wrong, each with the reason.
 
 There were 20 such sets while the diagnosis assumed white noise, and 11 after it had a noise model.
 If an answer becomes right, its set is removed from the list. A change that adds a set makes the
 diagnosis worse.
 """
-PLACES = (0, 1, 2, 7, 4, 5)
+PLACES = (0, 1, 2, 7, 4, 5, 0)
 """For each world, the index of the set that ``make test`` diagnoses.
 
 The chosen sets include every kind of content. ``make test-large`` diagnoses the others.
