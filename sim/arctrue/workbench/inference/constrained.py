@@ -35,7 +35,6 @@ from arctrue.workbench.inference.solution import (
     context_of,
     joint_normal,
     solve,
-    with_tangents,
 )
 from arctrue.workbench.inference.tangents import refined_names
 from arctrue.workbench.noise.fit import noise_of
@@ -215,7 +214,7 @@ class _Unknowns:
             return cls(
                 solution, solution.coefficients, free.coefficients, free.covariance, free.rank
             )
-        joint, _ = with_tangents(solution, every_row=solution.every_row)
+        joint = solution.with_tangents
         best = joint.coefficients.copy()
         best[shared:] += here
         values = np.concatenate([solution.coefficients, here])
