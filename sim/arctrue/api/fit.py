@@ -249,7 +249,7 @@ class FitResult:
     @property
     def nobs(self) -> int:
         """Number of fitted rows of both channels together."""
-        return self.solution.observations.rows
+        return self.solution.rows
 
     @property
     def nfree(self) -> int:

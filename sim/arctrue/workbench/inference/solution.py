@@ -90,10 +90,18 @@ class Solution:
         return [slice(end - count, end) for end, count in zip(ends.tolist(), counts, strict=True)]
 
     @property
+    def rows(self) -> int:
+        """Number of rows in the likelihood, of both channels together."""
+        observations = self.observations
+        reference = observations.every_reference_row
+        if not self.every_row:
+            return observations.rows
+        return observations.capture_rows + (0 if reference is None else reference.run.size)
+
+    @property
     def bic(self) -> float:
         """Bayesian information criterion; each search parameter counts as one coefficient."""
-        rows = self.observations.rows
-        return float((self.rank + self.searched) * np.log(rows) - 2.0 * self.log_likelihood)
+        return float((self.rank + self.searched) * np.log(self.rows) - 2.0 * self.log_likelihood)
 
     @property
     def searched(self) -> int:
@@ -199,12 +207,12 @@ class Solution:
         assert self.observations.reference is not None
         return self._of_terms(capture=False) + self.reference_offset_arcsec
 
-    def capture_residual_arcsec(self, with_offsets: bool = True) -> NDArray[np.float64] | None:
+    def capture_residual_arcsec(self) -> NDArray[np.float64] | None:
         """Return measured minus predicted R₂ − R₁ − α; None without a capture."""
         rows = self.observations.capture
         if rows is None:
             return None
-        return rows.difference_arcsec - self.capture_prediction_arcsec(with_offsets)
+        return rows.difference_arcsec - self.capture_prediction_arcsec()
 
     def reference_residual_arcsec(self) -> NDArray[np.float64] | None:
         """Return measured minus predicted ε; None without a reference."""
