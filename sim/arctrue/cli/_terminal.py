@@ -92,10 +92,3 @@ def tell_objection(text: str, *, forced: bool) -> None:
         tell_warning(text)
     else:
         tell_error(f"refused: {text}")
-
-
-def sentence(error: Exception) -> str:
-    """Return an error as one sentence, with the file that cannot be read or written."""
-    if isinstance(error, OSError) and error.filename is not None and error.strerror:
-        return f"{error.filename}: cannot be read or written: {error.strerror}"
-    return str(error)

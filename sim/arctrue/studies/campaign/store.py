@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
+from arctrue.base.read_errors import unreadable
 from arctrue.base.typed_content import ContentError, read_json, typed_json
 from arctrue.base.whole_file import write_whole_text
 from arctrue.studies.campaign.task import Task, canonical, task_key
@@ -131,8 +132,9 @@ def read_header(folder: Path) -> dict[str, Any]:
     path = folder / HEADER
     try:
         return read_json(path, dict[str, Any])
-    except FileNotFoundError:
-        raise StoreError(f"{path} is not there: no campaign has been run in {folder}") from None
+    except OSError as error:
+        why = unreadable(error, f"no campaign has been run in {folder}")
+        raise StoreError(f"{path}: {why}") from None
     except ContentError as error:
         raise StoreError(str(error)) from None
 
