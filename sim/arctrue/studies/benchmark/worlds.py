@@ -26,8 +26,6 @@ UNDERSTATED = 3.0
 WRONG = ("head_angle", "index", "sensor_lag", "uncertainty")
 COLOURS = ("pink", "power_law", "ornstein_uhlenbeck", "autoregressive", "by_angle")
 
-Statement = Callable[[MeasurementSet], MeasurementSet]
-
 
 @dataclass
 class Surroundings:

@@ -104,16 +104,14 @@ class ConstrainedFit:
         return np.asarray(self.slopes[self.is_equation])
 
 
-def constrained_fit(
-    solution: Solution, conditions: Sequence[Condition], *, rounds: int = NOISE_ROUNDS
-) -> ConstrainedFit:
+def constrained_fit(solution: Solution, conditions: Sequence[Condition]) -> ConstrainedFit:
     """Fit ``solution`` with conditions on its parameters; estimate coefficients and noise anew.
 
     Without conditions, the noise stays as it is. Raises ConditionError where no values meet the
     conditions.
     """
     found = conditioned(solution, conditions)
-    for _ in range(rounds if conditions else 0):
+    for _ in range(NOISE_ROUNDS if conditions else 0):
         noise = noise_with(found)
         found = conditioned(replace(found.solution, noise=noise), conditions)
     if not found.slopes.size or not directions_of(found.solution).undetermined.size:
