@@ -36,9 +36,9 @@ void parameters_show(const struct console *console, const char *beginning) {
             double value = parameters_value(&console->application->parameters, place);
             text_word(sink, description->name);
             text_word(sink, " ");
-            /* A whole parameter is never negative, and may be too large for text_fixed(). */
-            if (description->whole) {
-                text_unsigned(sink, (uint64_t)value);
+            /* No parameter that is whole or too large for text_fixed() is negative. */
+            if (description->whole || value >= TEXT_FIXED_MOST) {
+                text_unsigned(sink, (uint64_t)(value + 0.5));
             } else {
                 text_fixed(sink, value, 9);
             }

@@ -8,9 +8,7 @@
 #include "assertion.h"
 
 enum { DIGITS_MOST = 20, DECIMALS_MOST = 9, HEXADECIMAL_DIGITS = 8 };
-/* FIXED_MOST times 1e9 fits into 64 bits. */
-#define FIXED_MOST 9e8
-/* 2^53: a double represents every whole number up to this one exactly. */
+/* Largest whole number up to which a double holds every whole number, 2^53. */
 #define WHOLE_MOST 9007199254740992.0
 /* Number of decimal digits that a double can hold. */
 enum { PARSED_DIGITS_MOST = 15 };
@@ -71,7 +69,7 @@ void text_fixed(const struct text_sink *sink, double value, unsigned decimals) {
         scale *= 10;
     }
     /* The negated comparison is also true for a value that is not a number. */
-    if (!(fabs(value) < FIXED_MOST)) {
+    if (!(fabs(value) < TEXT_FIXED_MOST)) {
         text_word(sink, "null");
         return;
     }

@@ -32,7 +32,10 @@ void text_unsigned(const struct text_sink *sink, uint64_t value);
 void text_hexadecimal(const struct text_sink *sink, uint32_t value);
 void text_signed(const struct text_sink *sink, int64_t value);
 
-/* Writes 0 to 9 decimals, rounded; "null" for a number that is not finite or whose magnitude is 9e8 or more. */
+/* TEXT_FIXED_MOST times 1e9 fits into 64 bits. */
+#define TEXT_FIXED_MOST 9e8
+/* Writes 0 to 9 decimals, rounded; "null" for a number that is not finite or whose magnitude is TEXT_FIXED_MOST or
+   more. */
 void text_fixed(const struct text_sink *sink, double value, unsigned decimals);
 
 /* Parses all of `word` as a decimal number of at most 15 digits without exponent. If this fails, returns false and

@@ -15,7 +15,7 @@ from arctrue.base.similar import did_you_mean
 from arctrue.workbench.inference.constrained import Condition, ConditionError
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit as fit_terms
-from arctrue.workbench.inference.named import labels, named_parameters
+from arctrue.workbench.inference.named import labels
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.model.predicted import plain
 
@@ -127,7 +127,7 @@ def wanted_of(
 
     Raises ValueError for an unknown name or a value that no parameter can have.
     """
-    units = {name: item.unit for name, item in named_parameters(solution).items()}
+    units = {name: item.unit for name, item in solution.named_parameters().items()}
     found = Wanted()
     for name, given in _fixed_values(model, fix).items():
         value = _number(f"fix {name}", given, _unit(units, name))

@@ -24,14 +24,13 @@ from arctrue.workbench.compare.comparison import compare as _compare
 from arctrue.workbench.effects.base import Parameter
 from arctrue.workbench.inference.constrained import ConstrainedFit, constrained_fit
 from arctrue.workbench.inference.directions import (
+    MOST_UNDETERMINED,
     Directions,
     directions_of,
     undetermined_parameters,
 )
 from arctrue.workbench.inference.left import Left, left_by
 from arctrue.workbench.inference.model_ratio import ModelRatio, model_ratio
-from arctrue.workbench.inference.named import named_parameters
-from arctrue.workbench.inference.null_space import MOST_UNDETERMINED
 from arctrue.workbench.inference.profile import Profile, slopes_of
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.model.growth import fitted, step_of, stored_entries
@@ -251,7 +250,7 @@ class FitResult:
     @property
     def nobs(self) -> int:
         """Number of fitted rows of both channels together."""
-        return self.solution.observations.rows
+        return self.solution.rows
 
     @property
     def nfree(self) -> int:
@@ -586,9 +585,9 @@ def _parameters(
     the parameters that the rows do not determine."""
     solution, conditions = found.solution, found.conditions
     profiles = _Profiles(found, wanted.limits)
-    under = named_parameters(solution, found.covariance if conditions else None)
-    unbound = named_parameters(solution, found.covariance_of_equations) if conditions else under
-    free = named_parameters(before)
+    under = solution.named_parameters(found.covariance if conditions else None)
+    unbound = solution.named_parameters(found.covariance_of_equations) if conditions else under
+    free = before.named_parameters()
     has_equations, parameters = bool(found.is_equation.any()), {}
     for name, item in under.items():
         state: State = "free"

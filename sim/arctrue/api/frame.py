@@ -53,7 +53,6 @@ REQUIRED: Mapping[str, tuple[str, ...]] = {
     "capture": ("time", "head1", "head2"),
     "reference": ("target", "error"),
 }
-_UNIT_IN_SET: Mapping[Kind, str] = {"time": "s", "temperature": "degC"}
 _OTHER_SPELLINGS = {"deg_C": "degC", "ct": "counts"}
 """Units whose astropy name differs from the name here, by astropy name."""
 

@@ -49,12 +49,10 @@ def whole_file(path: Path, *, make_folder: bool = True) -> Iterator[Path]:
         ) from error
 
 
-def write_whole_text(
-    path: Path, text: str, encoding: str = "utf-8", *, make_folder: bool = True
-) -> None:
+def write_whole_text(path: Path, text: str, *, make_folder: bool = True) -> None:
     """Write ``text`` to ``path`` completely or not at all. Raises OSError with the file name."""
     with whole_file(path, make_folder=make_folder) as unfinished:
-        unfinished.write_text(text, encoding=encoding)
+        unfinished.write_text(text, encoding="utf-8")
 
 
 def _prefix(target: Path) -> str:

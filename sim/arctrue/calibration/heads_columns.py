@@ -11,7 +11,7 @@ separate unknown.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,10 +91,6 @@ class State:
     def places_rad(self, run: int) -> Float:
         """Return p_i = aᵢ + dᵢ with the offsets of one run, (heads,)."""
         return np.asarray(self.offsets_rad[run] + self.late_rad)
-
-    def with_values(self, values: Float) -> State:
-        """Return the same state with other values."""
-        return replace(self, values=values)
 
     def of_head(
         self, head: int, run: int, turned: NDArray[np.complex128], angle: Float

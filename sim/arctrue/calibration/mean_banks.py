@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from arctrue.base.units import RAD_PER_ARCSEC, arcsec_per_count
 from arctrue.calibration.harmonics import error_arcsec
 from arctrue.calibration.head_weights import (
-    NOISE_LIMIT,
     WeightsRefusedError,
     mean_weights,
     weight_words,
@@ -88,7 +87,6 @@ def mean_lanes(
     carrier: int,
     counts_per_rev: int,
     lanes: int = LANES_DEFAULT,
-    least_arcsec: float = 0.0,
 ) -> Coefficients:
     """Return the ``lanes`` largest orders of E as a function of r_s, if their amplitude exceeds
     ``least_arcsec``."""
@@ -100,8 +98,8 @@ def mean_lanes(
     sizes = np.abs(lines[: most + 1])
     sizes[0] = 0.0
     largest = np.sort(np.argsort(-sizes, kind="stable")[:lanes])
-    # An order whose amplitude is 0 or at most ``least_arcsec`` gets no lane.
-    kept = largest[sizes[largest] > max(least_arcsec, 0.0)]
+    # An order whose amplitude is 0 gets no lane.
+    kept = largest[sizes[largest] > 0.0]
     return Coefficients.from_harmonics(
         kept,
         sizes[kept] / unit,
@@ -126,14 +124,12 @@ def mean_bank(
     lanes: int = LANES_DEFAULT,
     weights: Float | None = None,
     missing: int = 0,
-    carrier: int | None = None,
-    least_arcsec: float = 0.0,
 ) -> Coefficients:
     """Return the words of the mean of all heads, or of the mean without the head ``missing`` (1, 2,
     …).
 
-    ``weights`` (H,): None means the weights with the least noise. ``carrier``: None means the first
-    head that is not missing. Raises WeightsRefusedError if no weights exist.
+    ``weights`` (H,): None means the weights with the least noise. The carrier is the first head
+    that is not missing. Raises WeightsRefusedError if no weights exist.
     """
     if weights is None:
         if not missing:
@@ -143,15 +139,14 @@ def mean_bank(
             if isinstance(found, WeightsRefusedError):
                 raise found
             weights = found
-    if carrier is None:
-        carrier = 2 if missing == 1 else 1
+    carrier = 2 if missing == 1 else 1
     words = weight_words(weights, disc.places_rad, disc.radius_ratios)
     mean = MeanSet(
         tuple(words.tolist()), offset_words(disc.offsets_rad, counts_per_rev), carrier, missing
     )
     exact = words / float(WEIGHT_ONE)
     return replace(
-        mean_lanes(disc, exact, carrier - 1, counts_per_rev, lanes, least_arcsec),
+        mean_lanes(disc, exact, carrier - 1, counts_per_rev, lanes),
         extension=Extension(mean=mean),
     )
 
@@ -161,17 +156,15 @@ def mean_banks(
     counts_per_rev: int,
     *,
     lanes: int = LANES_DEFAULT,
-    noise_limit: float = NOISE_LIMIT,
-    least_arcsec: float = 0.0,
 ) -> tuple[Coefficients, tuple[WeightsRefusedError, ...]]:
     """Return the words of the mean of all heads, with a set of words for each head that may be
     missing, and the reason for each head without such a set.
 
     Raises WeightsRefusedError if all heads together have no mean.
     """
-    every = mean_weights(disc.places_rad, disc.radius_ratios, noise_limit=noise_limit)
+    every = mean_weights(disc.places_rad, disc.radius_ratios)
     without, refused = [], []
-    cases = weights_without_each(disc.places_rad, disc.radius_ratios, noise_limit=noise_limit)
+    cases = weights_without_each(disc.places_rad, disc.radius_ratios)
     for missing, weights in enumerate(cases, start=1):
         if isinstance(weights, WeightsRefusedError):
             refused.append(weights)
@@ -183,12 +176,9 @@ def mean_banks(
                 lanes=lanes,
                 weights=weights,
                 missing=missing,
-                least_arcsec=least_arcsec,
             )
         )
-    all_heads = mean_bank(
-        disc, counts_per_rev, lanes=lanes, weights=every, least_arcsec=least_arcsec
-    )
+    all_heads = mean_bank(disc, counts_per_rev, lanes=lanes, weights=every)
     assert all_heads.extension is not None
     extension = replace(all_heads.extension, without=tuple(without))
     return replace(all_heads, extension=extension), tuple(refused)

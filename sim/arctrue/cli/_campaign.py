@@ -7,7 +7,6 @@ import functools
 import sys
 import time
 from collections.abc import Callable
-from types import TracebackType
 from typing import Any, Self
 
 import click
@@ -98,12 +97,7 @@ class CampaignBar:
         self._bar.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Stop the bar; its last state remains on the terminal."""
         self._bar.stop()
 

@@ -15,13 +15,14 @@ import click
 from arctrue.base.json_text import json_text
 from arctrue.base.printable import one_line
 from arctrue.base.progress import SHOW_ROWS
+from arctrue.base.read_errors import sentence
 from arctrue.base.whole_file import write_whole_text
 from arctrue.calibration.head_separation import doubts_of
 from arctrue.cli._numbers import SEED
 from arctrue.cli._options import json_option
 from arctrue.cli._outputs import OutputFolder, refuse_to_replace
 from arctrue.cli._progress import Progress
-from arctrue.cli._terminal import Console, note, sentence, tell_error, tell_warning
+from arctrue.cli._terminal import Console, note, tell_error, tell_warning
 from arctrue.measurement import MeasurementError, MeasurementSet, read_measurement_set
 from arctrue.measurement.digest import set_digest
 from arctrue.workbench.diagnose.data_faults import cut_runs

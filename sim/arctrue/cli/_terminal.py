@@ -8,8 +8,10 @@ not interpret square brackets in them as markup.
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NoReturn
 
 import click
 import rich.console
@@ -18,6 +20,9 @@ from rich.segment import Segment
 from rich.text import Text
 
 from arctrue.base.printable import harmless
+
+EXIT_NO_READER = 141
+"""Exit code that a shell reports for a program whose reader closed the pipe: 128 + SIGPIPE."""
 
 
 class Console(rich.console.Console):
@@ -35,6 +40,10 @@ class Console(rich.console.Console):
         correct."""
         return super().render_str(harmless(text), **options)
 
+    def on_broken_pipe(self) -> NoReturn:
+        """End the program as :func:`say` does."""
+        _end_without_reader()
+
     def render(
         self, renderable: RenderableType, options: ConsoleOptions | None = None
     ) -> Iterator[Segment]:
@@ -46,14 +55,24 @@ class Console(rich.console.Console):
                 yield Segment(harmless(segment.text), segment.style)
 
 
-def say(text: str = "") -> None:
-    """Print a line of the result, on stdout."""
-    click.echo(harmless(text))
+def _end_without_reader() -> NoReturn:
+    """End the program quietly after the reader of a pipe, such as ``head``, has closed it."""
+    # Python flushes stdout once more at the end of the program.
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    raise SystemExit(EXIT_NO_READER)
+
+
+def say(text: str = "", *, error: bool = False) -> None:
+    """Print a line of the result, on stdout. End the program if nobody reads the output."""
+    try:
+        click.echo(harmless(text), err=error)
+    except BrokenPipeError:
+        _end_without_reader()
 
 
 def note(text: str) -> None:
     """Print a line on stderr that is not part of the result."""
-    click.echo(harmless(text), err=True)
+    say(text, error=True)
 
 
 def tell_error(text: str) -> None:
@@ -73,10 +92,3 @@ def tell_objection(text: str, *, forced: bool) -> None:
         tell_warning(text)
     else:
         tell_error(f"refused: {text}")
-
-
-def sentence(error: Exception) -> str:
-    """Return an error as one sentence, with the file that cannot be read or written."""
-    if isinstance(error, OSError) and error.filename is not None and error.strerror:
-        return f"{error.filename}: cannot be read or written: {error.strerror}"
-    return str(error)

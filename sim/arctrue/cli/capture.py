@@ -10,12 +10,13 @@ from pathlib import Path
 
 import click
 
+from arctrue.base.read_errors import sentence
 from arctrue.cli._device import console_at
 from arctrue.cli._guide import next_option, refuse_what_was_not_asked, steps
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._runs import print_runs
-from arctrue.cli._terminal import note, say, sentence, tell_error, tell_warning
+from arctrue.cli._terminal import note, say, tell_error, tell_warning
 from arctrue.device.console import ConsoleError
 from arctrue.measurement import (
     JoinError,

@@ -8,13 +8,14 @@ from collections.abc import Sequence
 
 import click
 
+from arctrue.base.read_errors import sentence
 from arctrue.calibration import CaptureRefusedError
 from arctrue.calibration.commissioning import Connection
 from arctrue.cli._device import console_at
 from arctrue.cli._numbers import Finite
 from arctrue.cli._places import Places
 from arctrue.cli._tables import live_head, live_row
-from arctrue.cli._terminal import note, say, sentence, tell_error
+from arctrue.cli._terminal import note, say, tell_error
 from arctrue.device.commissioning import (
     CONNECTION_COLUMNS,
     STEPS,

@@ -13,11 +13,12 @@ from pathlib import Path
 import click
 
 from arctrue.base.extras import optional
+from arctrue.base.read_errors import sentence
 from arctrue.base.whole_file import write_whole_text
 from arctrue.cli._group import Commands
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFolder
-from arctrue.cli._terminal import note, say, sentence, tell_error, tell_warning
+from arctrue.cli._terminal import note, say, tell_error, tell_warning
 from arctrue.device.announcement import announced_at
 from arctrue.device.connection import ask, daemon_of
 from arctrue.device.console import ConsoleError

@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from arctrue.base.percent import percent
+from arctrue.base.read_errors import unreadable
 from arctrue.cli._device import console_at
 from arctrue.cli._progress import Progress
 from arctrue.cli._terminal import say, tell_error
@@ -47,7 +48,7 @@ def flash(port: str, file: Path) -> None:
         tell_error(f"{file}: {error}")
         sys.exit(REFUSED)
     except OSError as error:
-        tell_error(f"{file}: cannot be read: {error.strerror}")
+        tell_error(f"{file}: {unreadable(error)}")
         sys.exit(NO_DEVICE)
     except ConsoleError as error:
         tell_error(str(error))

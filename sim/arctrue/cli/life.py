@@ -25,7 +25,7 @@ from arctrue.cli._options import json_option
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._progress import Progress
 from arctrue.cli._tables import number, table, words
-from arctrue.cli._terminal import tell_error, tell_warning
+from arctrue.cli._terminal import note, tell_error, tell_warning
 from arctrue.device.connection import ask, daemon_of
 from arctrue.device.console import ConsoleError
 from arctrue.metrology.life.history import (
@@ -164,8 +164,10 @@ def _limit(text: str) -> tuple[str, float]:
 
 
 def _print(history: LifeHistory) -> None:
-    for refused in history.machine.refused:
-        tell_warning(f"{refused.name} is not used: {refused.reason}")
+    if refused := history.machine.refused:
+        tell_warning(f"{len(refused)} sets are not used:")
+        for one in refused:
+            note(f"  {one.name}: {one.reason}")
     sets = history.machine.sets
     sizes = table(
         f"{len(sets)} sets from {sets[0].date:%Y-%m-%d} to {sets[-1].date:%Y-%m-%d}",
@@ -173,10 +175,10 @@ def _print(history: LifeHistory) -> None:
         number("first set"),
         number("last set"),
     )
-    for one in history.series:
+    for series in history.series:
         sizes.add_row(
-            one.name,
-            with_uncertainty(float(one.size[0]), float(one.u[0]), one.unit),
-            with_uncertainty(float(one.size[-1]), float(one.u[-1]), one.unit),
+            series.name,
+            with_uncertainty(float(series.size[0]), float(series.u[0]), series.unit),
+            with_uncertainty(float(series.size[-1]), float(series.u[-1]), series.unit),
         )
     console.print(sizes)

@@ -9,11 +9,12 @@ from pathlib import Path
 import click
 
 from arctrue.base.figures import figure
+from arctrue.base.read_errors import sentence
 from arctrue.cli._device import console_at, watch_at
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._tables import live_head, live_row
-from arctrue.cli._terminal import note, say, sentence, tell_error
+from arctrue.cli._terminal import note, say, tell_error
 from arctrue.device.connection import Watch, open_console
 from arctrue.device.console import Console, ConsoleError, TelemetryLine
 from arctrue.device.dated_set import write_dated_set

@@ -8,12 +8,13 @@ from pathlib import Path
 import click
 
 from arctrue.base.figures import figure
+from arctrue.base.read_errors import sentence
 from arctrue.base.whole_file import write_whole_text
 from arctrue.cli._device import console_at
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFile
 from arctrue.cli._tables import live_head, live_row
-from arctrue.cli._terminal import note, say, sentence, tell_error
+from arctrue.cli._terminal import note, say, tell_error
 from arctrue.device.console import ConsoleError
 from arctrue.device.probe import KINDS, Latch, Probe, as_csv
 

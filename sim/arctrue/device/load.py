@@ -25,7 +25,7 @@ from arctrue.gateware.extension import MODULATORS
 from arctrue.gateware.local_table import LocalTable
 from arctrue.gateware.mean_set import MeanSet
 from arctrue.gateware.table_conditions import condition_registers
-from arctrue.generated.number_formats import CLOCK_HZ, HEADS_MAX
+from arctrue.generated.number_formats import HEADS_MAX
 
 DEVICE_LOADS = Capability(
     heads=HEADS_MAX,
@@ -160,14 +160,13 @@ def load_frames(
     force: bool = False,
     unseen: bool = False,
     sets: bool = True,
-    clock_hz: float = CLOCK_HZ,
 ) -> list[str]:
     """Return the console lines that load the coefficients; unused lanes are omitted.
 
     With ``unseen`` the device also accepts lanes that no turn of two heads shows: order 0, orders
     that the heads cannot see, lanes that follow a word of the processor. With ``force`` it also
     accepts orders that turns leave undecided. Without ``sets`` the sets for a missing head are
-    omitted. ``clock_hz``: clock of the gateware. If the set corrects a mean of heads, the lines
+    omitted. If the set corrects a mean of heads, the lines
     also define this mean. Raises ValueError for an offset without a mean, which the device does not
     accept, and for parts for which the console has no command.
     """
@@ -211,7 +210,7 @@ def load_frames(
             named.append(("source", [number, *sources[lane].numbers]))
     if coefficients.extension is not None and coefficients.extension.conditions is not None:
         registers = condition_registers(
-            coefficients.extension.conditions, coefficients.counts_per_rev, clock_hz
+            coefficients.extension.conditions, coefficients.counts_per_rev
         )
         named.append(("conditions", list(registers.values())))
     named += _table_values(coefficients)

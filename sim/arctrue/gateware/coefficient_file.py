@@ -18,6 +18,7 @@ import numpy as np
 from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
+from arctrue.base.read_errors import unreadable
 from arctrue.base.toml_file import read_toml
 from arctrue.base.typed_content import ContentError, Number, typed
 from arctrue.base.units import ARCSEC_PER_TURN
@@ -361,12 +362,9 @@ def read_coefficient_file(path: Path | str, bitstream: Capability | None = None)
         if coefficients.extension is not None:
             _check_loadable(coefficients.extension, bitstream or Capability())
         return coefficients
-    except FileNotFoundError as error:
-        raise CoefficientFileError(
-            f"{path}: no such file; 'arctrue calibrate' writes one"
-        ) from error
     except OSError as error:
-        raise CoefficientFileError(f"{path}: cannot be read: {error.strerror}") from error
+        why = unreadable(error, "'arctrue calibrate' writes one")
+        raise CoefficientFileError(f"{path}: {why}") from error
     except (ValueError, OverflowError) as error:
         raise CoefficientFileError(f"{path}: {error}") from error
 

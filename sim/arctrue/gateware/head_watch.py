@@ -22,10 +22,6 @@ STEP_COUNTS: Final = 32
 changes a reading by 0.5 µm / 100 mm = 1.03″ = 13.35 counts, and a difference of two readings by up
 to 26.7 counts; eccentricity of 142″ adds 142″ · 2 sin(90°/s · 1.31 ms / 2) = 0.29″ = 3.8 counts at
 90°/s in 1.31 ms, which are 8 intervals; rounding adds 1 count."""
-MISSING_COUNTS: Final = 48
-"""Number of counts by which all other heads must move since the last edge of a head until the edges
-of this head count as missing. It exceeds the differences above, and corresponds to 11.4 µs at 90°/s
-(4.19 million counts per second)."""
 
 
 class Cause(IntEnum):

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.base.extras import LazyModule, installed
+from arctrue.base.read_errors import unreadable
 from arctrue.base.similar import similar
 from arctrue.measurement.errors import MeasurementError
 from arctrue.measurement.measurement_set import WHOLE_COLUMNS
@@ -75,14 +76,10 @@ class CsvFile:
             with self.path.open(encoding="utf-8-sig", errors="surrogateescape", newline="") as file:
                 first = file.readline()
             first.encode()
-        except FileNotFoundError as error:
-            raise MeasurementError("missing", self.path, "no such file") from error
         except UnicodeEncodeError as error:
             raise MeasurementError("format", self.path, "is not text in UTF-8", row=1) from error
         except OSError as error:
-            raise MeasurementError(
-                "missing", self.path, f"cannot be read: {error.strerror}"
-            ) from error
+            raise MeasurementError("missing", self.path, unreadable(error)) from error
         if not first.strip():
             raise MeasurementError(
                 "empty",

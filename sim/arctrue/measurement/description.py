@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 from msgspec import Meta, Struct, field
 
 from arctrue.base.printable import one_line
+from arctrue.base.read_errors import unreadable
 from arctrue.base.toml_file import TomlContentError, read_toml
 from arctrue.base.typed_content import ContentError, line_of_text, shown, typed, unknown_keys
 from arctrue.measurement.date import moment, with_text_date
@@ -115,10 +116,9 @@ def read_description(folder: Path) -> Description:
         # only the schema.
         typed(content, _OnlySchema)
         keys = typed(content, Keys)
-    except FileNotFoundError as error:
-        raise MeasurementError("missing", path, "no such file; every set needs one") from error
     except OSError as error:
-        raise MeasurementError("missing", path, f"cannot be read: {error.strerror}") from error
+        why = unreadable(error, "every set needs one")
+        raise MeasurementError("missing", path, why) from error
     except TomlContentError as error:
         raise MeasurementError("format", path, str(error)) from error
     except ContentError as error:

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import hashlib
+from functools import lru_cache
 from pathlib import Path
 
 from arctrue.measurement.description import read_description
 from arctrue.measurement.reader import data_file
+
+FILES_KEPT = 1024
+"""Number of files whose digests are stored, about 200 bytes each: those of 300 sets."""
 
 
 def set_digest(folder: Path) -> str:
@@ -25,7 +29,18 @@ def set_digest(folder: Path) -> str:
     lines = ""
     for path in files:
         if path is not None:
-            with path.open("rb") as file:
-                digest = hashlib.file_digest(file, "sha256").hexdigest()
-            lines += f"{digest}  {path.relative_to(folder).as_posix()}\n"
+            lines += f"{file_digest(path)}  {path.relative_to(folder).as_posix()}\n"
     return hashlib.sha256(lines.encode()).hexdigest()
+
+
+def file_digest(path: Path) -> str:
+    """Return the SHA-256 of a file. It is stored for further calls until the file changes. Raises
+    OSError."""
+    now = path.stat()
+    return _digest(path, now.st_ino, now.st_size, now.st_mtime_ns, now.st_ctime_ns)
+
+
+@lru_cache(maxsize=FILES_KEPT)
+def _digest(path: Path, *_state: int) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -37,11 +37,7 @@ from arctrue.measurement.wraps import same_turn, unwrapped_counts, without_wraps
 
 
 def read_measurement_set(
-    folder: Path | str,
-    *,
-    capture: bool = True,
-    reference: bool = True,
-    progress: BytesRead | None = None,
+    folder: Path | str, *, progress: BytesRead | None = None
 ) -> MeasurementSet:
     """Read a whole measurement set into memory.
 
@@ -51,10 +47,6 @@ def read_measurement_set(
     ----------
     folder : Path or str
         The folder with ``measurement.toml``.
-    capture : bool, optional
-        False leaves ``capture.csv`` unread.
-    reference : bool, optional
-        False leaves ``reference.csv`` unread.
     progress : callable, optional
         Function that is called with file, bytes read and size in bytes for every block that
         pyarrow reads.
@@ -79,11 +71,11 @@ def read_measurement_set(
             "missing", folder, "has neither a capture.csv nor a reference.csv: nothing was measured"
         )
     heads = compared = None
-    if capture and capture_path:
+    if capture_path:
         heads = _capture(description, capture_path, warnings, progress)
         heads = with_mask_file(folder, "capture", capture_path, heads, warnings)
         warnings += of_zero(heads, f"{capture_path}", 2)
-    if reference and reference_path:
+    if reference_path:
         compared = _reference(description, reference_path, warnings, progress)
         compared = with_mask_file(folder, "reference", reference_path, compared, warnings)
         warnings += of_zero(compared, f"{reference_path}", 2)

@@ -27,11 +27,10 @@ from arctrue.metrology.budget import (
     reversal_lines,
 )
 from arctrue.workbench.effects.base import Effect
-from arctrue.workbench.inference.directions import directions_of
+from arctrue.workbench.inference.directions import MOST_UNDETERMINED, directions_of
 from arctrue.workbench.inference.identifiability import undetermined_names
 from arctrue.workbench.inference.left import left_by
-from arctrue.workbench.inference.null_space import MOST_UNDETERMINED
-from arctrue.workbench.inference.solution import Solution, joint_covariance
+from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.model.growth import fitted
 from arctrue.workbench.model.model import Model
 from arctrue.workbench.model.predicted import prediction_columns
@@ -160,7 +159,7 @@ def _error_at(
             "for them; measure the whole turn, or give a --model of fewer orders, or state "
             "angles that were measured"
         )
-    variance = np.einsum("ij,jk,ik->i", columns, joint_covariance(solution), columns)
+    variance = np.einsum("ij,jk,ik->i", columns, solution.with_tangents.covariance, columns)
     return columns[:, : sum(solution.widths)] @ solution.coefficients, np.sqrt(
         np.maximum(variance, 0.0)
     )

@@ -18,7 +18,7 @@ from arctrue.page.analyses import Analyses
 from arctrue.page.commands import COEFFICIENTS, MODEL, Commands
 from arctrue.page.device import load_into_device
 from arctrue.page.jobs import Jobs
-from arctrue.page.people import PEOPLE_ERRORS, sentence
+from arctrue.page.people import PEOPLE_ERRORS, shown
 from arctrue.page.settings import PageSettings
 from arctrue.report.charts.chart import Chart
 from arctrue.report.charts.matplotlib_chart import chart_svg, save_chart
@@ -131,7 +131,7 @@ def analysis_pages(
         try:
             step = analyses.add(sessions[name], number, effect, {})
         except PEOPLE_ERRORS as error:
-            return page(name, number, 422, add=sentence(error))
+            return page(name, number, 422, add=shown(error))
         return to_step(sessions[name], step.number, _query(), "ladder")
 
     @pages.post(_ADDRESS + "drop")
@@ -140,7 +140,7 @@ def analysis_pages(
         try:
             step = analyses.drop(sessions[name], number, effect)
         except PEOPLE_ERRORS as error:
-            return page(name, number, 422, drop=sentence(error))
+            return page(name, number, 422, drop=shown(error))
         return to_step(sessions[name], step.number, _query(), "ladder")
 
     @pages.post(_ADDRESS + "model")
@@ -158,7 +158,7 @@ def analysis_pages(
             except RequestEntityTooLarge:
                 return page(name, number, 413, model="The file is larger than the limit.")
             except PEOPLE_ERRORS as error:
-                return page(name, number, 422, model=sentence(error, path.parent))
+                return page(name, number, 422, model=shown(error, path.parent))
         return to_step(session, step.number, _query(), "ladder")
 
     @pages.get(_ADDRESS + "ranking")
@@ -214,7 +214,7 @@ def analysis_pages(
         try:
             said = load_into_device(settings.port, device, force=request.form.get("force") == "1")
         except PEOPLE_ERRORS as error:
-            return page(name, number, 422, device=sentence(error))
+            return page(name, number, 422, device=shown(error))
         return page(name, number, 200, device=said)
 
     return pages

@@ -7,6 +7,7 @@ import sys
 import traceback
 from pathlib import Path
 
+from arctrue.base.read_errors import sentence
 from arctrue.calibration import CaptureRefusedError
 from arctrue.device.console import ConsoleError
 from arctrue.measurement import MeasurementError
@@ -16,12 +17,9 @@ from arctrue.workbench.effects.registry import EffectNotFoundError
 PEOPLE_ERRORS = (MeasurementError, EffectFileError, EffectNotFoundError, ValueError, OSError)
 
 
-def sentence(error: Exception, *folders: Path) -> str:
+def shown(error: Exception, *folders: Path) -> str:
     """Return the text of the error; the paths of the server's own ``folders`` are removed."""
-    if isinstance(error, OSError) and error.filename is not None and error.strerror:
-        said = f"{error.filename}: cannot be read or written: {error.strerror}"
-    else:
-        said = str(error) or type(error).__name__
+    said = sentence(error)
     for folder in folders:
         said = said.replace(f"{folder}/", "").replace(str(folder), folder.name)
     return said
@@ -31,6 +29,6 @@ def failure(error: Exception, *folders: Path) -> str:
     """Return a sentence about an error of background work; print a program fault on the
     terminal."""
     if isinstance(error, (CaptureRefusedError, ConsoleError, *PEOPLE_ERRORS)):
-        return sentence(error, *folders)
+        return shown(error, *folders)
     traceback.print_exception(error, file=sys.stderr)
     return f"The program has a fault; its terminal shows details: {error}."

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import arctrue
-from arctrue.measurement.digest import set_digest
+from arctrue.measurement.digest import file_digest, set_digest
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.model.model import Model
 
@@ -28,7 +28,7 @@ def ranking_key(folder: Path, title: str, model: Model, effects: Mapping[str, ty
     mask = folder / _MASK
     said = {
         "set": set_digest(folder),
-        "mask": _of_file(mask) if mask.is_file() else "",
+        "mask": file_digest(mask) if mask.is_file() else "",
         "title": title,
         "model": [[entry.name, entry.settings, entry.search] for entry in model.effects],
         "reference_temperature_c": model.reference_temperature_c,
@@ -38,10 +38,6 @@ def ranking_key(folder: Path, title: str, model: Model, effects: Mapping[str, ty
     return hashlib.sha256(json.dumps(said, sort_keys=True, default=repr).encode()).hexdigest()
 
 
-def _of_file(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
-
-
 @functools.cache
 def _of_effect(kind: type[Effect]) -> list[str]:
     """Return the digests of the files that define the effect; they are computed once."""
@@ -49,7 +45,7 @@ def _of_effect(kind: type[Effect]) -> list[str]:
     files = {
         inspect.unwrap(item).__code__.co_filename for item in filter(inspect.isfunction, methods)
     }
-    return [_of_file(Path(name)) for name in sorted(files) if Path(name).is_file()]
+    return [file_digest(Path(name)) for name in sorted(files) if Path(name).is_file()]
 
 
 @functools.cache
@@ -57,4 +53,4 @@ def _program() -> str:
     """Return a digest of the package's files; the version number does not suffice, because the
     files change during development."""
     files = sorted(Path(arctrue.__file__).parent.rglob("*.py"))
-    return hashlib.sha256("".join(_of_file(path) for path in files).encode()).hexdigest()
+    return hashlib.sha256("".join(file_digest(path) for path in files).encode()).hexdigest()

@@ -21,7 +21,7 @@ from arctrue.page.analyses import Analyses
 from arctrue.page.commands import Commands
 from arctrue.page.folder import ChosenFolder
 from arctrue.page.jobs import Jobs
-from arctrue.page.people import PEOPLE_ERRORS, sentence
+from arctrue.page.people import PEOPLE_ERRORS, shown
 from arctrue.page.session import SET, Opened, Session, Step, now
 from arctrue.page.settings import MEGABYTE, PageSettings
 from arctrue.page.uploads import OpenQuestionsError, keep, receive
@@ -86,7 +86,7 @@ def start_pages(
         try:
             session, step = open_set_of(folder, request.form.get("set", ""), analyses)
         except PEOPLE_ERRORS as error:
-            return start(422, open=sentence(error))
+            return start(422, open=shown(error))
         return to_step(session, step.number)
 
     @pages.post("/generate")
@@ -97,7 +97,7 @@ def start_pages(
             session, step = analyses.first(place, opened)
         except PEOPLE_ERRORS as error:
             shutil.rmtree(place, ignore_errors=True)
-            return start(422, generate=sentence(error, place))
+            return start(422, generate=shown(error, place))
         return to_step(session, step.number)
 
     @pages.post("/drop")
@@ -125,7 +125,7 @@ def start_pages(
             )
         except PEOPLE_ERRORS as error:
             shutil.rmtree(place, ignore_errors=True)
-            return start(422, drop=sentence(error, place / SET, place / _UPLOAD, place))
+            return start(422, drop=shown(error, place / SET, place / _UPLOAD, place))
         return to_step(session, step.number)
 
     @pages.post("/forget/<name>")

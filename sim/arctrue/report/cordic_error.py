@@ -52,8 +52,6 @@ def cosine_error(
 def draw_cordic_error(
     path: Path,
     simulated: tuple[NDArray[np.int32], NDArray[np.int32]] | None = None,
-    bits: int = COSINE_WIDTH,
-    iterations: int = CORDIC_ITERATIONS,
 ) -> float:
     """Write a PNG of the error over all 2²⁰ phases, with the bounds of the paper's appendix.
 
@@ -61,11 +59,11 @@ def draw_cordic_error(
     ``path`` is made if it does not exist. Returns the largest error of the model.
     """
     phase = swept_phases()
-    error = cosine_error(phase, bits=bits, iterations=iterations)
+    error = cosine_error(phase)
     bins = error.reshape(_BINS, -1)
     middle_deg = (np.arange(_BINS) + 0.5) * (360.0 / _BINS)
-    approximation = approximation_bound(iterations)
-    bound = cosine_bound(bits, iterations)
+    approximation = approximation_bound(CORDIC_ITERATIONS)
+    bound = cosine_bound(COSINE_WIDTH, CORDIC_ITERATIONS)
     with house_style():
         figure = Figure(figsize=(9.6, 4.6), layout="constrained")
         axes = figure.subplots()
@@ -80,7 +78,7 @@ def draw_cordic_error(
         if simulated is not None:
             axes.plot(
                 simulated[0] * (360.0 / 2**PHASE_WIDTH),
-                cosine_error(*simulated, bits, iterations),
+                cosine_error(*simulated),
                 linestyle="none",
                 marker=".",
                 markersize=1.2,
@@ -92,12 +90,14 @@ def draw_cordic_error(
                 sign * approximation,
                 color=LIMIT,
                 linestyle=(0, (4, 3)),
-                label=f"(A.1), {iterations} iterations: {approximation:.2e}" if sign > 0 else None,
+                label=f"(A.1), {CORDIC_ITERATIONS} iterations: {approximation:.2e}"
+                if sign > 0
+                else None,
             )
             axes.axhline(
                 sign * bound,
                 color=BEFORE,
-                label=f"(A.1) + (A.5), {bits} bits: {bound:.2e}" if sign > 0 else None,
+                label=f"(A.1) + (A.5), {COSINE_WIDTH} bits: {bound:.2e}" if sign > 0 else None,
             )
         axes.set_title("Error of the cosine")
         axes.set_xlabel("phase, °")

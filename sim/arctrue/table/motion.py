@@ -84,7 +84,6 @@ class Motion:
         start_rad: float = 0.0,
         ripple_rad: float = 0.0,
         ripple_order: int = 1,
-        ripple_phase_rad: float = 0.0,
     ) -> Motion:
         """Return a motion at one speed, with optional ramps.
 
@@ -102,8 +101,6 @@ class Motion:
             Amplitude of the ripple of the angle, radians.
         ripple_order : int
             Number of ripple periods a turn.
-        ripple_phase_rad : float
-            Phase of the ripple at angle 0, radians.
 
         Returns
         -------
@@ -123,9 +120,7 @@ class Motion:
             speeds = (0.0, speed_rad_s, speed_rad_s, 0.0)
         else:
             raise ValueError(f"two ramps of {ramp_s} s do not fit into a motion of {duration_s} s")
-        return cls(
-            tuple(times), tuple(speeds), start_rad, ripple_rad, ripple_order, ripple_phase_rad
-        )
+        return cls(tuple(times), tuple(speeds), start_rad, ripple_rad, ripple_order)
 
     @property
     def duration_s(self) -> float:

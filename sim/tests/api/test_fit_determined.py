@@ -10,6 +10,13 @@ import numpy as np
 import pytest
 
 import arctrue as at
+from arctrue.workbench.effects.catalogue.graduation_harmonics import GraduationHarmonics
+from arctrue.workbench.effects.catalogue.periodic_error import PeriodicError
+from arctrue.workbench.inference.design_matrix import Term
+from arctrue.workbench.inference.fit import fit
+from arctrue.workbench.model.growth import stored_entries
+from arctrue.workbench.model.model import ModelEffect
+from arctrue.workbench.observations.build import observations_of
 
 FACES, TURNS, NOISE_ARCSEC = 24, 10, 0.1
 COUNTS = 1 << 24
@@ -139,6 +146,19 @@ def test_an_export_names_what_its_set_does_not_determine(tmp_path: Path) -> None
     )
     remarks = at.export(polygon(), orders(1, 5), tmp_path / "c.toml", force=True)
     assert not any("does not determine" in text for text in remarks)
+
+
+def test_a_stored_model_has_no_uncertainty_of_a_line_that_only_its_faces_show() -> None:
+    """Orders 1 to 12 and the constant fit any 24 values of the faces, so that these values
+    determine nothing about a line between them."""
+    line = PeriodicError()
+    start = {**dict.fromkeys((item.name for item in line.search), 0.0), "order": 7.3}
+    terms = [Term(GraduationHarmonics(orders=list(range(1, 13))), {}), Term(line, start)]
+    solution = fit(terms, observations_of(polygon()))
+    entries = stored_entries([ModelEffect(term.effect.name) for term in terms], solution)
+    assert {
+        name for name, item in entries[1].parameters.items() if np.isfinite(item.sigma)
+    } == set()
 
 
 @cache

@@ -5,6 +5,9 @@ from __future__ import annotations
 
 import ast
 import io
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -37,6 +40,17 @@ def assert_harmless(done: Result, *, shown: str = "\\x1b") -> None:
     text = done.output
     assert all(is_printable(line.replace("\t", "")) for line in text.split("\n")), repr(text)
     assert shown in text
+
+
+@pytest.mark.parametrize("words", [("effects",), ("effects", "show", "hysteresis")])
+def test_a_reader_that_closes_the_pipe_ends_the_command_quietly(words: tuple[str, ...]) -> None:
+    """The exit code is the one that a shell reports for SIGPIPE, 128 + 13."""
+    read, write = os.pipe()
+    os.close(read)
+    command = [sys.executable, "-c", "from arctrue.cli import main; main()", *words]
+    with os.fdopen(write, "w") as closed:
+        done = subprocess.run(command, stdout=closed, stderr=subprocess.PIPE, text=True)
+    assert (done.returncode, done.stderr) == (141, "")
 
 
 @given(text=st.text())

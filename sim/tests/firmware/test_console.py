@@ -149,6 +149,13 @@ def test_a_whole_parameter_is_shown_as_the_whole_number(running: Firmware) -> No
         assert f"\r\nhead_delays {value}\r\n" in running.send("show parameters")
 
 
+@pytest.mark.parametrize(("name", "most"), [("ramp_arcsec_s", 10**9), ("ramp_arcsec_s2", 10**12)])
+def test_the_largest_ramp_is_shown(running: Firmware, name: str, most: int) -> None:
+    for value, shown in ((most, f"{most}"), (9e8, "900000000"), (8e8, "800000000.000000000")):
+        assert running.send(f"set {name} {value:.0f}").startswith("ok")
+        assert f"\r\n{name} {shown}\r\n" in running.send("show parameters")
+
+
 def test_the_core_is_looked_for_again(running: Firmware) -> None:
     assert running.send("rearm") == "ok, waiting for the index again\r\n"
     assert running.phase == "wait_for_index"

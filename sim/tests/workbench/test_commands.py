@@ -196,7 +196,7 @@ def _bad_commands(good: Path, folder: Path) -> dict[str, tuple[object, ...]]:
         ),
         "no such": ("compare", folder / "nowhere"),
         "no effect is named 'nonsense'": ("compare", good, "--model", other),
-        "no such model file": ("compare", good, "--model", folder / "none.toml"),
+        "none.toml: no such file": ("compare", good, "--model", folder / "none.toml"),
         "no effect is named 'hysterese'": ("add", "hysterese", good),
         "cannot be tested with this set": ("add", "drive_gear_error", good),
         "the model has graduation_harmonics already": ("add", "graduation_harmonics", good),

@@ -130,7 +130,7 @@ def _verdict(name: str | None, alike: str, measurement: str) -> SimpleNamespace:
     return SimpleNamespace(
         verdict="adequate" if name is None else "named",
         named=named,
-        instead=lambda: None,
+        instead=None,
         decision=SimpleNamespace(look_alikes={alike: 1.0}, unconfirmed=None),
         effect_class=[] if name is None else [name],
         description=None,
@@ -178,7 +178,7 @@ def test_a_refused_effect_does_not_end_the_explanation(monkeypatch: pytest.Monke
     )
     line = SimpleNamespace(name="periodic_error", effect=EFFECTS["periodic_error"]())
     refused = _verdict(None, "", "")
-    refused.verdict, refused.instead = "unknown", lambda: line
+    refused.verdict, refused.instead = "unknown", line
     verdicts = iter([refused, _verdict(None, "", "")])
     monkeypatch.setattr(explain_module, "_verdict", lambda *arguments: next(verdicts))
     found = explain_module.explain(default_model(), observations, EFFECTS, "line")

@@ -99,6 +99,9 @@ def test_every_row_gives_the_fit_of_the_whole(warm: MeasurementSet, block_rows: 
         patch.setattr(design_matrix, "BLOCK_ROWS", block_rows)
         streamed = on_every_row(searched)
     assert streamed.every_row
+    # The criterion counts the rows that are in the likelihood.
+    penalty = (streamed.rank + streamed.searched) * np.log(all_rows.rows)
+    assert streamed.bic == pytest.approx(penalty - 2.0 * streamed.log_likelihood, rel=1e-12)
     figures, expected = (channel_figures(item, "capture") for item in (streamed, whole))
     assert figures is not None
     assert expected is not None

@@ -11,6 +11,7 @@ from datetime import UTC, datetime, timedelta
 from importlib.metadata import version
 from pathlib import Path
 
+import pytest
 from click.testing import CliRunner
 from sim.tests.workbench.small_sets import measurement_set
 
@@ -65,6 +66,15 @@ def test_the_digest_is_that_of_common_tools(tmp_path: Path) -> None:
     with (tmp_path / "capture.csv").open("a") as file:
         file.write("\n")
     assert set_digest(tmp_path) != before
+
+
+def test_a_set_that_is_as_it_was_is_not_read_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_measurement_set(tmp_path, measurement_set(turns=1, cycles=1))
+    before = set_digest(tmp_path)
+    monkeypatch.setattr(hashlib, "file_digest", None)
+    assert set_digest(tmp_path) == before
 
 
 def test_folders_are_named_from_the_model_file(tmp_path: Path) -> None:

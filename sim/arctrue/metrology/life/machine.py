@@ -14,7 +14,6 @@ from arctrue.measurement import MeasurementError, read_measurement_set
 from arctrue.measurement.description import FILE_NAME
 from arctrue.measurement.digest import set_digest
 from arctrue.workbench.effects.base import Effect, Parameter
-from arctrue.workbench.inference.named import named_parameters
 from arctrue.workbench.model.growth import NotTestableError, fitted, table_of
 from arctrue.workbench.model.model import Model
 from arctrue.workbench.observations.build import observations_of
@@ -97,8 +96,7 @@ def fit_machine(
             measurement = read_measurement_set(place)
             if measurement.date is None:
                 raise ValueError(
-                    f"{place / FILE_NAME}: states no date; add a line such as date = 2026-03-12 "
-                    "at the top"
+                    f"{FILE_NAME} states no date; add a line such as date = 2026-03-12 at the top"
                 )
             digest = set_digest(place)
             _refuse_again(digest, found)
@@ -113,10 +111,10 @@ def fit_machine(
             refused.append(RefusedSet(name, str(error)))
             continue
         first = table if first is None else first
-        found.append(FittedSet(name, measurement.date, digest, named_parameters(solution)))
+        found.append(FittedSet(name, measurement.date, digest, solution.named_parameters()))
     if not found:
-        listed = "; ".join(f"{item.name}: {item.reason}" for item in refused)
-        raise ValueError(f"{folder}: no set can be used: {listed}")
+        listed = "".join(f"\n  {item.name}: {item.reason}" for item in refused)
+        raise ValueError(f"{folder}: no set can be used:{listed}")
     return Machine(model, tuple(sorted(found, key=lambda one: one.date)), tuple(refused))
 
 

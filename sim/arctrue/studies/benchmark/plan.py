@@ -9,6 +9,7 @@ import secrets
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
+from arctrue.base.read_errors import unreadable
 from arctrue.base.typed_content import ContentError, read_json
 from arctrue.base.whole_file import write_whole_text
 from arctrue.studies.benchmark.cases import case_tasks, kept_cases
@@ -185,7 +186,8 @@ def read_plan(folder: Path) -> TierPlan:
     path = folder / FILE
     try:
         return read_json(path, TierPlan)
-    except FileNotFoundError:
-        raise PlanError(f"{path} is not there: first arctrue benchmark make {folder}") from None
+    except OSError as error:
+        why = unreadable(error, f"first arctrue benchmark make {folder}")
+        raise PlanError(f"{path}: {why}") from None
     except ContentError as error:
         raise PlanError(str(error)) from None

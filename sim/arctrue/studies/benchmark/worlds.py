@@ -49,8 +49,6 @@ HEADS_SHOW = (
 )
 """Causes of the catalogue that the differences of the heads show."""
 
-Statement = Callable[[MeasurementSet], MeasurementSet]
-
 
 @dataclass
 class Surroundings:

@@ -8,9 +8,9 @@ import os
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self
 
+from arctrue.base.read_errors import unreadable
 from arctrue.base.typed_content import ContentError, read_json, typed_json
 from arctrue.base.whole_file import write_whole_text
 from arctrue.studies.campaign.task import Task, canonical, task_key
@@ -74,12 +74,7 @@ class Store:
         """Return the store itself."""
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Close the file of results and the file of timings."""
         self._results.close()
         self._timings.close()
@@ -137,8 +132,9 @@ def read_header(folder: Path) -> dict[str, Any]:
     path = folder / HEADER
     try:
         return read_json(path, dict[str, Any])
-    except FileNotFoundError:
-        raise StoreError(f"{path} is not there: no campaign has been run in {folder}") from None
+    except OSError as error:
+        why = unreadable(error, f"no campaign has been run in {folder}")
+        raise StoreError(f"{path}: {why}") from None
     except ContentError as error:
         raise StoreError(str(error)) from None
 

@@ -124,15 +124,13 @@ def run_chain(
     sources: Collection[Source],
     method: Method,
     random: np.random.Generator,
-    angle_rad: Float | None = None,
 ) -> Left:
-    """Capture a turn, calibrate, correct, and compute the remaining error at ``angle_rad`` (None:
-    random angles around the turn)."""
+    """Capture a turn, calibrate, correct, and compute the remaining error at random angles around
+    the turn."""
     counts_per_rev = FULL_COUNTS if "quantisation" in sources else EXACT_COUNTS
     estimate = _calibrated(sources, method, random, counts_per_rev)
-    if angle_rad is None:
-        steps: Float = np.arange(SCORED_ANGLES) + random.random(SCORED_ANGLES)
-        angle_rad = steps * (TURN_RAD / SCORED_ANGLES)
+    steps: Float = np.arange(SCORED_ANGLES) + random.random(SCORED_ANGLES)
+    angle_rad = steps * (TURN_RAD / SCORED_ANGLES)
     reading = _table(sources, counts_per_rev, warm=True).reading_rad(
         0, TableState.at_rest(angle_rad)
     )

@@ -74,10 +74,10 @@ def closure_budget(found: Closure, counts_per_rev: int) -> Budget:
     )
 
 
-def experiment_budget(settings: MethodsSettings | None = None) -> dict[str, Any]:
+def experiment_budget() -> dict[str, Any]:
     """Return the uncertainty budget, and E_n at 24 faces for a resting and for a moving axis, as
     plain values."""
-    moving = settings or MethodsSettings()
+    moving = MethodsSettings()
     still = dataclasses.replace(moving, radial_motion_m=0.0)
     compared = {name: _compared(World(one)) for name, one in
                 (("axis at rest", still), ("axis moves", moving))}  # fmt: skip

@@ -102,30 +102,28 @@ def _seen_by_mean(gain: Float, weights: Float, places: Float, orders: Integer) -
     return tuple(np.where(factor < 1e-9, 0.0, gain * factor).tolist())
 
 
-def best_places(
-    heads: int, most_order: int, *, noise_limit: float = NOISE_LIMIT, least_deg: float = LEAST_DEG
-) -> list[PlacesChoice]:
+def best_places(heads: int, most_order: int) -> list[PlacesChoice]:
     """List the best sets of places, best first; sets that are equal up to rotation and mirroring
     appear once.
 
     Raises ValueError if there are not three or four heads, or if no places of the search keep the
-    noise of the mean below ``noise_limit``.
+    noise of the mean below ``NOISE_LIMIT``.
     """
     if heads not in (3, 4):
         raise ValueError(f"heads: expected 3 or 4, found {heads}; two heads have one angle α")
     grid = np.arange(STEP_DEG, 360.0, STEP_DEG)
     sets = np.array([(0.0, *rest) for rest in combinations(grid.tolist(), heads - 1)])
-    sets = sets[_allowed(sets, noise_limit, least_deg)]
+    sets = sets[_allowed(sets)]
     if sets.size == 0:
-        raise ValueError(f"no places of {heads} heads have a mean below {noise_limit:g}")
+        raise ValueError(f"no places of {heads} heads have a mean below {NOISE_LIMIT:g}")
     worst = _worst_gain(sets, most_order)
     best = sets[np.argsort(worst, kind="stable")[:BEST]]
     best = np.array([*best.tolist(), *STARTS_DEG[heads]])
     for step in MOVES_DEG:
-        best = _moved(best, step, most_order, noise_limit, least_deg)
+        best = _moved(best, step, most_order)
     worst = _worst_gain(best, most_order)
     found: list[PlacesChoice] = []
-    ways = _allowed(best, noise_limit, least_deg)
+    ways = _allowed(best)
     for index in np.argsort(np.where(ways, worst, np.inf), kind="stable")[: ways.sum()]:
         places = tuple(np.round(best[index], 1).tolist())
         if all(_unlike(places, one.places_deg) for one in found):
@@ -161,17 +159,17 @@ def _worst_gain(sets_deg: Float, most_order: int) -> Float:
     return np.concatenate(worst)
 
 
-def _allowed(sets_deg: Float, noise_limit: float, least_deg: float) -> NDArray[np.bool_]:
+def _allowed(sets_deg: Float) -> NDArray[np.bool_]:
     """Tell which sets are permitted: enough room between heads, and noise of the mean within the
     limit; with four heads also if any one is missing."""
     turned = np.sort(np.mod(sets_deg, 360.0), axis=1)
     apart = np.diff(np.column_stack((turned, turned[:, :1] + 360.0)), axis=1)
-    room = apart.min(axis=1) >= least_deg
+    room = apart.min(axis=1) >= LEAST_DEG
     places, heads = np.radians(sets_deg), sets_deg.shape[1]
     triples = [list(one) for one in combinations(range(heads), 3)]
     noise = np.max([_noise_of_three(places[:, triple]) for triple in triples], axis=0)
     # The mean of four heads has no more noise than the mean of any three of the heads.
-    return np.asarray(room & (noise <= noise_limit))
+    return np.asarray(room & (noise <= NOISE_LIMIT))
 
 
 def _noise_of_three(places_rad: Float) -> Float:
@@ -185,9 +183,7 @@ def _noise_of_three(places_rad: Float) -> Float:
     return np.where(np.abs(total) > 1e-9, noise, np.inf)
 
 
-def _moved(
-    sets_deg: Float, step_deg: float, most_order: int, noise_limit: float, least_deg: float
-) -> Float:
+def _moved(sets_deg: Float, step_deg: float, most_order: int) -> Float:
     """Move heads of each set by steps as long as a step lowers the set's largest gain, at most six
     times."""
     heads = sets_deg.shape[1]
@@ -196,9 +192,9 @@ def _moved(
     best = sets_deg.copy()
     for _ in range(6):
         tried = (best[:, None, :] + moves[None, :, :]).reshape(-1, heads)
-        worst = np.where(
-            _allowed(tried, noise_limit, least_deg), _worst_gain(tried, most_order), np.inf
-        ).reshape(len(best), -1)
+        worst = np.where(_allowed(tried), _worst_gain(tried, most_order), np.inf).reshape(
+            len(best), -1
+        )
         chosen = np.argmin(worst, axis=1)
         # A set without a better permitted move keeps its places, so every set stays permitted.
         moved = best + moves[chosen]

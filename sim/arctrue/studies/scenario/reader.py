@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 
 from msgspec import Meta, Struct, field, structs
 
+from arctrue.base.read_errors import unreadable
 from arctrue.base.similar import similar
 from arctrue.base.toml_file import TomlContentError, read_toml
 from arctrue.base.typed_content import ContentError, NotNegative, Number, Positive, shown, typed
@@ -262,7 +263,7 @@ def read_scenario(path: Path, *, lines: int | None = None) -> Scenario:
         typed(content, _OnlyFormat)
         return _scenario(typed(content, _File), path.parent, lines)
     except OSError as error:
-        raise ScenarioError(f"{path}: cannot be read: {error.strerror}") from error
+        raise ScenarioError(f"{path}: {unreadable(error)}") from error
     except (TomlContentError, ContentError) as error:
         raise ScenarioError(f"{path}: {error}") from error
 

@@ -7,9 +7,8 @@ candidates → evidence → probabilities → rules → next measurement.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 from arctrue.base.progress import ReportStep
 from arctrue.workbench.diagnose.adding import Adding
@@ -45,10 +44,6 @@ MATTERS_COUNTS = 0.5
 counts."""
 
 
-def _no_candidate() -> None:
-    return None
-
-
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
     """The verdict and the results on which it rests."""
@@ -79,19 +74,15 @@ class Diagnosis:
     second: SecondFinding | None = None
     """The error that remains with the named effect in the model, if that error is significant."""
     covers: Coverage = field(default_factory=Coverage)
-    instead: Callable[[], Candidate | None] = _no_candidate
-    """Function that returns the effect that the rules name if they set the refused effect aside; a
-    copy from a pickle has none."""
+    instead: Candidate | None = None
+    """Effect that the rules name if they set the refused effect aside; only :func:`diagnose` with
+    ``instead`` looks for it."""
     index_scatter: IndexScatter | None = None
     """Scatter of the runs' offsets beyond the known index, if nothing was found."""
     findings: Findings = field(default_factory=Findings)
     """Findings in the reference; if an effect is named or described, the findings that remain with
     it.
     """
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Return the state for pickle, without the case of the rules, which holds functions."""
-        return {**self.__dict__, "instead": _no_candidate}
 
     @property
     def verdict(self) -> Verdict:
@@ -150,11 +141,13 @@ def diagnose(
     *,
     matters_counts: float = MATTERS_COUNTS,
     report_step: ReportStep = lambda text: None,
+    instead: bool = False,
     given: Adding | None = None,
 ) -> Diagnosis:
     """Test every effect that ``terms`` lacks. Nothing is random, so equal inputs give equal
     results.
 
+    ``instead``: whether to apply the rules again, without the effect that they refused.
     ``given``: an Adding whose base is the model fitted to the rows that a command uses. It is given
     if single wrong rows have been left out of ``observations``.
     """
@@ -180,6 +173,7 @@ def diagnose(
                 effects,
                 matters_counts=matters_counts,
                 report_step=report_step,
+                instead=instead,
                 given=adding,
             )
     tried = case.survey
@@ -196,7 +190,14 @@ def diagnose(
     left = {name: item for name, item in after.items() if item is not None}
     second = _second(found.decision, left) if found.verdict == "named" else None
     findings = _with_the_found(findings, found, case, effects)
-    return replace(found, before=adding.before, left=left, second=second, findings=findings)
+    return replace(
+        found,
+        before=adding.before,
+        left=left,
+        second=second,
+        instead=case.instead if instead else None,
+        findings=findings,
+    )
 
 
 def _with_the_found(
@@ -331,7 +332,6 @@ def _stated(observations: Observations, base: Solution | None, facts: Facts) -> 
         covers=facts.covers,
         unlike=facts.unlike,
         grounds=facts.grounds(found),
-        instead=lambda: case.instead,
         index_scatter=scatter,
     )
 

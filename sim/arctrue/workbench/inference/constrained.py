@@ -35,7 +35,6 @@ from arctrue.workbench.inference.solution import (
     context_of,
     joint_normal,
     solve,
-    with_tangents,
 )
 from arctrue.workbench.inference.tangents import refined_names
 from arctrue.workbench.noise.fit import noise_of
@@ -105,16 +104,14 @@ class ConstrainedFit:
         return np.asarray(self.slopes[self.is_equation])
 
 
-def constrained_fit(
-    solution: Solution, conditions: Sequence[Condition], *, rounds: int = NOISE_ROUNDS
-) -> ConstrainedFit:
+def constrained_fit(solution: Solution, conditions: Sequence[Condition]) -> ConstrainedFit:
     """Fit ``solution`` with conditions on its parameters; estimate coefficients and noise anew.
 
     Without conditions, the noise stays as it is. Raises ConditionError where no values meet the
     conditions.
     """
     found = conditioned(solution, conditions)
-    for _ in range(rounds if conditions else 0):
+    for _ in range(NOISE_ROUNDS if conditions else 0):
         noise = noise_with(found)
         found = conditioned(replace(found.solution, noise=noise), conditions)
     if not found.slopes.size or not directions_of(found.solution).undetermined.size:
@@ -215,7 +212,7 @@ class _Unknowns:
             return cls(
                 solution, solution.coefficients, free.coefficients, free.covariance, free.rank
             )
-        joint, _ = with_tangents(solution, every_row=solution.every_row)
+        joint = solution.with_tangents
         best = joint.coefficients.copy()
         best[shared:] += here
         values = np.concatenate([solution.coefficients, here])

@@ -9,25 +9,36 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import null_space
 
-from arctrue.workbench.inference.design_matrix import Term
+from arctrue.workbench.effects.base import FitContext
+from arctrue.workbench.inference.design_matrix import Term, channel_sums
 from arctrue.workbench.inference.named import labels, values_of
-from arctrue.workbench.inference.null_space import (
-    MOST_UNDETERMINED,
-    is_null,
-    normal_matrix,
-    scaled_normal,
-    share_of_null_space,
-)
-from arctrue.workbench.inference.solution import Solution, tangent_terms
-from arctrue.workbench.inference.tangents import refined_names
+from arctrue.workbench.inference.tangents import refined_names, tangent_terms
+from arctrue.workbench.noise.noise import Noise
+from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
+from arctrue.workbench.observations import Observations
+
+if TYPE_CHECKING:
+    from arctrue.workbench.inference.solution import Solution
 
 Float = NDArray[np.float64]
 
+MOST_UNDETERMINED = 1e-3
+"""Largest permitted share of a combination of coefficients that no row of the set determines. The
+covariance contains no uncertainty for this share; directions count as undetermined above a
+condition number of 3e4 (RANK_TOLERANCE), so that small positioning errors of the targets leave a
+share below 1e-4."""
+UNSEEN_WEIGHT = 1e-9
+"""A column counts as rounding if its weight in the rows is at most this share of the largest
+weight, the root of ``UNSEEN`` in :mod:`arctrue.workbench.numeric.symmetric`."""
+ALL_CONSTANT = 1e-12
+"""A column counts as a constant if, without its mean, at most this share of its sum of squares
+remains. The subtraction leaves rounding of about 1e-16 times the root of the number of rows."""
 STEP = 1e-4
 """Step of the difference quotients, in standard uncertainties of an unknown alone; rounding, about
 1e-16 of a value, is then below 1e-6 of a slope for values up to a million standard
@@ -52,7 +63,49 @@ class Directions:
         an angle. The share is the length of the part in undetermined directions divided by the
         length of the combination, each unknown in units of its weight in the rows.
         """
-        return share_of_null_space((self.scale, self.undetermined), combinations)
+        scaled = combinations / self.scale
+        length = np.linalg.norm(scaled, axis=1)
+        part = np.linalg.norm(scaled @ self.undetermined, axis=1)
+        return np.asarray(part / np.where(length > 0.0, length, 1.0))
+
+
+def _normal_matrix(
+    terms: Sequence[Term], observations: Observations, context: FitContext, noise: Noise, size: int
+) -> Float:
+    """Return the normal matrix of the terms' columns over both channels, (size, size); every
+    constant (of the runs, and a₀) is fitted too."""
+    normal, before = np.zeros((size, size)), np.zeros(size)
+    for is_capture in (True, False):
+        sums = channel_sums(terms, observations, context, noise, capture=is_capture)
+        if sums is None:
+            continue
+        # Constants (of the runs, or a₀) can replace a part of the columns, so that this part is
+        # subtracted.
+        own, cross = sums.gram[:size, :size], sums.gram[:size, size:]
+        constants = np.diag(sums.gram)[size:]
+        shrunk = np.where(constants > 0.0, constants, 1.0)
+        if is_capture:
+            shrunk = shrunk + 1.0 / noise.index_variance
+        normal += own - (cross / shrunk) @ cross.T
+        before += np.diag(own)
+    constant = np.diag(normal) <= ALL_CONSTANT * before
+    normal[constant, :] = 0.0
+    normal[:, constant] = 0.0
+    return normal
+
+
+def _scaled_normal(normal: Float) -> tuple[Float, Float]:
+    """Return the weight of each unknown in the rows, (size,), 1 for an unknown that no row shows,
+    and the normal matrix in units of these weights."""
+    weight = np.sqrt(np.maximum(np.diag(normal), 0.0))
+    seen = weight > UNSEEN_WEIGHT * float(weight.max(initial=0.0))
+    scale = np.where(seen, weight, 1.0)
+    return scale, np.where(seen[:, None] & seen[None, :], normal / np.outer(scale, scale), 0.0)
+
+
+def _is_null(values: Float) -> NDArray[np.bool_]:
+    """Return True for eigenvalues of a scaled normal matrix whose directions are undetermined."""
+    return np.asarray(values <= RANK_TOLERANCE * max(float(values.max(initial=0.0)), 1e-300))
 
 
 def directions_of(
@@ -63,10 +116,10 @@ def directions_of(
     ``tangents``: whether the search parameters are unknowns too. ``equations`` (n, unknowns):
     slopes of conditions, which determine directions as rows do.
     """
-    terms: Sequence[Term] = tangent_terms(solution)[0] if tangents else solution.terms
+    terms: Sequence[Term] = tangent_terms(solution) if tangents else solution.terms
     size = sum(len(term.effect.column_names(solution.observations)) for term in terms)
-    scale, scaled = scaled_normal(
-        normal_matrix(terms, solution.observations, solution.context, solution.noise, size)
+    scale, scaled = _scaled_normal(
+        _normal_matrix(terms, solution.observations, solution.context, solution.noise, size)
     )
     free = np.eye(scale.size)
     if equations is not None and equations.size:
@@ -74,7 +127,7 @@ def directions_of(
         size = np.linalg.norm(slopes, axis=1, keepdims=True)
         free = null_space(slopes / np.where(size > 0.0, size, 1.0))
     values, vectors = np.linalg.eigh(free.T @ scaled @ free)
-    null = is_null(values)
+    null = _is_null(values)
     known = free @ vectors[:, ~null]
     covariance = (known / values[~null]) @ known.T / np.outer(scale, scale)
     return Directions(scale, free @ vectors[:, null], covariance)
@@ -97,7 +150,8 @@ def undetermined_parameters(solution: Solution, directions: Directions) -> list[
     )
     away = here + directions.undetermined.sum(axis=1) / directions.scale
     steps = STEP / directions.scale
-    (names, first), (_, second) = (_slopes(solution, at, steps) for at in (here, away))
+    names = list(_values(solution, here))
+    first, second = (_slopes(solution, names, at, steps) for at in (here, away))
     share = np.maximum(directions.share(first), directions.share(second))
     instants = {
         f"{label}.{term.effect.step_at[1]}"
@@ -111,34 +165,34 @@ def undetermined_parameters(solution: Solution, directions: Directions) -> list[
     ]
 
 
-def _slopes(solution: Solution, at: Float, steps: Float) -> tuple[list[str], Float]:
-    """Return the names of all parameters and ∂(parameter)/∂(unknown), (parameters, unknowns), by
-    central differences."""
-    columns: list[list[float]] = []
-    names: list[str] = []
-    for place, step in enumerate(steps):
+def _slopes(solution: Solution, names: Sequence[str], at: Float, steps: Float) -> Float:
+    """Return ∂(parameter)/∂(unknown), (parameters, unknowns), by central differences."""
+    widths = [*solution.widths, *(len(refined_names(term.effect)) for term in solution.terms)]
+    owners = np.repeat(np.tile(np.arange(len(solution.terms)), 2), widths).tolist()
+    rows = {name: row for row, name in enumerate(names)}
+    found = np.zeros((len(names), at.size))
+    for place, (step, owner) in enumerate(zip(steps, owners, strict=True)):
         moved = np.zeros(at.size)
         moved[place] = step
-        above, below = _values(solution, at + moved), _values(solution, at - moved)
-        names = list(above)
-        rise = [above[name] - below[name] for name in names]
-        columns.append(
-            [
-                float(np.remainder(one + 180.0, 360.0) - 180.0) if name.endswith("phase") else one
-                for name, one in zip(names, rise, strict=True)
-            ]
-        )
-    return names, np.array(columns).T / (2.0 * steps)
+        above = _values(solution, at + moved, owner)
+        below = _values(solution, at - moved, owner)
+        for name, value in above.items():
+            rise = value - below[name]
+            if name.endswith("phase"):
+                rise = np.remainder(rise + 180.0, 360.0) - 180.0
+            found[rows[name], place] = rise / (2.0 * step)
+    return found
 
 
-def _values(solution: Solution, at: Float) -> dict[str, float]:
-    """Return every parameter at these values of the unknowns."""
-    place = sum(solution.widths)
+def _values(solution: Solution, at: Float, owner: int | None = None) -> dict[str, float]:
+    """Return every parameter at these values of the unknowns; only the parameters of one term if
+    its number ``owner`` is given."""
+    shared = place = sum(solution.widths)
     terms = []
     for term in solution.terms:
         own = refined_names(term.effect)
         moved = dict(zip(own, at[place : place + len(own)].tolist(), strict=True))
         place += len(own)
         terms.append(replace(term, nonlinear={**term.nonlinear, **moved}) if own else term)
-    shared = sum(solution.widths)
-    return values_of(terms, solution.widths, at[:shared], solution.observations)
+    wanted = None if owner is None else {owner}
+    return values_of(terms, solution.widths, at[:shared], solution.observations, wanted)

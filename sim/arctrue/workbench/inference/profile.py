@@ -28,9 +28,10 @@ from arctrue.workbench.inference.constrained import (
     restricted_likelihood_of,
 )
 from arctrue.workbench.inference.design_matrix import channel_prediction, channel_sums
-from arctrue.workbench.inference.named import labels, named_parameters, values_of
+from arctrue.workbench.inference.named import labels, values_of
 from arctrue.workbench.inference.significance import MANY
-from arctrue.workbench.inference.solution import Solution, joint_normal, tangent_terms
+from arctrue.workbench.inference.solution import Solution, joint_normal
+from arctrue.workbench.inference.tangents import tangent_terms
 from arctrue.workbench.noise.degrees_of_freedom import degrees_of_freedom
 from arctrue.workbench.noise.noise import Noise
 from arctrue.workbench.noise.spectrum import Spectrum
@@ -97,7 +98,7 @@ class Profile:
 
     def __post_init__(self) -> None:
         """Find the parameter. Raises ValueError for an unknown name."""
-        parameters = named_parameters(self.fit.solution, self.fit.covariance)
+        parameters = self.fit.solution.named_parameters(self.fit.covariance)
         if self.name not in parameters:
             raise ValueError(f"no parameter {self.name}; there are: {', '.join(parameters)}")
         self._parameter = parameters[self.name]
@@ -273,7 +274,7 @@ def freedom_of(fit: ConstrainedFit, name: str) -> float:
     """
     solution = fit.solution
     observations, noise = solution.observations, solution.noise
-    terms, _ = tangent_terms(solution)
+    terms = tangent_terms(solution)
     widths = [len(term.effect.column_names(observations)) for term in terms]
     layout = Layout(sum(widths), observations.runs)
     sums = {

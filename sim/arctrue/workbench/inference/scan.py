@@ -138,11 +138,10 @@ def disc_spectra(residuals: Residuals, bins: int) -> list[NDArray[np.complex128]
     ]
 
 
-def order_information(residuals: Residuals, orders: Float, *, capture: bool = True) -> Float:
-    """Return the information of a channel's rows about e^{jνθ}: the sum over the rows of
+def order_information(residuals: Residuals, orders: Float) -> Float:
+    """Return the information of the capture rows about e^{jνθ}: the sum over the rows of
     1/(spectral density of the noise at ν·ω)."""
-    noise = residuals.solution.noise.capture if capture else residuals.solution.noise.reference
-    rows = residuals.observations.capture if capture else residuals.observations.reference
+    noise, rows = residuals.solution.noise.capture, residuals.observations.capture
     assert noise is not None
     assert rows is not None
     total = np.full(orders.size, 1e-30)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from arctrue.workbench.inference.design_matrix import Term, block_columns
 from arctrue.workbench.inference.fit import fit
-from arctrue.workbench.inference.solution import Solution, with_tangents
+from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.inference.tangents import refined_names
 from arctrue.workbench.observations.contrasts import contrast_weights
 
@@ -35,14 +35,11 @@ def refined(solution: Solution) -> Solution:
     for _ in range(ROUNDS):
         if not any(refined_names(term.effect) for term in solution.terms):
             return solution
-        joint, places = with_tangents(solution, every_row=solution.every_row)
+        joint, places = solution.with_tangents, solution.searched_parts
         spread = np.sqrt(np.maximum(np.diag(joint.covariance), 0.0))
-        largest = max(
-            abs(float(joint.coefficients[k])) / max(float(spread[k]), 1e-300)
-            for own in places
-            for k in own
-        )
-        if largest < SMALL_STEP:
+        moves = slice(sum(solution.widths), None)
+        shares = np.abs(joint.coefficients[moves]) / np.maximum(spread[moves], 1e-300)
+        if shares.max() < SMALL_STEP:
             return solution
         share = 1.0
         for _ in range(HALVINGS):

@@ -7,7 +7,7 @@ the search parameters follows from it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -23,8 +23,9 @@ from arctrue.workbench.inference.design_matrix import (
     every_row_sums,
     term_widths,
 )
-from arctrue.workbench.inference.null_space import null_space, with_undetermined
-from arctrue.workbench.inference.tangents import Tangent, refined_names
+from arctrue.workbench.inference.directions import directions_of, undetermined_parameters
+from arctrue.workbench.inference.named import labels, term_parameters
+from arctrue.workbench.inference.tangents import refined_names, tangent_terms
 from arctrue.workbench.noise.noise import Noise
 from arctrue.workbench.numeric.least_squares import ChannelSums, Layout, Matrix
 from arctrue.workbench.numeric.symmetric import solve_symmetric
@@ -82,10 +83,25 @@ class Solution:
         return slice(start, start + self.widths[index])
 
     @property
+    def searched_parts(self) -> list[slice]:
+        """The slice of each term's continuous search parameters among the unknowns."""
+        counts = [len(refined_names(term.effect)) for term in self.terms]
+        ends = sum(self.widths) + np.cumsum(counts, dtype=int)
+        return [slice(end - count, end) for end, count in zip(ends.tolist(), counts, strict=True)]
+
+    @property
+    def rows(self) -> int:
+        """Number of rows in the likelihood, of both channels together."""
+        observations = self.observations
+        reference = observations.every_reference_row
+        if not self.every_row:
+            return observations.rows
+        return observations.capture_rows + (0 if reference is None else reference.run.size)
+
+    @property
     def bic(self) -> float:
         """Bayesian information criterion; each search parameter counts as one coefficient."""
-        rows = self.observations.rows
-        return float((self.rank + self.searched) * np.log(rows) - 2.0 * self.log_likelihood)
+        return float((self.rank + self.searched) * np.log(self.rows) - 2.0 * self.log_likelihood)
 
     @property
     def searched(self) -> int:
@@ -93,45 +109,77 @@ class Solution:
         return sum(term.searched for term in self.terms)
 
     def parameters(self) -> list[dict[str, Parameter]]:
-        """Return the parameters of every term, with the names and units that reports show."""
-        covariance, searched = self._uncertainty
-        found = []
-        for index, term in enumerate(self.terms):
-            part = self.part(index)
+        """Return the parameters of every term, with the names and units that reports show; a
+        parameter that the rows do not determine has no uncertainty (NaN)."""
+        covariance, sigmas = self._uncertainty
+        return [
+            {
+                name: replace(item, sigma=float("nan"))
+                if f"{label}.{name}" in self._undetermined
+                else item
+                for name, item in self._of_term(index, covariance, sigmas[index]).items()
+            }
+            for index, label in enumerate(labels(self.terms))
+        ]
 
-            def made(
-                coefficients: Matrix, term: Term = term, part: slice = part
-            ) -> dict[str, Parameter]:
-                return term.effect.parameters(
-                    coefficients, covariance[part, part], term.nonlinear, self.observations
-                )
+    def named_parameters(self, covariance: Matrix | None = None) -> dict[str, Parameter]:
+        """Return every parameter under one name, with its standard uncertainty and unit.
 
-            if self._null_space is None:
-                own = made(self.coefficients[part])
-            else:
-                scale, null = self._null_space
-                own = with_undetermined(made, self.coefficients[part], (scale[part], null[part]))
-            for name, sigma in searched[index].items():
-                if name in own:
-                    own[name] = replace(own[name], sigma=sigma)
-            own |= term.effect.derived(own, term.nonlinear, self.observations)
-            found.append(own)
-        return found
+        ``covariance``: covariance of all coefficients and, after them, of the continuous search
+        parameters of each term; by default the covariance of the solution.
+        """
+        own, sigmas = self._uncertainty
+        if covariance is not None:
+            spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+            own, sigmas = covariance, [dict(of_term) for of_term in sigmas]
+            for term, part, of_term in zip(self.terms, self.searched_parts, sigmas, strict=True):
+                for name, sigma in zip(refined_names(term.effect), spread[part], strict=True):
+                    if term.effect.step_at is None or name != term.effect.step_at[1]:
+                        of_term[name] = float(sigma)
+        return {
+            f"{label}.{name}": item
+            for index, label in enumerate(labels(self.terms))
+            for name, item in self._of_term(index, own, sigmas[index]).items()
+        }
+
+    def _of_term(
+        self, index: int, covariance: Matrix, sigmas: Mapping[str, float]
+    ) -> dict[str, Parameter]:
+        part, observations = self.part(index), self.observations
+        return term_parameters(
+            self.terms[index], self.coefficients[part], covariance[part, part], sigmas, observations
+        )
 
     @cached_property
-    def _null_space(self) -> tuple[Matrix, Matrix] | None:
-        """Scale and null space of the coefficients (:func:`null_space`); None if every coefficient
-        is determined or keeps a given value."""
-        size = sum(self.widths)
+    def _undetermined(self) -> frozenset[str]:
+        """Names of the parameters that the rows do not determine."""
         constants = self.observations.runs + (self.observations.reference is not None)
-        if self.held or self.rank >= size + constants:
-            return None
-        scale, null = null_space(self.terms, self.observations, self.context, self.noise, size)
-        return (scale, null) if null.size else None
+        joint = self.with_tangents
+        if self.held or joint.rank >= sum(joint.widths) + constants:
+            return frozenset()
+        return frozenset(undetermined_parameters(self, directions_of(self)))
+
+    @cached_property
+    def with_tangents(self) -> Solution:
+        """The model fitted together with the tangents of its search parameters, with the noise
+        unchanged; the unknowns of the tangents follow those of the terms."""
+        if not any(refined_names(term.effect) for term in self.terms):
+            return self
+        terms, observations = tangent_terms(self), self.observations
+        context, noise = self.context, self.noise
+        summed = every_row_sums if self.every_row else channel_sums
+        return solve(
+            terms,
+            observations,
+            context,
+            noise,
+            capture=summed(terms, observations, context, noise, capture=True),
+            reference=summed(terms, observations, context, noise, capture=False),
+        )
 
     @cached_property
     def _uncertainty(self) -> tuple[Matrix, list[dict[str, float]]]:
-        return joint_uncertainty(self)
+        return _joint_uncertainty(self)
 
     def capture_prediction_arcsec(self, with_offsets: bool = True) -> NDArray[np.float64]:
         """Return the model's prediction of R₂ − R₁ − α for every capture row."""
@@ -159,12 +207,12 @@ class Solution:
         assert self.observations.reference is not None
         return self._of_terms(capture=False) + self.reference_offset_arcsec
 
-    def capture_residual_arcsec(self, with_offsets: bool = True) -> NDArray[np.float64] | None:
+    def capture_residual_arcsec(self) -> NDArray[np.float64] | None:
         """Return measured minus predicted R₂ − R₁ − α; None without a capture."""
         rows = self.observations.capture
         if rows is None:
             return None
-        return rows.difference_arcsec - self.capture_prediction_arcsec(with_offsets)
+        return rows.difference_arcsec - self.capture_prediction_arcsec()
 
     def reference_residual_arcsec(self) -> NDArray[np.float64] | None:
         """Return measured minus predicted ε; None without a reference."""
@@ -310,49 +358,7 @@ def context_of_terms(terms: Sequence[Term], coefficients: Sequence[Matrix]) -> F
     )
 
 
-def with_tangents(solution: Solution, *, every_row: bool) -> tuple[Solution, list[list[int]]]:
-    """Fit the model together with its tangents, with the noise unchanged; also return the column
-    numbers of the tangents."""
-    observations = solution.observations
-    terms, places = tangent_terms(solution)
-    context, noise = solution.context, solution.noise
-    summed = every_row_sums if every_row else channel_sums
-    joint = solve(
-        terms,
-        observations,
-        context,
-        noise,
-        capture=summed(terms, observations, context, noise, capture=True),
-        reference=summed(terms, observations, context, noise, capture=False),
-    )
-    return joint, places
-
-
-def tangent_terms(solution: Solution) -> tuple[list[Term], list[list[int]]]:
-    """Return the terms and, after them, the tangents of each term; also return the column numbers
-    of each term's tangents."""
-    observations, terms = solution.observations, list(solution.terms)
-    places: list[list[int]] = []
-    start = sum(solution.widths)
-    for index, term in enumerate(solution.terms):
-        names = refined_names(term.effect)
-        places.append(list(range(start, start + len(names))))
-        start += len(names)
-        if names:
-            own = solution.coefficients[solution.part(index)]
-            terms.append(Term(Tangent(term, own, observations), {}))
-    return terms, places
-
-
-def joint_covariance(solution: Solution) -> Matrix:
-    """Return the covariance of all coefficients and, after them, of the continuous search
-    parameters of each term."""
-    if not any(refined_names(term.effect) for term in solution.terms):
-        return solution.covariance
-    return with_tangents(solution, every_row=solution.every_row)[0].covariance
-
-
-def joint_uncertainty(solution: Solution) -> tuple[Matrix, list[dict[str, float]]]:
+def _joint_uncertainty(solution: Solution) -> tuple[Matrix, list[dict[str, float]]]:
     """Return the covariance of all coefficients, and the σ of the search parameters of each term.
 
     The coefficients' covariance includes the uncertainty of the search parameters: the phase of a
@@ -363,15 +369,13 @@ def joint_uncertainty(solution: Solution) -> tuple[Matrix, list[dict[str, float]
     sigmas: list[dict[str, float]] = [{} for _ in solution.terms]
     if solution.held:
         return covariance, sigmas
-    if any(refined_names(term.effect) for term in solution.terms):
-        joint, places = with_tangents(solution, every_row=solution.every_row)
-        size = sum(solution.widths)
-        covariance = joint.covariance[:size, :size]
-        spread = np.sqrt(np.maximum(np.diag(joint.covariance), 0.0))
-        for index, (term, own) in enumerate(zip(solution.terms, places, strict=True)):
-            for name, place in zip(refined_names(term.effect), own, strict=True):
-                # A zero on the diagonal means that the data do not determine the parameter.
-                sigmas[index][name] = float(spread[place]) or float("nan")
+    joint, size = solution.with_tangents.covariance, sum(solution.widths)
+    covariance = joint[:size, :size]
+    spread = np.sqrt(np.maximum(np.diag(joint), 0.0))
+    for term, own, of_term in zip(solution.terms, solution.searched_parts, sigmas, strict=True):
+        for name, sigma in zip(refined_names(term.effect), spread[own].tolist(), strict=True):
+            # A zero on the diagonal means that the data do not determine the parameter.
+            of_term[name] = sigma or float("nan")
     for index, term in enumerate(solution.terms):
         if term.effect.step_at is not None:
             _, instant = term.effect.step_at

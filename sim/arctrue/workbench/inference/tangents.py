@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 from arctrue.workbench.effects.base import Columns, Effect, FitContext, Nonlinear
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
+
+if TYPE_CHECKING:
+    from arctrue.workbench.inference.solution import Solution
 
 Float = NDArray[np.float64]
 
@@ -99,3 +102,13 @@ class Tangent(Effect):
                 continue
             width *= RELATIVE_CHANGE * size / change
         return width
+
+
+def tangent_terms(solution: Solution) -> list[Term]:
+    """Return the terms of a solution and, after them, the tangents of each term."""
+    tangents = [
+        Term(Tangent(term, solution.coefficients[solution.part(index)], solution.observations), {})
+        for index, term in enumerate(solution.terms)
+        if refined_names(term.effect)
+    ]
+    return [*solution.terms, *tangents]

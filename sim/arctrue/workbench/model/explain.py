@@ -131,7 +131,7 @@ def explain(
     alike: list[NotSeparated | None] = [None] * kept
     while len(grown.effects) - kept < MOST_ADDED:
         # A refused effect does not end the explanation while another one would be named.
-        next_effect = verdict.named or verdict.instead()
+        next_effect = verdict.named or verdict.instead
         if next_effect is None:
             break
         name, settings = next_effect.name, _own_settings(next_effect.effect)
@@ -220,7 +220,8 @@ def _verdict(
     effects: Mapping[str, type[Effect]],
     matters_counts: float,
 ) -> Diagnosis:
-    return diagnose(observations, list(solution.terms), effects, matters_counts=matters_counts)
+    terms = list(solution.terms)
+    return diagnose(observations, terms, effects, matters_counts=matters_counts, instead=True)
 
 
 def _taken(without: Left, with_it: Left) -> dict[str, float]:

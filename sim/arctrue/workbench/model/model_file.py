@@ -16,6 +16,7 @@ from filelock import FileLock, Timeout
 from msgspec import Meta, Struct
 
 from arctrue.base.printable import is_printable, one_line
+from arctrue.base.read_errors import unreadable
 from arctrue.base.toml_file import TomlContentError, read_toml
 from arctrue.base.typed_content import ContentError, Number, shown, typed
 from arctrue.base.whole_file import write_whole_text
@@ -91,10 +92,8 @@ def read_model(path: Path) -> Model:
             _effect(f"effect[{number}]", entry) for number, entry in enumerate(file.effect, start=1)
         ]
         _refuse_unfit(data, "")
-    except FileNotFoundError as error:
-        raise ModelFileError(f"{path}: no such model file") from error
     except OSError as error:
-        raise ModelFileError(f"{path}: cannot be read: {error.strerror}") from error
+        raise ModelFileError(f"{path}: {unreadable(error)}") from error
     except (TomlContentError, ContentError) as error:
         raise ModelFileError(f"{path}: {error}") from error
     return Model(

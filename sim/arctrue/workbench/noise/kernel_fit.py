@@ -62,11 +62,6 @@ class Rows:
     span: float
     """Length of the longest stretch, in the unit of the clock."""
 
-    def with_columns(self, columns: Float) -> Rows:
-        """Return the rows with further columns."""
-        values = np.column_stack([self.values, columns])
-        return Rows(self.clock, self.readings, values, self.step, self.span)
-
     def factor(self, noise: KernelNoise) -> KernelFactor:
         """Factor the covariance of the rows."""
         return KernelFactor(self.clock, self.readings, noise)

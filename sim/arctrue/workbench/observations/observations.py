@@ -72,22 +72,6 @@ class Observations:
         capture = 0 if self.capture is None else self.capture.run.size
         return capture + (0 if self.reference is None else self.reference.run.size)
 
-    def capture_line(self, row: int) -> int:
-        """Find the line in the file of a capture row that is used.
-
-        Parameters
-        ----------
-        row : int
-            Number of the row, from 0.
-
-        Returns
-        -------
-        int
-            Number of the line; the header is line 1.
-        """
-        sample = self.capture_sample
-        return self.sample_line(row if sample is None else int(sample[row]))
-
     def sample_line(self, sample: int) -> int:
         """Find the line in the file of a sample that is used.
 

@@ -40,10 +40,10 @@ def test_a_sample_with_one_wrong_head_is_left_out_with_all_heads() -> None:
     assert [(row.channel, row.row) for row in observations.masked] == [("capture", 102)]
     assert observations.capture is not None
     assert observations.capture.run.size == 3 * (4 * 300 - 1)
-    assert observations.capture_line(99) == 101
-    assert observations.capture_line(100) == 103
-    # This row is in the second channel of the first run, where each channel has 299 rows.
-    assert observations.capture_line(299 + 100) == 103
+    # Row 399 is in the second channel of the first run, where each channel has 299 rows.
+    assert observations.capture_sample is not None
+    lines = [observations.sample_line(int(observations.capture_sample[k])) for k in (99, 100, 399)]
+    assert lines == [101, 103, 103]
 
 
 def test_a_head_that_stands_elsewhere_is_a_fault_of_the_data() -> None:

@@ -370,8 +370,7 @@ def test_columns_follow_the_rows_that_are_left() -> None:
     assert seen.capture.conditions["load_nm"].tolist() == np.delete(load, 1_000).tolist()
     assert seen.capture.u_arcsec is not None
     assert seen.capture.u_arcsec.size == ROWS - 1
-    assert seen.capture_line(999) == 1_001
-    assert seen.capture_line(1_000) == 1_003
+    assert [seen.sample_line(sample) for sample in (999, 1_000)] == [1_001, 1_003]
     part = seen.capture.part(slice(10, 20))
     assert part.conditions["load_nm"].tolist() == load[10:20].tolist()
 

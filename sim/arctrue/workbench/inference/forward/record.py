@@ -140,13 +140,12 @@ def record_of(
     *,
     in_time: bool,
     declared: float | None = None,
-    most_rows: int = MOST_ROWS,
 ) -> Record:
     """Average consecutive rows of each stretch; ``columns`` are the columns of the model.
 
     Rows must be sorted by stretch and, within a stretch, by the clock.
     """
-    block = -(-clock.size // most_rows)
+    block = -(-clock.size // MOST_ROWS)
     cuts = _blocks(stretch, block)
     count = np.diff(np.append(cuts, clock.size)).astype(np.float64)
 
