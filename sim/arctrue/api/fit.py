@@ -35,6 +35,7 @@ from arctrue.workbench.inference.profile import Profile, slopes_of
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.model.growth import fitted, step_of, stored_entries
 from arctrue.workbench.model.predicted import prediction_columns
+from arctrue.workbench.model.stations import warnings_of_the_arc
 
 Float = NDArray[np.float64]
 State = Literal["free", "fixed", "at_bound", "undetermined"]
@@ -561,7 +562,8 @@ def fit(
     directions = directions_of(solution, equations=found.equations)
     params = _parameters(before, found, wanted, undetermined_parameters(solution, directions))
     lost = [name for name, item in params.items() if item.state == "undetermined"]
-    warnings = (*data.warnings, *doubts_of(data), *not_determined(lost))
+    of_arc = warnings_of_the_arc(start.content, observations)
+    warnings = (*data.warnings, *doubts_of(data), *of_arc, *not_determined(lost))
     return FitResult(grown, params, solution, warnings, found, directions)
 
 

@@ -10,6 +10,7 @@ from arctrue.api.model import Model, ModelLike, model_of
 from arctrue.api.pictures import Pictures, html_table, pictures
 from arctrue.api.sets import SetOrFolder, set_of
 from arctrue.calibration.head_separation import doubts_of
+from arctrue.measurement import MeasurementSet
 from arctrue.workbench.compare.comparison import ModelComparison
 from arctrue.workbench.compare.comparison import compare as _compare
 from arctrue.workbench.diagnose.diagnosis import MATTERS_COUNTS
@@ -20,6 +21,8 @@ from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.model.explain import Explanation as _Explanation
 from arctrue.workbench.model.explain import explain as _explain
 from arctrue.workbench.model.growth import as_stored, fitted, settle
+from arctrue.workbench.model.stations import warnings_of_the_arc
+from arctrue.workbench.observations import Observations
 
 
 @dataclass(frozen=True)
@@ -96,12 +99,15 @@ class Diagnosis:
         The content that ``arctrue diagnose --json`` writes.
     result : arctrue.workbench.diagnose.diagnosis.Diagnosis
         The same results as objects of the workbench.
+    warnings : tuple of str
+        Remarks on the set for the user, one sentence each.
     """
 
     verdict: str
     sentences: tuple[str, ...]
     data: dict[str, Any] = field(repr=False)
     result: _Diagnosis = field(repr=False)
+    warnings: tuple[str, ...] = ()
 
     def plot(self) -> Pictures:
         """Draw the evidence for each candidate.
@@ -129,7 +135,8 @@ class Diagnosis:
         return pictures(charts)
 
     def _repr_html_(self) -> str:
-        said = "".join(f"<p>{html.escape(text)}</p>" for text in self.sentences)
+        texts = [*(f"Warning: {text}" for text in self.warnings), *self.sentences]
+        said = "".join(f"<p>{html.escape(text)}</p>" for text in texts)
         return f"<p><b>Verdict: {html.escape(self.verdict)}</b></p>{said}"
 
 
@@ -215,7 +222,7 @@ def compare(
         "channels": {name: asdict(item) for name, item in result.channels.items()},
         "findings": [asdict(item) for item in result.findings],
     }
-    return Comparison(data, result, solution, (*rows.warnings, *doubts_of(rows)))
+    return Comparison(data, result, solution, _warnings(rows, model, observations))
 
 
 def diagnose(
@@ -247,18 +254,22 @@ def diagnose(
     MeasurementError
         The folder cannot be read.
     """
-    model = model_of(model)
-    observations = model.observations(measurement)
+    model, rows = model_of(model), set_of(measurement)
+    observations = model.observations(rows)
     known = model.known()
     terms = settle(model.content, observations, known)
     result = _diagnose(observations, terms, known, matters_counts=matters_counts)
-    return _diagnosis(result, model)
+    return _diagnosis(result, model, _warnings(rows, model, observations))
 
 
-def _diagnosis(result: _Diagnosis, model: Model) -> Diagnosis:
-    return Diagnosis(
-        result.verdict, tuple(sentences(result)), diagnosis_data(result, model.effects), result
-    )
+def _warnings(rows: MeasurementSet, model: Model, observations: Observations) -> tuple[str, ...]:
+    """Return the warnings that a command prints for this set and model."""
+    return (*rows.warnings, *doubts_of(rows), *warnings_of_the_arc(model.content, observations))
+
+
+def _diagnosis(result: _Diagnosis, model: Model, warnings: tuple[str, ...]) -> Diagnosis:
+    data = diagnosis_data(result, model.effects)
+    return Diagnosis(result.verdict, tuple(sentences(result)), data, result, warnings)
 
 
 def explain(
@@ -291,13 +302,15 @@ def explain(
         The folder cannot be read.
     """
     model, data = model_of(model), set_of(measurement)
+    observations = model.observations(data)
     result = _explain(
         model.content,
-        model.observations(data),
+        observations,
         model.known(),
         data.label,
         matters_counts=matters_counts,
     )
     grown = model.grown(result.model, data)
     sizes = {cause.entry.name: cause.size_arcsec for cause in result.causes}
-    return Explanation(grown, sizes, _diagnosis(result.verdict, grown), result)
+    verdict = _diagnosis(result.verdict, grown, _warnings(data, model, observations))
+    return Explanation(grown, sizes, verdict, result)

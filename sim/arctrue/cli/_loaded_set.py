@@ -39,7 +39,7 @@ from arctrue.workbench.model.model_file import (
     write_model,
 )
 from arctrue.workbench.model.provenance import with_provenance
-from arctrue.workbench.model.stations import on_its_arc, warning_of_the_arc
+from arctrue.workbench.model.stations import on_its_arc, warnings_of_the_arc
 from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.build import observations_of
 
@@ -238,11 +238,9 @@ def load(
         *doubts_of(measurement),
         *cut_runs(observations),
         *_table_warnings(model, model_file, observations),
+        *warnings_of_the_arc(model, observations),
     ]
-    asked, model = model, on_its_arc(model, observations)
-    of_arc = warning_of_the_arc(asked, model, observations)
-    if of_arc is not None:
-        warnings.append(of_arc)
+    model = on_its_arc(model, observations)
     for warning in (*measurement.warnings, *warnings):
         tell_warning(warning)
     _tell_masked(observations)

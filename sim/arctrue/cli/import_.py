@@ -135,6 +135,9 @@ def _ask(asked: Ambiguous) -> str:
     "--clock-offset", type=Finite(), help="Seconds that are added to the times of the reference."
 )
 @click.option(
+    "--rate", type=Finite(), help="Constant speed of the axis, deg/s, for times and errors only."
+)
+@click.option(
     "--order",
     type=click.Choice(["sort", "runs"]),
     help="If the time steps back: sort the rows, or begin a new run at each such row.",
@@ -173,6 +176,7 @@ def import_(
     sign: str | None,
     zero: str | None,
     clock_offset: float | None,
+    rate: float | None,
     order: str | None,
     missing: str | None,
     lines: int | None,
@@ -200,6 +204,7 @@ def import_(
         sign=sign or "",
         zero=zero or "",
         clock_offset_s=clock_offset,
+        rate_deg_s=rate,
         missing=missing or "",
         order=order or "",
         table=Table(

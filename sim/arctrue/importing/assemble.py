@@ -14,7 +14,7 @@ from arctrue.base.runs import run_spans
 from arctrue.base.units import ARCSEC_PER_TURN
 from arctrue.importing.choices import Ambiguous, Choices
 from arctrue.importing.clocks import ClockOffset, UndeterminedOffsetError, clock_offset
-from arctrue.importing.columns import NONE, Mapped, map_columns, tell_unused
+from arctrue.importing.columns import NONE, Mapped, map_columns, tell_unused, timed_error
 from arctrue.importing.errors_and_signs import error_of_readings, one_zero, signed_error
 from arctrue.importing.file_content import FileContent
 from arctrue.importing.file_rows import FileRows, rows_of
@@ -30,6 +30,9 @@ Float = NDArray[np.float64]
 LATE_START_S = 1e6
 """Latest first time (seconds) of a log whose times count from the log's start; later first times
 count from an epoch."""
+SIDEREAL_DEG_S = 360.0 / 86164.0905
+"""Speed of an axis that follows the stars: a turn in a sidereal day (IERS Conventions 2010, chapter
+1: nominal mean rotation of the Earth)."""
 KEEP_ZERO, REFERENCE_ZERO = "keep", "shift"
 
 
@@ -49,6 +52,8 @@ class Settings:
         ``shift`` moves the reference's zero to the zero of the reading.
     clock_offset_s : float, optional
         Encoder's time minus the reference's time, seconds.
+    rate_deg_s : float, optional
+        Constant speed of the axis, degrees per second, for files with times and errors only.
     missing : {"", "drop"}, optional
         ``drop`` leaves out the rows in which a value is missing.
     order : str, optional
@@ -70,6 +75,7 @@ class Settings:
     sign: str = ""
     zero: str = ""
     clock_offset_s: float | None = None
+    rate_deg_s: float | None = None
     missing: str = ""
     order: str = ""
     table: Table = field(default_factory=Table)
@@ -150,6 +156,7 @@ def import_recordings(
     ]
     files = [in_order(f, settings.order, choices) for f in files]
     files = _from_the_start(files, choices)
+    files = [_turning(f, settings.rate_deg_s, choices) for f in files]
     encoders = [f for f in files if "head1" in f.angles and "target" not in f.angles]
     references = [f for f in files if "target" in f.angles]
     clocks: ClockOffset | None = None
@@ -244,6 +251,29 @@ def _from_the_start(files: list[FileRows], choices: Choices) -> list[FileRows]:
     start = float(np.floor(min(starts)))
     choices.note(f"times count from {start:.0f} s, the beginning of the first log")
     return [f if f.time_s is None else replace(f, time_s=f.time_s - start) for f in files]
+
+
+def _turning(rows: FileRows, rate_deg_s: float | None, choices: Choices) -> FileRows:
+    """Give a file of times and errors the angle of an axis that turns evenly."""
+    if not timed_error(rows.sources) or rows.time_s is None:
+        return rows
+    if rate_deg_s is None:
+        asked = Ambiguous(
+            "--rate",
+            f"{rows.name} has times and errors but no angle. How fast does the axis turn, in "
+            f"degrees per second? A telescope that follows the stars: {SIDEREAL_DEG_S:.9f}.",
+            [f"{SIDEREAL_DEG_S:.9f}"],
+            free_text=True,
+        )
+        text = choices.ask(asked)
+        try:
+            rate_deg_s = float(text)
+        except ValueError:
+            raise ValueError(f"--rate: expected degrees per second, found {text!r}") from None
+    if not np.isfinite(rate_deg_s) or rate_deg_s == 0.0:
+        raise ValueError(f"--rate: expected degrees per second other than 0, found {rate_deg_s:g}")
+    choices.note(f"{rows.name}: the angle is {rate_deg_s:.9g}°/s times the time (--rate)")
+    return replace(rows, angles={**rows.angles, "target": rows.time_s * (rate_deg_s / 360.0)})
 
 
 def _joined_logs(

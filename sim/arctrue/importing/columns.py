@@ -14,6 +14,7 @@ from arctrue.importing.choices import Ambiguous, Choices
 from arctrue.importing.file_content import FileContent
 from arctrue.importing.known_names import UNLOCKS, quantity_meant
 from arctrue.importing.quantities import (
+    HEADS,
     QUANTITIES,
     UNITS,
     Kind,
@@ -302,9 +303,15 @@ def _ask_for_what_is_needed(
         listed = "; ".join(f"{r.path.name} has {_listed(r)}" for r in recordings)
         if not options and not may_lack:
             raise ValueError(f"no remaining column could be {what}: {listed}")
+        timed = (
+            " For times and errors without an angle, give --column time=…, --column error=… and "
+            "--rate."
+            if name == "target" and not there("head1")
+            else ""
+        )
         asked = Ambiguous(
             "--column",
-            f"Which column is {what}? {listed}.",
+            f"Which column is {what}? {listed}.{timed}",
             [*options, NONE] if may_lack else options,
             numbered=numbered,
             key=name,
@@ -315,6 +322,8 @@ def _ask_for_what_is_needed(
                 unit = _unit(recordings[file], name, column, units, choices)
                 found[file][name] = Source(column, unit, "answer")
 
+    if not there("target") and any(timed_error(mapped) for mapped in found):
+        return
     if not (there("head1") and there("head2")):
         ask("target", "the angle by the reference (target)", may_lack=True)
     if there("target") and not there("error"):
@@ -327,6 +336,12 @@ def _ask_for_what_is_needed(
         ask("head2", "the reading of head 2", may_lack=False)
         if not all("time" in mapped for mapped in found if "head1" in mapped):
             ask("time", "the time", may_lack=False)
+
+
+def timed_error(mapped: Mapped) -> bool:
+    """Tell whether a file has times and errors but no angle, so that the speed of the axis gives
+    its angle."""
+    return {"time", "error"} <= set(mapped) and not {"target", *HEADS} & set(mapped)
 
 
 def numbers(recording: FileContent, source: Source) -> NDArray[np.int64] | NDArray[np.float64]:

@@ -21,6 +21,7 @@ from arctrue.report.ranking import Ranking
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.registry import absent_effects
 from arctrue.workbench.model.noise_floor import with_one_floor
+from arctrue.workbench.model.stations import warnings_of_a_kept_arc
 from arctrue.workbench.observations import CaptureRows, ReferenceRows
 
 Float = NDArray[np.float64]
@@ -77,7 +78,10 @@ def set_section(analysis: Analysis, ranking: Ranking | None) -> dict[str, Any]:
         "channels": [_channel(analysis, name) for name in analysis.observations.channels],
         "masked": len(masked),
         "masked_rows": [str(row) for row in masked[:MOST_MASKED]],
-        "warnings": list(analysis.measurement.warnings),
+        "warnings": [
+            *analysis.measurement.warnings,
+            *warnings_of_a_kept_arc(analysis.model, analysis.observations),
+        ],
         "faults": None if diagnosis is None else diagnosis["data_faults"],
         "blind_orders": (
             None

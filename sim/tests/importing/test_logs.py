@@ -120,6 +120,20 @@ def test_stretches_of_guiding_have_one_clock_and_one_axis(tmp_path: Path) -> Non
         assert moved == pytest.approx(expected, abs=1e-9)
 
 
+def test_a_change_of_the_side_of_the_pier_turns_the_axis_by_half_a_turn(tmp_path: Path) -> None:
+    """A German mount that changes from the west to the east side of its pier turns its axis back by
+    180°; the same star is then followed on. Its error has the same sign on the axis."""
+    guide_log(tmp_path / "log.txt")
+    text = (tmp_path / "log.txt").read_text(encoding="utf-8")
+    before = text.replace("Pier side = East", "Pier side = West")
+    after = text.split("\n\n", 1)[1].replace("20:10:00", "20:26:40")
+    (tmp_path / "flip.txt").write_text(before + after, encoding="utf-8")
+    found = phd2(tmp_path / "flip.txt")
+    second = found.run == found.run[-1]
+    moved = found.target_deg[second][0] - found.target_deg[~second][0]
+    assert moved == pytest.approx(1000.0 * 360.0 / 86164.0905 - 180.0, abs=1e-9)
+
+
 def test_a_last_row_that_is_cut_is_left_out(tmp_path: Path) -> None:
     """A guide log whose program ended while it wrote a row has all other rows."""
     guide_log(tmp_path / "log.txt")

@@ -33,7 +33,9 @@ _DECLINATION = re.compile(r"\bDec = (-?[\d.]+) deg")
 _RATE = re.compile(r"\bxRate = ([\d.]+)")
 _BEGIN = re.compile(r"Guiding Begins at (\d{4}-\d\d-\d\d \d\d:\d\d:\d\d)")
 _RIGHT_ASCENSION = re.compile(r"\bRA = ([\d.]+) hr")
+_PIER_SIDE = re.compile(r"\bPier side = (East|West)\b")
 _DEG_PER_HOUR = 15.0
+_HALF_TURN_DEG = 180.0
 
 
 @dataclass
@@ -45,6 +47,7 @@ class _Section:
     rate_px_s: float | None
     begin: datetime | None = None
     right_ascension_deg: float | None = None
+    pier_side: str = ""
     header: list[str] = field(default_factory=list)
     lines: list[int] = field(default_factory=list)
     rows: list[dict[str, str]] = field(default_factory=list)
@@ -78,7 +81,8 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
         turned_deg = time_s * (360.0 / SIDEREAL_DAY_S)
         columns["run"].append(np.full(time_s.size, run))
         columns["time_s"].append(time_s)
-        columns["target_deg"].append(turned_deg - _star_apart_deg(sections[0], section))
+        away_deg = _star_apart_deg(sections[0], section) + _flipped_deg(sections[0], section)
+        columns["target_deg"].append(turned_deg - away_deg)
         columns["error_arcsec"].append(error - error.mean())
         columns["direction"].append(np.ones(time_s.size, dtype=np.int64))
     notes.append(
@@ -86,6 +90,11 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
         "of the stars' right ascensions (which the log rounds); the mean of each run is "
         "subtracted, since the lock position is arbitrary"
     )
+    if len({section.pier_side for section in sections} - {""}) > 1:
+        notes.append(
+            f"{path.name}: the telescope changed the side of the pier, for which the axis turned "
+            "by half a turn"
+        )
     if dropped:
         notes.append(f"{path.name}: {dropped} dropped frames are left out")
     if cut_line is not None:
@@ -134,6 +143,20 @@ def _star_apart_deg(first: _Section, section: _Section) -> float:
     return float(np.remainder(here - there + 180.0, 360.0) - 180.0)
 
 
+def _flipped_deg(first: _Section, section: _Section) -> float:
+    """Return how much farther back the axis stands because the telescope changed the side of the
+    pier.
+
+    A German mount that has followed a star to the meridian turns its axis back by half a turn, and
+    the telescope goes from the west side of the pier to the east side (the sides of ASCOM's
+    ``SideOfPier``). The result is 0 if the log does not state both sides.
+    """
+    here, there = section.pier_side, first.pier_side
+    if not (here and there) or here == there:
+        return 0.0
+    return _HALF_TURN_DEG if here == "East" else -_HALF_TURN_DEG
+
+
 def _sections(path: Path) -> tuple[list[_Section], int, int | None]:
     """Return the stretches of guiding, the number of dropped frames, and the number of a last line
     that is cut."""
@@ -142,6 +165,7 @@ def _sections(path: Path) -> tuple[list[_Section], int, int | None]:
     declination: float | None = None
     rate: float | None = None
     ascension: float | None = None
+    side = ""
     begin: datetime | None = None
     dropped = held = 0
     guiding = False
@@ -151,6 +175,7 @@ def _sections(path: Path) -> tuple[list[_Section], int, int | None]:
             text = line.strip()
             if text.startswith("Guiding Begins"):
                 scale = declination = rate = ascension = None
+                side = ""
                 begin = _begin(text)
                 guiding = True
             elif text.startswith(("Guiding Ends", "Calibration Begins")):
@@ -164,7 +189,7 @@ def _sections(path: Path) -> tuple[list[_Section], int, int | None]:
                         raise MeasurementError(
                             "missing", path, "is missing in the header", row=number, column=name
                         )
-                found.append(_Section(scale, declination, rate, begin, ascension, header))
+                found.append(_Section(scale, declination, rate, begin, ascension, side, header))
             elif text.startswith("INFO:") and ("DITHER" in text or "SET LOCK POS" in text):
                 if found and guiding and found[-1].rows:
                     found.append(replace(found[-1], lines=[], rows=[]))
@@ -186,6 +211,8 @@ def _sections(path: Path) -> tuple[list[_Section], int, int | None]:
                     declination = float(match[1])
                 if guiding and (match := _RIGHT_ASCENSION.search(text)):
                     ascension = float(match[1]) * _DEG_PER_HOUR
+                if guiding and (match := _PIER_SIDE.search(text)):
+                    side = match[1]
                 if match := _RATE.search(text):
                     rate = rate if rate is not None else float(match[1])
     return found, dropped, cut_line

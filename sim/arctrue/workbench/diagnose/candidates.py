@@ -16,7 +16,7 @@ import numpy as np
 from arctrue.base.progress import ReportStep
 from arctrue.workbench.diagnose.candidate import Candidate, delta_bic, rows_moved, sizes_arcsec
 from arctrue.workbench.diagnose.parts_range import LEAST_WAVE
-from arctrue.workbench.diagnose.parts_scan import best_parts
+from arctrue.workbench.diagnose.parts_scan import PartsCandidate, best_parts, parts_above
 from arctrue.workbench.diagnose.regular import Findings, RegularCause
 from arctrue.workbench.effects.base import Effect, orders_of_parts
 from arctrue.workbench.effects.scalar_effect import ScalarOfEachHead
@@ -121,18 +121,28 @@ def tried_products(residuals: Residuals, looks: int) -> list[Candidate]:
     variance. Slow noise absorbs such a slow error while the product is not in the model, so that
     the gains with that noise do not compare the products.
     """
-    found = []
-    for item in best_parts(residuals):
-        if item.rank > 0:
-            tried = _candidate(item.effect, {}, item.trials, residuals, 1)
-            p_value = corrected_p_value(item.gain, item.rank, item.level_trials, looks)
-            found.append(replace(tried, level_trials=item.level_trials, p_corrected=p_value))
-    found.sort(key=lambda item: -item.delta_bic)
+    found = _of_parts(best_parts(residuals), residuals, looks)
     shares = [_share_left(item, residuals) for item in found]
     least = min(range(len(found)), key=lambda index: shares[index], default=0)
     if found and shares[least] < MOST_LEFT and found[least].p_corrected < SIGNIFICANCE:
         found.insert(0, found.pop(least))
     return found
+
+
+def tried_above(residuals: Residuals, looks: int) -> list[Candidate]:
+    """Return the products of parts whose orders are above those of :func:`tried_products`."""
+    return _of_parts(parts_above(residuals), residuals, looks)
+
+
+def _of_parts(parts: Sequence[PartsCandidate], residuals: Residuals, looks: int) -> list[Candidate]:
+    """Return products of parts as candidates, in the order of their ΔBIC."""
+    found = []
+    for item in parts:
+        if item.rank > 0:
+            tried = _candidate(item.effect, {}, item.trials, residuals, 1)
+            p_value = corrected_p_value(item.gain, item.rank, item.level_trials, looks)
+            found.append(replace(tried, level_trials=item.level_trials, p_corrected=p_value))
+    return sorted(found, key=lambda item: -item.delta_bic)
 
 
 def _share_left(item: Candidate, residuals: Residuals) -> float:

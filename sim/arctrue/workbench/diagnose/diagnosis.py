@@ -17,7 +17,7 @@ from arctrue.workbench.diagnose.case import DEEPEST, REFUSED_P, Case
 from arctrue.workbench.diagnose.coverage import Coverage, coverage
 from arctrue.workbench.diagnose.data_faults import data_faults
 from arctrue.workbench.diagnose.decision import Decision, Verdict
-from arctrue.workbench.diagnose.evidence import survey
+from arctrue.workbench.diagnose.evidence import described_above, survey
 from arctrue.workbench.diagnose.facts import Facts
 from arctrue.workbench.diagnose.grounds import Grounds
 from arctrue.workbench.diagnose.next_measurement import NextMeasurement, measurement_for
@@ -183,7 +183,7 @@ def diagnose(
     )
     facts = Facts(case=case, covers=covers)
     report_step("fitting every row")
-    found = _stated(observations, base, facts)
+    found = _described_above(_stated(observations, base, facts), tried, report_step)
     report_step("adding the effect to the model")
     names = {item.name for item in (found.decision.spoken_of,) if item is not None}
     after = {name: adding.after(name) for name in [*names, *found.effect_class]}
@@ -198,6 +198,21 @@ def diagnose(
         instead=case.instead if instead else None,
         findings=findings,
     )
+
+
+def _described_above(found: Diagnosis, tried: Survey, report_step: ReportStep) -> Diagnosis:
+    """Return the diagnosis with a description of an error that has none, if it is a line of a high
+    order. The verdict, which rests on the catalogue, does not change."""
+    said = found.decision
+    if said.verdict != "unknown" or said.described is not None or said.seen is not None:
+        return found
+    report_step("looking for lines of a high order")
+    item = described_above(tried, report_step)
+    if item is None:
+        return found
+    item = _sharpened(item)
+    measurement = found.measurement or measurement_for(None, item)
+    return replace(found, decision=replace(said, described=item), measurement=measurement)
 
 
 def _with_the_found(

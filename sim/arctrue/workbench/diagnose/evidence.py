@@ -25,6 +25,7 @@ from arctrue.workbench.diagnose.candidate import (
 from arctrue.workbench.diagnose.candidates import (
     looked_for,
     regular_candidates,
+    tried_above,
     tried_effects,
     tried_products,
     with_regular,
@@ -182,6 +183,16 @@ def weighed(tried: Survey, report_step: ReportStep, *, negligible: bool) -> Surv
         candidates, parts = together[: len(candidates)], together[len(candidates) :]
     candidates.sort(key=lambda item: (-item.delta_bic, item.p_corrected))
     return replace(tried, candidates=candidates, parts=parts)
+
+
+def described_above(tried: Survey, report_step: ReportStep) -> Candidate | None:
+    """Return a product of parts with a line of the capture above the orders of the survey's
+    products, if it passes their tests; otherwise None."""
+    found = next(iter(tried_above(tried.residuals, tried.looks)), None)
+    if found is None:
+        return None
+    item = _judged(found, tried, Null(tried.residuals), 1, report_step)
+    return item if item.p_corrected < SIGNIFICANCE and tried.confirmed(item) else None
 
 
 def _near_to_a_name(tried: Survey) -> list[Candidate]:

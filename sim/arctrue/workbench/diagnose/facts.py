@@ -19,7 +19,9 @@ from arctrue.workbench.diagnose.coverage import (
 from arctrue.workbench.diagnose.decision import Decision
 from arctrue.workbench.diagnose.distance import LEAST_P, distance, ways_unlike
 from arctrue.workbench.diagnose.grounds import Grounds
+from arctrue.workbench.diagnose.next_measurement import ONE_MORE_DIGIT
 from arctrue.workbench.diagnose.posterior import PARTS_ADVANTAGE, posterior, stated
+from arctrue.workbench.diagnose.rounding import rounded_at_the_stations
 from arctrue.workbench.diagnose.undetermined import WHOLE_TURNS, undetermined
 from arctrue.workbench.inference.left import Left
 
@@ -56,9 +58,29 @@ class Facts:
             return None
         survey = self.case.survey
         left = {channel: item.residual_rms_arcsec for channel, item in survey.channels.items()}
-        return blindness(
-            survey.residuals, self.covers, left, survey.matters_arcsec
-        ) or effect_or_noise(survey.candidates, survey.absent, survey.matters_arcsec)
+        return (
+            self._rounded_line
+            or blindness(survey.residuals, self.covers, left, survey.matters_arcsec)
+            or effect_or_noise(survey.candidates, survey.absent, survey.matters_arcsec)
+        )
+
+    @property
+    def _rounded_line(self) -> Blindness | None:
+        """Reason that the largest line of a log may be the rounding of the display; else None."""
+        assert self.case is not None
+        survey = self.case.survey
+        reference = survey.channels.get("reference")
+        line = next((item for item in survey.candidates if item.regular is not None), None)
+        if reference is None or line is None or line.regular is None:
+            return None
+        step = rounded_at_the_stations(line, reference.noise_arcsec)
+        if step == 0.0:
+            return None
+        why = (
+            f"the readings of the reference are rounded to {step:.3g}″, and this rounding may "
+            f"cause the line that resembles {line.regular.words()}"
+        )
+        return Blindness(why, ONE_MORE_DIGIT.words)
 
     @cached_property
     def _posterior(self) -> dict[str, float]:

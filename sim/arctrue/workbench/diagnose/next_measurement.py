@@ -111,6 +111,22 @@ LOOK_AT_THE_STAND = NextMeasurement(
     "again",
 )
 
+AT_ANOTHER_SPEED = NextMeasurement(
+    "one more run at twice the speed, in the same direction: what grows with the angle keeps its "
+    "size a turn, what grows with the time halves it",
+    "speed",
+)
+LONGER_AND_BACK = NextMeasurement(
+    "one run of ten turns, and one back: counts that are lost go on to grow, a cable that winds up "
+    "pulls less when it unwinds",
+    "turns",
+)
+AFTER_A_START = NextMeasurement(
+    "the same measurement once more, an hour later and with the temperature: a settling starts "
+    "anew, an error of the air follows the temperature",
+    "again",
+)
+
 
 def measurement_for(
     question: Question | None, described: Candidate | None

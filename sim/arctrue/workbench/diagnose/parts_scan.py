@@ -10,12 +10,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.workbench.diagnose.high_lines import gains_with, high_lines
 from arctrue.workbench.diagnose.parts_range import only_cancels, passes_its_wave, resolved_orders
 from arctrue.workbench.effects.product_of_parts import (
     FRAME_OF_HEAD,
     Condition,
     Frame,
     ProductOfParts,
+    column_condition,
     conditions,
     settling_condition,
 )
@@ -30,6 +32,9 @@ Float = NDArray[np.float64]
 
 HIGHEST_ORDER = 30
 """Highest order of the angle of a product; all half and whole orders up to it are tried."""
+CONDITIONS_OF_A_LINE = 3
+"""Number of conditions that are scored exactly with a line of a high order, after the constant
+one."""
 ELECTRICAL_MULTIPLES = (1.0, 2.0)
 """Multiples of the signal period. The first is an offset of sine and cosine, the second a
 difference of gain or phase."""
@@ -277,6 +282,57 @@ def best_parts(residuals: Residuals, *, look_alikes: bool = False) -> list[Parts
     short = sorted(simple, key=lambda item: -(item.gain - 2.0 * item.rank))[:SHORTLIST]
     refined = [_refined_settling(residuals, item) for item in short[:2]] + short[2:]
     return sorted(refined, key=lambda item: -(item.gain - 2.0 * item.rank))
+
+
+def parts_above(residuals: Residuals) -> list[PartsCandidate]:
+    """Return the products of the sure lines of the capture above HIGHEST_ORDER, best first.
+
+    They only describe an error that no effect of the catalogue explains: high orders of the disc
+    and lines of one head are effects of the catalogue.
+    """
+    rows = residuals.observations.capture
+    lines, orders = high_lines(residuals, float(HIGHEST_ORDER))
+    if rows is None or not lines:
+        return []
+    found = conditions(residuals.observations)
+    channels = 1 + (residuals.observations.reference is not None)
+    shares = [share / channels for share in condition_shares(found)]
+    named = [*zip(found, shares, strict=True)]
+    # A torque or a current of zero has no effect, and the model has no high order that could
+    # replace the subtracted part of a column.
+    named += [
+        (column_condition(item.column, 0.0), share)
+        for item, share in zip(found, shares, strict=True)
+        if item.column is not None and item.column_zero != 0.0
+    ]
+    usable: list[tuple[Condition, float]] = []
+    factors: list[Float] = []
+    for condition, share in named:
+        values = condition.values(rows)
+        if values is not None and float(np.abs(values).max(initial=0.0)) > 0.0:
+            usable.append((condition, share))
+            factors.append(values)
+    tried = float(orders * len(usable))
+    scored = []
+    for order in lines:
+        gains = gains_with(residuals, factors, order)
+        best = np.argsort(-gains[1:])[:CONDITIONS_OF_A_LINE] + 1
+        # The constant condition comes first in the list: a simpler product may explain as much.
+        for index in (0, *best.tolist()):
+            condition, share = usable[index]
+            frames = [
+                _scored(residuals, ProductOfParts.of(condition, (order,), frame), tried, share)
+                for frame in _frames(order, residuals.observations, False)
+            ]
+            scored.append(_natural(frames, residuals.observations.rows))
+    kept = [
+        item
+        for item in scored
+        if not only_cancels(residuals, item.effect, residuals.score(item.effect, {}))
+    ]
+    order_of = [condition for condition, _ in named]
+    simple = _without_idle_conditions(kept, order_of, residuals.observations.rows)
+    return sorted(simple, key=lambda item: -(item.gain - 2.0 * item.rank))
 
 
 def _best_of_each(scored: Sequence[PartsCandidate]) -> list[PartsCandidate]:

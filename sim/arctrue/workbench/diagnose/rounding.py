@@ -25,11 +25,18 @@ SAME_STATION_DEG = 1e-4
 polygon are thousands of times farther apart."""
 
 
+LARGEST_LINE = 2.0 / np.pi
+"""Largest amplitude of a line of the rounding error, in display steps. The error stays within half
+a step, and the square wave of ±1/2 has the largest fundamental, 4/π·1/2."""
+
+
 def rounded_at_the_stations(item: Candidate, noise_arcsec: float) -> float:
     """Return the step of the display in arcseconds if the rounding explains the effect in the
     reference; otherwise 0.
 
-    The rounding is a random error of each station, uniform over a step. ``noise_arcsec``: noise of
+    A line of a log is explained if its amplitude is at most LARGEST_LINE steps: where the error
+    changes slowly, the rounding changes as regularly as the error. For another effect the rounding
+    is a random error of each station, uniform over a step. ``noise_arcsec``: noise of
     a row. The gain falls by the ratio of the variances of a station's mean without and with this
     error, and p by χ² with the lower gain must be at least SIGNIFICANCE.
     """
@@ -39,6 +46,9 @@ def rounded_at_the_stations(item: Candidate, noise_arcsec: float) -> float:
     step = display_step(rows.error_arcsec)
     if step == 0.0 or noise_arcsec >= DITHERED * step:
         return 0.0
+    if item.regular is not None:
+        largest = max(line.amplitude_arcsec for line in item.regular.lines)
+        return step if largest <= LARGEST_LINE * step else 0.0
     before = item.solution if item.evidence is None else item.evidence.base.solution
     change = changes_arcsec(before, item.solution)["reference"]
     angle = np.round(np.degrees(rows.target_rad) % 360.0 / SAME_STATION_DEG)

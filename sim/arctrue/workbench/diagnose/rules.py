@@ -26,7 +26,10 @@ from arctrue.workbench.diagnose.classes import (
 from arctrue.workbench.diagnose.decision import Decision, Verdict
 from arctrue.workbench.diagnose.facts import Facts
 from arctrue.workbench.diagnose.next_measurement import (
+    AFTER_A_START,
+    AT_ANOTHER_SPEED,
     AT_ONE_SPEED,
+    LONGER_AND_BACK,
     LOOK_AT_THE_STAND,
     MORE_READINGS_THAN_COEFFICIENTS,
     OF_PARTS,
@@ -54,9 +57,11 @@ from arctrue.workbench.diagnose.posterior import (
 )
 from arctrue.workbench.diagnose.probabilities import UNKNOWN
 from arctrue.workbench.diagnose.rounding import rounded_at_the_stations
+from arctrue.workbench.diagnose.same_ramp import same_ramp
 from arctrue.workbench.diagnose.survey import RUNS_ARE_THE_SAMPLE, Survey
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
 from arctrue.workbench.inference.forward.cycles import p_among_cycles
+from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.significance import SIGNIFICANCE
 
 LEAST_EXCESS = 0.25
@@ -224,6 +229,19 @@ def _not_white(survey: Survey) -> bool:
     return survey.findings.oscillation is not None or min(p_values, default=1.0) < LACK_OF_FIT
 
 
+def runs_change_alike(case: Case) -> Decision | None:
+    """No effect is found, and the capture changes evenly within every run alike, also with the best
+    product of parts in the model."""
+    if case.best is not None or case.depth > 1:
+        return None
+    product = case.product
+    found = same_ramp(case.survey.residuals if product is None else Residuals(product.solution))
+    if found is None or found.rms_arcsec < case.survey.matters_arcsec:
+        return None
+    measurement = LONGER_AND_BACK if len(found.coordinates) == 1 else AT_ANOTHER_SPEED
+    return Decision("unknown", seen=found.words(), next=measurement)
+
+
 def shown_at_one_speed(case: Case) -> Decision | None:
     """The only effect that is found appears at one speed, but should appear at every speed."""
     if case.best is not None or not case.seen:
@@ -314,11 +332,34 @@ def rounded_by_the_display(case: Case) -> Decision | None:
     step = rounded_at_the_stations(best, reference.noise_arcsec)
     if step == 0.0:
         return None
+    same = "changes with the error" if best.regular else "is the same at every visit of a station"
     why = (
-        f"the readings of the reference are rounded to {step:.3g}″, and this rounding is the same "
-        f"at every visit of a station: it explains what resembles {best.name}"
+        f"the readings of the reference are rounded to {step:.3g}″, and this rounding {same}: it "
+        f"explains what resembles {best.name}"
     )
     return Decision("cannot_tell", cannot_tell=why, next=ONE_MORE_DIGIT)
+
+
+def slow_change_is_larger(case: Case) -> Decision | None:
+    """The best effect is a line of a log, and a slow change or a product of parts that remains with
+    it explains more than ten times its mean square.
+
+    The form of the slow change is not in the catalogue: a settling after a start, a control of the
+    air. The line remains in the list of findings.
+    """
+    best = case.best
+    if best is None or best.regular is None:
+        return None
+    least = best.regular.taken_arcsec**2 / LEAST_TAKEN
+    left, slow = case.further, case.survey.findings.slow
+    alone = left is not None and left.verdict == "unknown" and left.resembles is None
+    product = left.described if left is not None and alone else None
+    if product is not None and product.moved_arcsec.get("reference", 0.0) ** 2 > least:
+        return Decision("unknown", described=product)
+    if slow is None or slow.rms_arcsec**2 <= least:
+        return None
+    seen = f"{case.survey.findings.slow_words} is far larger than every line"
+    return Decision("unknown", seen=seen, next=AFTER_A_START)
 
 
 def contradicts_itself(case: Case) -> Decision | None:
@@ -754,6 +795,7 @@ RULES = (
     Rule("unknown", jumped_once),
     Rule("unknown", moved_between_cycles),
     Rule("unknown", driven_by_noise),
+    Rule("unknown", runs_change_alike),
     Rule("unknown", described_by_parts),
     Rule("ambiguous", shown_at_one_speed),
     Rule("unknown", refused_is_ahead),
@@ -762,6 +804,7 @@ RULES = (
     Rule("unknown", runs_follow_a_condition),
     Rule("adequate", nothing_found),
     Rule("cannot_tell", rounded_by_the_display),
+    Rule("unknown", slow_change_is_larger),
     Rule("unknown", contradicts_itself),
     Rule("unknown", makes_it_worse),
     Rule("unknown", takes_little),

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.model.model import Model, ModelEffect
+from arctrue.workbench.model.model import Model, ModelEffect, default_model
 from arctrue.workbench.numeric.harmonics import harmonic_columns
 from arctrue.workbench.observations import Observations, ReferenceRows
 
@@ -100,19 +100,30 @@ def _is_default(entry: ModelEffect) -> bool:
     return entry.name == DISC and not entry.settings and not entry.coefficients
 
 
-def warning_of_the_arc(before: Model, after: Model, observations: Observations) -> str | None:
-    """Return the warning that :func:`on_its_arc` has omitted orders; None if it omitted none."""
-    rows = observations.every_reference_row
-    if before == after or rows is None:
-        return None
+def warnings_of_the_arc(model: Model, observations: Observations) -> list[str]:
+    """Return the warning that :func:`on_its_arc` omits orders of this model; none if it omits
+    none."""
+    rows, after = observations.every_reference_row, on_its_arc(model, observations)
+    if model == after or rows is None:
+        return []
     orders = next((e.settings["orders"] for e in after.effects if e.name == DISC), None)
     said = str(orders).strip("[]")
-    model = "no order of the disc" if orders is None else f"only the orders {said} of the disc"
-    return (
+    said_of_it = "no order of the disc" if orders is None else f"only the orders {said} of the disc"
+    return [
         f"the reference covers {360.0 - _largest_gap_deg(rows.target_rad):.3g}° of the turn: the "
-        f"model contains {model}, because other orders look like a slow drift there; --model "
+        f"model contains {said_of_it}, because other orders look like a slow drift there; --model "
         "chooses orders"
-    )
+    ]
+
+
+def warnings_of_a_kept_arc(model: Model, observations: Observations) -> list[str]:
+    """Return the warning of the default model if a stored model has the orders that
+    :func:`on_its_arc` keeps of it."""
+    usual = default_model()
+    kept = [entry.settings for entry in on_its_arc(usual, observations).effects]
+    if [entry.settings for entry in model.effects if entry.name == DISC] != kept:
+        return []
+    return warnings_of_the_arc(usual, observations)
 
 
 def _determined_orders(rows: ReferenceRows) -> list[int]:

@@ -11,14 +11,17 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+import arctrue as at
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.measurement.writer import write_measurement_set
+from arctrue.report.analysis import Analysis
+from arctrue.report.sections import set_section
 from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
 from arctrue.workbench.diagnose.report import sentences
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.model.growth import fitted, settle
 from arctrue.workbench.model.model import Model, ModelEffect, default_model
-from arctrue.workbench.model.stations import on_its_arc
+from arctrue.workbench.model.stations import on_its_arc, warnings_of_the_arc
 from arctrue.workbench.observations.build import observations_of
 from tests.command_line import arctrue
 
@@ -85,7 +88,11 @@ def test_a_settling_far_above_a_line() -> None:
     time_s = np.arange(ROWS) * STEP_S
     settling = 25.0 * np.exp(-time_s / 800.0)
     found = _diagnosed(_log(settling + np.sin(2.0 * np.pi * time_s / 211.0), 15.0, None))
-    assert any("slow change" in text or "exp(−t/" in text for text in sentences(found))
+    assert found.verdict == "unknown"
+    said = sentences(found)
+    assert any("slow change" in text or "exp(−t/" in text for text in said[:1])
+    (cause,) = found.findings.causes
+    assert cause.period_s(cause.lines[0]) == pytest.approx(211.0, rel=0.01)
 
 
 @pytest.mark.parametrize("arc_deg", [9.0, 70.0, 179.0])
@@ -113,6 +120,25 @@ def test_a_whole_turn_and_most_of_one_keep_twenty_orders() -> None:
     for arc_deg in (300.0, 345.0, 720.0):
         observations = observations_of(_log(np.zeros(ROWS), arc_deg, None))
         assert on_its_arc(default_model(), observations) == default_model()
+
+
+def test_the_python_interface_and_the_page_state_it_in_the_same_words() -> None:
+    """One warning, in ``fit``, ``compare`` and ``diagnose`` of Python and in the page; a whole turn
+    has none."""
+    for arc_deg, warned in ((70.0, True), (720.0, False)):
+        measured = _log(np.zeros(ROWS), arc_deg, None)
+        (text,) = warnings_of_the_arc(default_model(), observations_of(measured)) or [""]
+        assert text.startswith("the reference covers 70° of the turn") == warned
+        observations = observations_of(measured)
+        model, solution = fitted(default_model(), observations, EFFECTS)
+        page = set_section(Analysis(measured, "arc", observations, model, solution, EFFECTS), None)
+        for warnings in (
+            at.fit(measured).warnings,
+            at.compare(measured).warnings,
+            at.diagnose(measured).warnings,
+            page["warnings"],
+        ):
+            assert (text in warnings) == warned
 
 
 def test_the_commands_state_it(tmp_path: Path) -> None:
