@@ -70,8 +70,9 @@ static void mean_follow_moved_head(struct application *application, const struct
     struct moved_head moved = moved_head_find(&found->geometry, offset_rad);
     if (moved.head != 0) {
         uint32_t *offset = &mean->offset[moved.head - 1];
-        double word = fmod(rint(*offset + moved.moved_rad / (2.0 * PI) * one) + one, one);
-        *offset = (uint32_t)word;
+        double word = rint(*offset + moved.moved_rad / (2.0 * PI) * one);
+        word -= word < one ? 0.0 : one;
+        *offset = (uint32_t)(word < 0.0 ? word + one : word);
         application->report.moved_head = moved.head;
         application->report.moved_arcsec = moved.moved_rad * ARCSEC_PER_RAD;
     }

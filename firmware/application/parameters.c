@@ -15,7 +15,7 @@
 
 #define PRESET(name) ((double)ARCTRUE_REGISTERS__##name##__VALUE_reset)
 #define PLACE(field) ((uint32_t)offsetof(struct parameters, field))
-/* Limit for strncmp(), longer than every name. The console already links strncmp(); strcmp() would take more memory. */
+/* Limit for strncmp(), longer than every name. */
 #define NAME_MOST 64U
 #define MOST_U32 4294967295.0
 #define MOST_ARCSEC 1e6

@@ -41,8 +41,9 @@ static double axis_motion(const struct heads_geometry *geometry, const double ch
     }
     double determinant = re_re * im_im - re_im * re_im;
     ASSERT(determinant > 0.0);
-    return hypot((im_im * right_re - re_im * right_im) / determinant,
-                 (re_re * right_im - re_im * right_re) / determinant);
+    const struct vector motion = {(im_im * right_re - re_im * right_im) / determinant,
+                                  (re_re * right_im - re_im * right_re) / determinant};
+    return vector_length(motion);
 }
 
 struct moved_head moved_head_find(const struct heads_geometry *geometry,

@@ -148,7 +148,9 @@ void pins_command(struct console *console, char *const *words, uint32_t number) 
     memcpy(name, words[0], length);
     name[length++] = '_';
     if (number == 3) {
-        strncpy(name + length, words[1], NAME_MOST - 1 - length);
+        for (const char *next = words[1]; *next != '\0' && length + 1 < NAME_MOST; next++) {
+            name[length++] = *next;
+        }
         set(console, name, words[2]);
         return;
     }
