@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from arctrue.measurement.asked import WARMER_K
+from arctrue.measurement.asked import MORE_TURNS, WARMER_K
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.planned import PLANS, PlannedMeasurement
 from arctrue.workbench.effects.base import Nonlinear
@@ -117,8 +117,8 @@ AT_ANOTHER_SPEED = NextMeasurement(
     "speed",
 )
 LONGER_AND_BACK = NextMeasurement(
-    "one run of ten turns, and one back: counts that are lost go on to grow, a cable that winds up "
-    "pulls less when it unwinds",
+    f"one run of {MORE_TURNS} turns, and one back: counts that are lost go on to grow, a cable "
+    "that winds up pulls less when it unwinds",
     "turns",
 )
 AFTER_A_START = NextMeasurement(

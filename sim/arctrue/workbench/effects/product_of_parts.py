@@ -157,7 +157,8 @@ def column_condition(column: str, zero: float) -> Condition:
         return None if found is None else found - zero
 
     unit = column_unit(column)
-    words = f"({column} − {zero:g})" if zero >= 0.0 else f"({column} + {-zero:g})"
+    away = f"({column} − {zero:g})" if zero > 0.0 else f"({column} + {-zero:g})"
+    words = column if zero == 0.0 else away
     return Condition(column, words, unit, values, column=column, column_zero=zero)
 
 

@@ -44,6 +44,7 @@ def test_a_high_order_that_grows_with_a_load_is_described() -> None:
     assert found.effect.orders == (ORDER,)
     assert found.effect.condition.column == "load_nm"
     assert found.effect.condition.column_zero == 0.0
+    assert found.effect.describe({}).startswith("load_nm × order 72")
 
 
 def test_a_steady_high_order_needs_no_condition() -> None:
