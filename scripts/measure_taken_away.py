@@ -44,7 +44,8 @@ from arctrue.table.conditions import USUAL_TEMPERATURE_C, Conditions
 from arctrue.table.registry import REGISTRY
 from arctrue.table.rotary_table import RotaryTable
 from arctrue.workbench.effects.registry import built_in
-from arctrue.workbench.model.export import ConditionSettings, export_model
+from arctrue.workbench.model.export import export_model
+from arctrue.workbench.model.followed_lanes import ConditionSettings
 from arctrue.workbench.model.growth import fitted
 from arctrue.workbench.model.local_errors import taken_off_arcsec
 from arctrue.workbench.model.model import Model, ModelEffect, default_model

@@ -51,7 +51,7 @@ class OnDevice:
     """The result of one turn in the firmware's quantities; lists over heads are (heads,).
 
     ``disc``: complex amplitudes cosine − j·sine of orders 1 to N, arcseconds, 0 for an order that
-    the heads do not determine; ``variances`` (2, N) of cosine and sine, ``covariances`` (N,);
+    the heads do not determine; ``variances`` (2, N) of cosine and sine;
     ``circles`` (orders, 2): radii of the forward and the backward circle, arcseconds.
     """
 
@@ -59,7 +59,6 @@ class OnDevice:
     seen: NDArray[np.bool_]
     gain: Float
     variances: Float
-    covariances: Float
     offsets_rad: Float
     late_rad: Float
     ratios: Float
@@ -68,7 +67,6 @@ class OnDevice:
     noise_arcsec: float
     residuals_arcsec: Float
     circles: Float
-    rounds: int
 
     @property
     def heads_on_disc(self) -> HeadsOnDisc:
@@ -259,8 +257,7 @@ def heads_on_device(
     """Solve one turn. Raises ValueError for a head far from its place."""
     counts = np.stack([np.asarray(head, dtype=np.int64) for head in turn.heads])
     fit = _Fit(counts, counts_per_rev, places_rad, orders, u_place_arcsec, u_index_arcsec, u_radius)
-    rounds = 0
-    for rounds in range(1, ROUNDS_MOST + 1):  # noqa: B007
+    for _ in range(ROUNDS_MOST):
         if fit.pass_once() < UNCHANGED_SHARE * max(1.0, float(np.abs(fit.disc).max())):
             break
     waves = fit.waves()
@@ -274,10 +271,8 @@ def heads_on_device(
     covariance = np.linalg.inv(fit.columns(waves).T @ fit.columns(waves))
     covariance *= variance * _colour(combined[0], seen, variance)
     seen[0] = seen[0] or fit.heads > 2
-    variances, covariances = np.zeros((2, orders)), np.zeros(orders)
-    number = fit.fitted.size
+    variances = np.zeros((2, orders))
     variances[:, fit.fitted] = np.diag(covariance).reshape(2, -1)
-    covariances[fit.fitted] = covariance[np.arange(number), number + np.arange(number)]
     u_late, u_ratios = np.zeros(fit.heads), np.zeros(fit.heads)
     circles = np.zeros((CIRCLE_ORDERS, 2))
     gain = fit.gains()
@@ -290,7 +285,6 @@ def heads_on_device(
         # Like the firmware, assume for order 1 the mean noise of all orders, not the noise near
         # order 1.
         variances[:, 0] = np.diag(of_places)[:2]
-        covariances[0] = of_places[0, 1]
         further = fit.heads - 1
         u_late[1:] = np.sqrt(np.diag(of_places)[4 : 4 + further])
         u_ratios[1:] = np.sqrt(np.diag(of_places)[4 + further :])
@@ -308,7 +302,6 @@ def heads_on_device(
         seen,
         gain,
         variances,
-        covariances,
         fit.offsets,
         fit.late,
         fit.ratios,
@@ -317,7 +310,6 @@ def heads_on_device(
         float(np.sqrt(variance)),
         np.sqrt(np.mean(np.square(residuals - residuals.mean(axis=0)), axis=1)),
         circles,
-        rounds,
     )
 
 

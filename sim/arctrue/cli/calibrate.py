@@ -6,8 +6,9 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 import numpy as np
@@ -34,6 +35,9 @@ from arctrue.cli._tables import number, table, words
 from arctrue.cli._terminal import Console, say, tell_error, tell_objection, tell_warning
 from arctrue.gateware.coefficient_file import write_coefficient_file
 from arctrue.measurement import MeasurementError, MeasurementSet, read_measurement_set
+
+if TYPE_CHECKING:
+    from arctrue.report.charts.chart import Chart
 
 NOT_WRITTEN = 1
 BAD_INPUT = 2
@@ -160,16 +164,19 @@ def calibrate(
     settings = CalibrationSettings(method, runs or None, most_order, lanes, gain_limit, separation)
     try:
         measurement = read_measurement_set(folder)
+        name = folder.resolve().name
+        out = out or Path("build") / "calibration" / name
+        results = _Results(measurement.title or name, json_file, out, force)
         if measurement.capture is None:
             _refuse_options_of_two_heads()
             alone = calibrate_from_reference(measurement, lanes=lanes, most_order=most_order)
-            _finish_alone(alone, measurement, folder, json_file, out, force=force)
+            _finish_alone(alone, results)
             return
         if angle == "mean":
             refuse_given(_OF_HEAD1, "is for --angle head1")
             settings_of_mean = MeanSettings(runs or None, most_order, lanes, motion_orders(motion))
             mean = calibrate_mean(measurement, settings_of_mean)
-            _finish_mean(mean, measurement, folder, json_file, out, force=force)
+            _finish_mean(mean, measurement, results)
             return
         if motion is not None:
             raise ValueError(
@@ -186,8 +193,6 @@ def calibrate(
         _end(BAD_INPUT, str(error))
     except ValueError as error:
         _end(BAD_INPUT, f"{folder}: {error}")
-    name = folder.resolve().name
-    out = out or Path("build") / "calibration" / name
     warnings = (*measurement.warnings, *calibration.warnings, *_further_heads(measurement))
     for warning in warnings:
         tell_warning(warning)
@@ -196,22 +201,50 @@ def calibrate(
     _print_orders(console, calibration)
     if calibration.comparison is not None:
         _print_comparison(console, calibration.comparison)
-    try:
-        _write_figures(json_file, _figures(calibration, method, warnings))
-        _stop_if_refused(calibration.objections, out, force=force)
-        coefficients, picture = out / "coefficients.toml", out / "calibration.png"
-        write_coefficient_file(coefficients, calibration.coefficients, measurement.title or name)
+
+    def chart(title: str) -> Chart:
+        from arctrue.report.charts.calibration_chart import calibration_chart
+
+        return calibration_chart(calibration, title)
+
+    results.write(_figures(calibration, method, warnings), calibration, chart)
+
+
+@dataclass(frozen=True)
+class _Results:
+    """The files that the command writes."""
+
+    title: str
+    json_file: Path | None
+    out: Path
+    force: bool
+
+    def write(
+        self,
+        figures: dict[str, Any],
+        found: Calibration | MeanCalibration | ReferenceCalibration,
+        chart: Callable[[str], Chart] | None = None,
+    ) -> None:
+        """Write figures, coefficients and picture; end the command if they are refused."""
+        coefficients, picture = self.out / "coefficients.toml", self.out / "calibration.png"
 
         def draw() -> None:
             # matplotlib is imported here, because its import takes longer than the calibration.
-            from arctrue.report.charts.calibration_chart import calibration_chart
             from arctrue.report.charts.matplotlib_chart import save_chart
 
-            save_chart(calibration_chart(calibration, measurement.title or name), picture)
+            assert chart is not None
+            save_chart(chart(self.title), picture)
 
-        say(f"\nCoefficients: {coefficients}\n{_plotted(draw, picture)}")
-    except OSError as error:
-        _end(BAD_INPUT, f"{error.filename}: cannot be written: {error.strerror}")
+        try:
+            if self.json_file is not None:
+                write_whole_text(self.json_file, json_text(figures))
+                say(f"Figures: {self.json_file}")
+            _stop_if_refused(found.objections, self.out, force=self.force)
+            write_coefficient_file(coefficients, found.coefficients, self.title)
+            plotted = "" if chart is None else f"\n{_plotted(draw, picture)}"
+            say(f"\nCoefficients: {coefficients}{plotted}")
+        except OSError as error:
+            _end(BAD_INPUT, f"{error.filename}: cannot be written: {error.strerror}")
 
 
 _OF_HEAD1 = ("method", "gain_limit", "separation")
@@ -232,69 +265,26 @@ def _further_heads(measurement: MeasurementSet) -> list[str]:
     ]
 
 
-def _finish_mean(
-    mean: MeanCalibration,
-    measurement: MeasurementSet,
-    folder: Path,
-    json_file: Path | None,
-    out: Path | None,
-    *,
-    force: bool,
-) -> None:
-    name = folder.resolve().name
-    out = out or Path("build") / "calibration" / name
+def _finish_mean(mean: MeanCalibration, measurement: MeasurementSet, results: _Results) -> None:
     for warning in (*measurement.warnings, *mean.warnings):
         tell_warning(warning)
     print_mean(_console(), mean)
-    try:
-        _write_figures(json_file, figures_of_mean(mean))
-        _stop_if_refused(mean.objections, out, force=force)
-        coefficients = out / "coefficients.toml"
-        write_coefficient_file(coefficients, mean.coefficients, measurement.title or name)
-        say(f"\nCoefficients: {coefficients}")
-    except OSError as error:
-        _end(BAD_INPUT, f"{error.filename}: cannot be written: {error.strerror}")
+    results.write(figures_of_mean(mean), mean)
 
 
-def _finish_alone(
-    alone: ReferenceCalibration,
-    measurement: MeasurementSet,
-    folder: Path,
-    json_file: Path | None,
-    out: Path | None,
-    *,
-    force: bool,
-) -> None:
-    name = folder.resolve().name
-    out = out or Path("build") / "calibration" / name
+def _finish_alone(alone: ReferenceCalibration, results: _Results) -> None:
     for warning in alone.warnings:
         tell_warning(warning)
     console = _console()
     alone.print_orders(console)
     _print_comparison(console, alone.comparison)
-    try:
-        _write_figures(json_file, alone.figures(_before_and_after))
-        _stop_if_refused(alone.objections, out, force=force)
-        coefficients, picture = out / "coefficients.toml", out / "calibration.png"
-        write_coefficient_file(coefficients, alone.coefficients, measurement.title or name)
 
-        def draw() -> None:
-            # matplotlib is imported here, because its import takes longer than the calibration.
-            from arctrue.report.charts.calibration_chart import reference_calibration_chart
-            from arctrue.report.charts.matplotlib_chart import save_chart
+    def chart(title: str) -> Chart:
+        from arctrue.report.charts.calibration_chart import reference_calibration_chart
 
-            chart = reference_calibration_chart(alone.comparison, measurement.title or name)
-            save_chart(chart, picture)
+        return reference_calibration_chart(alone.comparison, title)
 
-        say(f"\nCoefficients: {coefficients}\n{_plotted(draw, picture)}")
-    except OSError as error:
-        _end(BAD_INPUT, f"{error.filename}: cannot be written: {error.strerror}")
-
-
-def _write_figures(json_file: Path | None, figures: dict[str, Any]) -> None:
-    if json_file is not None:
-        write_whole_text(json_file, json_text(figures))
-        say(f"Figures: {json_file}")
+    results.write(alone.figures(_before_and_after), alone, chart)
 
 
 def _stop_if_refused(objections: Sequence[str], out: Path, *, force: bool) -> None:

@@ -36,11 +36,8 @@ from arctrue.gateware.thermal import TIME_CONSTANT_MOST_S
 from arctrue.generated.number_formats import CLOCK_HZ, THERMAL_RANGE_K
 from arctrue.metrology.controllers import FORMATS, TableFormat
 from arctrue.metrology.correction import Correction, table_objections
-from arctrue.workbench.model.export import (
-    USUAL_REVERSAL_WIDTH_DEG,
-    ConditionSettings,
-    export_model,
-)
+from arctrue.workbench.model.export import export_model
+from arctrue.workbench.model.followed_lanes import USUAL_REVERSAL_WIDTH_DEG, ConditionSettings
 from arctrue.workbench.model.growth import fitted
 from arctrue.workbench.model.local_errors import at_heads_of_mean, local_errors, table_of
 from arctrue.workbench.model.model import Model

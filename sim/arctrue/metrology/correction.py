@@ -13,8 +13,8 @@ from arctrue.calibration.acceptance import of_comparison
 from arctrue.calibration.comparison import ReferenceComparison
 from arctrue.measurement import Reference
 from arctrue.workbench.effects.base import Effect
-from arctrue.workbench.model.export import ReadingHarmonics, harmonics_of_reading
 from arctrue.workbench.model.model import Model
+from arctrue.workbench.model.reading_harmonics import ReadingHarmonics, harmonics_of_reading
 from arctrue.workbench.observations import Observations
 
 Float = NDArray[np.float64]

@@ -147,10 +147,10 @@ def test_the_whole_story(server: str, page: Page) -> None:
     expect(page.locator("#summary")).to_contain_text("µrad")
     assert page.evaluate("document.documentElement.dataset.theme") == "dark"
 
-    page.set_viewport_size({"width": 390, "height": 844})
+    page.set_viewport_size({"width": 360, "height": 780})
     page.reload()
     all_drawn(page)
-    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    assert page.evaluate("document.documentElement.scrollWidth") <= 360
     picture(page, "phone_dark")
 
 
@@ -182,7 +182,7 @@ def test_a_server_that_ended_is_said_and_nothing_counts(page: Page, tmp_path: Pa
 
 
 def test_on_a_phone_the_header_is_one_line_and_the_ladder_is_whole(server: str, page: Page) -> None:
-    page.set_viewport_size({"width": 390, "height": 844})
+    page.set_viewport_size({"width": 360, "height": 780})
     page.goto(server)
     page.get_by_label("Measured").select_option("lean")
     page.get_by_role("textbox", name="Seed").fill(str(SEED + 1))
@@ -198,7 +198,7 @@ def test_on_a_phone_the_header_is_one_line_and_the_ladder_is_whole(server: str, 
     header = page.locator("nav.steps").bounding_box()
     assert header is not None
     assert header["height"] <= HEADER_PX
-    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    assert page.evaluate("document.documentElement.scrollWidth") <= 360
     # Every name below the ladder lies within the ladder's figure.
     frame = page.locator("#plot-ladder").bounding_box()
     assert frame is not None

@@ -23,7 +23,8 @@ from arctrue.workbench.effects.base import ConditionedLane, Lane
 from arctrue.workbench.effects.catalogue.latency import Latency
 from arctrue.workbench.effects.catalogue.periodic_error import PeriodicError
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
-from arctrue.workbench.model.export import ConditionSettings, Export, export_model
+from arctrue.workbench.model.export import Export, export_model
+from arctrue.workbench.model.followed_lanes import ConditionSettings
 from arctrue.workbench.model.model import Model, ModelEffect
 from arctrue.workbench.model.model_file import write_model
 from arctrue.workbench.model.taken_away import outcome

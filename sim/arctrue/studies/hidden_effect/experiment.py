@@ -42,7 +42,8 @@ from arctrue.studies.hidden_effect.workbench import (
     left_on_fresh_set,
 )
 from arctrue.table import Motion
-from arctrue.workbench.model.export import ConditionSettings, Export
+from arctrue.workbench.model.export import Export
+from arctrue.workbench.model.followed_lanes import ConditionSettings
 
 STOP_CLOCKS = 2000
 """Number of clocks for which the table stands at a station of the polygon: far more than the

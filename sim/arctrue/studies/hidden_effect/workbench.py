@@ -18,7 +18,8 @@ from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.effects.registry import catalogue
 from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.model.export import ConditionSettings, Export, export_model
+from arctrue.workbench.model.export import Export, export_model
+from arctrue.workbench.model.followed_lanes import ConditionSettings
 from arctrue.workbench.model.growth import add_effect, as_stored, fitted, settle, step_of
 from arctrue.workbench.model.model import HistoryStep, Model, default_model
 from arctrue.workbench.observations import Observations

@@ -23,16 +23,11 @@ from arctrue.workbench.effects.base import (
 )
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.solution import context_of_terms
-from arctrue.workbench.model.export import (
-    THERMAL_SPAN_K,
-    CorrectableLanes,
-    correctable_lanes,
-    lanes_by_condition,
-    lanes_of_real_orders,
-    without_plain_lanes,
-)
+from arctrue.workbench.model.export import THERMAL_SPAN_K, without_plain_lanes
+from arctrue.workbench.model.followed_lanes import lanes_by_condition, lanes_of_real_orders
 from arctrue.workbench.model.local_errors import local_errors, part_of_table, taken_off_arcsec
 from arctrue.workbench.model.model import Model, ModelEffect
+from arctrue.workbench.model.reading_harmonics import CorrectableLanes, correctable_lanes
 from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.rows import ReferenceRows
 

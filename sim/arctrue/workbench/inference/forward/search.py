@@ -135,7 +135,6 @@ class _Tried:
     rate: float
     gain: float
     oscillator_gain: float
-    coherence: Coherence
     fit: KernelFit
     why: str | None
 
@@ -226,9 +225,7 @@ def whiteness_of(rows: Rows, noise: KernelNoise) -> float:
 
     If their level changes with time, residuals and columns are divided by the local level.
     """
-    whitened = rows.factor(noise).whiten(rows.values)
-    own, columns = whitened[:, 0], whitened[:, 1:]
-    left = own - columns @ np.linalg.lstsq(columns, own, rcond=1e-10)[0]
+    left, columns = _whitened(rows, noise)
     found = whiteness(left, columns)
     if found is not None and found.autocorrelation_p < FAMILY_WISE:
         level = noise_level(left)
@@ -239,9 +236,14 @@ def whiteness_of(rows: Rows, noise: KernelNoise) -> float:
 
 def whitened_left(rows: Rows, noise: KernelNoise) -> Float:
     """Return the whitened residuals of the rows' columns."""
+    return _whitened(rows, noise)[0]
+
+
+def _whitened(rows: Rows, noise: KernelNoise) -> tuple[Float, Float]:
+    """Return the whitened residuals of the rows' columns, and the whitened columns."""
     whitened = rows.factor(noise).whiten(rows.values)
     own, columns = whitened[:, 0], whitened[:, 1:]
-    return np.asarray(own - columns @ np.linalg.lstsq(columns, own, rcond=1e-10)[0])
+    return own - columns @ np.linalg.lstsq(columns, own, rcond=1e-10)[0], columns
 
 
 @dataclass(frozen=True, eq=False)
@@ -501,7 +503,7 @@ def _tried(
     gain = record.of_few_rows(grown.score - without.score) * float(own_shares(record, line)[0])
     gain /= level.at(record, rate)
     declared = _multiple_of(record, rate) is not None
-    tried = _Tried(rate, gain, 0.0, Coherence(1.0, 0.0), grown, None)
+    tried = _Tried(rate, gain, 0.0, grown, None)
     needed = _needed(record, rate, gain)
     if gain <= needed:
         return replace(tried, why=f"gains {gain:.1f} of {needed:.1f}")
@@ -546,7 +548,6 @@ def _judged(
         return replace(tried, why=f"gains {tried.gain:.1f} of {needed:.1f} next to the model")
     rate, line = tried.rate, record.line_columns(tried.rate)
     found = coherence(record, line, others, tried.fit.noise, periods_in(record, rate))
-    tried = replace(tried, coherence=found)
     if found.share <= PREDICTED_SHARE:
         return replace(tried, why=f"other blocks predict {found.share:.2f} of it")
     excess = level.at(record, rate)
