@@ -629,4 +629,28 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    place->turn = place->head1_turn + 0 * ahead;\n",
         f"{_TESTS}/test_turn_place.py",
     ),
+    Mutation(
+        "noise_as_motion_of_the_axis",
+        "the noise of the readings counts as motion of the axis that does not repeat",
+        "firmware/calibration/axis_motion.c",
+        "left + changed - noise - ",
+        "left + changed - 0.0 * noise - ",
+        f"{_TESTS}/test_axis_motion.py::test_c_equals_numpy",
+    ),
+    Mutation(
+        "axis_of_a_moved_head",
+        "lines of former turns stay in use after the places of the heads have changed",
+        "firmware/application/state.c",
+        "        application->axis->orders = 0;\n",
+        "        application->axis->orders += 0;\n",
+        f"{_TESTS}/test_axis_motion.py::test_telemetry_states_it_from_the_second_turn_on",
+    ),
+    Mutation(
+        "skew_between_nearly_equal_speeds",
+        "turns at nearly the same speed are compared for the delays of the heads",
+        "firmware/calibration/head_skew.c",
+        "fabs(apart) > SPEEDS_APART * faster",
+        "fabs(apart) > 0.0 * SPEEDS_APART * faster",
+        f"{_TESTS}/test_head_skew.py::test_turns_at_one_speed_show_no_delay",
+    ),
 )

@@ -45,6 +45,10 @@ void application_use_copy(struct application *application, struct capture_copy *
     application->copy = copy;
 }
 
+void application_use_axis(struct application *application, struct axis_mean *axis) {
+    application->axis = axis;
+}
+
 void application_use_flash(struct application *application, struct save *save) {
     application->save = save;
     save->point = local_table_point;

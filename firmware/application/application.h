@@ -31,6 +31,9 @@ void application_keep_settings(struct application *application, struct kept_sett
 /* Sets the memory that captures are copied to. */
 void application_use_copy(struct application *application, struct capture_copy *copy);
 
+/* Sets the memory of the axis' repeating motion, which must be cleared. */
+void application_use_axis(struct application *application, struct axis_mean *axis);
+
 /* Sets the flash that stores settings and coefficients. */
 void application_use_flash(struct application *application, struct save *save);
 

@@ -44,7 +44,7 @@ enum parameter_answer application_set(struct application *application, const cha
     }
     settings_keep(application);
     if ((*description)->effect == EFFECT_NEXT_TURN) {
-        average_clear(&application->average);
+        state_forget_turns(application);
     } else if (state_works(application)) {
         operator_change_pins(application, (*description)->effect);
     }

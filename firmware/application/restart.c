@@ -18,7 +18,7 @@ void restart_with_nothing(struct application *application) {
     application->inherited = false;
     application->usual_noise_arcsec = 0.0;
     application->noisy_turns = 0;
-    average_clear(&application->average);
+    state_forget_turns(application);
     if (state_works(application)) {
         core_failover_off(&application->core);
         control_write(application);

@@ -78,3 +78,11 @@ void state_assert(const struct application *application) {
     ASSERT(application->saved_state == SAVED_NONE || application->save != NULL);
     load_assert(&application->load);
 }
+
+void state_forget_turns(struct application *application) {
+    average_clear(&application->average);
+    if (application->axis != NULL) {
+        application->axis->orders = 0;
+    }
+    application->skew = (struct head_skew){.found = false};
+}

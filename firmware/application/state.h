@@ -11,6 +11,7 @@
 #include "fourier.h"
 #include "further_orders.h"
 #include "gate.h"
+#include "head_skew.h"
 #include "heads_fit.h"
 #include "kept_settings.h"
 #include "least_squares.h"
@@ -198,6 +199,10 @@ struct application {
     /* Results of the latest turn that calibrated the mean of three or four heads; `heads` of its geometry is 0 if the
        latest turn calibrated no mean. */
     struct heads_found found;
+    /* Memory for the motion of the axis that repeats; NULL: the motion that does not repeat is not measured. */
+    struct axis_mean *axis;
+    /* Delays of the heads, from the latest two turns at different speeds. */
+    struct head_skew skew;
     struct average average;
     enum verdict verdicts[ORDERS_MAX];
     struct coefficients active;
@@ -271,6 +276,9 @@ bool state_works(const struct application *application);
 
 /* Returns the time of the core's own clock, s; 0 if its rate is not known. */
 double state_seconds(const struct application *application);
+
+/* Discards the running averages over former turns. */
+void state_forget_turns(struct application *application);
 
 /* Returns the active coefficients, NULL if there are none. */
 const struct coefficients *state_active(const struct application *application);

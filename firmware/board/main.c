@@ -30,6 +30,7 @@ static struct {
     struct image_store images;
     struct thermometer thermometer;
     struct capture_copy copy;
+    struct axis_mean axis;
     struct uart_output output;
 } upper __attribute__((section(".upper")));
 
@@ -263,6 +264,7 @@ int main(void) {
     firmware.console.reset_reason = fault_name((enum fault_code)last.code);
     firmware.console.reset_instruction = last.instruction;
     application_use_copy(&firmware.application, &upper.copy);
+    application_use_axis(&firmware.application, &upper.axis);
     application_keep_settings(&firmware.application, fault_kept_settings(), fault_keep);
     use_flash();
     application_recover(&firmware.application, last.code != FAULT_NONE);

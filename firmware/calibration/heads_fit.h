@@ -20,6 +20,7 @@
 #ifndef ARCTRUE_HEADS_FIT_H
 #define ARCTRUE_HEADS_FIT_H
 
+#include "axis_motion.h"
 #include "capture.h"
 #include "coefficients.h"
 #include "estimate.h"
@@ -41,6 +42,8 @@ struct heads_settings {
     double u_radius;
     /* Highest fitted order, at most ORDERS_MAX; the fit begins at order 1. */
     uint32_t orders;
+    /* Motion of the axis that repeats, of the former turns; NULL: the motion that does not repeat is not wanted. */
+    struct axis_mean *axis;
 };
 
 /* Results of a turn for the heads and the axis. */
@@ -55,6 +58,8 @@ struct heads_found {
        show only the backward circle of order 1; the other values are then 0. */
     double forward_arcsec[CIRCLE_ORDERS];
     double backward_arcsec[CIRCLE_ORDERS];
+    /* Motion of the axis that does not repeat from turn to turn; only four heads show it. */
+    struct axis_asynchronous asynchronous;
 };
 
 enum {
@@ -80,7 +85,8 @@ struct heads_workspace {
     double right[FIT_UNKNOWNS];
     union {
         double packed[FIT_UNKNOWNS * (FIT_UNKNOWNS + 1) / 2];
-        /* Results that are computed after the fit. */
+        /* Sums and results that are computed after the fit. */
+        struct axis_sums axis;
         struct heads_made made;
     };
     double of_places[PLACE_UNKNOWNS * (PLACE_UNKNOWNS + 1) / 2];

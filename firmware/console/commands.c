@@ -224,6 +224,20 @@ static void show_failover(struct console *console) {
     }
 }
 
+/* Prints the delays of the heads, if turns at two speeds have shown them. */
+static void show_skew(struct console *console) {
+    const struct head_skew *skew = &console->application->skew;
+    if (!skew->found) {
+        return;
+    }
+    for (uint32_t head = 1; head < console->application->configuration.heads; head++) {
+        text_word(&console->sink, "head");
+        text_unsigned(&console->sink, head + 1);
+        named_fixed(console, "_late_ns", skew->late_ns[head]);
+    }
+    named_fixed(console, "u_late_ns", skew->u_ns);
+}
+
 static void status(struct console *console, char *const *words, uint32_t number) {
     (void)words;
     (void)number;
@@ -265,6 +279,7 @@ static void status(struct console *console, char *const *words, uint32_t number)
         text_signed(&console->sink, application->head2_zero);
         text_line(&console->sink, "");
         show_heads(console);
+        show_skew(console);
         show_failover(console);
     }
     show_refusals(console);

@@ -249,6 +249,14 @@ static void found_part(const struct text_sink *sink, const struct application *a
     list(sink, "head_residual_arcsec", found->residual_arcsec, heads);
     list(sink, "axis_forward_arcsec", found->forward_arcsec, CIRCLE_ORDERS);
     list(sink, "axis_backward_arcsec", found->backward_arcsec, CIRCLE_ORDERS);
+    if (application->skew.found) {
+        list(sink, "late_ns", application->skew.late_ns, heads);
+        fixed(sink, "u_late_ns", application->skew.u_ns);
+    }
+    if (found->asynchronous.stated) {
+        fixed(sink, "axis_asynchronous_arcsec", found->asynchronous.arcsec);
+        fixed(sink, "u_axis_asynchronous_arcsec", found->asynchronous.u_arcsec);
+    }
 }
 
 static void mean_part(const struct text_sink *sink, const struct application *application) {

@@ -24,6 +24,7 @@ static struct {
     struct console console;
     struct kept_settings kept;
     struct capture_copy copy;
+    struct axis_mean axis;
     struct save save;
     struct image_store images;
     uint32_t flash[SECTORS][SAVED_WORDS_MOST];
@@ -173,6 +174,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     prepare_core();
     application_prepare(&fuzz.application, &core);
     application_use_copy(&fuzz.application, &fuzz.copy);
+    application_use_axis(&fuzz.application, &fuzz.axis);
     application_use_temperature(&fuzz.application, read_temperature, NULL);
     console_prepare(&fuzz.console, &fuzz.application, &sink);
     fuzz.application.parameters.orders = ORDERS;

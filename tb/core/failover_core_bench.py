@@ -29,6 +29,7 @@ from tb.core.mean_core_bench import (
     Table,
     check_mean,
     lanes_of,
+    mean_bound,
     mean_of,
     prepared,
     turn_rad,
@@ -58,6 +59,9 @@ displace an index by up to 11 counts. Tests with three heads wait a whole turn a
 their mean of two heads contains the motion of the axis."""
 if HEADS < 4:
     UNTIL_ZEROS = COUNTS + 150
+RAMP_RATE = 32 << 24
+"""32·2⁻¹¹ count per clock: 20 counts take 1,280 clocks."""
+RAMP_COUNTS_A_CLOCK = RAMP_RATE * 2.0**-35
 EVERYONE = tuple(range(1, HEADS + 1))
 TURNS_WITHOUT_A_HEAD = {"missing_edges"} if "QUICK" in os.environ else {"all"}
 """Causes of failure after which the mean of the other heads is compared over a whole turn; "all"
@@ -226,6 +230,42 @@ async def a_head_that_is_too_fast_is_left_out(dut: Any) -> None:
     machine.bursts[head - 1] = 4000
     most = 6 + DECODER_CLOCKS + LOAD_CLOCKS + SWAP_WAITS
     await left_out(machine, head, "overspeed", began, most, share(head) * most / 2)
+
+
+@cocotb.test()
+@cocotb.parametrize(acceleration=[0, 0xFFFF_FFFF])
+async def a_failover_obeys_the_limits_of_the_ramp(dut: Any, acceleration: int) -> None:
+    """The failover takes back what the slip of the failed head has added to the output, more than
+    10 counts, at most with the velocity and the acceleration of the ramp.
+
+    With acceleration 0 the velocity is `ramp_rate` at once. Otherwise the velocity changes every
+    256 clocks, and ½·a·(t + 256)² limits the change after t clocks: with the largest acceleration
+    less than 0.02 counts in this test. The bound is twice that of check_mean(), for the roundings
+    at the first and at each further clock.
+    """
+    machine = await guarded(dut)
+    await machine.registers.write("ramp_rate", RAMP_RATE)
+    await machine.registers.write("ramp_acceleration", acceleration)
+    head = 3
+    slip = 2 * STEP_LIMIT
+    right = float(np.median(machine.error(len(machine.corrected) - 500, LATENCY + POSITION_CLOCKS)))
+    machine.bursts[head - 1] = -slip
+    await until_changed(machine, 2 * slip + DECODER_CLOCKS + 20 + LOAD_CLOCKS + SWAP_WAITS)
+    began = len(machine.corrected)
+    await ClockCycles(dut.clock, round(share(head) * slip / RAMP_COUNTS_A_CLOCK) + 300)
+    error = machine.error(began, LATENCY + POSITION_CLOCKS)
+    after = np.arange(error.size)
+    rounding = 2.0 * mean_bound(set_of(head))
+    most = after * RAMP_COUNTS_A_CLOCK
+    if acceleration:
+        most = np.minimum(most, 0.5 * acceleration * 2.0**-59 * (after + 256.0) ** 2)
+    moved = np.abs(error - error[0])
+    off, left = abs(error[0] - right), abs(float(np.median(error[-200:])) - right)
+    dut._log.info(f"off by {off:.1f}, then {left:.1f} counts; {np.max(moved - most):.2f} beyond")
+    assert off > 10.0
+    assert np.all(moved <= most + rounding)
+    if not acceleration:
+        assert left <= rounding
 
 
 @cocotb.test()

@@ -217,16 +217,23 @@ POSITION_CLOCKS = latency_clocks()
 """Number of clocks from the pins to a head's position."""
 
 
-def check_mean(machine: Table, first: int, mean: MeanSet) -> None:
-    """Check that the corrected position equals the table's angle up to a constant and the rounding.
+def mean_bound(mean: MeanSet) -> float:
+    """Return the largest difference between the corrected position and the table's angle, apart
+    from a constant.
 
-    The bound is the sum of four parts: the rounding of each head, half a count times its weight;
-    the rounding of the output, half a count; the evaluation of E at the carrier's reading, up to 10
+    It is the sum of four parts: the rounding of each head, half a count times its weight; the
+    rounding of the output, half a count; the evaluation of E at the carrier's reading, up to 10
     counts from the table's angle, 10 counts times the slope of E; and 0.01 count for the rounding
     of amplitudes and phases.
     """
     slope = sum(2.0 * np.pi * n * a / COUNTS for n, a, _ in DISC)
-    bound = sum(map(abs, mean.weights)) / WEIGHT_ONE * 0.5 + 0.5 + 10.0 * slope + 0.01
+    return sum(map(abs, mean.weights)) / WEIGHT_ONE * 0.5 + 0.5 + 10.0 * slope + 0.01
+
+
+def check_mean(machine: Table, first: int, mean: MeanSet) -> None:
+    """Check that the corrected position equals the table's angle up to a constant and
+    mean_bound()."""
+    bound = mean_bound(mean)
     error = machine.error(first, LATENCY + POSITION_CLOCKS)
     error -= round(float(np.median(error)) / COUNTS) * COUNTS
     spread = (error.max() - error.min()) / 2.0

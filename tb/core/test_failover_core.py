@@ -14,6 +14,10 @@ WAYS_AND_RETURN = (
     "the_parity_shows_a_slip_at_once",
     "a_head_comes_back_after_its_index",
 )
+RAMP = (
+    "a_failover_obeys_the_limits_of_the_ramp/acceleration=0",
+    "a_failover_obeys_the_limits_of_the_ramp/acceleration=4294967295",
+)
 """Names of the tests that run without ``large``: a head is dead, too fast or slips, the parity
 shows a slip, and a head returns after an illegal step.
 
@@ -26,10 +30,11 @@ shows a slip, and a head returns after an illegal step.
     ("heads", "testcase"),
     [
         (4, WAYS_AND_RETURN),
+        (4, RAMP),
         pytest.param(3, None, marks=pytest.mark.large),
         pytest.param(4, None, marks=pytest.mark.large),
     ],
-    ids=["4-ways_and_return", "3-all", "4-all"],
+    ids=["4-ways_and_return", "4-ramp", "3-all", "4-all"],
 )
 def test_failover_core(heads: int, testcase: tuple[str, ...] | None) -> None:
     simulate(

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.base.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC, arcsec_per_count
+from arctrue.calibration.axis_asynchronous import AxisTurn, turn_shares
 from arctrue.calibration.capture_check import WholeTurns
 from arctrue.calibration.harmonics import unit_vectors
 from arctrue.calibration.head_separation import (
@@ -52,7 +53,8 @@ class OnDevice:
 
     ``disc``: complex amplitudes cosine − j·sine of orders 1 to N, arcseconds, 0 for an order that
     the heads do not determine; ``variances`` (2, N) of cosine and sine;
-    ``circles`` (orders, 2): radii of the forward and the backward circle, arcseconds.
+    ``circles`` (orders, 2): radii of the forward and the backward circle, arcseconds; ``axis``:
+    the turn for :mod:`axis_asynchronous`, None if the heads are not four.
     """
 
     disc: Complex
@@ -67,6 +69,7 @@ class OnDevice:
     noise_arcsec: float
     residuals_arcsec: Float
     circles: Float
+    axis: AxisTurn | None
 
     @property
     def heads_on_disc(self) -> HeadsOnDisc:
@@ -269,7 +272,8 @@ def heads_on_device(
     variance = float(np.sum(np.square(combined))) / fit.combinations.shape[0]
     variance /= fit.samples - used
     covariance = np.linalg.inv(fit.columns(waves).T @ fit.columns(waves))
-    covariance *= variance * _colour(combined[0], seen, variance)
+    colour = _colour(combined[0], seen, variance)
+    covariance *= variance * colour
     seen[0] = seen[0] or fit.heads > 2
     variances = np.zeros((2, orders))
     variances[:, fit.fitted] = np.diag(covariance).reshape(2, -1)
@@ -310,6 +314,34 @@ def heads_on_device(
         float(np.sqrt(variance)),
         np.sqrt(np.mean(np.square(residuals - residuals.mean(axis=0)), axis=1)),
         circles,
+        _axis_turn(fit, counts_per_rev, counts[0], residuals, gain, variance, colour)
+        if fit.heads == 4
+        else None,
+    )
+
+
+def _axis_turn(
+    fit: _Fit,
+    counts_per_rev: int,
+    counts1: NDArray[np.int64],
+    residuals: Float,
+    gain: Float,
+    variance: float,
+    colour: float,
+) -> AxisTurn:
+    apart = fit.offsets - fit.places
+    return AxisTurn(
+        fit.turned[0],
+        turn_shares(counts1, counts_per_rev),
+        residuals,
+        fit.offsets + fit.late,
+        fit.sight,
+        np.angle(np.exp(1j * apart)) * ARCSEC_PER_RAD,
+        complex(1j * fit.disc[0]),
+        fit.backward,
+        gain,
+        variance,
+        colour,
     )
 
 

@@ -199,8 +199,18 @@ def _heads(turns: list[dict[str, Any]]) -> dict[str, Any]:
         now.get("axis_forward_arcsec", []), now.get("axis_backward_arcsec", []), strict=True
     )
     axis = [[order, *pair] for order, pair in enumerate(circles, start=1)]
-    parity = turns[-1].get("parity_counts")
-    return {"rows": rows, "axis": axis, "parity_counts": parity, "turn": now["turn"]}
+    return {
+        "rows": rows,
+        "axis": axis,
+        "asynchronous": [
+            now.get("axis_asynchronous_arcsec"),
+            now.get("u_axis_asynchronous_arcsec"),
+        ],
+        "late_ns": now.get("late_ns"),
+        "u_late_ns": now.get("u_late_ns"),
+        "parity_counts": turns[-1].get("parity_counts"),
+        "turn": now["turn"],
+    }
 
 
 def _axis_columns(drawn: list[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -232,6 +232,8 @@ class Firmware:
         library.application_prepare(self.application, core.access)
         self.copy = ffi.new("struct capture_copy *")
         library.application_use_copy(self.application, self.copy)
+        self.axis = ffi.new("struct axis_mean *")
+        library.application_use_axis(self.application, self.axis)
         library.console_prepare(self.console, self.application, self.sink)
 
     def _take(self, _: Any, characters: Any, number: int) -> None:

@@ -137,6 +137,10 @@ def test_the_heads_of_a_mean_are_shown(replay: Replay, page: Page, tmp_path: Pat
             "head_residual_arcsec": [0.5, 0.6, 0.7, 0.8],
             "axis_forward_arcsec": [0.0, 0.4, 0.1, 0.2],
             "axis_backward_arcsec": [0.2, 0.1, 0.3, 0.1],
+            "axis_asynchronous_arcsec": 0.7284,
+            "u_axis_asynchronous_arcsec": 0.0312,
+            "late_ns": [0.0, 12.34, -3.21, 0.5],
+            "u_late_ns": 0.44,
         }
         replay.turn(2, harmonics=[], parity_counts=-3.5, left_out=[3], active_set=3, **of_heads)
         expect(page.locator("main")).to_have_attribute("data-turn", "2")
@@ -144,7 +148,13 @@ def test_the_heads_of_a_mean_are_shown(replay: Replay, page: Page, tmp_path: Pat
         expect(rows).to_have_count(4)
         expect(rows.nth(1)).to_have_text("264.3100°20.2″1.0010000.0010000.600″in use")
         expect(rows.nth(2)).to_contain_text("left out")
-        expect(page.locator("#heads-note")).to_have_text("By turn 2. Parity: -3.5 counts.")
+        expect(page.locator("#heads-note")).to_have_text(
+            "By turn 2. Parity: -3.5 counts. "
+            "Delays of the heads: 0.0, 12.3, -3.2, 0.5 ns, u 0.4 ns."
+        )
+        expect(page.locator("#axis-note")).to_have_text(
+            "Motion that does not repeat: 0.728″ RMS, u 0.031″."
+        )
         expect(page.locator("#axis-circles tbody tr").nth(1)).to_have_text("20.400″0.100″")
         # Head 3 is dead: the turn has no places, and the page keeps the places of turn 2.
         replay.turn(3, result="refused", reason="stands_still", harmonics=[], left_out=[3])

@@ -28,6 +28,7 @@ struct processor {
     int thermometer_answers;
     double thermometer_c;
     struct capture_copy copy;
+    struct axis_mean axis;
     struct save save;
     /* Flash with two records, each in its own sector; its content survives a loss of power. */
     uint32_t flash[2][SAVED_WORDS_MOST];
@@ -92,6 +93,7 @@ static void settle(void) {
 static void prepare(struct processor *processor, const struct core_access *core, int after_fault) {
     application_prepare(&processor->application, core);
     application_use_copy(&processor->application, &processor->copy);
+    application_use_axis(&processor->application, &processor->axis);
     console_prepare(&processor->console, &processor->application, &processor->sink);
     application_keep_settings(&processor->application, &processor->kept, settle);
     const struct flash_access flash = {flash_open,    flash_read,     flash_erase,
