@@ -14,6 +14,9 @@ Float = NDArray[np.float64]
 ROUNDED_TURN = 1.0 + 1e-3
 """Largest range, in turns, of angles that restart at each turn: a display rounds the last angle of
 a turn up, to 6.2832 rad or 360.0°."""
+MOST_FOR_MEDIAN = 10_000
+"""Number of rows of a run from which a median is taken, at most about twice as many; the error of a
+reading is far below half a turn."""
 
 
 def without_wraps(error_arcsec: Float) -> tuple[Float, Integer]:
@@ -76,11 +79,15 @@ def same_turn(
     """Shift each run of another head's counts (n,) by whole turns.
 
     Afterwards the median of these counts is within half a turn of the counts of head 1 plus this
-    head's place.
+    head's place. If no run needs a shift, the result is ``other_counts`` itself.
     """
     apart = round(place_deg / 360.0 * counts_per_rev)
-    found = other_counts.copy()
+    found = other_counts
     for start, end in run_spans(run):
-        away = float(np.median(other_counts[start:end] - head1_counts[start:end])) - apart
-        found[start:end] -= round(away / counts_per_rev) * counts_per_rev
+        some = slice(start, end, max((end - start) // MOST_FOR_MEDIAN, 1))
+        away = float(np.median(other_counts[some] - head1_counts[some])) - apart
+        turns = round(away / counts_per_rev)
+        if turns:
+            found = other_counts.copy() if found is other_counts else found
+            found[start:end] -= turns * counts_per_rev
     return found

@@ -21,6 +21,9 @@ from arctrue.workbench.inference.solution import Solution
 ACTING_SHARE = 0.05
 """An effect acts on a row if it changes the prediction there by at least this share of its largest
 change."""
+RUNS_ARE_THE_SAMPLE = 0.5
+"""If the index repeatability causes this share or more of the variance of an effect's size, the
+runs, not the rows, count as the sample."""
 MOVED_SHARE = 0.02
 """A change of a channel's prediction counts if it exceeds this share of the channel's noise."""
 

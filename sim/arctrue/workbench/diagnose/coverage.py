@@ -9,8 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from arctrue.workbench.diagnose.candidate import Candidate
-from arctrue.workbench.diagnose.survey import RUNS_ARE_THE_SAMPLE
+from arctrue.workbench.diagnose.candidate import RUNS_ARE_THE_SAMPLE, Candidate
 from arctrue.workbench.effects.product_of_parts import Condition, Frame, ProductOfParts, conditions
 from arctrue.workbench.inference.channels import best_factor
 from arctrue.workbench.inference.detectable import (

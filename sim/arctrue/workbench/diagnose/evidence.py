@@ -14,6 +14,7 @@ import numpy as np
 
 from arctrue.base.progress import ReportStep
 from arctrue.workbench.diagnose.candidate import (
+    RUNS_ARE_THE_SAMPLE,
     Candidate,
     delta_bic,
     explained_arcsec,
@@ -35,7 +36,6 @@ from arctrue.workbench.diagnose.every_pass import at_other_speeds
 from arctrue.workbench.diagnose.of_the_runs import leaves_the_index, p_among_the_runs
 from arctrue.workbench.diagnose.regular import Findings
 from arctrue.workbench.diagnose.survey import (
-    RUNS_ARE_THE_SAMPLE,
     Survey,
     fit_of_channels,
     takes_most,

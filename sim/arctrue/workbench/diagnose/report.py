@@ -8,12 +8,11 @@ from typing import Any
 from arctrue.base.percent import probability_percent
 from arctrue.workbench.diagnose.aliases import aliases, in_capture
 from arctrue.workbench.diagnose.calibrated import LIKE_BENCHMARK
-from arctrue.workbench.diagnose.candidate import Candidate, is_line
+from arctrue.workbench.diagnose.candidate import RUNS_ARE_THE_SAMPLE, Candidate, is_line
 from arctrue.workbench.diagnose.coverage import Coverage
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
 from arctrue.workbench.diagnose.rules import LEAST_EXCESS
 from arctrue.workbench.diagnose.second_finding import SecondFinding
-from arctrue.workbench.diagnose.survey import RUNS_ARE_THE_SAMPLE
 from arctrue.workbench.effects.base import Parameter
 from arctrue.workbench.inference.detectable import Detectable
 from arctrue.workbench.inference.left import Left

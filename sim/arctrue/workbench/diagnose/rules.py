@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from arctrue.base.percent import probability_percent
-from arctrue.workbench.diagnose.candidate import Candidate
+from arctrue.workbench.diagnose.candidate import RUNS_ARE_THE_SAMPLE, Candidate
 from arctrue.workbench.diagnose.case import AGAIN, DEEPEST, LACK_OF_FIT, NEAR_TIE, Case
 from arctrue.workbench.diagnose.classes import (
     OF_THE_SAME_KIND,
@@ -58,7 +58,7 @@ from arctrue.workbench.diagnose.posterior import (
 from arctrue.workbench.diagnose.probabilities import UNKNOWN
 from arctrue.workbench.diagnose.rounding import rounded_at_the_stations
 from arctrue.workbench.diagnose.same_ramp import same_ramp
-from arctrue.workbench.diagnose.survey import RUNS_ARE_THE_SAMPLE, Survey
+from arctrue.workbench.diagnose.survey import Survey
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
 from arctrue.workbench.inference.forward.cycles import p_among_cycles
 from arctrue.workbench.inference.residuals import Residuals

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from arctrue.workbench.diagnose.candidate import Candidate
+from arctrue.workbench.diagnose.candidate import RUNS_ARE_THE_SAMPLE, Candidate
 from arctrue.workbench.diagnose.every_pass import on_every_pass
 from arctrue.workbench.diagnose.lack_of_fit import capture_lack_of_fit, reference_lack_of_fit
 from arctrue.workbench.diagnose.regular import Findings
@@ -25,10 +25,6 @@ changes a size by less than a factor of two."""
 OF_A_CONSTANT = 0.1
 """Largest ratio of standard deviation to mean, over the rows, of a change that counts as
 constant."""
-RUNS_ARE_THE_SAMPLE = 0.5
-"""If the index repeatability causes this share or more of the variance of an effect's size, the
-runs, not the rows, count as the sample."""
-
 LEAST_HELD_OUT = 0.5
 """Smallest share of an effect's own error that other blocks must predict. With a smaller share,
 most of this error differs from block to block.

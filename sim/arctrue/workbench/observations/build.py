@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.base.runs import run_spans
 from arctrue.measurement import Capture, MeasurementSet, Reference, Table
+from arctrue.measurement.measurement_set import HEAD_COLUMNS
+from arctrue.measurement.wraps import same_turn
 from arctrue.workbench.observations.coarse_times import with_spread_times
 from arctrue.workbench.observations.observations import Observations
 from arctrue.workbench.observations.outliers.masked_row import MaskedRow
@@ -181,6 +184,7 @@ def _stored_capture(
                 f"({facts.counts_per_rev} counts per turn) away from the index mark; expected "
                 "counts that start at the index"
             )
+    columns = _in_one_turn(facts, columns)
     count_rad = 2.0 * np.pi / facts.counts_per_rev
     run, spans = _runs_in_order(columns.run)
     runs = int(run.max(initial=-1)) + 1
@@ -221,6 +225,24 @@ def _stored_capture(
         further_counts=columns.heads[2:],
     )
     return _in_channels(stored, spans) if stored.further_counts else stored
+
+
+def _in_one_turn(facts: Table, columns: Capture) -> Capture:
+    """Shift the counts of each further head by whole turns to those of head 1 plus its place.
+
+    A head that passes its index mark later than head 1 counts from a later turn.
+    """
+    assert facts.counts_per_rev is not None
+    assert facts.places_deg is not None
+    shifted: dict[str, Any] = {
+        name: same_turn(
+            columns.head1_counts, counts, columns.run, facts.counts_per_rev, float(place_deg)
+        )
+        for name, counts, place_deg in zip(
+            HEAD_COLUMNS[1:], columns.heads[1:], facts.places_deg[1:], strict=False
+        )
+    }
+    return replace(columns, **shifted)
 
 
 def _in_channels(stored: StoredCapture, spans: list[tuple[int, int]]) -> StoredCapture:

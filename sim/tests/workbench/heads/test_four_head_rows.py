@@ -55,6 +55,23 @@ def test_a_head_that_stands_elsewhere_is_a_fault_of_the_data() -> None:
     assert "head_places_deg" in faults[0]
 
 
+def test_counts_that_are_whole_turns_apart_are_those_of_the_same_place() -> None:
+    """A head that passes its index mark later than head 1 counts from a later turn, which may
+    differ from run to run; the place of a head does not."""
+    measurement = FourHeads(samples=300).measured(7)
+    assert measurement.capture is not None
+    late = COUNTS * (measurement.capture.run == 1)
+    shifted = _with(measurement, 4, _counts(measurement, 4) - COUNTS)
+    shifted = _with(shifted, 2, _counts(measurement, 2) - late)
+    found, expected = (observations_of(one) for one in (shifted, measurement))
+    assert data_faults(found) == []
+    assert found.capture is not None
+    assert expected.capture is not None
+    np.testing.assert_array_equal(
+        found.capture.difference_arcsec, expected.capture.difference_arcsec
+    )
+
+
 def test_time_stamps_that_stand_still_are_reported_once() -> None:
     measurement = FourHeads(samples=300).measured(7)
     assert measurement.capture is not None
