@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from arctrue.workbench.diagnose.undetermined import undetermined
 from arctrue.workbench.effects.base import Effect, Nonlinear
 from arctrue.workbench.inference.fit import fit
-from arctrue.workbench.inference.forward.cycles import CycleChange, cycle_change
+from arctrue.workbench.inference.forward.cycles import CycleChange, cycle_change, run_change
 from arctrue.workbench.inference.forward.events import Step, search_steps, step_column
 from arctrue.workbench.inference.forward.of_solution import (
     records_of,
@@ -412,7 +412,7 @@ def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Finding
         quantum = display_step(rows.error_arcsec)
         counts = [step for step in steps if _is_one_count(step, quantum)]
         steps = [step for step in steps if step not in counts]
-    cycles = None if bands else cycle_change(solution)
+    cycles = None if bands else cycle_change(solution) or run_change(solution)
     if cycles is not None:
         # A few offsets are no slow curve, and no single event.
         steps, slow = [], None
