@@ -34,6 +34,7 @@ from arctrue.workbench.inference.every_row import on_every_row
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.left import Left
 from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.same_place import visits_of
 from arctrue.workbench.inference.search_parameters import refined
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.observations import Observations
@@ -229,11 +230,14 @@ def _with_the_found(
     """
     item, product = found.named, found.described
     if product is not None and found.verdict == "unknown" and found.decision.resembles is None:
-        if not findings.steps:
+        if not findings.steps and findings.places is None:
             return findings
-        return replace(findings, steps=findings_of(product.at_maximum, effects).steps)
+        left = findings_of(product.at_maximum, effects)
+        return replace(findings, steps=left.steps if findings.steps else (), places=left.places)
     if item is None or findings.empty or case.with_best is None:
         return findings
+    if item.regular is not None and findings.places is not None:
+        findings = replace(findings, places=case.with_best.survey.findings.places)
     if item.regular is None:
         return findings.further(item.name, case.with_best.survey.findings)
     if findings.oscillation is None:
@@ -282,6 +286,9 @@ def _case_of(
     def with_first(before: Survey, first: Candidate) -> Survey:
         report_step(f"diagnosing again with {first.name} in the model")
         left = before.findings.without(first.regular)
+        if left.places is not None and first.regular is not None:
+            visits = visits_of(first.at_maximum)
+            left = replace(left, places=None if visits is None else visits.repeated())
         if first.regular is None and not left.empty:
             left = findings_of(first.at_maximum, effects)
         return survey(

@@ -62,6 +62,7 @@ from arctrue.workbench.inference.significance import (
     corrected_p_value,
     single_p_value,
 )
+from arctrue.workbench.inference.solution import Solution
 
 NEAR_P = 0.3
 """An effect whose p in the first test is below this value may be named; the noise is therefore
@@ -496,6 +497,7 @@ def _settled(item: Candidate, found: Evidence, tried: Survey, candidates: int) -
     if found.index_share >= RUNS_ARE_THE_SAMPLE and tried.residuals.observations.runs:
         among = p_among_the_runs(tried.residuals, item.effect, item.nonlinear)
         p_value = max(p_value, min(1.0, among * candidates * tried.looks))
+    p_value = max(p_value, _p_among_places(item, found, solution, tried, candidates))
     return replace(
         item,
         evidence=found,
@@ -507,3 +509,19 @@ def _settled(item: Candidate, found: Evidence, tried: Survey, candidates: int) -
         rows=rows,
         delta_bic=delta_bic(found.gain, rank, item.trials, rows),
     )
+
+
+def _p_among_places(
+    item: Candidate, found: Evidence, solution: Solution, tried: Survey, candidates: int
+) -> float:
+    """Return p of an effect that every pass of the reference repeats at the same places, with the
+    places as the sample; 0 if the effect is none of these."""
+    visits, rows = tried.residuals.visits, tried.residuals.observations.reference
+    if visits is None or rows is None or found.score.rank == 0:
+        return 0.0
+    change = (
+        solution.reference_prediction_arcsec() - found.base.solution.reference_prediction_arcsec()
+    )
+    single = visits.p_of(change, found.score.rank)
+    placed = float(-np.expm1(max(item.charged_trials, 1.0) * np.log1p(-min(single, 1.0 - 1e-15))))
+    return min(1.0, placed * candidates * tried.looks)

@@ -129,13 +129,18 @@ def capture_lack_of_fit(residuals: Residuals) -> float | None:
 def reference_lack_of_fit(residuals: Residuals) -> float | None:
     """Return the smallest p of all tests of the reference's rows, times the number of tests.
 
-    The tests are groupings of the rows and, at closely spaced stations, a line in the angle; the
-    result is None without a reference.
+    The tests are groupings of the rows, the places against the scatter of the passes and, at
+    closely spaced stations, a line in the angle; the result is None without a reference.
+
+    The whitened residuals of the other tests count a deviation that the model leaves as noise; the
+    scatter of the passes does not contain it.
     """
     rows, residual = residuals.observations.reference, residuals.reference_whitened
     if rows is None or residual is None:
         return None
     found = [analysis_of_variance(residual, group) for group in _reference_groupings(rows)]
+    if residuals.visits is not None:
+        found.append(residuals.visits.lack_of_fit_p)
     if stations_a_turn(rows) >= LEAST_ROWS_A_PERIODOGRAM:
         found.append(line_in_angle(rows, residual))
     return float(min(1.0, min(found) * len(found)))

@@ -94,6 +94,12 @@ MORE_READINGS_THAN_COEFFICIENTS = NextMeasurement(
     "noise is not known (or state standard_uncertainty_arcsec)",
     None,
 )
+TURN_THE_REFERENCE = NextMeasurement(
+    "the same places once more, with the reference turned by a few of them: an error of the table "
+    "stays at its place, an error of the reference moves with it",
+    None,
+)
+TURN_THE_POLYGON = NextMeasurement(REINDEX, "polygon_reindexed")
 AT_ONE_SPEED = NextMeasurement(
     "one run with five times as many samples a turn: the line appears at one speed only and may "
     "be the alias of another",

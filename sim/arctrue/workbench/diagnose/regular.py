@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from arctrue.workbench.diagnose.undetermined import undetermined
 from arctrue.workbench.effects.base import Effect, Nonlinear
-from arctrue.workbench.inference.forward.cycles import CycleChange, cycle_change
+from arctrue.workbench.inference.fit import fit
+from arctrue.workbench.inference.forward.cycles import CycleChange, cycle_change, run_change
 from arctrue.workbench.inference.forward.events import Step, search_steps, step_column
 from arctrue.workbench.inference.forward.of_solution import (
     records_of,
@@ -34,8 +35,9 @@ from arctrue.workbench.inference.forward.search import (
     search_record,
     whitened_left,
 )
-from arctrue.workbench.inference.forward.slow import SlowChange, slow_change
+from arctrue.workbench.inference.forward.slow import LEAST_OF_LEFT, SlowChange, slow_change
 from arctrue.workbench.inference.forward.tests_of_a_line import FAMILY_WISE, nearest
+from arctrue.workbench.inference.same_place import RepeatedError, visits_of
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.level import noise_level
 from arctrue.workbench.observations import Observations
@@ -195,6 +197,8 @@ class Findings:
     """High level of the noise divided by its low level, if the level changes with time."""
     cycles: CycleChange | None = None
     """Offset of a reference at stations that changes from cycle to cycle."""
+    places: RepeatedError | None = None
+    """Error that every pass of the reference shows at the same places."""
     cause: str | None = None
     """The named effect that was in the model during the search for these findings."""
     same: tuple[str, ...] = ()
@@ -205,7 +209,8 @@ class Findings:
     def empty(self) -> bool:
         """True if there are no findings."""
         lists = self.causes or self.steps or self.not_noise
-        return not lists and self.oscillation is None and self.slow is None and not self.reversal
+        others = (self.oscillation, self.slow, self.reversal, self.places)
+        return not lists and all(item is None for item in others)
 
     def further(self, name: str, left: Findings) -> Findings:
         """Return ``left``, the findings with the effect ``name`` in the model, with a list of the
@@ -261,6 +266,7 @@ class Findings:
             "whiteness_p": self.whiteness_p,
             "noise_level_ratio": self.noise_level_ratio,
             "cycles_arcsec": None if self.cycles is None else self.cycles.rms_arcsec,
+            "repeated_at_places": None if self.places is None else self.places.data(),
             "slow_change": None
             if self.slow is None
             else {"size_arcsec": self.slow.size_arcsec, "length_s": self.slow.length},
@@ -284,6 +290,9 @@ class Findings:
         found += [words for _, words in sorted(self._by_size(), key=lambda item: -item[0])]
         if self.cycles is not None:
             words = self.cycles.words()
+            found.append(f"{words[0].upper()}{words[1:]}.")
+        if self.places is not None:
+            words = self.places.words()
             found.append(f"{words[0].upper()}{words[1:]}.")
         if self.slow is not None:
             words = f"{self.slow_words} is most of the remaining error of the reference."
@@ -339,13 +348,36 @@ class Findings:
 
 
 def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Findings:
-    """Search a reference for lines, steps, an oscillation, a slow change and a reversal error.
+    """Search a reference for lines, steps, an oscillation, a slow change, a reversal error, and an
+    error that repeats at the same places.
 
     If the rows do not determine the model, there are no findings, because lines would only cancel
-    the model's orders.
+    the model's orders. The error of single places is subtracted before the other searches, because
+    a defect that every turn repeats looks like an oscillation or a line. An error that repeats at
+    equal places is no slow change.
     """
     if undetermined(solution) is not None:
         return Findings()
+    visits = visits_of(solution)
+    places = None if visits is None else visits.repeated()
+    if visits is None or places is None:
+        return _of_rows(solution, effects)
+    observations = solution.observations
+    rows = observations.reference
+    assert rows is not None
+    if places.spots and observations.stored_reference is None:
+        error = rows.error_arcsec - visits.of_single_places
+        without = replace(observations, reference=replace(rows, error_arcsec=error))
+        return replace(_of_rows(fit(solution.terms, without), effects), places=places)
+    found = replace(_of_rows(solution, effects), places=places)
+    left = solution.reference_residual_arcsec()
+    assert left is not None
+    repeats = places.rms_arcsec**2 > LEAST_OF_LEFT * float(np.mean(left**2))
+    return replace(found, slow=None) if repeats else found
+
+
+def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Findings:
+    """Return the findings apart from the error that repeats at the same places."""
     expected = _expected(solution, effects)
     unknown = next((kind() for kind in effects.values() if kind.search_kind == "line"), None)
     if unknown is None:
@@ -387,7 +419,7 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
         quantum = display_step(rows.error_arcsec)
         counts = [step for step in steps if _is_one_count(step, quantum)]
         steps = [step for step in steps if step not in counts]
-    cycles = None if bands else cycle_change(solution)
+    cycles = None if bands else cycle_change(solution) or run_change(solution)
     if cycles is not None:
         # A few offsets are no slow curve, and no single event.
         steps, slow = [], None

@@ -197,7 +197,9 @@ def sentences(result: Diagnosis) -> list[str]:
             said.append(f"Described by its parts: {result.description}.")
     elif result.decision.seen is not None:
         said = [f"None of the known effects fits: {result.decision.seen}."]
-    elif result.description is None and result.findings.cycles is not None:
+    elif result.description is None and (
+        result.findings.cycles is not None or result.findings.places is not None
+    ):
         said = ["None of the known effects fits."]
     elif result.description is None:
         said = [
@@ -206,7 +208,17 @@ def sentences(result: Diagnosis) -> list[str]:
         ]
     else:
         said = [f"None of the known effects fits. Best description: {result.description}."]
-    found = result.findings.sentences()
+    found = [
+        words
+        for words in result.findings.sentences()
+        if result.decision.seen is None or result.decision.seen[1:] + "." != words[1:]
+    ]
+    if result.verdict == "unknown" and result.decision.look_alikes:
+        lacking = "; ".join(
+            sorted({i for all_ in result.decision.look_alikes.values() for i in all_})
+        )
+        names = ", ".join(result.decision.look_alikes)
+        found.append(f"{names} would look the same and cannot be tested: the set lacks {lacking}.")
     # No single effect has the shape of a jump together with a reversal error, so that the sentences
     # on these two come first.
     findings = result.findings

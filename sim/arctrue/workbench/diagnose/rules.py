@@ -35,6 +35,8 @@ from arctrue.workbench.diagnose.next_measurement import (
     OF_PARTS,
     ONE_MORE_DIGIT,
     RECORD_AGAIN,
+    TURN_THE_POLYGON,
+    TURN_THE_REFERENCE,
     NextMeasurement,
     Question,
 )
@@ -284,7 +286,24 @@ def left_undescribed(case: Case) -> Decision | None:
         and item.lack_of_fit_p < LACK_OF_FIT
         and item.excess_arcsec > max(case.survey.matters_arcsec, LEAST_EXCESS * item.noise_arcsec)
     }
-    return Decision("unknown", undescribed_arcsec=left) if left else None
+    if not left:
+        return None
+    places = case.survey.findings.places
+    if places is None or "reference" not in left:
+        return Decision("unknown", undescribed_arcsec=left)
+    rows = case.survey.base.observations.reference
+    of_faces = rows is not None and rows.faces is not None
+    alike = ["graduation_defect"] if places.spots else []
+    alike += ["polygon_face_error"] if of_faces and places.stations else []
+    untestable = case.survey.untestable
+    return Decision(
+        "unknown",
+        undescribed_arcsec=left,
+        # A few places that are off do not show that a named effect has another shape.
+        seen=places.words() if places.spots else None,
+        look_alikes={name: untestable[name] for name in alike if name in untestable},
+        next=TURN_THE_POLYGON if of_faces else TURN_THE_REFERENCE,
+    )
 
 
 def jumped_or_not_white(case: Case) -> Decision | None:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.workbench.effects.base import Effect, Nonlinear
 from arctrue.workbench.inference.design_matrix import Term, term_columns, whitened_rows
+from arctrue.workbench.inference.same_place import Visits, visits_of
 from arctrue.workbench.inference.solution import Solution, context_of
 from arctrue.workbench.noise.repeats import row_noise_arcsec
 from arctrue.workbench.noise.row_noise import RowNoise
@@ -128,6 +129,11 @@ class Residuals:
     def reference_arcsec(self) -> NDArray[np.float64] | None:
         """Residuals of the reference, shape (reference rows,)."""
         return self.solution.reference_residual_arcsec()
+
+    @cached_property
+    def visits(self) -> Visits | None:
+        """The passes of the reference at equal places; None if no second pass repeats them."""
+        return visits_of(self.solution)
 
     @cached_property
     def capture_whitened(self) -> NDArray[np.float64] | None:

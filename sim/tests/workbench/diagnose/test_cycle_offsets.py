@@ -9,8 +9,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from arctrue.measurement import MeasurementSet
+from arctrue.measurement import MeasurementSet, Reference, Table
+from arctrue.workbench.diagnose.regular import findings_of
 from arctrue.workbench.diagnose.report import sentences
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.design_matrix import Term
+from arctrue.workbench.inference.fit import fit
+from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.observations.build import observations_of
 from tests.workbench.base_diagnosis import diagnosis_of
 from tests.workbench.small_sets import measurement_set
 
@@ -55,3 +61,71 @@ def test_a_walk_of_the_reference_is_no_change_between_cycles(seed: int) -> None:
 
 def test_white_noise_is_no_change_between_cycles() -> None:
     assert diagnosis_of(_with(np.zeros(STATIONS * CYCLES))).findings.cycles is None
+
+
+def _runs(offsets: NDArray[np.float64], jump_arcsec: float = 0.0) -> MeasurementSet:
+    """Return sweeps of one turn up and down, each a run with its own offset; the reading jumps once
+    in the middle of the fourth run."""
+    random = np.random.default_rng(8)
+    up = np.arange(300) * 1.2
+    angle = np.concatenate([up if run % 2 == 0 else up[::-1] for run in range(offsets.size)])
+    run = np.repeat(np.arange(offsets.size), up.size)
+    time_s = np.arange(run.size) * 0.03 + run * 3.0
+    error = 60.0 * np.cos(np.radians(angle) - 0.3) + offsets[run]
+    error = error + jump_arcsec * (np.arange(run.size) >= 3.5 * up.size)
+    return MeasurementSet(
+        Table(),
+        None,
+        Reference(
+            target_deg=angle,
+            error_arcsec=error + random.normal(0.0, 8.0, run.size),
+            run=run,
+            time_s=time_s,
+            direction=1 - 2 * (run % 2),
+        ),
+    )
+
+
+def test_each_run_has_its_own_zero() -> None:
+    """Six runs with different zeros, without a column cycle. The mean of 300 readings of 8″ has
+    u = 0.46″."""
+    offsets = np.array([0.0, 35.0, -22.0, -50.0, 18.0, 60.0])
+    found = diagnosis_of(_runs(offsets))
+    assert found.verdict == "unknown"
+    assert found.findings.steps == ()
+    assert found.findings.cycles is not None
+    assert found.findings.cycles.rms_arcsec == pytest.approx(float(np.std(offsets)), abs=1.4)
+    assert "changes from run to run by 36″ RMS" in " ".join(sentences(found))
+
+
+def test_a_jump_within_a_run_is_still_one() -> None:
+    found = diagnosis_of(_runs(np.zeros(6), 40.0))
+    assert found.findings.cycles is None
+    assert len(found.findings.steps) == 1
+
+
+def test_friction_that_is_taken_up_after_a_reversal_is_no_offset_of_the_run() -> None:
+    """Each run of one direction starts at the level of the other direction and takes up 80″ over
+    20°: the runs of one direction have the same mean."""
+    made = _runs(np.zeros(6))
+    rows = made.reference
+    assert rows is not None
+    way = np.tile(np.arange(300) * 1.2, 6)
+    rows.error_arcsec[:] += 40.0 * rows.direction * (1.0 - 2.0 * np.exp(-way / 20.0))
+    assert findings_of(_fitted(made), built_in()).cycles is None
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_walk_over_the_pauses_is_no_offset_of_the_run(seed: int) -> None:
+    """Between two runs the walk goes on for 3 s, that is, for 100 steps."""
+    made = _runs(np.zeros(6))
+    rows = made.reference
+    assert rows is not None
+    steps = np.round(np.diff(rows.time_s, prepend=-0.03) / 0.03)
+    walk = np.cumsum(np.sqrt(steps) * np.random.default_rng(seed).normal(0.0, 2.0, steps.size))
+    rows.error_arcsec[:] += walk
+    assert findings_of(_fitted(made), built_in()).cycles is None
+
+
+def _fitted(measurement: MeasurementSet) -> Solution:
+    return fit([Term(built_in()["graduation_harmonics"](), {})], observations_of(measurement))

@@ -1,4 +1,4 @@
-"""Tests whether the offset of a reference changes between its cycles.
+"""Tests whether the offset of a reference changes between its cycles or runs.
 
 A mirror or polygon that moves when the table reverses or waits shifts every reading of a cycle.
 Slow noise changes as much within a cycle as between two cycles, so that the changes at the ends of
@@ -8,12 +8,14 @@ the cycles are compared with the changes within them.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import fdtrc
 
 from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.noise.law import reference_clock
 
 Float = NDArray[np.float64]
 
@@ -33,13 +35,19 @@ cycles."""
 
 @dataclass(frozen=True)
 class CycleChange:
-    """An offset of the reference that changes from cycle to cycle."""
+    """An offset of the reference that changes from cycle to cycle, or from run to run."""
 
     rms_arcsec: float
-    """Standard deviation of the cycles' means."""
+    """Standard deviation of the means of the cycles or runs."""
+    of_runs: bool = False
 
     def words(self) -> str:
         """Return the finding in words."""
+        if self.of_runs:
+            return (
+                f"the offset of the reference changes from run to run by {self.rms_arcsec:.2g}″ "
+                "RMS: each run has its own zero"
+            )
         return (
             f"the offset of the reference changes from cycle to cycle by {self.rms_arcsec:.2g}″ "
             "RMS: the mirror or its mounting moved between the cycles"
@@ -81,18 +89,76 @@ def cycle_change(solution: Solution) -> CycleChange | None:
     return CycleChange(float(np.std([piece.mean() for piece in cycles if piece.size])))
 
 
+LEAST_RUN_ENDS = 2
+"""Fewest changes between runs: with two and eight within runs, F must exceed 36 at CHANGES_P."""
+SIDE_SHARE = 20
+"""A side of a change between runs has one of this number of parts of the shortest run: the noise of
+its mean is then about four times that of the mean of a run."""
+LEFT_OF_CHANGES = 0.25
+"""Largest share of the squares of the changes that the means of the runs may leave: an offset lasts
+for a run, and a transient after a reversal does not."""
+
+
+def run_change(solution: Solution) -> CycleChange | None:
+    """Return the change of the offset between the runs of a reference without cycles; None if the
+    runs do not show one.
+
+    The changes over the pauses are compared with changes over the same time within the runs, in
+    which slow noise changes as much. The means of both directions are removed first.
+    """
+    rows, left = solution.observations.reference, solution.reference_residual_arcsec()
+    if rows is None or left is None or rows.cycle is not None or solution.unknown_noise:
+        return None
+    if rows.direction is not None:
+        for side in np.unique(rows.direction):
+            own = rows.direction == side
+            left = np.where(own, left - left[own].mean(), left)
+    clock = reference_clock(rows)
+    ends = np.flatnonzero(np.diff(rows.run) != 0) + 1
+    runs = np.split(left, ends)
+    shortest = min(piece.size for piece in runs)
+    steps = np.diff(clock)[np.diff(rows.run) == 0]
+    side = max(SIDE_ROWS, shortest // SIDE_SHARE)
+    if ends.size < LEAST_RUN_ENDS or shortest < 2 * side or float(np.median(steps)) <= 0.0:
+        return None
+    pauses = (clock[ends] - clock[ends - 1]) / float(np.median(steps))
+    if float(pauses.min()) < 0.0 or float(pauses.max()) > shortest:
+        return None
+    apart = max(round(float(pauses.max())) - 1, 0)
+    inside = [
+        float(piece[start + side + apart :][:side].mean() - piece[start:][:side].mean())
+        for piece in runs
+        for start in range(0, piece.size - 2 * side - apart + 1, 2 * side + apart)
+    ]
+    if len(inside) < LEAST_INSIDE:
+        return None
+    change = np.array(
+        [after[:side].mean() - before[-side:].mean() for before, after in pairwise(runs)]
+    )
+    of_means = np.diff([piece.mean() for piece in runs])
+    square, noise = float(change @ change), max(float(np.mean(np.square(inside))), 1e-300)
+    if float(np.sum((change - of_means) ** 2)) > LEFT_OF_CHANGES * square:
+        return None
+    if float(fdtrc(change.size, len(inside), square / change.size / noise)) >= CHANGES_P:
+        return None
+    return CycleChange(float(np.std([piece.mean() for piece in runs])), of_runs=True)
+
+
 def p_among_cycles(base: Solution, grown: Solution) -> float:
-    """Return p of an effect whose sample is the cycles of the reference, by the F test of the
-    cycles' means without and with the effect; 0 if the effect also changes within the cycles.
+    """Return p of an effect whose sample is the cycles (or runs) of the reference, by the F test of
+    their means without and with the effect; 0 if the effect also changes within them.
 
     ``grown``: solution of the same rows with the effect. Its noise knows no jumps between the
     cycles, so that one of them may look like the effect.
     """
     rows, before = base.observations.reference, base.reference_residual_arcsec()
     after = grown.reference_residual_arcsec()
-    if rows is None or rows.cycle is None or before is None or after is None:
+    if rows is None or before is None or after is None:
         return 0.0
-    ends = np.flatnonzero((np.diff(rows.run) != 0) | (np.diff(rows.cycle) != 0)) + 1
+    change = np.diff(rows.run) != 0
+    if rows.cycle is not None:
+        change |= np.diff(rows.cycle) != 0
+    ends = np.flatnonzero(change) + 1
     taken = before - after
     pieces = np.split(taken - taken.mean(), ends)
     between = np.array([piece.mean() for piece in pieces])

@@ -1,0 +1,574 @@
+"""Compares the passes of a reference at equal places: an error that every pass shows at the same
+place belongs to the place, and only the scatter between the passes is noise (pure error).
+
+The F test of lack of fit with repeated readings is that of Draper and Smith, Applied Regression
+Analysis, chapter 2. Each pass first loses the curve that the model could give it, so that passes
+that wander smoothly, each in its own way, are no repeated error. The noise of neighbouring places
+may be correlated, and its variance may differ from place to place: Box, Ann. Math. Stat. 25 (1954)
+290 and 484, multiplies both degrees of freedom by ε. The coefficients of the model do not matter,
+because its columns are removed from each pass.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import fdtrc
+
+from arctrue.workbench.inference.design_matrix import channel_columns
+from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.noise.row_noise import RowNoise
+from arctrue.workbench.numeric.distributions import student_upper_p
+from arctrue.workbench.observations.rows import ReferenceRows
+
+Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
+
+SURE_P = 1e-4
+"""Largest p at which an error counts as repeated; it equals the limit of a sure lack of fit."""
+STATION_RAD = 1e-4
+"""Largest angle within one station, 20″: the lack of fit by stations has the same limit."""
+PLACES_A_TURN = 720
+"""Largest number of places of a log in motion, 0.5° each: 36 in a period of the paper's 20th order.
+"""
+WIDEST_STEP_RAD = 2.0 * np.pi / 180.0
+"""Largest median step of rows that are averaged over places of two steps: 4.5 places in a period of
+the 20th order. Stations that are farther apart must be equal in each pass."""
+LEAST_PLACES = 8
+"""Smallest number of places of a pass: with fewer, four degrees of freedom or less remain beyond a
+mean and two orders."""
+LEAST_LEFT = 8
+"""Fewest degrees of freedom of a pass beyond the model's columns at which these columns are removed
+from each pass; with fewer, only the mean is removed. Two passes with eight degrees of freedom
+coincide by chance with a correlation above 0.9 in one of 500 cases."""
+LEAST_OWN = 0.1
+"""Smallest share of a place's variance beyond the curves of the passes at which its error is
+fitted: its standard uncertainty is then at most three times that without the curves."""
+LEAST_REPEATED = 0.25
+"""Smallest RMS of a repeated error, as a share of the scatter of a reading between the passes; it
+equals LEAST_EXCESS, the limit of a model that is not adequate."""
+MOST_SPOTS = 40
+"""Largest number of places that are tried as single places; it limits the computing time only."""
+ONE_IN = 8
+"""At most one of this number of places may count as a single place: its neighbours, not it, then
+show the usual error."""
+FAMILY_WISE = 0.01
+"""Probability that a single place is found by chance, over all places."""
+NEARLY_ALL = 0.9
+"""Smallest share of the repeated mean square that single places must explain if the error that
+remains is still sure; an effect that leaves a tenth describes an error by the same rule."""
+OF_THE_PLACE = 0.9
+"""Smallest share of an effect's sum of squares that must repeat at the places; the cycles have the
+same limit (MOST_WITHIN in :mod:`forward.cycles`)."""
+DRAWS, SEED = 40, 1
+"""Number of draws of the fitted noise that show its mean squares (to 4 % with 30 degrees of
+freedom), and their seed."""
+RANK = 1e-6
+"""Smallest ratio of a singular value to the largest one: angles are known to 10⁻⁶ rad."""
+RESOLVED = 0.5
+"""Smallest share of an effect's mean square that must remain in the means of the places; a wave
+that is shorter than two places nearly vanishes in them."""
+
+
+@dataclass(frozen=True)
+class Spot:
+    """One place, or several neighbouring places, with an error of its own."""
+
+    angle_deg: float
+    """Angle of the largest error."""
+    size_arcsec: float
+    sigma_arcsec: float
+    width_deg: float
+    """Angle from the first to the last of neighbouring places; 0 for one station."""
+
+
+@dataclass(frozen=True)
+class RepeatedError:
+    """An error of the reference that every pass shows at the same places."""
+
+    rms_arcsec: float
+    """RMS of the repeated error over all places, without the noise of their means."""
+    passes: int
+    places: int
+    spots: tuple[Spot, ...] = ()
+    """Single places that cause the error; empty if more places than these have an error."""
+    stations: bool = True
+    """True for stations, False for places of a log in motion."""
+    over_travel: bool = False
+    """True if the error repeats over the unwrapped angle of several turns."""
+
+    def words(self) -> str:
+        """Return the finding in words."""
+        if not self.spots:
+            where = "angle of travel" if self.over_travel else "angle"
+            return (
+                f"the error repeats at equal {where} in {self.passes} passes, "
+                f"{self.rms_arcsec:.2g}″ RMS over {self.places} places: it belongs to the place, "
+                "not to the time"
+            )
+        first = sorted(self.spots, key=lambda item: -abs(item.size_arcsec))
+        said = "; ".join(_of_spot(item) for item in first[:SHOWN_SPOTS])
+        more = "" if len(first) <= SHOWN_SPOTS else f" and {len(first) - SHOWN_SPOTS} more"
+        kind = "station" if self.stations else "place"
+        kind = f"a single {kind} is" if len(first) == 1 else f"single {kind}s are"
+        return f"{kind} off in each of {self.passes} passes: {said}{more}"
+
+    def data(self) -> dict[str, object]:
+        """Return the finding as JSON."""
+        return {
+            "rms_arcsec": self.rms_arcsec,
+            "passes": self.passes,
+            "places": self.places,
+            "single_places": [
+                {
+                    "angle_deg": item.angle_deg,
+                    "size_arcsec": item.size_arcsec,
+                    "sigma_arcsec": item.sigma_arcsec,
+                    "width_deg": item.width_deg,
+                }
+                for item in self.spots
+            ],
+        }
+
+
+SHOWN_SPOTS = 8
+"""Largest number of single places in a sentence; the JSON contains all."""
+
+
+def _of_spot(item: Spot) -> str:
+    wide = f", {item.width_deg:.2g}° wide" if item.width_deg > 0.0 else ""
+    return f"{item.angle_deg:.4g}° by {item.size_arcsec:.3g}″ (u {item.sigma_arcsec:.2g}″{wide})"
+
+
+@dataclass(frozen=True)
+class PureError:
+    """Mean squares of the means of groups, and of the passes within the groups."""
+
+    between: float
+    within: float
+    between_freedom: float
+    within_freedom: float
+    visits: float
+    """Mean number of passes of a group."""
+
+    @property
+    def p(self) -> float:
+        """Probability that the scatter of the passes causes such differences of the groups."""
+        if self.within <= 0.0:
+            return 1.0
+        return float(fdtrc(self.between_freedom, self.within_freedom, self.between / self.within))
+
+    @property
+    def rms_arcsec(self) -> float:
+        """RMS of the error of the groups, without the noise of their means."""
+        return float(np.sqrt(max(self.between - self.within, 0.0) / self.visits))
+
+    @property
+    def scatter_arcsec(self) -> float:
+        """Standard deviation of a cell between the passes."""
+        return float(np.sqrt(self.within))
+
+
+@dataclass(frozen=True, eq=False)
+class Visits:
+    """Residuals of a reference as means of cells; a cell is one place in one pass."""
+
+    of_row: Integer
+    """Cell of each row of the reference; −1 for rows that no second pass repeats."""
+    place: Integer
+    """Number of the place of each cell, 0, 1, … in the order of the angle."""
+    one_pass: Integer
+    """Number of the pass of each cell."""
+    angle_rad: Float
+    """Angle of each place."""
+    bases: tuple[tuple[Integer, Float], ...]
+    """Cells of each pass, and an orthonormal basis of the curve that this pass loses."""
+    left: Float
+    """Residual of each cell, without that curve."""
+    stations: bool
+    over_travel: bool
+    side: Integer
+    """Direction of the pass of each cell."""
+    noise: RowNoise | None = None
+    """Noise that was fitted to the rows of the reference."""
+
+    def means(self, of_rows: Float) -> Float:
+        """Return the means of the cells, without the curve of each pass."""
+        return self.without_curves(_cell_means(self.of_row, of_rows, self.place.size))
+
+    def without_curves(self, cells: Float) -> Float:
+        """Remove from each pass the curve that the model could give it."""
+        found = cells.copy()
+        for inside, basis in self.bases:
+            found[inside] -= basis @ (basis.T @ found[inside])
+        return found
+
+    def _tested(self, group: Integer) -> PureError:
+        """Calculate the mean squares of groups of cells; ``group`` is the group of each cell."""
+        _, group = np.unique(group, return_inverse=True)
+        count = np.bincount(group).astype(np.float64)
+        repeated = count[group] > 1.0
+        means = np.bincount(group, self.left) / count
+        within_cells = (self.left - means[group]) * repeated
+        # White noise gives a cell the mean square own·σ², and the mean of n cells own·σ²/n.
+        of_means = float(np.sum((self._own_share / count[group])[repeated]))
+        of_cells = float(np.sum(self._own_share[repeated])) - of_means
+        if of_means < 1.0 or of_cells < 2.0:
+            return PureError(0.0, 0.0, 1.0, 1.0, 1.0)
+        epsilon = self._equal_variance_share(within_cells, group, count)
+        epsilon *= self._uncorrelated_share(within_cells, of_means, float(count.mean()))
+        found = PureError(
+            float(np.sum(np.where(count > 1.0, count * means**2, 0.0))) / of_means,
+            float(np.sum(within_cells**2)) / of_cells,
+            max(epsilon * of_means, 1.0),
+            max(epsilon * of_cells, 1.0),
+            float(np.mean(count[count > 1.0])),
+        )
+        if found.p >= FAMILY_WISE or not _is_coloured(self.noise):
+            return found
+        assert self.noise is not None
+        # Before and after a reversal, two passes visit neighbouring places at nearly the same time:
+        # slow noise then repeats.
+        random, squares = np.random.default_rng(SEED), np.zeros(2)
+        for _ in range(DRAWS):
+            cells = self.means(self.noise.draw(random))
+            mean = np.bincount(group, cells) / count
+            squares[0] += float(np.sum(np.where(count > 1.0, count * mean**2, 0.0))) / of_means
+            squares[1] += float(np.sum(((cells - mean[group]) * repeated) ** 2)) / of_cells
+        ratio = float(squares[0] / max(squares[1], 1e-300))
+        return found if ratio <= 1.0 else replace(found, within=found.within * ratio)
+
+    @staticmethod
+    def _equal_variance_share(within_cells: Float, group: Integer, count: Float) -> float:
+        """Return Box's ε for variances that differ between the groups: (Σ v)²/(k·Σ v²).
+
+        The square of a variance with ν degrees of freedom is too large by the factor 1 + 2/ν.
+        """
+        kept = count > 1.0
+        freedom = count[kept] - 1.0
+        variance = np.bincount(group, within_cells**2)[kept] / freedom
+        square = float(np.mean(variance**2 / (1.0 + 2.0 / freedom)))
+        return min(1.0, float(variance.mean()) ** 2 / max(square, 1e-300))
+
+    def _uncorrelated_share(self, within_cells: Float, freedom: float, visits: float) -> float:
+        """Return Box's ε for neighbouring places with correlated noise: k/(Σ ρ²), divided by the
+        degrees of freedom.
+
+        The correlations ρ of all lags are those of the differences of the passes from the means.
+        The squares of estimated correlations are too large by 1 + 2/ν, ν the number of passes of a
+        place minus one (Bartlett).
+        """
+        places = self.angle_rad.size
+        table = np.zeros((self.passes, places))
+        there = np.zeros((self.passes, places))
+        table[self.one_pass, self.place] = within_cells
+        there[self.one_pass, self.place] = 1.0
+        products, pairs = (
+            np.fft.irfft(np.sum(np.abs(np.fft.rfft(item, 2 * places, axis=1)) ** 2, axis=0))[
+                :places
+            ]
+            for item in (table, there)
+        )
+        rho = products / np.maximum(pairs, 0.5) / max(float(products[0] / pairs[0]), 1e-300)
+        weight = pairs / pairs[0]
+        squares = 1.0 + 2.0 * float(np.sum((weight * rho**2)[1:]))
+        squares /= 1.0 + 2.0 / max(visits - 1.0, 1.0)
+        return min(1.0, places / squares / freedom)
+
+    @property
+    def passes(self) -> int:
+        """Number of passes."""
+        return len(self.bases)
+
+    @cached_property
+    def _own_share(self) -> Float:
+        """Share of the variance of each cell that remains after the removal of the curves."""
+        found = np.ones(self.place.size)
+        for inside, basis in self.bases:
+            found[inside] -= np.sum(basis**2, axis=1)
+        return found
+
+    @cached_property
+    def by_place(self) -> PureError:
+        """The F test of the places against the scatter of the passes."""
+        return self._tested(self.place)
+
+    @cached_property
+    def by_place_and_side(self) -> PureError | None:
+        """The F test of the places of each direction; None without two passes of each."""
+        if (
+            any(np.unique(self.one_pass[self.side == one]).size < 2 for one in np.unique(self.side))
+            or np.unique(self.side).size < 2
+        ):
+            return None
+        return self._tested(self.place * 2 + (self.side > 0))
+
+    @property
+    def lack_of_fit_p(self) -> float:
+        """Smaller p of both F tests, times their number.
+
+        With many rows, an error that is far smaller than the scatter of a reading would also be
+        significant; it does not count.
+        """
+        tests = [item for item in (self.by_place, self.by_place_and_side) if item is not None]
+        found = [item.p for item in tests if item.rms_arcsec > LEAST_REPEATED * item.scatter_arcsec]
+        return min(1.0, min(found, default=1.0) * len(tests))
+
+    def p_of(self, change_arcsec: Float, rank: int) -> float:
+        """Return p of an effect that repeats at the places, by the F test among the places.
+
+        ``change_arcsec``: change of the prediction of every row by the effect. Every pass repeats
+        the errors of the same places, so that the sample is the places, not the rows. The result is
+        0 if the effect is no function of the place, or if no repeated error remains with it: the
+        passes then show its uncertainty.
+        """
+        used = self.of_row >= 0
+        cells = _cell_means(self.of_row, change_arcsec, self.place.size)
+        if float(np.var(cells)) < RESOLVED * float(np.var(change_arcsec[used])):
+            return 0.0
+        cells = self.without_curves(cells)
+        count = np.bincount(self.place).astype(np.float64)
+        shape = np.bincount(self.place, cells) / count
+        square = float(count @ shape**2)
+        if square <= 0.0 or square < OF_THE_PLACE * float(cells @ cells):
+            return 0.0
+        test = self.by_place
+        means = np.bincount(self.place, self.left) / count
+        taken = float(count @ (means * shape)) ** 2 / square
+        free = test.between_freedom - rank
+        left = max(float(count @ means**2) - taken, 1e-300)
+        if free < 1.0:
+            return 0.0
+        if float(fdtrc(free, test.within_freedom, left / free / test.within)) >= FAMILY_WISE:
+            return 0.0
+        return float(fdtrc(rank, free, taken / rank * free / left))
+
+    def repeated(self) -> RepeatedError | None:
+        """Return the error that repeats at the places; None if it is not sure or far smaller than
+        the scatter of a reading."""
+        test = self.by_place
+        if test.p >= SURE_P or test.rms_arcsec <= LEAST_REPEATED * test.scatter_arcsec:
+            return None
+        found, sizes, sigma = self._single_places
+        return RepeatedError(
+            test.rms_arcsec,
+            self.passes,
+            self.angle_rad.size,
+            self._merged(found, sizes, sigma),
+            self.stations,
+            self.over_travel,
+        )
+
+    @property
+    def of_single_places(self) -> Float:
+        """Error of the single places in every row of the reference."""
+        found, sizes, _ = self._single_places
+        error = np.zeros(self.angle_rad.size)
+        error[found] = sizes
+        return np.where(self.of_row >= 0, error[self.place[self.of_row]], 0.0)
+
+    @cached_property
+    def _single_places(self) -> tuple[Integer, Float, Float]:
+        """Return the numbers of the single places that cause the repeated error, with their errors
+        and the standard uncertainties of these; none if they leave too much of it.
+
+        One place after the other is chosen, the largest first; the errors are fitted together.
+        """
+        test, places = self.by_place, self.angle_rad.size
+        none = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0)
+        normal = np.zeros((places, places))
+        for inside, basis in self.bases:
+            at = self.place[inside]
+            normal[at, at] += 1.0
+            normal[np.ix_(at, at)] -= basis @ basis.T
+        moment, count = np.bincount(self.place, self.left), np.bincount(self.place)
+        before = float(np.sum(moment**2 / count))
+        found: list[int] = []
+        sizes: Float = np.zeros(0)
+        inverse: Float = np.zeros((0, 0))
+        explained = 0.0
+        while len(found) < min(max(places // ONE_IN, 1), MOST_SPOTS):
+            rest = moment - normal[:, found] @ sizes
+            own = np.diag(normal) - np.sum((normal[:, found] @ inverse) * normal[:, found], axis=1)
+            # The curve of the passes explains the other places.
+            free = own > LEAST_OWN * count
+            free[found] = False
+            gain = np.where(free, rest**2 / np.where(free, own, 1.0), 0.0)
+            best = int(np.argmax(gain))
+            t_value = float(np.sqrt(gain[best] / test.within))
+            if 2.0 * student_upper_p(t_value, test.within_freedom) > FAMILY_WISE / places:
+                break
+            found.append(best)
+            inverse = np.linalg.pinv(normal[np.ix_(found, found)])
+            sizes = inverse @ moment[found]
+            explained = float(sizes @ moment[found])
+        free_left = max(test.between_freedom - len(found), 1.0)
+        left = max(before - explained, 0.0) / free_left / test.within
+        excess = before - test.between_freedom * test.within
+        if float(fdtrc(free_left, test.within_freedom, left)) < SURE_P and (
+            explained < NEARLY_ALL * excess
+        ):
+            return none
+        sigma = np.sqrt(np.diag(inverse) * test.within)
+        return np.array(found, dtype=np.int64), sizes, sigma
+
+    def _merged(self, found: Integer, sizes: Float, sigma: Float) -> tuple[Spot, ...]:
+        """Return single places, with neighbouring places joined to one."""
+        if found.size == 0:
+            return ()
+        order = np.argsort(found)
+        found, sizes, sigma = found[order], sizes[order], sigma[order]
+        degrees = np.degrees(self.angle_rad)
+        spots = []
+        for part in np.split(np.arange(found.size), np.flatnonzero(np.diff(found) > 2) + 1):
+            top = part[int(np.argmax(np.abs(sizes[part])))]
+            width = float(degrees[found[part[-1]]] - degrees[found[part[0]]])
+            spots.append(Spot(float(degrees[found[top]]), float(sizes[top]), float(sigma[top]),
+                              0.0 if self.stations else width))  # fmt: skip
+        return tuple(spots)
+
+
+def visits_of(solution: Solution) -> Visits | None:
+    """Return the visits of the places of a reference; None if no second pass repeats its places.
+
+    A log of several turns may repeat its error in each turn, or only at the same angle of travel;
+    the passes that agree better decide.
+    """
+    rows, left = solution.observations.reference, solution.reference_residual_arcsec()
+    if rows is None or left is None or "reference" in solution.unknown_noise:
+        return None
+    columns = channel_columns(
+        solution.terms, solution.observations, solution.context, capture=False
+    )
+    noise = solution.noise.reference
+    within_a_turn = _visits(rows, left, columns, noise, over_travel=False)
+    if float(np.ptp(rows.target_rad)) < 4.0 * np.pi:
+        return within_a_turn
+    over_travel = _visits(rows, left, columns, noise, over_travel=True)
+    found = [item for item in (within_a_turn, over_travel) if item is not None]
+    return min(found, key=lambda item: item.by_place.p, default=None)
+
+
+def _visits(
+    rows: ReferenceRows, left: Float, columns: Float, noise: RowNoise | None, *, over_travel: bool
+) -> Visits | None:
+    turn = 2.0 * np.pi
+    angle = rows.target_rad if over_travel else np.mod(rows.target_rad, turn)
+    width, stations = _width(rows.target_rad, angle)
+    if width is None:
+        return None
+    place = np.round(angle / width).astype(np.int64)
+    aside = angle - place * width
+    if not over_travel:
+        place %= max(round(turn / width), 1)
+    one_pass = _passes(rows, place, over_travel=over_travel)
+    kept = np.ones(place.size, dtype=np.bool_)
+    for _ in range(3):
+        # A place needs two passes, and a pass enough places.
+        cells = np.unique(np.stack([one_pass[kept], place[kept]]), axis=1)
+        names, passes = np.unique(cells[1], return_counts=True)
+        again = np.isin(place, names[passes > 1])
+        names, places = np.unique(cells[0], return_counts=True)
+        kept &= again & np.isin(one_pass, names[places >= LEAST_PLACES])
+    if not kept.any() or np.unique(one_pass[kept]).size < 2:
+        return None
+    of_row = np.full(place.size, -1, dtype=np.int64)
+    cells, inverse = np.unique(np.stack([one_pass[kept], place[kept]]), axis=1, return_inverse=True)
+    of_row[kept] = np.asarray(inverse).reshape(-1)
+    size = cells.shape[1]
+    names, place_of = np.unique(cells[1], return_inverse=True)
+    place_of = np.asarray(place_of).reshape(-1)
+    _, pass_of = np.unique(cells[0], return_inverse=True)
+    aside_of_place = np.bincount(place_of, _cell_means(of_row, aside, size)) / np.bincount(place_of)
+    side = np.zeros(size)
+    if rows.direction is not None:
+        side = np.sign(_cell_means(of_row, rows.direction, size))
+    found = (
+        np.stack([_cell_means(of_row, column, size) for column in columns.T], axis=1)
+        if (columns.shape[1])
+        else np.zeros((size, 0))
+    )
+    bases = _bases(found, np.asarray(pass_of).reshape(-1))
+    visits = Visits(
+        of_row,
+        place_of,
+        np.asarray(pass_of).reshape(-1),
+        names * width + aside_of_place,
+        bases,
+        np.zeros(0),
+        stations,
+        over_travel,
+        side.astype(np.int64),
+        noise,
+    )
+    return replace(visits, left=visits.means(left))
+
+
+def _is_coloured(noise: RowNoise | None) -> bool:
+    return noise is not None and any(item.variances.any() for item in noise.spectra)
+
+
+def _cell_means(of_row: Integer, values: Float, cells: int) -> Float:
+    kept = of_row >= 0
+    count = np.bincount(of_row[kept], minlength=cells)
+    return np.bincount(of_row[kept], values[kept], cells) / np.maximum(count, 1)
+
+
+def _width(target: Float, angle: Float) -> tuple[float | None, bool]:
+    """Return the width of a place, and whether the places are stations that are equal in each
+    pass; no width if the rows are too far apart to be averaged."""
+    stations = np.unique(np.round(angle / STATION_RAD)).size
+    steps = np.abs(np.diff(target))
+    moved = steps[steps > STATION_RAD]
+    if moved.size == 0:
+        return None, True
+    step = float(np.median(moved))
+    places = float(np.ptp(angle)) / (2.0 * np.pi) * PLACES_A_TURN
+    if 2 * stations <= angle.size and stations <= max(places, PLACES_A_TURN):
+        return STATION_RAD, True
+    if step > WIDEST_STEP_RAD:
+        return None, False
+    # The turn is a whole number of places, so that equal angles of all turns share a place.
+    turns = max(np.ptp(angle) / (2.0 * np.pi) if np.ptp(angle) > 2.0 * np.pi else 1.0, 1.0)
+    width = max(2.0 * step, 2.0 * np.pi * turns / PLACES_A_TURN)
+    return 2.0 * np.pi / max(np.floor(2.0 * np.pi / width), 1.0), False
+
+
+def _passes(rows: ReferenceRows, place: Integer, *, over_travel: bool) -> Integer:
+    """Return the number of the pass of each row: a new pass starts with another run, cycle or
+    direction, and where a place is met again after others."""
+    change = np.zeros(place.size, dtype=np.bool_)
+    for column in (rows.run, rows.cycle, rows.direction):
+        if column is not None:
+            change[1:] |= np.diff(column) != 0
+    if not over_travel:
+        change[1:] |= np.diff(np.floor(rows.target_rad / (2.0 * np.pi) + 1e-9)) != 0
+    found = np.zeros(place.size, dtype=np.int64)
+    seen: set[int] = set()
+    number, last = 0, -1
+    for row, (one, new) in enumerate(zip(place.tolist(), change.tolist(), strict=True)):
+        if new or (one != last and one in seen):
+            number += 1
+            seen.clear()
+        seen.add(one)
+        found[row] = number
+        last = one
+    return found
+
+
+def _bases(columns: Float, one_pass: Integer) -> tuple[tuple[Integer, Float], ...]:
+    """Return the cells of each pass with an orthonormal basis of the constant and the model's
+    columns; of the constant alone if a pass has too few places for these columns."""
+    inside = [np.flatnonzero(one_pass == number) for number in range(int(one_pass.max()) + 1)]
+    full = []
+    for at in inside:
+        vectors, values, _ = np.linalg.svd(
+            np.column_stack([np.ones(at.size), columns[at]]), full_matrices=False
+        )
+        full.append(vectors[:, values > RANK * values[0]])
+    if any(at.size - basis.shape[1] < LEAST_LEFT for at, basis in zip(inside, full, strict=True)):
+        full = [np.full((at.size, 1), at.size**-0.5) for at in inside]
+    return tuple(zip(inside, full, strict=True))
