@@ -543,6 +543,86 @@ SWAP = (
             ),
         ),
     ),
+    Proof(
+        name="turn_offset_sweep",
+        entity="turn_offset_sweep",
+        claims=(
+            "each angle reads the phase offset that was computed for its own turn, from the words "
+            "of its bank, so that over a wrap the phase makes the step of the angle only",
+            "while `swept` is high, the offsets of the idle bank belong to its present words; "
+            "those of the active bank always do",
+            "after a swap the turn steps of the active bank are copied whole",
+        ),
+        generics={"LANES": 2},
+        small={"LANES": 1},
+        constants={"PHASE_STEP_WIDTH": 36, "PHASE_WIDTH": 12, "TURN_NUMBER_WIDTH": 3},
+        limits="from a wrap to the next in the same direction the angle needs half a turn of the "
+        "smallest length, one clock a count; swaps come as the proof of compensation_pipeline "
+        "states; no reset of the turn number; the arithmetic behind the multiplier is left to the "
+        "benches",
+        depth=3,
+        cover_depth=60,
+        quick=False,
+        cut_signals=(
+            "turn_offset_sweep/w:low_1",
+            "turn_offset_sweep/w:high_1",
+            "turn_offset_sweep/w:offset_1",
+        ),
+        probes={
+            **{
+                f"probe_{name}": f"sweep.{name}"
+                for name in (
+                    *("now", "low_1", "high_1", "offset_1", "to_lane", "to_low", "to_high"),
+                    *("copied", "copying", "copy_left", "sweep_left"),
+                )
+            },
+            **{
+                f"probe_{name}": f"sweep.multiply_{name}"
+                for name in (
+                    *("middle", "above", "below", "turn_2", "low_turn_3", "low_turn_4", "part_2"),
+                    "offset_2",
+                )
+            },
+            "probe_items": "sweep.multiply_item_1_to_4",
+        },
+        breaks=(
+            Break(
+                "the turn is not held for the whole sweep",
+                "      if now = FIRST then\n",
+                "      if now.part = 0 then\n",
+            ),
+            Break(
+                "the offset of the turn before is not prepared",
+                "        below  := turn - 1;\n",
+                "        below  := turn + 2;\n",
+            ),
+            Break(
+                "the highest part of a turn step comes from the next lane",
+                "          part_2 := resize('0' & u_signed(high_1(high_1'high downto",
+                "          part_2 := resize('0' & u_signed(low_1(high_1'high downto",
+            ),
+            Break(
+                "the offset is written to the other bank at the end of a lane",
+                "      bank     <= item_1_to_4(4).bank;\n",
+                "      bank     <= item_1_to_4(3).bank;\n",
+            ),
+            Break(
+                "`swept` comes after one sweep",
+                "        sweep_left <= 2 * SWEEP_CLOCKS + TAIL_CLOCKS;\n",
+                "        sweep_left <= SWEEP_CLOCKS + TAIL_CLOCKS;\n",
+            ),
+            Break(
+                "`swept` does not wait for the copy of the turn steps",
+                "write_offset or copying or copied) = '1' then\n",
+                "write_offset) = '1' then\n",
+            ),
+            Break(
+                "the copy of the turn steps ends before the last lane",
+                "        copy_left <= SWEEP_CLOCKS + 4;\n",
+                "        copy_left <= SWEEP_CLOCKS - 4;\n",
+            ),
+        ),
+    ),
 )
 
 CONDITIONS = (
