@@ -39,7 +39,7 @@ module table_conditions_rules (
     reg running = 0;
     // The references: the active words, and the idle words after the last acknowledged write.
     reg [63:0] active = 0, idle = 0, idle_then = 0;
-    reg waits = 0, under_way = 0;
+    reg waits = 0, under_way = 0, held = 0;
     reg [3:0] address_then = 0;
     reg [31:0] data_then = 0;
     reg [1:0] ends = 3; // sweeps that have ended since the last write of an idle word
@@ -58,6 +58,7 @@ module table_conditions_rules (
         if (swap_comes) active <= idle_now;
         waits <= !reset && (starts_banked || (waits && !done));
         under_way <= !reset && (read_enable || write_enable || (under_way && !done));
+        held <= hold_writes;
         address_then <= address;
         data_then <= write_data;
         if (written) ends <= sweep_step == LAST_STEP;
@@ -86,6 +87,7 @@ module table_conditions_rules (
             words_are_factors: assert (is_factor(word_a) && is_factor(word_b));
             active_words_together: assert ({probe_width, probe_dead_zone, probe_nominal} == active);
             idle_words_as_written: assert ({probe_idle_width, probe_idle_dead_zone, probe_idle_nominal} == idle_now);
+            no_write_while_held: assert (!written || !held);
             // The second end of a sweep begins the sweep of the amplitudes, the third ends it.
             settled_after_the_sweeps: assert (!settled || ends == 3);
 
