@@ -136,6 +136,7 @@ synth: generate ## synthesise with GHDL and Yosys: check LUT, FF, DSP and RAM of
 	@scripts/install_ghdl_netlist.sh
 	$(VENV)/python -m scripts.synth --folds 2 4 8
 	$(VENV)/python -m scripts.synth -g ROTATION=table --folds 2 4 8 --output build/synth/table/arctrue_core
+	$(VENV)/python -m scripts.synth --everything
 	$(VENV)/python -m scripts.timing --netlist build/synth/arctrue_core/arctrue_core.flat.json --limit 7
 
 formal: generate ## prove properties of the netlist, and show that each proof fails on broken VHDL

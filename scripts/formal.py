@@ -92,7 +92,7 @@ def _job(proof: Proof, mode: str, depth: int, netlist: str, generics: Mapping[st
     script = [
         *(f"read_verilog {name}" for name in netlists),
         f"read_verilog -sv -formal {rules}.sv",
-        *(f"chparam -set {name} {value} {rules}" for name, value in generics.items()),
+        *(f"chparam -set {name} {int(value)} {rules}" for name, value in generics.items()),
         f"hierarchy -check -top {rules}",
         # The assertion fails if a pattern matches nothing; without the assertion the proof would
         # stay valid but become slow.
@@ -292,7 +292,7 @@ def document(proofs: tuple[Proof, ...]) -> str:
     for proof in proofs:
         entity = " and ".join(f"`{name}`" for name in (proof.entity, *proof.beside))
         smaller = {**proof.generics, **proof.constants}
-        values = ", ".join(f"{name} = {value}" for name, value in smaller.items())
+        values = ", ".join(f"{name} = {str(value).lower()}" for name, value in smaller.items())
         assumed = "; ".join(part for part in (values, proof.limits) if part) or "nothing"
         for number, claim in enumerate(proof.claims):
             figures = (proof.depth, proof.cover_depth, len(proof.breaks))

@@ -360,6 +360,402 @@ FAILOVER = (
     ),
 )
 
+_PIPELINE_SIGNALS = (
+    *("active", "step_bank", "phase_bank", "amplitude_bank", "idle_bank", "idle_constant"),
+    *("active_constant", "copying", "swap_waits", "is_quiet", "answers", "writing", "filling"),
+    *("write_now", "is_written", "is_turn_step", "swept", "turns_swept", "fill_address"),
+    *("fill_under_way", "selected", "pending_word", "pending_offset", "pending_turn"),
+)
+_TABLE_SIGNALS = (
+    *("asked", "stores", "copies", "to_read", "to_write", "looked_up", "copy", "left_clear"),
+)
+
+SWAP = (
+    Proof(
+        name="compensation_pipeline",
+        entity="compensation_pipeline",
+        claims=(
+            "a swap is atomic over everything: each angle uses one bank of phase steps, phase "
+            "offsets of its turn, amplitudes, offset and local table",
+            "no word of a bank is written while an angle in the pipeline uses this bank",
+            "a swap waits until both sweeps have prepared the idle bank, and takes over whole "
+            "writes only; the local table swaps with the lanes or not at all",
+        ),
+        generics={"LANES": 1, "MODULATORS": True, "LOCAL_TABLE": True, "REAL_ORDERS": True},
+        constants={"LANES_MAX": 2},
+        limits="one access to the lanes and one to the table at a time; sweeps and memories are "
+        "left out: their outputs may have any value",
+        depth=3,
+        cover_depth=32,
+        cut=(
+            "phase_unit*",
+            "harmonic_unit*",
+            "error_compensation*",
+            "delay_line*",
+            "turn_counter",
+            "amplitude_sweep*",
+            "turn_offset_sweep*",
+            "coefficient_banks*",
+            "local_table",
+        ),
+        probes={
+            **{f"probe_{name}": f"pipeline.coefficients.{name}" for name in _PIPELINE_SIGNALS},
+            "probe_take_over": "pipeline.coefficients.real_orders_too_turn_sweep.take_over",
+            **{
+                f"probe_{name}": f"pipeline.table_over_the_turn_banks.{name}"
+                for name in _TABLE_SIGNALS
+            },
+            "probe_table_active": "pipeline.table_over_the_turn_banks.points.bank",
+            "probe_table_bank": "pipeline.table_over_the_turn_banks.write_bank",
+        },
+        breaks=(
+            Break(
+                "a swap that waits does not wait for the effective amplitudes",
+                " and not writing and swept and turns_swept;\n",
+                " and not writing and (swept or swap_waits) and turns_swept;\n",
+                entity="coefficient_memory",
+            ),
+            Break(
+                "a swap that waits does not wait for the phase offsets of the turns",
+                " and not writing and swept and turns_swept;\n",
+                " and not writing and swept and (turns_swept or swap_waits);\n",
+                entity="coefficient_memory",
+            ),
+            Break(
+                "amplitudes change their bank one clock too late",
+                "if swapped(AMPLITUDE_DELAY - 1) = '1' then\n",
+                "if swapped(AMPLITUDE_DELAY) = '1' then\n",
+                entity="coefficient_memory",
+            ),
+            Break(
+                "the offset changes with the phase offsets, before its angle arrives",
+                "      if copying(OFFSET_DELAY) = '1' then\n",
+                "      if copying(PHASE_OFFSET_DELAY) = '1' then\n",
+                entity="coefficient_memory",
+            ),
+            Break(
+                "a word is written while a swap waits",
+                " and not swap_waits and not swap and",
+                " and not swap and",
+                entity="coefficient_memory",
+            ),
+            Break(
+                "turn steps are taken over while angles use the idle bank",
+                "        take_over    => copying(LAST_COPY),\n",
+                "        take_over    => copying(1),\n",
+                entity="coefficient_memory",
+            ),
+            Break(
+                "the local table swaps when the swap is requested, not when it takes place",
+                "        swap_comes     => new_bank_comes,\n",
+                "        swap_comes     => swap,\n",
+            ),
+            Break(
+                "a word of the local table is written while a swap waits",
+                "        hold           => swap or swap_waits,\n",
+                "        hold           => swap,\n",
+            ),
+            Break(
+                "the local table swaps while a write of one of its words waits",
+                "  takes  <= swap_comes and asked;\n",
+                "  takes  <= swap_comes and (asked or to_write);\n",
+                entity="local_table_banks",
+            ),
+            Break(
+                "the place of the windows is copied while angles use it",
+                "        left_clear <= LOCAL_TABLE_LATENCY;\n",
+                "        left_clear <= LOCAL_TABLE_LATENCY - 2;\n",
+                entity="local_table_banks",
+            ),
+            Break(
+                "a point of the active bank is written",
+                "  write_bank <= active when copy = READS else\n",
+                "  write_bank <= active when copy = READS or copy = FREE else\n",
+                entity="local_table_banks",
+            ),
+        ),
+    ),
+    Proof(
+        name="amplitude_sweep",
+        entity="amplitude_sweep",
+        claims=(
+            "an effective amplitude is the product of its own lane's words and modulator in its "
+            "bank, and is never larger than the nominal amplitude",
+            "while `swept` is high, the effective amplitudes belong to the present words",
+            "the square of the speed that the lanes follow is between −1 and 1",
+        ),
+        generics={"LANES": 2},
+        constants={"AMPLITUDE_WIDTH": 19, "MODULATOR_WIDTH": 3, "MODULATOR_FRACTION": 1},
+        limits="modulators are between −1 and 1, as the proof of table_conditions states; a sweep "
+        "may omit steps of other lanes; the product is between the amplitude and its negative",
+        depth=3,
+        cover_depth=50,
+        cut_signals=(
+            "amplitude_sweep/w:nominal_read",
+            "amplitude_sweep/w:choice_read",
+            "amplitude_sweep/w:multiply_product_3",
+        ),
+        probes={
+            "probe_nominal_read": "sweep.nominal_read",
+            "probe_choice_read": "sweep.choice_read",
+            "probe_steps": "sweep.multiply_step_1_to_4",
+            "probe_is_whole": "sweep.judge_is_whole",
+            **{
+                f"probe_{name}": f"sweep.multiply_{name}"
+                for name in (
+                    *("amplitude_2", "modulator_2", "product_3", "rounded_4", "held_direction"),
+                    *("held_a", "held_b", "held_speed", "held_square", "next_speed"),
+                    "next_square",
+                )
+            },
+        },
+        breaks=(
+            Break(
+                "the amplitude of one bank is written to the other",
+                "      bank      <= step_1_to_4(4)(6);\n",
+                "      bank      <= step_1_to_4(3)(6);\n",
+            ),
+            Break(
+                "the modulators change within a sweep",
+                "      elsif sweep_step = AMPLITUDE_SWEEP_CLOCKS - 1 then\n"
+                "        held_direction := direction;\n",
+                "      elsif sweep_step(0) = '1' then\n        held_direction := direction;\n",
+            ),
+            Break(
+                "the idle bank has the speed of the active bank",
+                "        next_speed(idle)     := idle_speed;\n",
+                "        next_speed(idle)     := speed;\n",
+            ),
+            Break(
+                "the product of the most negative amplitude and −1 wraps",
+                "      if (rounded_4(AMPLITUDE_WIDTH) xor rounded_4(",
+                "      if (rounded_4(AMPLITUDE_WIDTH) and rounded_4(",
+            ),
+            Break(
+                "`swept` does not fall with a write",
+                "        is_whole := '0';\n        swept    <= '0';\n",
+                "        is_whole := '0';\n",
+            ),
+            Break(
+                "a sweep that began before the last write counts as whole",
+                "        is_whole := '0';\n        swept    <= '0';\n",
+                "        swept    <= '0';\n",
+            ),
+        ),
+    ),
+    Proof(
+        name="turn_offset_sweep",
+        entity="turn_offset_sweep",
+        claims=(
+            "each angle reads the phase offset that was computed for its own turn, from the words "
+            "of its bank, so that over a wrap the phase makes the step of the angle only",
+            "while `swept` is high, the offsets of the idle bank belong to its present words; "
+            "those of the active bank always do",
+            "after a swap the turn steps of the active bank are copied whole",
+        ),
+        generics={"LANES": 2},
+        small={"LANES": 1},
+        constants={"PHASE_STEP_WIDTH": 36, "PHASE_WIDTH": 12, "TURN_NUMBER_WIDTH": 3},
+        limits="from a wrap to the next in the same direction the angle needs half a turn of the "
+        "smallest length, one clock a count; swaps come as the proof of compensation_pipeline "
+        "states; no reset of the turn number; the arithmetic behind the multiplier is left to the "
+        "benches",
+        depth=3,
+        cover_depth=60,
+        quick=False,
+        cut_signals=(
+            "turn_offset_sweep/w:low_1",
+            "turn_offset_sweep/w:high_1",
+            "turn_offset_sweep/w:offset_1",
+        ),
+        probes={
+            **{
+                f"probe_{name}": f"sweep.{name}"
+                for name in (
+                    *("now", "low_1", "high_1", "offset_1", "to_lane", "to_low", "to_high"),
+                    *("copied", "copying", "copy_left", "sweep_left"),
+                )
+            },
+            **{
+                f"probe_{name}": f"sweep.multiply_{name}"
+                for name in (
+                    *("middle", "above", "below", "turn_2", "low_turn_3", "low_turn_4", "part_2"),
+                    "offset_2",
+                )
+            },
+            "probe_items": "sweep.multiply_item_1_to_4",
+        },
+        breaks=(
+            Break(
+                "the turn is not held for the whole sweep",
+                "      if now = FIRST then\n",
+                "      if now.part = 0 then\n",
+            ),
+            Break(
+                "the offset of the turn before is not prepared",
+                "        below  := turn - 1;\n",
+                "        below  := turn + 2;\n",
+            ),
+            Break(
+                "the highest part of a turn step comes from the next lane",
+                "          part_2 := resize('0' & u_signed(high_1(high_1'high downto",
+                "          part_2 := resize('0' & u_signed(low_1(high_1'high downto",
+            ),
+            Break(
+                "the offset is written to the other bank at the end of a lane",
+                "      bank     <= item_1_to_4(4).bank;\n",
+                "      bank     <= item_1_to_4(3).bank;\n",
+            ),
+            Break(
+                "`swept` comes after one sweep",
+                "        sweep_left <= 2 * SWEEP_CLOCKS + TAIL_CLOCKS;\n",
+                "        sweep_left <= SWEEP_CLOCKS + TAIL_CLOCKS;\n",
+            ),
+            Break(
+                "`swept` does not wait for the copy of the turn steps",
+                "write_offset or copying or copied) = '1' then\n",
+                "write_offset) = '1' then\n",
+            ),
+            Break(
+                "the copy of the turn steps ends before the last lane",
+                "        copy_left <= SWEEP_CLOCKS + 4;\n",
+                "        copy_left <= SWEEP_CLOCKS - 4;\n",
+            ),
+        ),
+    ),
+)
+
+CONDITIONS = (
+    Proof(
+        name="stop_operator",
+        entity="stop_operator",
+        claims=(
+            "the place that gives the direction h stays between −width and width, for any motion "
+            "and any change of width and dead zone",
+            "once the place is known, it is the place of the stop operator, from whichever place "
+            "this operator began",
+        ),
+        depth=3,
+        cover_depth=16,
+        probes={
+            "probe_low": "stop.low",
+            "probe_high": "stop.high",
+            "probe_way": "stop.follow_way_5",
+            "probe_to_top": "stop.follow_to_top_5",
+            "probe_to_bottom": "stop.follow_to_bottom_5",
+            "probe_width_before": "stop.follow_width_before",
+            "probe_step": "stop.follow_step_3",
+            "probe_slack": "stop.follow_slack",
+            "probe_motion": "stop.follow_motion_4",
+        },
+        breaks=(
+            Break(
+                "the place goes beyond its upper end",
+                "      to_top_5    := top - way_5;\n",
+                "      to_top_5    := top;\n",
+            ),
+            Break(
+                "the place goes one count beyond its lower end",
+                "      to_bottom_5 := -top - way_5;\n",
+                "      to_bottom_5 := -top - way_5 - 2 ** STOP_FRACTION;\n",
+            ),
+            Break(
+                "a smaller width leaves the place where it was",
+                "      if width /= width_before then\n",
+                "      if width > width_before then\n",
+            ),
+            Break(
+                "the place counts as known while both operators are one count apart",
+                "      meets   <= '1' when low = high else '0';\n",
+                "      meets   <= '1' when high - low <= 2 ** STOP_FRACTION else '0';\n",
+            ),
+            Break(
+                "the dead zone is forgotten after a motion upwards",
+                "        slack    := dead_zone;\n",
+                "        slack    := (others => '0');\n",
+            ),
+            Break(
+                "a large step downwards counts as motion",
+                "      if step_2 > STOP_STEP_MAX or step_2 < -STOP_STEP_MAX then\n",
+                "      if step_2 > STOP_STEP_MAX then\n",
+            ),
+        ),
+    ),
+    Proof(
+        name="table_conditions",
+        entity="table_conditions",
+        claims=(
+            "direction, speeds and words of the processor are between −1 and 1, for any place, "
+            "travel and written word",
+            "width, dead zone and nominal speed change together, at a swap, to the words whose "
+            "writes are acknowledged",
+            "`settled` is low from a write of these words until three sweeps have ended",
+        ),
+        limits="one bus access at a time; a swap holds the writes and waits for `settled`; the "
+        "step of the sweep and the registers of the divider may have any value in any clock",
+        depth=3,
+        cover_depth=14,
+        cut=("stop_operator*", "table_speed*"),
+        cut_signals=(
+            "table_conditions/w:step",
+            *(f"unit_divider/w:divide_{name}" for name in ("rest", "against", "found", "left")),
+        ),
+        probes={
+            **{
+                f"probe_{signal}": f"conditions.{signal}"
+                for signal in (
+                    *("width", "dead_zone", "nominal", "idle_width", "idle_dead_zone"),
+                    *("idle_nominal", "pending", "ratio", "speed_size", "idle_size"),
+                    *("target_a", "target_b", "real_direction", "divided"),
+                )
+            },
+            "probe_ends": "conditions.settle_ends",
+            "probe_fine_direction": "conditions.lead_direction.fine",
+            "probe_fine_a": "conditions.lead_word_a.fine",
+            "probe_fine_b": "conditions.lead_word_b.fine",
+        },
+        breaks=(
+            Break(
+                "a quotient above 1 is not limited",
+                "          if found(STEPS) = '1' then\n",
+                "          if found(STEPS) = '1' and found(STEPS - 1) = '1' then\n",
+                entity="unit_divider",
+            ),
+            Break(
+                "a word below −1 is not limited",
+                "    elsif whole < -MODULATOR_ONE then\n",
+                "    elsif whole < -2 * MODULATOR_ONE then\n",
+            ),
+            Break(
+                "a word moves beyond its target",
+                "        if size > (\"000\" & slew & '0') then\n",
+                "        if size > 0 then\n",
+                entity="slewed_word",
+            ),
+            Break(
+                "the nominal speed stays at a swap",
+                "        nominal   <= idle_nominal;\n",
+                "",
+            ),
+            Break(
+                "width and dead zone change before the swap",
+                "      if swap_comes = '1' then\n        width ",
+                "      if hold_writes = '1' then\n        width ",
+            ),
+            Break(
+                "a word is written while a swap waits",
+                "  write_now <= pending and not hold_writes and not reset;\n",
+                "  write_now <= pending and not reset;\n",
+            ),
+            Break(
+                "a swap does not wait for the sweep that multiplies the amplitudes",
+                "      settled <= '1' when ends = 3 else '0';\n",
+                "      settled <= '1' when ends >= 2 else '0';\n",
+            ),
+        ),
+    ),
+)
+
 PROOFS = (
     Proof(
         name="quadrature_output",
@@ -822,4 +1218,6 @@ PROOFS = (
             ),
         ),
     ),
+    *CONDITIONS,
+    *SWAP,
 )

@@ -3,8 +3,10 @@
 GHDL makes a netlist. Yosys maps it twice: flattened, for the sum that the budget limits, and unit
 by unit, for the table. Results: build/synth/<entity>/resources.json and resources.md. With
 ``--folds 2 4 8`` the core is also mapped with each of these folds, flattened; one table compares
-these folds with FOLD = 1 (build/synth/folds.md and folds.json). Exit code 1: a budget is exceeded,
-or a fold saves no LUTs or no DSPs. 2: a tool is missing or fails.
+these folds with FOLD = 1 (build/synth/folds.md and folds.json). ``--everything`` maps, in place of
+one entity, the core with four heads and all units, flattened, with both kinds of rotation
+(build/synth/everything.md and everything.json). Exit code 1: a budget is exceeded, or a fold saves
+no LUTs or no DSPs. 2: a tool is missing or fails.
 """
 
 from __future__ import annotations
@@ -45,6 +47,30 @@ BUDGETS = (
     Budget("core", "latches", 0),
     Budget("lane", "lut", 1_050),
 )
+
+
+# The largest core that the generics of arctrue_core describe, apart from more lanes.
+EVERYTHING: Mapping[str, int | str] = {
+    "HEADS": 4,
+    "MEAN": True,
+    "MODULATORS": True,
+    "REAL_ORDERS": True,
+    "LOCAL_TABLE": True,
+    "FAILOVER": True,
+    "EVENTS": True,
+}
+
+# These budgets apply to EVERYTHING with 32 lanes and FOLD = 1, by ROTATION: 77 % of the LUTs of the
+# XC7Z020 with the CORDIC and 56 % with the table, 80 % of its block RAMs.
+BUDGETS_OF_EVERYTHING = {
+    rotation: (
+        Budget("core", "lut", lut),
+        Budget("core", "dsp", 180),
+        Budget("core", "ramb36", 112),
+        Budget("core", "latches", 0),
+    )
+    for rotation, lut in (("cordic", 41_000), ("table", 30_000))
+}
 
 
 # ROTATION = table must save resources: its budget is 10,000 LUT below the budget with the CORDIC.
@@ -224,6 +250,34 @@ def report_folds(
     return cores, faults
 
 
+def report_everything(folder: Path) -> list[str]:
+    """Map the core with all units for both kinds of rotation; write and print a table.
+
+    Returns a sentence for every exceeded budget. Raises ToolError.
+    """
+    cores = {}
+    faults = []
+    for rotation, budgets in BUDGETS_OF_EVERYTHING.items():
+        generics = {**EVERYTHING, "ROTATION": rotation}
+        netlist = write_netlist(TOP, folder / f"everything_{rotation}", generics=generics)
+        cores[rotation] = Design.read(synthesise(netlist, flatten=True)).total(TOP)
+        faults += [f"{rotation}: {fault}" for fault in exceeded(cores[rotation], None, budgets)]
+    built = ", ".join(f"{name} = {value}" for name, value in EVERYTHING.items())
+    lines = [
+        f"{TOP} with {LANES} lanes, FOLD = 1, {built}: flattened, the whole core.",
+        "",
+        "| ROTATION | instances | LUT | FF | DSP48E1 | RAMB36 | CARRY4 |",
+        "|---|---:|---:|---:|---:|---:|---:|",
+        *(_row(rotation, 1, core) for rotation, core in cores.items()),
+    ]
+    text = "\n".join(lines) + "\n"
+    result = {rotation: asdict(core) for rotation, core in cores.items()}
+    (folder / "everything.json").write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+    (folder / "everything.md").write_text(text, encoding="utf-8")
+    print(text)
+    return faults
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Synthesise the entity that the command line names and check the budgets; return the exit
     code."""
@@ -237,12 +291,22 @@ def main(arguments: list[str] | None = None) -> int:
         choices=(2, 4, 8),
         help="map the core with these folds too",
     )
+    parser.add_argument(
+        "--everything",
+        action="store_true",
+        help="map the core with four heads and all units instead, with both kinds of rotation",
+    )
     parser.add_argument("--output", type=Path, help="folder, made anew (build/synth/<entity>)")
     chosen = parser.parse_args(arguments)
     generics = generics_of(parser, chosen)
+    if chosen.everything and (generics or chosen.folds):
+        parser.error("--everything states the generics itself; omit --generic and --folds")
     folder = chosen.output or ROOT / "build" / "synth" / chosen.entity
     try:
-        core, faults = report(chosen.entity, generics, folder.resolve())
+        if chosen.everything:
+            faults = report_everything(folder.resolve().parent)
+        else:
+            core, faults = report(chosen.entity, generics, folder.resolve())
         if chosen.folds:
             faults += report_folds(chosen.folds, core, folder.resolve().parent, generics)[1]
     except ToolError as error:

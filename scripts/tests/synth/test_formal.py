@@ -27,13 +27,17 @@ MISSING = tools_missing(find_ghdl, find_sby)
 needs_tools = pytest.mark.skipif(bool(MISSING), reason=MISSING)
 QUICK = [proof for proof in PROOFS if proof.quick]
 LONGEST = (
+    "amplitude_sweep",
     "axi3_to_axi_lite",
     "coefficient_memory",
     "coefficient_memory_folded",
+    "compensation_pipeline",
     "head_failover",
     "quadrature_decoder",
     "quadrature_output",
     "sampler",
+    "stop_operator",
+    "table_conditions",
     "turn_counter",
     "turn_difference",
 )

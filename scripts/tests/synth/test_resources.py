@@ -10,12 +10,14 @@ import pytest
 from scripts.resources import Design, Resources
 from scripts.synth import (
     BUDGETS,
+    BUDGETS_OF_EVERYTHING,
     SAVED_BY_A_TABLE,
     Budget,
     budgets_of,
     exceeded,
     fold_table,
     lane_of,
+    main,
     wasted_folds,
 )
 
@@ -110,3 +112,17 @@ def test_a_table_has_to_make_room() -> None:
     ]
     assert changed == [("core", "lut", SAVED_BY_A_TABLE)]
     assert budgets_of({"ROTATION": "cordic"}) == budgets_of({}) == BUDGETS
+
+
+def test_everything_has_a_budget_for_each_rotation_and_takes_no_generics(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    limits = {
+        rotation: {budget.kind: budget.limit for budget in budgets}
+        for rotation, budgets in BUDGETS_OF_EVERYTHING.items()
+    }
+    assert limits["cordic"] == {"lut": 41_000, "dsp": 180, "ramb36": 112, "latches": 0}
+    assert limits["table"] == {**limits["cordic"], "lut": 30_000}
+    with pytest.raises(SystemExit):
+        main(["--everything", "-g", "HEADS=3"])
+    assert "omit --generic and --folds" in capsys.readouterr().err
