@@ -229,6 +229,15 @@ class Case:
         return max(large, key=lambda item: item.gain, default=None)
 
     @property
+    def not_noise(self) -> bool:
+        """True if a finding in the reference is no noise. As in :attr:`not_white`, a residual below
+        the negligible size does not count: the rounding of coarse counts is not white."""
+        findings, fit = self.survey.findings, self.survey.channels.get("reference")
+        if fit is not None and fit.residual_rms_arcsec < self.survey.matters_arcsec:
+            return replace(findings, whiteness_p=None).not_noise
+        return findings.not_noise
+
+    @property
     def not_white(self) -> list[str]:
         """Channels whose whitened residuals are not white, with the noise that was fitted.
 

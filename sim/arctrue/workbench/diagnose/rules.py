@@ -292,7 +292,7 @@ def jumped_or_not_white(case: Case) -> Decision | None:
     """No effect is found, but something jumped once or the residuals are no known noise."""
     if case.best is not None:
         return None
-    found = set(case.not_white) | ({"reference"} if case.survey.findings.not_noise else set())
+    found = set(case.not_white) | ({"reference"} if case.not_noise else set())
     if not found:
         return None
     left = {
