@@ -45,8 +45,9 @@ LEAST_LEFT = 8
 from each pass; with fewer, only the mean is removed. Two passes with eight degrees of freedom
 coincide by chance with a correlation above 0.9 in one of 500 cases."""
 LEAST_OWN = 0.1
-"""Smallest share of a place's variance beyond the curves of the passes at which its error is
-fitted: its standard uncertainty is then at most three times that without the curves."""
+"""Smallest share of the variance of a place, or of an effect, beyond the curves of the passes at
+which its error is fitted or tested: its standard uncertainty is then at most three times that
+without the curves."""
 LEAST_REPEATED = 0.25
 """Smallest RMS of a repeated error, as a share of the scatter of a reading between the passes; it
 equals LEAST_EXCESS, the limit of a model that is not adequate."""
@@ -329,7 +330,11 @@ class Visits:
         cells = _cell_means(self.of_row, change_arcsec, self.place.size)
         if float(np.var(cells)) < RESOLVED * float(np.var(change_arcsec[used])):
             return 0.0
+        whole = float(np.sum((cells - cells.mean()) ** 2))
         cells = self.without_curves(cells)
+        if float(cells @ cells) < LEAST_OWN * whole:
+            # The curves of the passes contain the effect, for example a constant of each direction.
+            return 0.0
         count = np.bincount(self.place).astype(np.float64)
         shape = np.bincount(self.place, cells) / count
         square = float(count @ shape**2)
