@@ -40,6 +40,7 @@ from arctrue.workbench.model.model_file import (
 )
 from arctrue.workbench.model.provenance import with_provenance
 from arctrue.workbench.model.stations import on_its_arc, warnings_of_the_arc
+from arctrue.workbench.noise.doubtful_units import doubtful_units
 from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.build import observations_of
 
@@ -237,6 +238,8 @@ def load(
     warnings = [
         *doubts_of(measurement),
         *cut_runs(observations),
+        *doubtful_units(observations),
+        *_duplicates(observations),
         *_table_warnings(model, model_file, observations),
         *warnings_of_the_arc(model, observations),
     ]
@@ -264,6 +267,17 @@ def _table_warnings(model: Model, model_file: Path | None, observations: Observa
     if click.get_current_context().meta[_OTHER_TABLE]:
         return [said]
     raise ValueError(f"{said}; to use it anyway, give --other-table")
+
+
+def _duplicates(observations: Observations) -> list[str]:
+    """Return the warning that the reference has rows twice."""
+    found = [row.row for row in observations.masked if row.reason == "duplicate"]
+    if not found:
+        return []
+    return [
+        f"the reference has {len(found)} rows that equal an earlier row in every column, also in "
+        f"the time, the first in row {found[0]}: they are counted once"
+    ]
 
 
 def _tell_masked(observations: Observations) -> None:

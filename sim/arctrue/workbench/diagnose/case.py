@@ -58,6 +58,8 @@ LEAST_COLOUR = 0.02
 """Smallest sum of the squares of 20 autocorrelations that counts as not white. With many rows, a
 smaller sum is significant as well: a noise model that is wrong by a fiftieth of the variance causes
 it. Such an error of the noise model changes no σ by more than 1 %."""
+OF_THE_TIME = frozenset({"time", "settling"})
+"""Conditions of products of parts that are functions of the time alone."""
 AGAIN = 3
 """Smallest number of events in one set that count as recurring; two events may occur by chance."""
 DEEPEST = 3
@@ -183,6 +185,10 @@ class Case:
         found = next(iter(self.survey.parts), None)
         if found is None or found.p_corrected >= SIGNIFICANCE or not self.survey.confirmed(found):
             return None
+        places = self.survey.findings.places
+        if places is not None and places.is_most and OF_THE_TIME & set(found.effect.parts):
+            # Every pass shows most of the error at the same place, at another time.
+            return None
         if self.best is not None and _contains(self.best, found):
             # The best effect contains the product, as polygon faces contain one of their orders.
             return None
@@ -227,6 +233,15 @@ class Case:
             if item is not None and item.rms_arcsec >= self.survey.matters_arcsec
         ]
         return max(large, key=lambda item: item.gain, default=None)
+
+    @property
+    def not_noise(self) -> bool:
+        """True if a finding in the reference is no noise. As in :attr:`not_white`, a residual below
+        the negligible size does not count: the rounding of coarse counts is not white."""
+        findings, fit = self.survey.findings, self.survey.channels.get("reference")
+        if fit is not None and fit.residual_rms_arcsec < self.survey.matters_arcsec:
+            return replace(findings, whiteness_p=None).not_noise
+        return findings.not_noise
 
     @property
     def not_white(self) -> list[str]:

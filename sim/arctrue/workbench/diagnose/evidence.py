@@ -41,6 +41,7 @@ from arctrue.workbench.diagnose.survey import (
     takes_most,
 )
 from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.effects.registry import absent_effects
 from arctrue.workbench.inference.block_share import block_share
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
@@ -343,7 +344,10 @@ def _judged(
     report_step(f"the noise with {item.name} in the model")
     found = evidence(null, item.effect, item.nonlinear)
     if found.score.gain > MUCH_MORE * residuals.score(item.effect, item.nonlinear).gain:
-        item, found = _in_less_noise(item, found, residuals, null)
+        if isinstance(item.effect, ProductOfParts):
+            item, found = _product_in_less_noise(item, found, tried, null)
+        else:
+            item, found = _in_less_noise(item, found, residuals, null)
     return _tested(item, found, tried, candidates, report_step)
 
 
@@ -451,6 +455,28 @@ def _in_less_noise(
     if delta_bic(anew.gain, anew.score.rank, trials, rows) < before + AS_GOOD:
         return item, found
     return replace(item, effect=form, nonlinear=nonlinear, trials=trials), anew
+
+
+def _product_in_less_noise(
+    item: Candidate, found: Evidence, tried: Survey, null: Null
+) -> tuple[Candidate, Evidence]:
+    """Return the product of parts that is best with less noise, and its evidence.
+
+    Slow noise absorbs a slow error while no product is in the model, so that the gains of two
+    products with that noise do not compare them: the product that leaves less may gain less.
+    """
+    others = tried_products(found.base, tried.looks)
+    if not others or others[0].effect.parts == item.effect.parts:
+        return item, found
+    best = others[0]
+    anew = evidence(null, best.effect, {})
+    if best.rank == 0 or anew.score.rank == 0:
+        return item, found
+    rows = rows_moved(item.size_arcsec, tried.base)
+    before = delta_bic(found.gain, found.score.rank, item.trials, rows)
+    if delta_bic(anew.gain, anew.score.rank, best.trials, rows) < before + AS_GOOD:
+        return item, found
+    return best, anew
 
 
 def _judged_product(

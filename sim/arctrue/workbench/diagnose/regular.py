@@ -35,7 +35,7 @@ from arctrue.workbench.inference.forward.search import (
     search_record,
     whitened_left,
 )
-from arctrue.workbench.inference.forward.slow import LEAST_OF_LEFT, SlowChange, slow_change
+from arctrue.workbench.inference.forward.slow import SlowChange, slow_change
 from arctrue.workbench.inference.forward.tests_of_a_line import FAMILY_WISE, nearest
 from arctrue.workbench.inference.same_place import RepeatedError, visits_of
 from arctrue.workbench.inference.solution import Solution
@@ -370,10 +370,7 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
         without = replace(observations, reference=replace(rows, error_arcsec=error))
         return replace(_of_rows(fit(solution.terms, without), effects), places=places)
     found = replace(_of_rows(solution, effects), places=places)
-    left = solution.reference_residual_arcsec()
-    assert left is not None
-    repeats = places.rms_arcsec**2 > LEAST_OF_LEFT * float(np.mean(left**2))
-    return replace(found, slow=None) if repeats else found
+    return replace(found, slow=None) if places.is_most else found
 
 
 def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Findings:

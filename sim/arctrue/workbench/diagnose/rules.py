@@ -279,16 +279,19 @@ def left_undescribed(case: Case) -> Decision | None:
     """The model leaves a large and significant error that nothing describes."""
     if case.best is not None:
         return None
+    places = case.survey.findings.places
+    # As for an effect, the size of an error at single places is its size where it acts.
+    at_places = {"reference": 0.0 if places is None else places.largest_arcsec}
     left = {
         channel: item.excess_arcsec
         for channel, item in case.survey.channels.items()
         if item.lack_of_fit_p is not None
         and item.lack_of_fit_p < LACK_OF_FIT
-        and item.excess_arcsec > max(case.survey.matters_arcsec, LEAST_EXCESS * item.noise_arcsec)
+        and max(item.excess_arcsec, at_places.get(channel, 0.0))
+        > max(case.survey.matters_arcsec, LEAST_EXCESS * item.noise_arcsec)
     }
     if not left:
         return None
-    places = case.survey.findings.places
     if places is None or "reference" not in left:
         return Decision("unknown", undescribed_arcsec=left)
     rows = case.survey.base.observations.reference
@@ -310,7 +313,7 @@ def jumped_or_not_white(case: Case) -> Decision | None:
     """No effect is found, but something jumped once or the residuals are no known noise."""
     if case.best is not None:
         return None
-    found = set(case.not_white) | ({"reference"} if case.survey.findings.not_noise else set())
+    found = set(case.not_white) | ({"reference"} if case.not_noise else set())
     if not found:
         return None
     left = {

@@ -45,8 +45,9 @@ LEAST_LEFT = 8
 from each pass; with fewer, only the mean is removed. Two passes with eight degrees of freedom
 coincide by chance with a correlation above 0.9 in one of 500 cases."""
 LEAST_OWN = 0.1
-"""Smallest share of a place's variance beyond the curves of the passes at which its error is
-fitted: its standard uncertainty is then at most three times that without the curves."""
+"""Smallest share of the variance of a place, or of an effect, beyond the curves of the passes at
+which its error is fitted or tested: its standard uncertainty is then at most three times that
+without the curves."""
 LEAST_REPEATED = 0.25
 """Smallest RMS of a repeated error, as a share of the scatter of a reading between the passes; it
 equals LEAST_EXCESS, the limit of a model that is not adequate."""
@@ -60,6 +61,9 @@ FAMILY_WISE = 0.01
 NEARLY_ALL = 0.9
 """Smallest share of the repeated mean square that single places must explain if the error that
 remains is still sure; an effect that leaves a tenth describes an error by the same rule."""
+MOST = 0.5
+"""Smallest share of the mean square of the residual at which the repeated error is most of it; a
+slow change has the same limit."""
 OF_THE_PLACE = 0.9
 """Smallest share of an effect's sum of squares that must repeat at the places; the cycles have the
 same limit (MOST_WITHIN in :mod:`forward.cycles`)."""
@@ -97,8 +101,20 @@ class RepeatedError:
     """Single places that cause the error; empty if more places than these have an error."""
     stations: bool = True
     """True for stations, False for places of a log in motion."""
+    share: float = 0.0
+    """Share of the mean square of the residual that repeats."""
     over_travel: bool = False
     """True if the error repeats over the unwrapped angle of several turns."""
+
+    @property
+    def is_most(self) -> bool:
+        """True if the error is most of the residual, so that no change in time is most of it."""
+        return self.share > MOST
+
+    @property
+    def largest_arcsec(self) -> float:
+        """Size of the largest error of a single place; 0 without single places."""
+        return max((abs(item.size_arcsec) for item in self.spots), default=0.0)
 
     def words(self) -> str:
         """Return the finding in words."""
@@ -192,6 +208,8 @@ class Visits:
     over_travel: bool
     side: Integer
     """Direction of the pass of each cell."""
+    mean_square: float = 0.0
+    """Mean square of the residual of every row."""
     noise: RowNoise | None = None
     """Noise that was fitted to the rows of the reference."""
 
@@ -329,7 +347,11 @@ class Visits:
         cells = _cell_means(self.of_row, change_arcsec, self.place.size)
         if float(np.var(cells)) < RESOLVED * float(np.var(change_arcsec[used])):
             return 0.0
+        whole = float(np.sum((cells - cells.mean()) ** 2))
         cells = self.without_curves(cells)
+        if float(cells @ cells) < LEAST_OWN * whole:
+            # The curves of the passes contain the effect, for example a constant of each direction.
+            return 0.0
         count = np.bincount(self.place).astype(np.float64)
         shape = np.bincount(self.place, cells) / count
         square = float(count @ shape**2)
@@ -359,6 +381,7 @@ class Visits:
             self.angle_rad.size,
             self._merged(found, sizes, sigma),
             self.stations,
+            test.rms_arcsec**2 / max(self.mean_square, 1e-300),
             self.over_travel,
         )
 
@@ -502,6 +525,7 @@ def _visits(
         stations,
         over_travel,
         side.astype(np.int64),
+        float(np.mean(left**2)),
         noise,
     )
     return replace(visits, left=visits.means(left))

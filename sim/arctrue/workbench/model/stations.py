@@ -100,6 +100,11 @@ def _is_default(entry: ModelEffect) -> bool:
     return entry.name == DISC and not entry.settings and not entry.coefficients
 
 
+RADIANS_TOLERANCE_DEG = 0.1 * 2.0 * np.pi
+"""Largest distance of the arc from 6.28° at which the targets look like one turn in radians: 10 or
+more stations of a turn, the last of which does not repeat the first, cover nine tenths."""
+
+
 def warnings_of_the_arc(model: Model, observations: Observations) -> list[str]:
     """Return the warning that :func:`on_its_arc` omits orders of this model; none if it omits
     none."""
@@ -107,12 +112,16 @@ def warnings_of_the_arc(model: Model, observations: Observations) -> list[str]:
     if model == after or rows is None:
         return []
     orders = next((e.settings["orders"] for e in after.effects if e.name == DISC), None)
+    away_deg = abs(float(np.degrees(np.ptp(rows.target_rad))) - 2.0 * np.pi)
+    in_radians = ""
+    if away_deg < RADIANS_TOLERANCE_DEG:
+        in_radians = "; one turn is 6.28 radians, and target_deg must be in degrees"
     said = str(orders).strip("[]")
-    said_of_it = "no order of the disc" if orders is None else f"only the orders {said} of the disc"
+    kept = "no order of the disc" if orders is None else f"only the orders {said} of the disc"
     return [
         f"the reference covers {360.0 - _largest_gap_deg(rows.target_rad):.3g}° of the turn: the "
-        f"model contains {said_of_it}, because other orders look like a slow drift there; --model "
-        "chooses orders"
+        f"model contains {kept}, because other orders look like a slow drift there; --model "
+        f"chooses orders{in_radians}"
     ]
 
 

@@ -23,7 +23,12 @@ from arctrue.workbench.observations.rows import ReferenceRows
 from arctrue.workbench.observations.run_speed import run_speeds
 from arctrue.workbench.observations.stored import RunFacts, StoredCapture, electrical_rad
 from arctrue.workbench.observations.true_angle import true_angle
-from arctrue.workbench.observations.used_rows import used_capture_rows, used_reference_rows
+from arctrue.workbench.observations.used_rows import (
+    counted_once,
+    duplicates,
+    used_capture_rows,
+    used_reference_rows,
+)
 from arctrue.workbench.observations.wrapped_targets import unwrapped
 
 Float = NDArray[np.float64]
@@ -70,9 +75,12 @@ def observations_of(
         masked += used.masked
         outlying_share["capture"] = used.outlying_share
     if reference is not None:
+        again = duplicates(reference)
+        once = reference.where(~again) if again.any() else reference
         there = used_reference_rows(
-            unwrapped(with_spread_times(reference)), facts, mask_outliers=mask_outliers
+            unwrapped(with_spread_times(once)), facts, mask_outliers=mask_outliers
         )
+        there = counted_once(there, again)
         _require_rows("reference", there.rows.error_arcsec.size, reference.error_arcsec.size)
         reference, used_reference = there.rows, there.numbers
         masked += there.masked

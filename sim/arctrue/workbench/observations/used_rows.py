@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Generic, Literal, TypeVar
 
 import numpy as np
@@ -70,6 +70,48 @@ def used_reference_rows(
     counts = table.counts_per_rev
     outlying, away = reference_outliers(kept, None if counts is None else arcsec_per_count(counts))
     return _with_outliers(reference, kept, "reference", masked, outlying, away)
+
+
+def duplicates(reference: Reference) -> Boolean:
+    """Return True for each row that equals an earlier row in every column, also in the time.
+
+    A file that was joined with itself has such rows; two readings have different times. Without
+    times no row is a duplicate, because a coarse display repeats its readings.
+    """
+    size = reference.error_arcsec.size
+    if reference.time_s is None or size == 0:
+        return np.zeros(size, dtype=bool)
+    columns = [
+        reference.target_deg,
+        reference.error_arcsec,
+        reference.run,
+        reference.time_s,
+        reference.cycle,
+        reference.direction,
+        reference.head1_counts,
+        reference.temperature_c,
+        reference.u_arcsec,
+        *reference.conditions.values(),
+    ]
+    there = np.stack([column for column in columns if column is not None], axis=1)
+    first = np.unique(there, axis=0, return_index=True)[1]
+    again = np.ones(size, dtype=bool)
+    again[first] = False
+    return again
+
+
+def counted_once(used: UsedRows[Reference], again: Boolean) -> UsedRows[Reference]:
+    """Return the used rows of a reference from which the rows in ``again`` were omitted before,
+    with the numbers of the file, and list these rows too."""
+    if not again.any():
+        return used
+    left = np.flatnonzero(~again)
+    listed = [replace(item, row=int(left[item.row - 2]) + 2) for item in used.masked]
+    listed += [
+        MaskedRow("reference", row + 2, "duplicate") for row in np.flatnonzero(again).tolist()
+    ]
+    numbers = left if used.numbers is None else left[used.numbers]
+    return replace(used, numbers=numbers, masked=sorted(listed, key=_line))
 
 
 def _column_mask(rows: Capture | Reference) -> Boolean:

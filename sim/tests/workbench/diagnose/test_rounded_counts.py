@@ -89,3 +89,17 @@ def test_readings_that_differ_by_one_count_are_no_outliers() -> None:
         found = diagnosis_of(_stations(seed))
         assert found.verdict != "bad_data"
         assert not found.observations.masked
+
+
+def test_rounding_of_a_log_without_noise_is_no_unknown_effect() -> None:
+    """One turn of 2,000 readings of 4,096 counts, without noise: the residual of the orders 1 and 2
+    is the rounding, 1/√12 of a count RMS, below the negligible half count."""
+    counts = 4096
+    target = np.arange(2000) * 0.18
+    angle = np.radians(target)
+    reading = target + (1800.0 * np.cos(angle - 0.35) + 500.0 * np.cos(2.0 * angle - 0.9)) / 3600.0
+    shown = np.round(reading / 360.0 * counts).astype(np.int64)
+    reference = Reference(target, (shown * 360.0 / counts - target) * 3600.0, head1_counts=shown)
+    found = diagnosis_of(MeasurementSet(Table(counts_per_rev=counts), None, reference))
+    assert found.channels["reference"].residual_rms_arcsec < 0.5 * 1_296_000.0 / counts
+    assert found.verdict in ("adequate", "cannot_tell")

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from arctrue.measurement import MeasurementSet, Reference, Table
-from arctrue.workbench.diagnose.diagnosis import Diagnosis
+from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
 from arctrue.workbench.diagnose.report import diagnosis_data, sentences
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.design_matrix import Term
@@ -151,3 +151,76 @@ def test_cycles_that_wander_show_no_repeated_error(
         assert visits.by_place.p > 1e-4
         sure += visits.lack_of_fit_p < 0.01
     assert sure <= 4
+
+
+def _sweeps(
+    angle_deg: Float, error: Callable[[Float], Float], sweeps: int, noise: float, step_s: float
+) -> MeasurementSet:
+    """Return sweeps up and down over the same angles, each a run; ``error`` is a function of the
+    angle in degrees."""
+    random = np.random.default_rng(12)
+    ways = [angle_deg if run % 2 == 0 else angle_deg[::-1] for run in range(sweeps)]
+    angle = np.concatenate(ways)
+    run = np.repeat(np.arange(sweeps), angle_deg.size)
+    reference = Reference(
+        target_deg=angle,
+        error_arcsec=error(angle) + random.normal(0.0, noise, angle.size),
+        run=run,
+        time_s=np.arange(angle.size) * step_s + 3.0 * run,
+        direction=1 - 2 * (run % 2),
+    )
+    return MeasurementSet(Table(), None, reference)
+
+
+def test_a_defect_that_every_turn_repeats_is_no_oscillation() -> None:
+    """A defect of 120″, 4.7° wide at half its height, in five turns without a stop. Its highest
+    reading is within a step of 0.3° of its middle."""
+    random = np.random.default_rng(6)
+    angle = np.arange(6000) * 0.3
+    aside = (angle - 143.0 + 180.0) % 360.0 - 180.0
+    error = 100.0 * np.cos(np.radians(angle) - 0.3) + 120.0 * np.exp(-((aside / 2.8) ** 2))
+    reference = Reference(
+        target_deg=angle,
+        error_arcsec=error + random.normal(0.0, 12.0, angle.size),
+        time_s=np.arange(angle.size) * 0.005,
+        run=np.zeros(angle.size, dtype=np.int64),
+        direction=np.ones(angle.size, dtype=np.int64),
+    )
+    found = diagnosis_of(MeasurementSet(Table(counts_per_rev=1 << 16), None, reference))
+    assert found.verdict == "unknown"
+    places = found.findings.places
+    assert places is not None
+    (spot,) = places.spots
+    assert spot.angle_deg == pytest.approx(143.0, abs=1.0)
+    # Two readings in each of five turns have u = 12/√10″; the curves of the turns take a part.
+    assert spot.size_arcsec == pytest.approx(120.0, abs=20.0)
+    assert found.findings.oscillation is None
+    assert found.findings.causes == ()
+    assert "a single place is off in each of 5 passes: 14" in _text(found)
+
+
+def _without_orders(made: MeasurementSet) -> Diagnosis:
+    """Diagnose with a model of a constant, as the commands do on an arc."""
+    return diagnose(observations_of(made), [], built_in())
+
+
+@pytest.mark.parametrize("sweeps", [2, 6])
+def test_a_sag_over_an_arc_is_no_change_in_time(sweeps: int) -> None:
+    angle = np.arange(10.0, 80.0, 0.5)
+    made = _sweeps(angle, lambda at: 35.0 * np.cos(np.radians(at)), sweeps, 2.0, 1.0)
+    found = _without_orders(made)
+    assert found.verdict == "unknown"
+    assert found.findings.slow is None
+    assert found.findings.places is not None
+    # 35·cos over 10° to 80° has a standard deviation of 8.9″.
+    spread = float(np.std(35.0 * np.cos(np.radians(angle))))
+    assert found.findings.places.rms_arcsec == pytest.approx(spread, rel=0.05)
+    assert f"The error repeats at equal angle in {sweeps} passes" in _text(found)
+
+
+def test_an_error_of_the_travel_is_no_change_in_time() -> None:
+    """An error of 0.25″ a degree over four turns, which returns on the way back."""
+    angle = np.arange(0.0, 1440.0, 4.0)
+    found = diagnosis_of(_sweeps(angle, lambda at: 0.25 * at, 4, 15.0, 0.1))
+    assert found.findings.slow is None
+    assert "The error repeats at equal angle of travel in 4 passes" in _text(found)

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-Reason = Literal["mask", "outlier"]
+Reason = Literal["mask", "outlier", "duplicate"]
 """Reason why a row is not used. "mask": the set masks the row, in a column or in mask.csv;
-"outlier": this package has detected the row as an outlier."""
+"outlier": this package has detected the row as an outlier; "duplicate": every column, also the
+time, equals that of an earlier row."""
 
 
 @dataclass(frozen=True)
