@@ -172,12 +172,13 @@ def jumped_once(case: Case) -> Decision | None:
 
 
 def moved_between_cycles(case: Case) -> Decision | None:
-    """The offset of the reference changes between cycles, and the best effect explains these
-    changes no better than chance."""
+    """The offset of the reference changes between cycles or runs; neither the best effect nor the
+    best product of parts explains these changes better than chance."""
     change, best = case.survey.findings.cycles, case.best
     if change is None or best is None:
         return None
-    if p_among_cycles(case.survey.base, best.solution) < SIGNIFICANCE:
+    tried = [item for item in (best, case.product) if item is not None]
+    if any(p_among_cycles(case.survey.base, item.solution) < SIGNIFICANCE for item in tried):
         return None
     return Decision("unknown", seen=change.words(), next=LOOK_AT_THE_STAND)
 
@@ -296,9 +297,13 @@ def left_undescribed(case: Case) -> Decision | None:
         return Decision("unknown", undescribed_arcsec=left)
     rows = case.survey.base.observations.reference
     of_faces = rows is not None and rows.faces is not None
-    alike = ["graduation_defect"] if places.spots else []
-    alike += ["polygon_face_error"] if of_faces and places.stations else []
     untestable = case.survey.untestable
+    alike = [
+        name
+        for name, effect in case.effects.items()
+        if (places.spots and effect.local_on_disc)
+        or (of_faces and places.stations and effect.of_each_station)
+    ]
     return Decision(
         "unknown",
         undescribed_arcsec=left,

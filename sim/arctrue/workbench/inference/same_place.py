@@ -16,7 +16,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import fdtrc
+from scipy.special import fdtrc, ndtr
 
 from arctrue.workbench.inference.design_matrix import channel_columns
 from arctrue.workbench.inference.solution import Solution
@@ -340,8 +340,9 @@ class Visits:
 
         ``change_arcsec``: change of the prediction of every row by the effect. Every pass repeats
         the errors of the same places, so that the sample is the places, not the rows. The result is
-        0 if the effect is no function of the place, or if no repeated error remains with it: the
-        passes then show its uncertainty.
+        0 if the effect is no function of the place, if no repeated error remains with it (the
+        passes then show its uncertainty), or if neighbouring places have like remaining errors
+        (these are no independent errors of the places).
         """
         used = self.of_row >= 0
         cells = _cell_means(self.of_row, change_arcsec, self.place.size)
@@ -365,6 +366,11 @@ class Visits:
         if free < 1.0:
             return 0.0
         if float(fdtrc(free, test.within_freedom, left / free / test.within)) >= FAMILY_WISE:
+            return 0.0
+        remaining = (means - shape * float(count @ (means * shape)) / square)[
+            np.argsort(self.angle_rad)
+        ]
+        if _neighbours_are_alike(remaining):
             return 0.0
         return float(fdtrc(rank, free, taken / rank * free / left))
 
@@ -533,6 +539,16 @@ def _visits(
 
 def _is_coloured(noise: RowNoise | None) -> bool:
     return noise is not None and any(item.variances.any() for item in noise.spectra)
+
+
+def _neighbours_are_alike(values: Float) -> bool:
+    """Tell whether successive values differ less than independent ones, by von Neumann's ratio.
+
+    The ratio of independent values has the mean 2 and about the variance 4/n (von Neumann, Ann.
+    Math. Statist. 12 (1941) 367).
+    """
+    ratio = float(np.sum(np.diff(values) ** 2)) / max(float(np.sum(values**2)), 1e-300)
+    return float(ndtr(0.5 * (ratio - 2.0) * np.sqrt(values.size))) < FAMILY_WISE
 
 
 def _cell_means(of_row: Integer, values: Float, cells: int) -> Float:

@@ -28,6 +28,7 @@ from arctrue.workbench.diagnose.parts_scan import (
     condition_shares,
     level_share,
 )
+from arctrue.workbench.diagnose.regular import Findings
 from arctrue.workbench.diagnose.survey import FitOfChannel, Survey
 from arctrue.workbench.effects.product_of_parts import ALWAYS, TEMPERATURE, ProductOfParts
 from arctrue.workbench.effects.registry import built_in
@@ -442,7 +443,7 @@ def test_a_condition_that_adds_nothing_is_not_a_part() -> None:
 
 def _left(p_value: float, residual: float, noise: float, matters: float = 0.0) -> Any:
     channels = {"reference": FitOfChannel(residual, noise, p_value)}
-    survey = SimpleNamespace(channels=channels, matters_arcsec=matters)
+    survey = SimpleNamespace(channels=channels, matters_arcsec=matters, findings=Findings())
     return SimpleNamespace(best=None, survey=survey)
 
 

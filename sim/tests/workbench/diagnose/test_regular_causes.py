@@ -27,7 +27,12 @@ ROWS, STEP_S = 1600, 1.2
 
 
 def _diagnosed(
-    time_s: np.ndarray, error: np.ndarray, *, teeth: float | None = None, speed: float = 1.0
+    time_s: np.ndarray,
+    error: np.ndarray,
+    *,
+    teeth: float | None = None,
+    speed: float = 1.0,
+    instead: bool = False,
 ) -> Diagnosis:
     """Diagnose the log of a guide star; the axis follows the sky at ``speed`` times the sidereal
     rate."""
@@ -38,7 +43,8 @@ def _diagnosed(
         run=np.zeros(time_s.size, dtype=np.int64),
     )
     measurement = MeasurementSet(Table(drive_gear_teeth=teeth), None, reference, title="star")
-    return diagnose(observations_of(measurement), default_model().terms(EFFECTS), EFFECTS)
+    terms = default_model().terms(EFFECTS)
+    return diagnose(observations_of(measurement), terms, EFFECTS, instead=instead)
 
 
 def _noise(seed: int) -> tuple[np.ndarray, np.ndarray]:
@@ -87,12 +93,13 @@ def test_a_slow_change_far_above_a_line_is_stated_before_the_line() -> None:
     """The slow change of 9″ rises and falls three times and is no line. Its mean square is 81 times
     that of the line of 1″, which is a further finding."""
     time_s, noise = _noise(3)
-    found = _diagnosed(time_s, with_lines(time_s, [(9.0, 600.0), (1.0, 6.0)]) + noise)
+    error = with_lines(time_s, [(9.0, 600.0), (1.0, 6.0)]) + noise
+    found = _diagnosed(time_s, error, instead=True)
     assert found.verdict == "unknown"
     assert found.decision.seen is not None
     assert "slow change of unknown form" in sentences(found)[0]
     assert [cause.effect.name for cause in found.findings.causes] == ["periodic_error"]
-    added = found.instead()
+    added = found.instead
     assert added is not None, "explain adds the line"
     assert added.name == "periodic_error"
 
