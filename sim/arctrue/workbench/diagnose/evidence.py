@@ -541,9 +541,12 @@ def _p_among_places(
     item: Candidate, found: Evidence, solution: Solution, tried: Survey, candidates: int
 ) -> float:
     """Return p of an effect that every pass of the reference repeats at the same places, with the
-    places as the sample; 0 if the effect is none of these."""
+    places as the sample; 0 if the effect is none of these, or if the capture shows it too."""
     visits, rows = tried.residuals.visits, tried.residuals.observations.reference
     if visits is None or rows is None or found.score.rank == 0:
+        return 0.0
+    in_capture = tried.residuals.whitened_columns(item.effect, item.nonlinear)[0]
+    if in_capture is not None and in_capture.any():
         return 0.0
     change = (
         solution.reference_prediction_arcsec() - found.base.solution.reference_prediction_arcsec()

@@ -64,6 +64,7 @@ from arctrue.workbench.diagnose.survey import Survey
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
 from arctrue.workbench.inference.forward.cycles import p_among_cycles
 from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.same_place import RepeatedError
 from arctrue.workbench.inference.significance import SIGNIFICANCE
 
 LEAST_EXCESS = 0.25
@@ -297,21 +298,30 @@ def left_undescribed(case: Case) -> Decision | None:
         return Decision("unknown", undescribed_arcsec=left)
     rows = case.survey.base.observations.reference
     of_faces = rows is not None and rows.faces is not None
-    untestable = case.survey.untestable
-    alike = [
-        name
-        for name, effect in case.effects.items()
-        if (places.spots and effect.local_on_disc)
-        or (of_faces and places.stations and effect.of_each_station)
-    ]
     return Decision(
         "unknown",
         undescribed_arcsec=left,
         # A few places that are off do not show that a named effect has another shape.
         seen=places.words() if places.spots else None,
-        look_alikes={name: untestable[name] for name in alike if name in untestable},
+        look_alikes=_alike_at_places(case, places),
         next=TURN_THE_POLYGON if of_faces else TURN_THE_REFERENCE,
     )
+
+
+def _alike_at_places(case: Case, places: RepeatedError) -> dict[str, list[str]]:
+    """Return the effects that this set cannot test and that look like an error of its places: those
+    of single places of the disc, and those with a coefficient for each face of the polygon."""
+    observations = case.survey.base.observations
+    found = {}
+    for name, lacking in case.survey.untestable.items():
+        kind = case.effects[name]
+        if kind.fixed_to_polygon and places.stations and observations.faces is not None:
+            alike = len(kind().column_names(observations)) == observations.faces
+        else:
+            alike = kind.local_on_disc and bool(places.spots)
+        if alike:
+            found[name] = lacking
+    return found
 
 
 def jumped_or_not_white(case: Case) -> Decision | None:

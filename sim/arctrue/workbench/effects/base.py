@@ -289,8 +289,6 @@ class Effect(ABC):
     fixed_to_polygon: ClassVar[bool] = False
     """Whether the effect moves with the polygon when the polygon is turned on the table by some
     faces."""
-    of_each_station: ClassVar[bool] = False
-    """Whether the effect gives each station of the reference an error of its own."""
 
     def __init_subclass__(cls, **of_class: Any) -> None:
         """Accept declarations under their former names, for one release."""

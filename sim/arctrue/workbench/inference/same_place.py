@@ -122,7 +122,7 @@ class RepeatedError:
             where = "angle of travel" if self.over_travel else "angle"
             return (
                 f"the error repeats at equal {where} in {self.passes} passes, "
-                f"{self.rms_arcsec:.2g}″ RMS over {self.places} places: it belongs to the place, "
+                f"{self.rms_arcsec:.3g}″ RMS over {self.places} places: it belongs to the place, "
                 "not to the time"
             )
         first = sorted(self.spots, key=lambda item: -abs(item.size_arcsec))
@@ -431,7 +431,7 @@ class Visits:
             if 2.0 * student_upper_p(t_value, test.within_freedom) > FAMILY_WISE / places:
                 break
             found.append(best)
-            inverse = np.linalg.pinv(normal[np.ix_(found, found)])
+            inverse = np.asarray(np.linalg.pinv(normal[np.ix_(found, found)]), dtype=np.float64)
             sizes = inverse @ moment[found]
             explained = float(sizes @ moment[found])
         free_left = max(test.between_freedom - len(found), 1.0)

@@ -56,7 +56,6 @@ class PolygonFaceError(Effect):
     compensation = "reference"
     compensation_note = "an error of the reference, not of the table"
     fixed_to_polygon = True
-    of_each_station = True
 
     def missing(self, observations: Observations) -> list[str]:
         lacking = []
