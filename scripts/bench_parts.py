@@ -143,8 +143,8 @@ def device_row() -> Row:
     os.close(end)
     per_line_ms = 1e3 * taken_s / DEVICE_LINES
     what = f"arctrue device run, a line of {LINE_BYTES} bytes"
-    beside = f"limit {LINE_LIMIT_MS:g} ms"
-    return Row(what, "CPU ms", (per_line_ms,), beside, per_line_ms <= LINE_LIMIT_MS)
+    limit = f"limit {LINE_LIMIT_MS:g} ms"
+    return Row(what, "CPU ms", (per_line_ms,), limit, per_line_ms <= LINE_LIMIT_MS)
 
 
 def _send(end: int, first: int, last: int) -> None:

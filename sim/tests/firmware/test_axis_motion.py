@@ -110,10 +110,10 @@ def test_ball_pass_has_its_true_size() -> None:
     """A ball pass of a known size, with motion that repeats, noise of 0.2″ and an uneven speed.
 
     The phase of the ball pass advances by the same step z in every turn, so that the mean over
-    former turns with the weights w keeps m = Σ w·z^k of it. The result has the expected square
-    true²·|1 − m|²/(1 + Σ w²), on average 1.026·true². The mean of 20 results agrees within 4
-    standard deviations of this mean. 2u covers 95 % of the errors: of 20 at least 15 (binomial, 3
-    in 1000).
+    former turns with the weights w has the share m = Σ w·z^k of the pass. The result has the
+    expected square true²·|1 − m|²/(1 + Σ w²), on average 1.026·true². The mean of 20 results
+    agrees within 4 standard deviations of this mean. 2u covers 95 % of the errors: of 20 at least
+    15 (binomial, 3 in 1000).
     """
     axis = (*SYNCHRONOUS, BALL_PASS)
     world = Turning(samples=1000, noise_arcsec=0.2, swing=0.05, axis=axis, seed=5)

@@ -54,16 +54,16 @@ equals LEAST_EXCESS, the limit of a model that is not adequate."""
 MOST_SPOTS = 40
 """Largest number of places that are tried as single places; it limits the computing time only."""
 ONE_IN = 8
-"""At most one of this number of places may count as a single place: its neighbours, not it, then
-show the usual error."""
+"""At most one of this number of places may count as a single place: its neighbours then show the
+usual error."""
 FAMILY_WISE = 0.01
 """Probability that a single place is found by chance, over all places."""
 NEARLY_ALL = 0.9
 """Smallest share of the repeated mean square that single places must explain if the error that
 remains is still sure; an effect that leaves a tenth describes an error by the same rule."""
 MOST = 0.5
-"""Smallest share of the mean square of the residual at which the repeated error is most of it; a
-slow change has the same limit."""
+"""If the repeated error has more than this share of the residual's mean square, a change in time
+has less; a slow change has the same limit."""
 OF_THE_PLACE = 0.9
 """Smallest share of an effect's sum of squares that must repeat at the places; the cycles have the
 same limit (MOST_WITHIN in :mod:`forward.cycles`)."""
@@ -108,7 +108,7 @@ class RepeatedError:
 
     @property
     def is_most(self) -> bool:
-        """True if the error is most of the residual, so that no change in time is most of it."""
+        """True if the repeated error has more than half of the residual's mean square."""
         return self.share > MOST
 
     @property
@@ -367,10 +367,7 @@ class Visits:
             return 0.0
         if float(fdtrc(free, test.within_freedom, left / free / test.within)) >= FAMILY_WISE:
             return 0.0
-        remaining = (means - shape * float(count @ (means * shape)) / square)[
-            np.argsort(self.angle_rad)
-        ]
-        if _neighbours_are_alike(remaining):
+        if _neighbours_are_alike(means - shape * float(count @ (means * shape)) / square):
             return 0.0
         return float(fdtrc(rank, free, taken / rank * free / left))
 
@@ -402,7 +399,7 @@ class Visits:
     @cached_property
     def _single_places(self) -> tuple[Integer, Float, Float]:
         """Return the numbers of the single places that cause the repeated error, with their errors
-        and the standard uncertainties of these; none if they leave too much of it.
+        and the standard uncertainties of these; none if a large repeated error remains.
 
         One place after the other is chosen, the largest first; the errors are fitted together.
         """

@@ -126,8 +126,8 @@ def warnings_of_the_arc(model: Model, observations: Observations) -> list[str]:
 
 
 def warnings_of_a_kept_arc(model: Model, observations: Observations) -> list[str]:
-    """Return the warning of the default model if a stored model has the orders that
-    :func:`on_its_arc` keeps of it."""
+    """Return the warning of the default model if a stored model has exactly those orders of the
+    default model that :func:`on_its_arc` keeps."""
     usual = default_model()
     kept = [entry.settings for entry in on_its_arc(usual, observations).effects]
     if [entry.settings for entry in model.effects if entry.name == DISC] != kept:
