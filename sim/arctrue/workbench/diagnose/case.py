@@ -351,15 +351,14 @@ class Case:
 
     @cached_property
     def instead(self) -> Candidate | None:
-        """The effect of another shape that the rules name if the refused effect is set aside, or
-        the line of a log that only a larger slow change prevents from a name; None if there is
-        none."""
+        """The effect of another shape that the rules name if the refused effect is set aside; None
+        if there is none."""
         best = self.best
-        if best is None or self.decision.verdict != "unknown":
-            return None
-        if best.regular is not None and self.decision.resembles is None and self.product is None:
-            return best
-        if self.decision.resembles is not best:
+        if (
+            best is None
+            or self.decision.verdict != "unknown"
+            or self.decision.resembles is not best
+        ):
             return None
         found = replace(self, set_aside=self.set_aside | {best.name}).decision
         item = found.first if found.verdict == "named" else None

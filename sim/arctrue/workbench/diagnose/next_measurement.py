@@ -127,11 +127,6 @@ LONGER_AND_BACK = NextMeasurement(
     "that winds up pulls less when it unwinds",
     "turns",
 )
-AFTER_A_START = NextMeasurement(
-    "the same measurement once more, an hour later and with the temperature: a settling starts "
-    "anew, an error of the air follows the temperature",
-    "again",
-)
 
 
 def measurement_for(

@@ -295,8 +295,10 @@ class Findings:
             words = self.places.words()
             found.append(f"{words[0].upper()}{words[1:]}.")
         if self.slow is not None:
-            words = f"{self.slow_words} is most of the remaining error of the reference."
-            found.append(f"{words[0].upper()}{words[1:]}")
+            found.append(
+                f"A slow change of unknown form, {_angle(self.slow.size_arcsec)} over "
+                f"{self.slow.length:.4g} s, is most of the remaining error of the reference."
+            )
         if self.oscillation is not None:
             found.append(f"The noise contains {self.oscillation.words()}.")
         if self.noise_level_ratio is not None:
@@ -305,15 +307,6 @@ class Findings:
                 f"is {self.noise_level_ratio:.2g} times that of its quiet parts."
             )
         return found
-
-    @property
-    def slow_words(self) -> str:
-        """The slow change in words, with its size; there must be one."""
-        assert self.slow is not None
-        return (
-            f"a slow change of unknown form, {_angle(self.slow.size_arcsec)} over "
-            f"{self.slow.length:.4g} s,"
-        )
 
     def _by_size(self) -> Iterator[tuple[float, str]]:
         """Yield sentences, each with the RMS of its finding in arcseconds."""

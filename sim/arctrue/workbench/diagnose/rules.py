@@ -26,7 +26,6 @@ from arctrue.workbench.diagnose.classes import (
 from arctrue.workbench.diagnose.decision import Decision, Verdict
 from arctrue.workbench.diagnose.facts import Facts
 from arctrue.workbench.diagnose.next_measurement import (
-    AFTER_A_START,
     AT_ANOTHER_SPEED,
     AT_ONE_SPEED,
     LONGER_AND_BACK,
@@ -375,28 +374,6 @@ def rounded_by_the_display(case: Case) -> Decision | None:
         f"explains what resembles {best.name}"
     )
     return Decision("cannot_tell", cannot_tell=why, next=ONE_MORE_DIGIT)
-
-
-def slow_change_is_larger(case: Case) -> Decision | None:
-    """The best effect is a line of a log, and a slow change or a product of parts that remains with
-    it explains more than ten times its mean square.
-
-    The form of the slow change is not in the catalogue: a settling after a start, a control of the
-    air. The line remains in the list of findings.
-    """
-    best = case.best
-    if best is None or best.regular is None:
-        return None
-    least = best.regular.taken_arcsec**2 / LEAST_TAKEN
-    left, slow = case.further, case.survey.findings.slow
-    alone = left is not None and left.verdict == "unknown" and left.resembles is None
-    product = left.described if left is not None and alone else None
-    if product is not None and product.moved_arcsec.get("reference", 0.0) ** 2 > least:
-        return Decision("unknown", described=product)
-    if slow is None or slow.rms_arcsec**2 <= least:
-        return None
-    seen = f"{case.survey.findings.slow_words} is far larger than every line"
-    return Decision("unknown", seen=seen, next=AFTER_A_START)
 
 
 def contradicts_itself(case: Case) -> Decision | None:
@@ -841,7 +818,6 @@ RULES = (
     Rule("unknown", runs_follow_a_condition),
     Rule("adequate", nothing_found),
     Rule("cannot_tell", rounded_by_the_display),
-    Rule("unknown", slow_change_is_larger),
     Rule("unknown", contradicts_itself),
     Rule("unknown", makes_it_worse),
     Rule("unknown", takes_little),

@@ -29,8 +29,6 @@ class SlowChange:
 
     size_arcsec: float
     """Difference between the highest and the lowest value of the change."""
-    rms_arcsec: float
-    """RMS of the change over the averaged rows."""
     length: float
     """Length of the record, on its measured clock."""
 
@@ -52,4 +50,4 @@ def slow_change(record: Record, others: Float) -> SlowChange | None:
     curve = own @ (own.T @ left)
     if float(curve @ curve) <= LEAST_OF_LEFT * float(left @ left):
         return None
-    return SlowChange(float(np.ptp(curve)), float(np.sqrt(np.mean(curve**2))), length)
+    return SlowChange(float(np.ptp(curve)), length)
