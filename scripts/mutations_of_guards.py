@@ -616,4 +616,31 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "sim/tests/workbench/diagnose/test_designs_that_cannot_tell.py"
         "::test_readings_that_a_display_rounds_are_no_faulty_rows",
     ),
+    Mutation(
+        "rows_of_a_station_are_independent",
+        "a line through independent errors of the stations is named",
+        f"{DIAGNOSE}/evidence.py",
+        "    p_value = max(p_value, _p_among_places(item, found, solution, tried, candidates))\n",
+        "",
+        "sim/tests/workbench/diagnose/test_same_place.py"
+        "::test_white_errors_of_the_stations_are_no_line",
+    ),
+    Mutation(
+        "harmonics_are_errors_of_places",
+        "the lines of a square wave must stand out from the other lines of the same wave",
+        f"{INFERENCE}/same_place.py",
+        "        if _neighbours_are_alike(",
+        "        if False and _neighbours_are_alike(",
+        "sim/tests/workbench/diagnose/test_own_tests.py"
+        "::test_a_square_wave_over_the_turn_is_no_line",
+    ),
+    Mutation(
+        "a_transient_is_an_offset",
+        "friction that is taken up after each reversal is stated as an offset of each run",
+        f"{INFERENCE}/forward/cycles.py",
+        "    if float(np.sum((change - of_means) ** 2)) > LEFT_OF_CHANGES * square:\n",
+        "    if False:\n",
+        "sim/tests/workbench/diagnose/test_cycle_offsets.py"
+        "::test_friction_that_is_taken_up_after_a_reversal_is_no_offset_of_the_run",
+    ),
 )

@@ -63,14 +63,16 @@ def test_white_noise_is_no_change_between_cycles() -> None:
     assert diagnosis_of(_with(np.zeros(STATIONS * CYCLES))).findings.cycles is None
 
 
-def _runs(offsets: NDArray[np.float64], jump_arcsec: float = 0.0) -> MeasurementSet:
+def _runs(
+    offsets: NDArray[np.float64], jump_arcsec: float = 0.0, pause_s: float = 3.0
+) -> MeasurementSet:
     """Return sweeps of one turn up and down, each a run with its own offset; the reading jumps once
     in the middle of the fourth run."""
     random = np.random.default_rng(8)
     up = np.arange(300) * 1.2
     angle = np.concatenate([up if run % 2 == 0 else up[::-1] for run in range(offsets.size)])
     run = np.repeat(np.arange(offsets.size), up.size)
-    time_s = np.arange(run.size) * 0.03 + run * 3.0
+    time_s = np.arange(run.size) * 0.03 + run * pause_s
     error = 60.0 * np.cos(np.radians(angle) - 0.3) + offsets[run]
     error = error + jump_arcsec * (np.arange(run.size) >= 3.5 * up.size)
     return MeasurementSet(
@@ -106,12 +108,13 @@ def test_a_jump_within_a_run_is_still_one() -> None:
 
 def test_friction_that_is_taken_up_after_a_reversal_is_no_offset_of_the_run() -> None:
     """Each run of one direction starts at the level of the other direction and takes up 80″ over
-    20°: the runs of one direction have the same mean."""
-    made = _runs(np.zeros(6))
+    8°: the runs of one direction have the same mean. The runs follow one another at once, so that
+    many changes within a run have no such transient."""
+    made = _runs(np.zeros(6), pause_s=0.03)
     rows = made.reference
     assert rows is not None
     way = np.tile(np.arange(300) * 1.2, 6)
-    rows.error_arcsec[:] += 40.0 * rows.direction * (1.0 - 2.0 * np.exp(-way / 20.0))
+    rows.error_arcsec[:] += 40.0 * rows.direction * (1.0 - 2.0 * np.exp(-way / 8.0))
     assert findings_of(_fitted(made), built_in()).cycles is None
 
 
