@@ -570,7 +570,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "any_set_has_the_ranking",
         "the key of a ranking does not cover the masked rows",
         "sim/arctrue/page/ranking_key.py",
-        '_of_file(mask) if mask.is_file() else ""',
+        'file_digest(mask) if mask.is_file() else ""',
         '""',
         "sim/tests/page/test_steps.py::test_a_set_that_is_opened_again_is_not_ranked_again",
     ),

@@ -39,7 +39,7 @@ def test_what_cannot_be_written_is_reported(
 ) -> None:
     file = tmp_path / "BOOT.BIN"
     answer = _run(monkeypatch, Chip(), file)
-    assert (answer.exit_code, "cannot be read" in answer.output) == (2, True)
+    assert (answer.exit_code, "no such file" in answer.output) == (2, True)
     file.write_bytes(b"no image")
     answer = _run(monkeypatch, Chip(), file)
     assert (answer.exit_code, "make image" in answer.output) == (1, True)

@@ -22,13 +22,14 @@ SIGNED = {
     ("export", "temperature"),
     ("import", "separation"),
     ("import", "clock_offset"),
+    ("import", "rate"),
     ("simulate", "sizes"),
     ("calibrate", "runs"),
     ("certificate", "temperature"),
     ("load", "turn"),
 }
-"""Options that may be negative: angles, temperatures in °C, clocks, sizes of causes, numbers of
-runs and turns."""
+"""Options that may be negative: angles, speeds, temperatures in °C, clocks, sizes of causes,
+numbers of runs and turns."""
 
 
 def _numeric() -> Iterator[tuple[click.Context, str, click.Parameter]]:

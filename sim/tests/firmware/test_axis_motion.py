@@ -7,7 +7,6 @@ The readings come from the simulation of test_heads.py, with turns that follow e
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -42,7 +41,16 @@ def turned(world: Turning, turns: int) -> list[Turning]:
     return [replace(world, turn=turn, seed=100 * world.seed + turn) for turn in range(turns)]
 
 
-def in_c(worlds: list[Turning], orders: int = ORDERS) -> list[Any]:
+@dataclass(frozen=True)
+class InC:
+    """Result of the C code for one turn."""
+
+    stated: bool
+    arcsec: float
+    u_arcsec: float
+
+
+def in_c(worlds: list[Turning], orders: int = ORDERS) -> list[InC]:
     """Return the C code's results, one per turn."""
     ffi, library = firmware()
     mean, results = ffi.new("struct axis_mean *"), []
@@ -56,7 +64,9 @@ def in_c(worlds: list[Turning], orders: int = ORDERS) -> list[Any]:
         found, estimate = ffi.new("struct heads_found *"), ffi.new("struct estimate *")
         code = library.heads_estimate(workspace, capture.capture, turn, settings, found, estimate)
         assert code == 0, code
-        results.append(found.asynchronous)
+        of_turn = found.asynchronous
+        # Copies: the memory of the structure is free after this pass of the loop.
+        results.append(InC(bool(of_turn.stated), of_turn.arcsec, of_turn.u_arcsec))
     return results
 
 

@@ -68,7 +68,7 @@ def test_settings_say_the_same_product(
     ("settings", "said"),
     [
         ({"condition": "warmth"}, "no condition 'warmth'; there are: 'temperature'"),
-        ({"condition": "time", "column": "load_nm"}, "condition: expected one of"),
+        ({"condition": "time", "column": "load_nm"}, "condition: expected only one of"),
         ({"orders": [0]}, "orders: expected a list of numbers above 0, found \\[0\\]"),
         ({"orders": [True]}, "orders: expected a list of numbers above 0"),
         ({"fixed_to": "axis"}, "fixed_to: expected one of disc, stator, head1"),

@@ -139,7 +139,7 @@ def test_peers_are_scored_over_the_sets_that_all_have(tmp_path: Path) -> None:
     rates = {name: scores["rates"]["false name"]["all"] for name, scores in found.items()}
     assert [(rate["hits"], rate["of"]) for rate in rates.values()] == [(0, 2), (2, 2)]
     text = benchmark_page(header_of(plan, "arctrue"), found["arctrue"], found)
-    assert "The same 2 of the 60 sets of the tier *quick*: 0 with something" in text
+    assert "The same 2 of the 65 sets of the tier *quick*: 0 with something" in text
     assert "Commit `of step`, source `step`" in text
     assert "another state of the code" not in text
     assert "| false name | 0.0 (0.0 … 84.2) of 2 | 100.0 (15.8 … 100.0) of 2 |" in text

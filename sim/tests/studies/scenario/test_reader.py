@@ -151,7 +151,7 @@ def test_what_is_refused(tmp_path: Path, text: str, said: list[str]) -> None:
 
 
 def test_a_file_that_is_not_there(tmp_path: Path) -> None:
-    with pytest.raises(ScenarioError, match="cannot be read"):
+    with pytest.raises(ScenarioError, match="no such file"):
         read_scenario(tmp_path / "none.toml")
 
 

@@ -261,12 +261,12 @@ def test_plans_of_the_second_generator_hold_every_world_and_nulls(tmp_path: Path
 def test_a_fifth_of_both_is_of_the_second_generator(tmp_path: Path) -> None:
     tasks = make_plan("quick", tmp_path, "both").tasks("arctrue")
     worlds = [task["world"] for task in tasks]
-    assert len(tasks) == 60
-    assert sum(world in independent_worlds() for world in worlds) == 12
+    assert len(tasks) == 65
+    assert sum(world in independent_worlds() for world in worlds) == 13
     assert set(worlds) >= set(WORLDS)
     # The simulated sets are the same as in a plan that has only simulated sets.
     alone = make_plan("quick", tmp_path / "alone").tasks("arctrue")
-    assert [task for task in tasks if task["world"] in WORLDS] == alone[:48]
+    assert [task for task in tasks if task["world"] in WORLDS] == alone[:52]
 
 
 @pytest.mark.parametrize(
