@@ -67,7 +67,8 @@ def test_errors_in_another_unit(unit: float) -> None:
 
 
 def test_a_reference_that_repeats_better_than_its_uncertainty() -> None:
-    """The uncertainty of a reference contains constant parts; a tenth of it is no other unit."""
+    """No warning where the repeats are ten times better than the stated uncertainty, which also
+    contains constant parts, or where no uncertainty is stated."""
     for reference in (_reference(), _reference(u_arcsec=4.0), _reference(3600.0, None)):
         made = MeasurementSet(Table(), None, reference)
         assert doubtful_units(observations_of(made)) == []
