@@ -15,11 +15,12 @@ from arctrue.workbench.inference.solution import Solution
 
 @dataclass(frozen=True, eq=False)
 class Adding:
-    """Adds single effects to a model and stores the residual with each; the model is a fit of its
-    terms."""
+    """Adds single effects to a fitted model and stores the residual of the model with each of
+    them."""
 
     residuals: Residuals
-    """Residuals of the model; a survey of the same model shares them and what they store."""
+    """Residuals of the model; a survey of the same model uses the same object with its stored
+    results."""
     effects: Mapping[str, type[Effect]]
     found: dict[str, Left | None] = field(default_factory=dict)
 

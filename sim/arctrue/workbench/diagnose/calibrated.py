@@ -31,16 +31,16 @@ Float = NDArray[np.float64]
 
 FILE = Path(__file__).with_name("calibrated.json")
 KINDS = ("named", "ambiguous", "unknown", "adequate", "cannot_tell")
-"""Verdicts for which right and wrong answers were counted; with ``bad_data`` the prior
-probabilities are stated."""
+"""Verdicts for which right and wrong answers were counted; for ``bad_data`` a diagnosis states the
+prior probabilities."""
 DISTANCES = ("untested", "left", "not_white", "few_repeats")
 """Features that measure the distance of a set from the benchmark's usual set; larger values never
 increase a stated probability."""
 FEATURES = ("constant", *KINDS, *RESTS_ON, "evidence", *DISTANCES)
 """Features of the logistic function, chosen by their scores on answers of ``stated.csv`` that were
-left out of the fit: at a time, the answers for one of the benchmark's kinds of data (``world``), or
-for one generator. The scores of the chosen features are a little optimistic; only answers that were
-made after the choice measure the features without bias."""
+left out of the fit: each fit left out the answers for one of the benchmark's kinds of data
+(``world``) or for one generator. The scores of the chosen features are a little optimistic; only
+answers that were made after the choice measure the features without bias."""
 SUREST_EVIDENCE = 1e-2
 """Smallest distance of the evidence, a probability, from 0 and from 1; likelihoods do not determine
 it more exactly."""
@@ -100,7 +100,8 @@ def features(verdict: str, grounds: Grounds) -> Float:
 
 
 def confidence(verdict: str, grounds: Grounds) -> float | None:
-    """Return the probability that an answer with these grounds is right; None if not in KINDS."""
+    """Return the probability that an answer with these grounds is right; None if KINDS lacks the
+    verdict."""
     if verdict not in KINDS:
         return None
     return calibration().confidence(verdict, features(verdict, grounds))

@@ -133,7 +133,8 @@ def is_line(item: Candidate) -> bool:
 
 
 def explained_arcsec(item: Candidate) -> float:
-    """Return the RMS of the error that the candidate explains in the channel that it moves most."""
+    """Return the RMS of the error that the candidate explains in the channel where this RMS is
+    largest."""
     if item.regular is not None:
         return item.regular.taken_arcsec
     return max(item.size_arcsec.values(), default=0.0)

@@ -27,8 +27,8 @@ from arctrue.workbench.inference.significance import SIGNIFICANCE, corrected_p_v
 from arctrue.workbench.observations import Observations
 
 MOST_LEFT = 0.5
-"""Largest share of the error's variance that a slow product may leave to come before the others:
-below half, it explains more of the error than all else."""
+"""A slow product comes before the other products if it leaves less than this share of the error's
+variance: it then explains more of the error than everything else together."""
 
 
 def tried_effects(
@@ -117,9 +117,9 @@ def tried_products(residuals: Residuals, looks: int) -> list[Candidate]:
     """Return the products of parts, best first. ``looks``: number of surveys by which each p is
     corrected.
 
-    The first is the product that leaves the least error, if this is less than half of the error's
-    variance. Slow noise absorbs such a slow error while the product is not in the model, so that
-    the gains with that noise do not compare the products.
+    The first is the product that leaves the least error, if it is significant and leaves less than
+    half of the error's variance. While no product is in the model, slow noise absorbs such a slow
+    error, so that gains with that noise cannot rank the products.
     """
     found = _of_parts(best_parts(residuals), residuals, looks)
     shares = [_share_left(item, residuals) for item in found]

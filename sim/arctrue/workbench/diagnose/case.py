@@ -187,7 +187,8 @@ class Case:
             return None
         places = self.survey.findings.places
         if places is not None and places.is_most and OF_THE_TIME & set(found.effect.parts):
-            # Every pass shows most of the error at the same place, at another time.
+            # Every pass shows most of the error at the same place, so the error is no function of
+            # the time.
             return None
         if self.best is not None and _contains(self.best, found):
             # The best effect contains the product, as polygon faces contain one of their orders.
@@ -316,8 +317,8 @@ class Case:
         return None if any(_same(item, product) for item in members) else product
 
     def with_it(self, item: Candidate | None) -> Case | None:
-        """Return the case whose model also has this effect; None if the rules do not need this
-        case."""
+        """Return the case whose model also has this effect; None without an effect or at depth
+        DEEPEST."""
         if item is None or self.depth >= DEEPEST:
             return None
         if self.best is item:
@@ -328,7 +329,8 @@ class Case:
 
     @cached_property
     def with_best(self) -> Case | None:
-        """The case with the best effect in the model; None if the rules do not need this case."""
+        """The case with the best effect in the model; None without a best effect or at depth
+        DEEPEST."""
         if self.best is None or self.depth >= DEEPEST:
             return None
         return replace(

@@ -70,10 +70,9 @@ def alike(best: Candidate, others: Sequence[Candidate], *, unspecific: bool = Fa
 def adds(item: Candidate, other: Candidate, *, searched: bool = True) -> bool:
     """Tell whether ``item`` still gains more than chance when ``other`` is in the model.
 
-    ``searched``: the gain is corrected for the search of ``item``; without it, ``other`` has found
-    the place.
-    Both gains use the same noise: the noise estimated with ``item`` in the model or, if there is
-    none, with ``other`` in the model.
+    ``searched``: whether to correct the gain for the search of ``item``; False if the search
+    parameters follow from ``other``. Both gains use the same noise: the noise estimated with
+    ``item`` in the model or, if that noise was not estimated, with ``other`` in the model.
     """
     known = item.evidence or other.evidence
     solution, share = other.solution, 1.0
@@ -81,7 +80,8 @@ def adds(item: Candidate, other: Candidate, *, searched: bool = True) -> bool:
         score = known.base.score(other.effect, other.nonlinear)
         solution = known.base.solution_with(other.effect, other.nonlinear, score)
         alone = known.base.score(item.effect, item.nonlinear).gain
-        # The gain is scaled to the gain with the noise estimated anew without and with the effect.
+        # The gain is scaled to ``item.gain``, for which the noise was estimated anew both without
+        # and with the effect.
         share = item.gain / max(alone, 1e-300)
     left = Residuals(solution).score(item.effect, item.nonlinear)
     freedom = min(item.freedom, other.freedom)
@@ -140,7 +140,8 @@ def stands_in(best: Candidate, other: Candidate) -> bool:
 def without_unspecific(found: Sequence[Candidate]) -> list[Candidate]:
     """Omit each effect that only describes the observation if a cause explains the same error.
 
-    A motion of the axis needs head 1 to show it too; if only another head shows it, the line stays.
+    A motion of the axis also changes the reading of head 1: if only another head shows the line,
+    the line stays.
     """
     specific = [item for item in found if not item.effect.unspecific]
     return [
@@ -159,8 +160,9 @@ def _explained(line: Candidate, other: Candidate) -> bool:
 def _is_enough(line: Candidate, cause: Candidate) -> bool:
     """Tell whether a line of some heads explains all that a motion of the axis explains.
 
-    The motion has more coefficients, because a reference shows what head 1 reads. Two heads without
-    a reference have one wave for both effects, so that the line is no simpler explanation.
+    With a reference, which shows the reading of head 1, the motion has more coefficients than the
+    line. With two heads and no reference, both effects are one wave, so that the line is no simpler
+    explanation.
     """
     if not cause.effect.moves_axis or cause.rank <= line.rank:
         return False

@@ -24,7 +24,7 @@ from arctrue.workbench.inference.design_matrix import Term
 ALIKE = 0.98
 """Columns count as equal if their canonical correlation, with the model projected out, is at least
 this value. With one effect in the model, 4 % of the gain of the other effect remains at this
-correlation; this exceeds a near tie of 6 only for a gain above 150."""
+correlation; these 4 % exceed a near tie of 6 only for a gain above 150."""
 FRAMES: tuple[Frame, ...] = ("disc", "stator", *FRAME_OF_HEAD.values(), "reference")
 
 

@@ -199,8 +199,8 @@ def _slow_noise(residuals: Residuals, matters: float) -> Blindness | None:
             return Blindness(
                 f"{size:.2g}″ of the residual of the {channel} changes slowly, far more than "
                 "single readings scatter: such a slow effect cannot be distinguished from noise",
-                "the same measurement once more, in another order and with the temperature: what "
-                "repeats at the same angle is not noise",
+                "the same measurement once more, in another order and with the temperature: an "
+                "error that repeats at the same angle is not noise",
                 "again",
             )
     return None

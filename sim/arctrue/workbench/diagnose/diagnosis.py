@@ -202,8 +202,8 @@ def diagnose(
 
 
 def _described_above(found: Diagnosis, tried: Survey, report_step: ReportStep) -> Diagnosis:
-    """Return the diagnosis with a description of an error that has none, if it is a line of a high
-    order. The verdict, which rests on the catalogue, does not change."""
+    """Return the diagnosis with a description of the unknown error, if this error is a line of a
+    high order. The verdict, which rests on the catalogue, does not change."""
     said = found.decision
     if said.verdict != "unknown" or said.described is not None or said.seen is not None:
         return found

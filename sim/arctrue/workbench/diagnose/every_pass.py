@@ -72,7 +72,8 @@ def _acts_on_capture(item: Candidate) -> bool:
     """Tell whether the effect has columns in the capture.
 
     An effect that has columns in the reference alone also changes the capture's prediction, through
-    the orders of the graduation. These orders change in every run, as far as noise allows.
+    the orders of the graduation. That change is equal in every run, so that a comparison of runs
+    does not test the effect.
     """
     columns = item.solution.observations.capture
     assert columns is not None

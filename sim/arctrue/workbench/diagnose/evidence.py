@@ -220,10 +220,10 @@ def taken_by_noise(items: Sequence[Candidate], tried: Survey) -> list[Candidate]
     """Return the effects among ``items`` that would be significant without slow noise.
 
     This test also disregards offsets of the runs beyond the index repeatability, if the effect
-    explains them: a drifting head causes them in one warm run. Every estimate contains at least the
-    noise of this test. An effect that is not significant in this test is therefore not significant
-    with any estimate. An effect with a search is left out, because its search parameters were
-    fitted to the slow noise.
+    explains them: a head that drifts in one warm run causes such offsets. Every estimate contains
+    at least the noise of this test. An effect that is not significant in this test is therefore not
+    significant with any estimate. An effect with a search is left out, because its search
+    parameters were fitted to the slow noise.
     """
     fixed = [
         item
@@ -462,8 +462,8 @@ def _product_in_less_noise(
 ) -> tuple[Candidate, Evidence]:
     """Return the product of parts that is best with less noise, and its evidence.
 
-    Slow noise absorbs a slow error while no product is in the model, so that the gains of two
-    products with that noise do not compare them: the product that leaves less may gain less.
+    While no product is in the model, slow noise absorbs a slow error, so that gains with that noise
+    cannot rank two products: the product that leaves the smaller error may gain less.
     """
     others = tried_products(found.base, tried.looks)
     if not others or others[0].effect.parts == item.effect.parts:

@@ -66,7 +66,8 @@ class Facts:
 
     @property
     def _rounded_line(self) -> Blindness | None:
-        """Reason that the largest line of a log may be the rounding of the display; else None."""
+        """Reason for doubt if the rounding of the display may cause the largest line of a log; else
+        None."""
         assert self.case is not None
         survey = self.case.survey
         reference = survey.channels.get("reference")

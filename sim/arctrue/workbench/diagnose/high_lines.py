@@ -38,7 +38,7 @@ def high_lines(residuals: Residuals, above: float) -> tuple[list[float], int]:
         return [], 0
     parts = [part for part in noise.stretches if part.stop - part.start > 2]
     ways = [float(np.median(np.abs(np.diff(rows.angle_rad[part])))) for part in parts]
-    # A slow run may have many rows at one place; its way does not limit the orders.
+    # A slow run may have most rows at one place: a median step of 0 does not limit the orders.
     highest = min([HIGHEST, *(np.pi / way for way in ways if way > 0.0)])
     halves = np.arange(int(2.0 * above) + 1, int(np.ceil(2.0 * highest)))
     orders: Float = 0.5 * halves.astype(np.float64)
@@ -47,8 +47,8 @@ def high_lines(residuals: Residuals, above: float) -> tuple[list[float], int]:
     gains = np.zeros(halves.size)
     for part in parts:
         place = np.mod(0.5 * rows.angle_rad[part] / (2.0 * np.pi), 1.0) * 2 * DISC_BINS
-        # Each row is divided between two bins: its rounding to one bin would give a strong line
-        # sidebands.
+        # Each row is divided between two bins, because rounding to one bin would add sidebands to a
+        # strong line.
         low = np.floor(place).astype(np.int64)
         upper, values = place - low, precise[part]
         sums = np.bincount(low, (1.0 - upper) * values, 2 * DISC_BINS + 1)

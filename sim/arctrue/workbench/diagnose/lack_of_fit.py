@@ -76,7 +76,7 @@ def line_in_angle(rows: ReferenceRows, residual: Float) -> float:
 
     Stations that never repeat have no scatter of repeats, but a line in their order spectrum still
     shows a lack of fit. A polygon has too few stations for this test; the analysis of variance
-    judges them.
+    tests them.
     """
     side = np.zeros(rows.run.size) if rows.direction is None else rows.direction
     passes = np.cumsum(np.diff(rows.run, prepend=rows.run[0]) != 0) * 2 + (side > 0)
@@ -132,8 +132,8 @@ def reference_lack_of_fit(residuals: Residuals) -> float | None:
     The tests are groupings of the rows, the places against the scatter of the passes and, at
     closely spaced stations, a line in the angle; the result is None without a reference.
 
-    The whitened residuals of the other tests count a deviation that the model leaves as noise; the
-    scatter of the passes does not contain it.
+    The noise that whitens the residuals of the other tests includes a deviation that the model does
+    not explain; the scatter of the passes does not include it.
     """
     rows, residual = residuals.observations.reference, residuals.reference_whitened
     if rows is None or residual is None:

@@ -62,7 +62,7 @@ ANOTHER_SPEED = 1.5
 already shows which errors grow with the speed."""
 REINDEX = (
     "the same reference run with the polygon put on again some whole faces further, as a set of "
-    "its own: where the fitted model then fails (compare --no-fit), the error has moved with the "
+    "its own: if the fitted model then fails (compare --no-fit), the error has moved with the "
     "polygon"
 )
 
@@ -118,13 +118,13 @@ LOOK_AT_THE_STAND = NextMeasurement(
 )
 
 AT_ANOTHER_SPEED = NextMeasurement(
-    "one more run at twice the speed, in the same direction: what grows with the angle keeps its "
-    "size a turn, what grows with the time halves it",
+    "one more run at twice the speed, in the same direction: an error that grows with the angle "
+    "keeps its size per turn, an error that grows with the time has half its size per turn",
     "speed",
 )
 LONGER_AND_BACK = NextMeasurement(
-    f"one run of {MORE_TURNS} turns, and one back: counts that are lost go on to grow, a cable "
-    "that winds up pulls less when it unwinds",
+    f"one run of {MORE_TURNS} turns, and one back: the number of lost counts continues to grow, "
+    "a cable that winds up pulls less when it unwinds",
     "turns",
 )
 

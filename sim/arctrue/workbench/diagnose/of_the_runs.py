@@ -20,8 +20,8 @@ from arctrue.workbench.inference.significance import SIGNIFICANCE, corrected_p_v
 
 LEAST_OFFSETS = 2
 """Smallest number of free offsets (runs minus columns of the effect) for the comparison with the
-known index repeatability. A single free offset agrees whenever two runs have the same shift, for
-example if a head was displaced before both runs."""
+known index repeatability. A single free offset agrees with the known index whenever two runs have
+the same shift, for example if a head was displaced before both runs."""
 
 LEAST_RUNS = 6
 """Smallest number of runs whose offsets are compared with a condition. With five runs only a
@@ -137,8 +137,8 @@ def offsets_follow(residuals: Residuals) -> FollowedCondition | None:
     """Return the condition of which the offsets of the runs are a linear or quadratic function;
     None if there is none, or if the offsets are within the known scatter of the index.
 
-    The offset at which the curve begins is free. The F test counts runs, not rows: a thermometer's
-    noise within a run, or a lag, hides from the rows that the runs follow a temperature.
+    The constant of the function is free. The sample of the F test is the runs, not the rows: noise
+    or lag of a thermometer within a run can hide a dependence that the means of the runs show.
     """
     observations = residuals.observations
     rows = observations.capture

@@ -298,8 +298,8 @@ def parts_above(residuals: Residuals) -> list[PartsCandidate]:
     channels = 1 + (residuals.observations.reference is not None)
     shares = [share / channels for share in condition_shares(found)]
     named = [*zip(found, shares, strict=True)]
-    # A torque or a current of zero has no effect, and the model has no high order that could
-    # replace the subtracted part of a column.
+    # Each column is also tried without subtraction of its zero: a torque or a current of zero
+    # causes no error, and the model has no high order that could explain the subtracted part.
     named += [
         (column_condition(item.column, 0.0), share)
         for item, share in zip(found, shares, strict=True)

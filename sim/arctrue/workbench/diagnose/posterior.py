@@ -112,8 +112,8 @@ def posterior(
         # effect, and ``unknown`` may not be more probable than the first.
         most = 0.5 * advantage if len(effect_class) == 1 else 0.0
         # The first effect of a class can be excluded only because it does not show at every speed.
-        # This effect then also counts as an excluded effect with its own probability, so that only
-        # another rival can be more probable.
+        # It is then itself one of the excluded effects whose probability ``unknown`` includes, so
+        # that only another rival can make ``unknown`` more probable.
         suspect = effect_class[0] in excluded
         others = [judged[name] for name in judged if name in excluded - set(effect_class)]
         rival = float(np.logaddexp.reduce([of_product, *others]))

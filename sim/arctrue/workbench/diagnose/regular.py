@@ -1,9 +1,9 @@
 """Finds regular causes in a reference run with closely spaced rows. A forward search finds lines
 (sinusoidal errors), ordered by the error that they explain.
 
-A line far above the scatter of the rows cannot be tested by single omitted rows, because their
-neighbours already predict it. This search predicts whole blocks of the record; every line of its
-result has passed this test.
+Single omitted rows cannot test a line far above the scatter of the rows, because the neighbours of
+an omitted row already predict it. This search predicts whole blocks of the record; every line of
+its result has passed this test.
 """
 
 from __future__ import annotations
@@ -482,8 +482,8 @@ def _at_its_row(jump: Jump, observations: Observations) -> Jump:
     """Return the jump with the number of its row in the file, from 0, in place of its number among
     the used rows.
 
-    This is the row after the last used row before the jump, because the first row after a jump is
-    often an outlier among its neighbours, which is not used.
+    The number is that of the row after the last used row before the jump: the first row after a
+    jump is often an outlier among its neighbours and then not used.
     """
     if jump.turns is None:
         return jump

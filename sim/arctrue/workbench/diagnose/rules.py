@@ -67,8 +67,8 @@ from arctrue.workbench.inference.same_place import RepeatedError
 from arctrue.workbench.inference.significance import SIGNIFICANCE
 
 LEAST_EXCESS = 0.25
-"""Smallest excess of the residuals above the noise, as a share of the noise, with which a model is
-not adequate although no effect describes the residuals. The lack of fit must be significant too."""
+"""A model is not adequate if its residuals exceed the noise by at least this share of the noise and
+its lack of fit is significant, even if no effect describes the residuals."""
 
 RISES = 1e-3
 """Smallest relative rise of the RMS that the printed figures show (three or four digits). The rise
@@ -79,9 +79,9 @@ LINES = frozenset({"line", "frequency", "unwrapped_order"})
 drives may look like a line."""
 OF_AN_OSCILLATION = 0.75
 """Smallest share of an oscillation's gain by which a line or a product of parts explains the
-oscillation. A line explains all of a sine whose amplitude or phase changes little, but about a
-third of an oscillation that loses its phase twenty times in the record, which has the width of six
-frequencies that the record separates."""
+oscillation. A line explains all of a sine whose amplitude or phase changes little. It explains
+about a third of an oscillation that loses its phase twenty times in the record and therefore has
+the width of six frequencies that the record separates."""
 LEAST_TAKEN = 0.1
 """Smallest share of the error's mean square above the noise that an effect must remove; an effect
 that removes less does not explain this error."""
@@ -108,7 +108,7 @@ def unknown_noise(facts: Facts) -> Decision | None:
 def too_little_to_see(facts: Facts) -> Decision | None:
     """Nothing is found, but little could have been, or the rows do not determine the model.
 
-    Slow noise, few rows, or effects that lack data hide what there may be.
+    Slow noise, few rows or missing data may hide an effect.
     """
     found = facts.blindness
     if found is None:
@@ -184,8 +184,8 @@ def moved_between_cycles(case: Case) -> Decision | None:
 
 
 def driven_by_noise(case: Case) -> Decision | None:
-    """The noise has a damped oscillation; lines and products of parts explain less than three
-    quarters, and other effects less than a tenth of what it explains."""
+    """The noise has a damped oscillation; lines and products of parts gain less than three quarters
+    as much, other effects less than a tenth as much."""
     best, product = case.best, case.product
     flexible = best is not None and _only_lines(case, best)
     if product is not None and case.ahead > PARTS_ADVANTAGE:
@@ -207,7 +207,7 @@ def driven_by_noise(case: Case) -> Decision | None:
 
 
 def _only_lines(case: Case, best: Candidate) -> bool:
-    """The best is a line, or far behind a line that rows left out do not show."""
+    """The best effect is a line, or far behind a line that other rows contradict."""
     refused = case.refused
     if best.effect.search_kind in LINES:
         return True
@@ -300,7 +300,7 @@ def left_undescribed(case: Case) -> Decision | None:
     return Decision(
         "unknown",
         undescribed_arcsec=left,
-        # A few places that are off do not show that a named effect has another shape.
+        # Errors at a few places do not show that a named effect has another shape.
         seen=places.words() if places.spots else None,
         look_alikes=_alike_at_places(case, places),
         next=TURN_THE_POLYGON if of_faces else TURN_THE_REFERENCE,
@@ -439,9 +439,9 @@ def takes_little(case: Case) -> Decision | None:
 
     A line that other blocks of the rows predict exists, however large the remaining error is;
     further surveys search for that error. If a diagnosis then finds the same kind in every survey,
-    and all of them together remove as little, the error has another shape, of which each finding is
-    a part. An effect that differs between runs only is in the offsets of the runs and removes
-    nothing from the rows.
+    and all these effects together remove less than a tenth, the error has another shape, and each
+    of them is a part of this error. An effect that differs between runs only is in the offsets of
+    the runs and removes nothing from the rows.
     """
     if case.best is None or case.shown_by_parts(case.best) or _of_the_runs(case):
         # Other blocks predict a line of a forward search, and other passes a reversal error.
@@ -467,7 +467,7 @@ def takes_little(case: Case) -> Decision | None:
 
 
 def _one_kind_takes_little(case: Case) -> Decision | None:
-    """Each effect that is found is of the kind of the first, and together they take little."""
+    """Each effect that is found is of the kind of the first, and together they remove little."""
     assert case.best is not None
     deepest = case
     for _ in range(DEEPEST - 1):
@@ -749,10 +749,11 @@ def _unknown_within(left: Decision, case: Case) -> bool:
         return in_noise and _largest(found) ** 2 > OF_THE_SAME_KIND * _largest(first) ** 2
     if not left.undescribed_arcsec:
         return True
-    # The first effect may remove nothing in a channel whose small residuals are no known noise; an
-    # effect that only the offsets of the runs show removes nothing in its own channel. Slow noise
-    # may have absorbed the first effect before it was added; the fall of the RMS counts the effect
-    # nevertheless.
+    # The remaining error is compared with the largest size of the first effect: the fall of the
+    # excess, the fall of the mean square (slow noise may have absorbed the effect before it was
+    # added), or its change of the prediction in another channel, because the effect may remove
+    # nothing in this channel. An effect that only the offsets of the runs show removes nothing in
+    # its own channel.
     of_the_runs = _of_the_runs(case)
     return any(
         after**2

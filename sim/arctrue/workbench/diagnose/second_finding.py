@@ -69,7 +69,8 @@ class SecondFinding:
                 f"The size of the named effect differs by ±{100.0 * self.variation:.0f} % from "
                 f"place to place; the remaining error: {left}."
             )
-        # The report states the next name elsewhere; only a product of parts gives the form.
+        # Another sentence of the report names a further effect; here, only a product of parts
+        # describes the form.
         what = "" if self.description is None else f"; {self.description}"
         return f"With the named effect in the model an error remains: {left}{what}."
 
