@@ -541,7 +541,7 @@ def _p_among_places(
     item: Candidate, found: Evidence, solution: Solution, tried: Survey, candidates: int
 ) -> float:
     """Return p of an effect that every pass of the reference repeats at the same places, with the
-    places as the sample; 0 if the effect is none of these, or if the capture shows it too."""
+    places as the sample; 0 for any other effect, and if the capture shows it too."""
     visits, rows = tried.residuals.visits, tried.residuals.observations.reference
     if visits is None or rows is None or found.score.rank == 0:
         return 0.0

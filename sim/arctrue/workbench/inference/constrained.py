@@ -58,9 +58,9 @@ uncertainty. A bound counts as reached if the value is nearer to it than this.""
 
 POINT = 0.1
 """An equation holds at a single point of its unknowns, such as an amplitude at 0, if its slope
-there is less than this share of its slope a standard uncertainty away. The slope of an amplitude is
-1 everywhere except within the steps of the difference quotient, 1e-4 standard uncertainties, around
-0."""
+there is less than this share of its slope one standard uncertainty away from that point. The slope
+of an amplitude is 1 everywhere except within the steps of the difference quotient, 1e-4 standard
+uncertainties, around 0."""
 
 
 class ConditionError(ValueError):
@@ -96,7 +96,7 @@ class ConstrainedFit:
     is_equation: NDArray[np.bool_]
     """Which of the slopes belong to equations, shape (slopes,)."""
     covariance_of_equations: Float
-    """Covariance as ``covariance``, as if no bound had been reached."""
+    """Covariance of the same unknowns, as if no bound had been reached."""
 
     @property
     def equations(self) -> Float:

@@ -210,9 +210,9 @@ def _gain_of(
         weights, (residuals.capture_precise, residuals.reference_precise), strict=True
     ):
         if weight is not None and precise is not None and np.any(weight):
-            # The error of a row that its neighbours predict is C⁻¹r divided by the row's precision,
-            # the diagonal of C⁻¹. The mean of the precision over the rows equals the mean of
-            # (C⁻¹r)².
+            # The error of the prediction of a row from its neighbours is C⁻¹r divided by the row's
+            # precision, the diagonal of C⁻¹. The mean of the precision over the rows equals the
+            # mean of (C⁻¹r)².
             shown += float(weight @ weight) / max(float(np.mean(precise**2)), 1e-300)
             rows += weight.size
     confirmed = held_out_gain(form.rank, shown)

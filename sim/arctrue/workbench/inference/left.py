@@ -52,11 +52,11 @@ class Left:
 
     def mean_log_ratio(self, before: Left) -> float:
         """Return the mean of log(RMS after/RMS before) over the channels in which the last term of
-        this model has columns, of *left* or of *held out*, whichever rises less.
+        this model has columns: the smaller of the means for *left* and for *held out*.
 
-        A result above 0 means that the residual has grown. Each channel counts with its passes over
-        the angle, not with its rows: the noise of neighbouring rows is correlated. A channel
-        without own columns changes only because the other channel fits the shared orders anew.
+        A result above 0 means that the residual has grown. The weight of a channel is its number of
+        passes over the angle, not of rows, because the noise of neighbouring rows is correlated. A
+        channel without columns of the term changes only because the shared orders are fitted anew.
         """
         passes = {
             name: count

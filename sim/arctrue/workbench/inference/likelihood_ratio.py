@@ -40,8 +40,9 @@ Float = NDArray[np.float64]
 class SizeTest:
     """The test of an effect's size.
 
-    It needs the covariance of the noise's variances, which costs more than the gain. Where places
-    or noises are compared, only the gain is used; the test is therefore made when it is asked for.
+    It needs the covariance of the noise's variances, which costs more than the gain. Where search
+    parameters or noises are compared, only the gain is used; the test is therefore made on first
+    use.
     """
 
     base: Residuals

@@ -63,8 +63,8 @@ WALK_SPANS = 10.0
 """Factor by which the longest time constant, the length of the record, is multiplied; the noise is
 then a random walk within the record."""
 LITTLE = 1e-2
-"""Share of the variance of each slow part that keeps its time constant; the rest of this variance
-is moved to the longest time constant."""
+"""Share of the variance of each slow part that keeps its time constant; the remaining variance gets
+the longest time constant."""
 
 
 def limit_of(level: float, freedom: float) -> float:
@@ -243,9 +243,9 @@ class Profile:
 def _as_a_walk(noise: Noise) -> Noise:
     """Return noise with the same steps from row to row, in which the slow parts are a random walk.
 
-    The steps hardly distinguish a random walk from slow noise, but a slow walk hides a drift. The
-    search for the likeliest noise does not lead from slow noise to a random walk, so that both are
-    tried.
+    The steps hardly distinguish a random walk from slow noise, but a random walk can hide a drift.
+    The search for the likeliest noise does not lead from slow noise to a random walk, so that both
+    are tried.
     """
     laws = [
         None if law is None else replace(law, spectra=tuple(map(_slowest, law.spectra)))

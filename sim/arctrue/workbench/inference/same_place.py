@@ -2,11 +2,11 @@
 place belongs to the place, and only the scatter between the passes is noise (pure error).
 
 The F test of lack of fit with repeated readings is that of Draper and Smith, Applied Regression
-Analysis, chapter 2. Each pass first loses the curve that the model could give it, so that passes
-that wander smoothly, each in its own way, are no repeated error. The noise of neighbouring places
-may be correlated, and its variance may differ from place to place: Box, Ann. Math. Stat. 25 (1954)
-290 and 484, multiplies both degrees of freedom by ε. The coefficients of the model do not matter,
-because its columns are removed from each pass.
+Analysis, chapter 2. The curve that the model could give a pass is first removed from each pass, so
+that passes which each drift smoothly in another way are no repeated error. The noise of
+neighbouring places may be correlated, and its variance may differ from place to place: Box, Ann.
+Math. Stat. 25 (1954) 290 and 484, multiplies both degrees of freedom by ε. The coefficients of the
+model do not matter, because its columns are removed from each pass.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ LEAST_PLACES = 8
 """Smallest number of places of a pass: with fewer, four degrees of freedom or less remain beyond a
 mean and two orders."""
 LEAST_LEFT = 8
-"""Fewest degrees of freedom of a pass beyond the model's columns at which these columns are removed
-from each pass; with fewer, only the mean is removed. Two passes with eight degrees of freedom
+"""The model's columns are removed from the passes only if each pass keeps at least this number of
+degrees of freedom; with fewer, only the mean is removed. Two passes with eight degrees of freedom
 coincide by chance with a correlation above 0.9 in one of 500 cases."""
 LEAST_OWN = 0.1
 """Smallest share of the variance of a place, or of an effect, beyond the curves of the passes at
@@ -60,7 +60,7 @@ FAMILY_WISE = 0.01
 """Probability that a single place is found by chance, over all places."""
 NEARLY_ALL = 0.9
 """Smallest share of the repeated mean square that single places must explain if the error that
-remains is still sure; an effect that leaves a tenth describes an error by the same rule."""
+remains is still sure; the error that a named effect may leave has the same limit, a tenth."""
 MOST = 0.5
 """If the repeated error has more than this share of the residual's mean square, a change in time
 has less; a slow change has the same limit."""
@@ -201,7 +201,7 @@ class Visits:
     angle_rad: Float
     """Angle of each place."""
     bases: tuple[tuple[Integer, Float], ...]
-    """Cells of each pass, and an orthonormal basis of the curve that this pass loses."""
+    """Cells of each pass, and an orthonormal basis of the curve that is removed from this pass."""
     left: Float
     """Residual of each cell, without that curve."""
     stations: bool

@@ -555,7 +555,7 @@ def step_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     places.sort(key=lambda item: -item[0])
     best = [place for _, place in places[:BEST_PLACES]]
     if capture.channels > 1:
-        # A step of head 1 is in every channel of a run; its place states this run as −1, −2, …
+        # A step of head 1 is in every channel of a run; the value of ``run`` is then −1, −2, …
         best += [{**place, "run": -(place["run"] // capture.channels) - 1.0} for place in best]
     found = scored(effect, residuals, best, 1.0)
     if not found:
@@ -565,6 +565,8 @@ def step_scan(effect: Effect, residuals: Residuals) -> list[Place]:
 
 
 BUMP_WIDTHS_DEG = 0.05 * 1.5 ** np.arange(14)
+"""Widths σ of the bells that a scan tries, 0.05° to 9.7°; a ratio of 1.5 between neighbouring
+widths suffices, because the best width is then moved to its maximum."""
 
 
 def bump_scan(effect: Effect, residuals: Residuals) -> list[Place]:

@@ -71,8 +71,9 @@ def _moved(term: Term, step: Float) -> Term:
 
 
 def with_steps_on_every_row(solution: Solution) -> list[Term]:
-    """Return the terms with the instant of every step set to the best row of the set between the
-    rows of the sample around it, or up to 64 rows beyond these.
+    """Return the terms with the instant of every step moved to the best row of the whole set. The
+    search covers the rows between the two rows of the sample around the instant, and 64 rows beyond
+    each.
 
     A fit to a sample of the rows determines the instant only to within the gap between two
     successive stretches of the sample.

@@ -78,8 +78,8 @@ def _shares(
         for index, constant in enumerate(spectrum.constants):
             rate = np.array([1.0 / constant])
             below = driver.matmul_lower(clock, rate, ones, ones, column, np.zeros_like(column))
-            # K is the unit matrix plus a lower and an upper triangle; uᵀKu gets the same from both
-            # triangles.
+            # K is the unit matrix plus a lower and an upper triangle; both triangles contribute
+            # equally to uᵀKu.
             product = float(scaled @ scaled) + 2.0 * float(scaled @ below[:, 0])
             own[1 + index] = spectrum.variances[index] * product
         found = own if found is None else found + own

@@ -9,8 +9,8 @@ from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.display_step import display_step
 
 ARCSEC_PER_ARCMIN = 60.0
-"""Ratio of the two smallest units of angle: errors in arcminutes, degrees or radians repeat this
-many times better than the stated uncertainty, or more."""
+"""Ratio of the two smallest units of angle: errors in arcminutes, degrees or radians repeat at
+least this many times better than the stated uncertainty."""
 
 
 def doubtful_units(observations: Observations) -> list[str]:

@@ -30,7 +30,7 @@ Float = NDArray[np.float64]
 _FITS: WeakKeyDictionary[CaptureRows | ReferenceRows, dict[bytes, SpectrumFit]] = (
     WeakKeyDictionary()
 )
-"""Fits of spectra to the rows of a channel, while these rows exist."""
+"""Fits of spectra to the rows of a channel, which are kept while these rows exist."""
 
 FIT_ROUNDS = 1
 """Number of fits before the noise is estimated. One fit with white noise suffices, because the

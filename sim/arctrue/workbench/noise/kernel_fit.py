@@ -34,8 +34,8 @@ decays more slowly counts as a steady oscillation, a line of the spectrum.
 """
 SMOOTH_MUST_GAIN = 2.0
 """Gain in log likelihood that smooth noise needs over two exponentials. Both kinds of noise have
-the same number of parameters; two exponentials, the simpler noise, are given up only at odds of 7
-to 1."""
+the same number of parameters; smooth noise replaces two exponentials, the simpler noise, only at
+odds of 7 to 1."""
 ENOUGH = 0.01
 """The search ends when a step gains less log likelihood than this."""
 STEPS = 60

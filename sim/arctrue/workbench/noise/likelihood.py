@@ -1,10 +1,10 @@
 """Calculates the restricted likelihood of the noise from single residuals and from means of blocks.
 
 A few thousand consecutive rows show the fast parts of the noise; means over blocks of rows show the
-slow parts. The covariance of such means is known in closed form. A level is the means over blocks
-of one length; the calculation treats the levels as independent, which is an approximation. On the
-level with the longest blocks the columns of the model are added to the residuals, because the model
-absorbs slow noise (restricted likelihood, Patterson and Thompson, Biometrika 58 (1971) 545).
+slow parts. The covariance of such means is known in closed form. The means over blocks of one
+length are a level; the calculation treats the levels as independent, which is an approximation. On
+the level with the longest blocks the columns of the model are added to the residuals, because the
+model absorbs slow noise (restricted likelihood, Patterson and Thompson, Biometrika 58 (1971) 545).
 """
 
 from __future__ import annotations
@@ -158,7 +158,8 @@ class RestrictedLikelihood:
     def _whitened(self, spectrum: Spectrum) -> _Whitened | None:
         """Return each level with its factor and its whitened values; None if a level cannot be
         factored."""
-        # A search compares the costs of its starts, then begins at one of them.
+        # The latest spectra are kept, because a search compares the costs of its starts and then
+        # begins at one of them.
         for before, found in self._latest:
             if before.equals(spectrum):
                 return found
@@ -329,8 +330,8 @@ def _slopes(factor: Factor, left: Float) -> tuple[float, Float]:
     for index, constant in enumerate(factor.spectrum.constants):
         below.fill(0.0)  # the library adds to this array, which all parts share
         driver.matmul_lower(factor.clock, np.array([1.0 / constant]), ones, ones, left, below)
-        # The exponential's matrix is the unit matrix plus a lower and an upper triangle; qᵀKq gets
-        # the same from both.
+        # The exponential's matrix is the unit matrix plus a lower and an upper triangle; both
+        # triangles contribute equally to qᵀKq.
         below *= left
         forms[index] = squares + 2.0 * float(np.sum(below))
     return 0.5 * (squares - white), 0.5 * (forms - between)

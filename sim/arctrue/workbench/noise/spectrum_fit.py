@@ -116,7 +116,7 @@ def fit_spectrum(
     costs: dict[bytes, float] = {}
 
     def cost(logs: Float) -> float:
-        # The choice of the start, the tolerance and the curvature ask for the same costs.
+        # The choice of the start, the tolerance and the curvature use the same costs.
         key = logs.tobytes()
         if key not in costs:
             value = priors(logs)[0] - likelihood(_spectrum(logs, constants))

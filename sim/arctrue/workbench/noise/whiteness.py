@@ -59,7 +59,7 @@ def whiteness(whitened: Float, model: Float | None = None) -> Whiteness | None:
 
     E r_k = tr(MA_k)/m,  cov(r_j, r_k) = (2 tr(MA_jMA_k) − 2 tr(MA_j) tr(MA_k)/m)/(m(m + 2)).
 
-    These moments hold for normal noise. Wild rows, whose values normal noise does not contain, are
+    These moments hold for normal noise. Wild rows, whose values are improbable in normal noise, are
     left out of the tests of correlation: each such row gets a column of its own in the model.
     """
     rows = whitened.size

@@ -29,8 +29,8 @@ CHANGES_P = 1e-4
 
 
 MOST_WITHIN = 0.1
-"""Largest share of an effect's sum of squares within the cycles at which its sample is the
-cycles."""
+"""If at most this share of an effect's sum of squares lies within the cycles, the cycles are its
+sample."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ def cycle_change(solution: Solution) -> CycleChange | None:
 LEAST_RUN_ENDS = 2
 """Fewest changes between runs: with two and eight within runs, F must exceed 36 at CHANGES_P."""
 SIDE_SHARE = 20
-"""A side of a change between runs has one of this number of parts of the shortest run: the noise of
+"""A side of a change between runs has 1/SIDE_SHARE of the rows of the shortest run: the noise of
 its mean is then about four times that of the mean of a run."""
 LEFT_OF_CHANGES = 0.25
 """Largest share of the squares of the changes that the means of the runs may leave: an offset lasts
@@ -148,8 +148,8 @@ def p_among_cycles(base: Solution, grown: Solution) -> float:
     """Return p of an effect whose sample is the cycles (or runs) of the reference, by the F test of
     their means without and with the effect; 0 if the effect also changes within them.
 
-    ``grown``: solution of the same rows with the effect. Its noise knows no jumps between the
-    cycles, so that one of them may look like the effect.
+    ``grown``: solution of the same rows with the effect. The noise of this solution contains no
+    jumps between the cycles, so that such a jump may look like the effect.
     """
     rows, before = base.observations.reference, base.reference_residual_arcsec()
     after = grown.reference_residual_arcsec()

@@ -23,8 +23,8 @@ LEAST_PASSES = 4
 reversal, a change in time looks the same as the direction."""
 MOST_OF_THE_RECORD = 0.75
 """Smallest share of the mean square beyond base and steps that the direction must remove in two or
-three passes. Of 4,000 random walks over two passes none reaches this share with an even drift in
-the base, and of those over three passes 0.2 %."""
+three passes. With an even drift in the base, none of 4,000 random walks over two passes reaches
+this share, and 0.2 % of those over three passes do."""
 LEAST_OWN = 1e-6
 """The reversal error is fitted only if the model leaves a larger share than this of the direction
 column's sum of squares; with a smaller share, the model already contains a reversal error."""

@@ -556,7 +556,7 @@ def _judged(
     )
     tried = replace(tried, oscillator_gain=with_line / excess)
     if tried.oscillator_gain <= oscillator_gain:
-        return replace(tried, why=f"gains {tried.oscillator_gain:.1f} beside an oscillator")
+        return replace(tried, why=f"gains {tried.oscillator_gain:.1f} over an oscillator")
     return tried
 
 

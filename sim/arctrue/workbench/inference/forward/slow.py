@@ -1,5 +1,5 @@
-"""Fits a slow change of unknown form; the search for lines needs four or more periods in the
-record."""
+"""Fits a slow change of unknown form, which has fewer periods in the record than the four that a
+line needs."""
 
 from __future__ import annotations
 
