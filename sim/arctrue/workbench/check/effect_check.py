@@ -124,7 +124,8 @@ class _Subject:
         return self.effect.reference_columns(rows, place, self.context)
 
     def _each(self) -> list[tuple[str, int, Float]]:
-        """Return each block of columns with its channel and the number of its search parameters."""
+        """Return each block of columns with its channel and the number of its place in
+        ``places``."""
         return [
             (name, number, columns)
             for name, blocks in self.columns.items()
@@ -165,8 +166,8 @@ class _Subject:
         return _check("the same rows give the same columns", faults, "they do")
 
     def row_by_row(self) -> Check:
-        """Check that the values in a row depend on this row only; long captures are calculated in
-        blocks."""
+        """Check that the values in a row depend on this row only, because long captures are
+        calculated in blocks."""
         faults = []
         for name, number, columns in self._each():
             rows = self.channels[name]
@@ -227,7 +228,7 @@ class _Subject:
             # same angle.
             low, high = _value(item, 0.3), _value(item, 0.9)
             # Of two parameters, one may be unused (a line has an order or a frequency): a parameter
-            # passes if it changes a column with any of the other parameters' values.
+            # passes if it changes a column at one of the tried values of the others.
             changes = any(
                 not _same(columns, self._columns(rows, {**place, item.name: high}))
                 for place in self.places[1:]
@@ -242,8 +243,8 @@ class _Subject:
     def parameters(self) -> Check:
         ones = np.ones(len(self.names))
         units: dict[str, set[str]] = {}
-        # The search parameters decide which parameters exist (a line in time has a frequency, a
-        # line in the angle an order), so that the parameters for all of them are collected.
+        # The search parameters determine which parameters exist (a line in time has a frequency, a
+        # line in the angle an order), so that the parameters of all tried values are collected.
         for place in self.places[1:] or self.places:
             derived_values = self.effect.parameters(ones, np.diag(ones), place, self.observations)
             derived_values = {

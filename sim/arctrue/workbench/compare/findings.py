@@ -29,6 +29,8 @@ Float = NDArray[np.float64]
 LEAST_SHARE = 0.02
 """Smallest share of the excess that a condition must explain to be listed as a finding."""
 SIGNIFICANCE = 0.01
+"""Largest p of a product of parts, corrected for all products that were tried, that is listed as a
+finding; it equals the limit of the diagnosis."""
 SHADOW_SHARE = 0.25
 """A condition is a shadow if, when a stronger condition is removed from the residual, it keeps less
 than this part of its share, or if its share is then below LEAST_SHARE."""

@@ -17,9 +17,15 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 ANGLE_BINS = 72
+"""Number of bins in a turn, 5° each: 3.6 for each period of the paper's 20th order."""
 PHASE_BINS = 24
+"""Number of bins in a signal period: six for each period of the fourth harmonic, the highest that
+interpolation causes."""
 VALUE_BINS = 12
+"""Number of bins over the range of a condition that has no period, a choice."""
 NULL_DRAWS = 19
+"""Number of draws of the noise; the probability that noise exceeds the largest of 19 draws is
+1/20."""
 
 
 @dataclass(frozen=True)

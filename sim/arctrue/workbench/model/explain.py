@@ -72,9 +72,13 @@ class NotSeparated:
         would = self.next_measurement or "none of the single measurements that were calculated"
         if len(self.effects) == 1 and self.description is None:
             return (
-                f"This set cannot confirm {names}: {self.why}. A measurement that would: {would}."
+                f"This set cannot confirm {names}: {self.why}. "
+                f"A measurement that would confirm it: {would}."
             )
-        return f"This set cannot distinguish between {names}. A measurement that would: {would}."
+        return (
+            f"This set cannot distinguish between {names}. "
+            f"A measurement that would distinguish them: {would}."
+        )
 
 
 @dataclass(frozen=True, eq=False)

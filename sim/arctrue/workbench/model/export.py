@@ -304,7 +304,8 @@ def without_plain_lanes(
 def _without_lanes(
     model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
 ) -> list[str]:
-    """Give the reason for each effect of a kind that lanes correct, if it has no lanes."""
+    """Return the reason for each effect that has no lanes although lanes correct effects of its
+    kind."""
     others = {
         *lanes_by_condition(model, observations, effects),
         *lanes_of_real_orders(model, observations, effects),

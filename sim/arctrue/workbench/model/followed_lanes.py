@@ -30,6 +30,7 @@ OneLane = TypeVar("OneLane", ConditionedLane, RealLane)
 
 
 USUAL_REVERSAL_WIDTH_DEG = 1.0
+"""Default of :attr:`ConditionSettings.reversal_width_deg`, a choice."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -59,7 +59,8 @@ def settle(
 
 
 def _other_than_usual(effect: Effect) -> dict[str, object]:
-    """Return the settings that differ from the effect's defaults; some of them a search has set."""
+    """Return the settings that differ from the effect's defaults; a search may have set some of
+    them."""
     return {key: value for key, value in effect.settings.items() if value != effect.defaults[key]}
 
 

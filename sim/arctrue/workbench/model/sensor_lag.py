@@ -31,9 +31,12 @@ Channel = TypeVar("Channel", Capture, Reference)
 LONGEST_S: Final = 3600.0
 """Largest time constant that the firmware holds."""
 TRIED_S: Final = (0.0, *(float(5 * 2**step) for step in range(10)), LONGEST_S)
+"""Time constants that are compared first, seconds; the best one is then refined between its
+neighbours."""
 SLOPE_SHARE: Final = 16.0
 """Ratio of the time constant to half the window of the parabola that gives the slope of T_s."""
 LEAST_HALF_WINDOW_S: Final = 1.0
+"""Smallest half window of the parabola, seconds, a choice."""
 WINDOWS_MOST: Final = 500
 """Largest number of half windows in a run."""
 PIECES: Final = 4

@@ -66,8 +66,8 @@ HALF_TURN_DEG = 180.0
 curve, and the orders above it only describe any curve on this arc."""
 MOST_INFLATED = 10.0
 """Largest standard uncertainty of a coefficient on a short arc, as a multiple of that over whole
-turns with as many rows. Orders that cancel each other have far larger ones: 20 orders on 240° have
-seventy million times this uncertainty, and their coefficients follow any slow error."""
+turns with as many rows. Orders that cancel each other have far larger ones: for 20 orders on 240°
+the multiple is seventy million, and their coefficients follow any slow error."""
 MOST_ROWS = 4000
 """Largest number of rows from which the columns of the orders are judged; 200 for each wave of
 order 20 in a turn."""

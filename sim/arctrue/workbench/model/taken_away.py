@@ -1,4 +1,4 @@
-"""Finds what corrects each effect of an exported model, and the error that remains."""
+"""Finds how each effect of an exported model is corrected, and the error that remains."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ Taker = Literal[
     "lanes", "lanes by condition", "lanes of real orders", "local table", "firmware's model",
     "the mean", "nothing", "not in the output", "reference",
 ]  # fmt: skip
-"""What corrects an effect. "lanes by condition" follow direction, speed or a column; "lanes of real
-orders" have orders that are not whole; "firmware's model" are lanes whose values the firmware
-computes for the table's temperature; "the mean" is the weighted mean of three or four heads, as
-``arctrue calibrate --angle mean`` writes it. "not in the output": only other heads than head 1 have
-the error; "reference": the error is an error of the reference, not of the table."""
+"""Kind of the correction of an effect. "lanes by condition" follow direction, speed or a column;
+"lanes of real orders" have orders that are not whole; "firmware's model" are lanes whose values the
+firmware computes for the table's temperature; "the mean" is the weighted mean of three or four
+heads, as ``arctrue calibrate --angle mean`` writes it. "not in the output": only other heads than
+head 1 have the error; "reference": the error is an error of the reference, not of the table."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -323,8 +323,8 @@ def _context(model: Model, effects: Mapping[str, type[Effect]]) -> FitContext:
 def _values(
     entry: ModelEffect, effect: Effect, rows: ReferenceRows | None, context: FitContext
 ) -> Float | None:
-    """Return what an effect adds to the error of head 1 at these rows, or to the measured error of
-    the reference, (rows,), arcseconds; None if it adds nothing."""
+    """Return the contribution of an effect to the error of head 1 at these rows, or to the measured
+    error of the reference, (rows,), arcseconds; None if there is none."""
     if rows is None:
         return None
     columns = effect.reference_columns(rows, entry.search, context)

@@ -1,4 +1,5 @@
-"""Finds columns of a reference that contradict each other, or that stand while the table moves."""
+"""Finds columns of a reference that contradict each other, or that keep one value while the table
+moves."""
 
 from __future__ import annotations
 
@@ -24,7 +25,8 @@ LEAST_RANGE_DEG = 1.0
 direction, and the noise of its angle is smaller."""
 MOST_AGAINST = 0.2
 """Largest share of steps against the direction, two or more in succession. A return to the first
-station is a single step; a quarter of the steps of random values are such steps."""
+station is a single step; of random values, a quarter of the steps go against the direction in
+succession."""
 LEAST_WAY = 0.5
 """Smallest way of a pass in its direction, relative to the range of its targets: noisy targets have
 steps against the direction, but their pass leads from one end of the range to the other."""
@@ -36,12 +38,12 @@ LONG_WAY = 10.0
 exchanged: stations in random order have a range of 2/(2 − √2) = 3.4 median steps, white noise of a
 thousand rows about 7."""
 MOST_EQUAL = 0.5
-"""Largest share of rows that equal the row before at which the errors show that the sensor stands:
-with a larger share, the display is coarser than the changes of the error."""
+"""Equal errors show that the sensor stands still only if at most this share of the other rows
+equals the row before: with a larger share, the display is coarser than the changes of the error."""
 LONGER = 10.0
 """Smallest length of the equal rows that are a fault, relative to the next longest equal rows.
-Rounded values of a smooth curve stay at most five times as long at an extremum as next to it:
-the length at a parabola, 2/(√2 − 1) = 4.8."""
+Rounded values of a smooth curve keep one value at most five times as long at an extremum as next to
+it: the ratio is 2/(√2 − 1) = 4.8 for a parabola."""
 LEAST_SHARE = 0.01
 """Smallest share of the rows of a reference that is a fault if they are equal."""
 FALSE_P = 1e-6
@@ -53,8 +55,8 @@ def direction_faults(rows: ReferenceRows, line_of: Callable[[int], int]) -> list
     """Describe the first pass whose direction its targets contradict; empty if there is none.
 
     ``line_of`` gives the line in the file of a row. Only rows in motion are examined, because a
-    station may be approached from the side against which the stations follow each other. If the
-    targets of all passes go against their directions, the column has the opposite sign of motion.
+    single station may be approached against the order of the stations. If the targets of all passes
+    go against their directions, the column has the opposite sign of motion.
     """
     if rows.direction is None or rows.time_s is None:
         return []

@@ -21,7 +21,7 @@ LEAST_GAIN = 0.3
 """Orders with a smaller factor |e^{jnα} − 1| are left out of this rough estimate of ε."""
 ROUNDS = 2
 """Number of rounds of the iteration. An angle error of 10⁻³ rad changes order n of ε by n·10⁻³ of
-its amplitude; after two rounds the relative error is the square of this."""
+its amplitude; after two rounds the relative error is the square of n·10⁻³."""
 BLOCK_ROWS = 1 << 16
 """Number of rows of one block; it limits memory only."""
 MOST_ROWS = 200_000

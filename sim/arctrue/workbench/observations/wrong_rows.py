@@ -1,5 +1,5 @@
 """Finds single wrong rows in a model's residual; in the measured values themselves, the errors that
-the model contains would hide such rows."""
+the model explains would hide such rows."""
 
 from __future__ import annotations
 

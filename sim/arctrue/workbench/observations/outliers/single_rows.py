@@ -39,8 +39,8 @@ SIDE_ROWS = 2 * MOST_ROWS + 1
 """Number of rows in the median on each side of a row; outliers are always a minority of these
 rows."""
 LEAST_SIDE_ROWS = 5
-"""Smallest number of rows in the median on a side near an end; two wrong rows do not change it
-much."""
+"""Smallest number of rows in the median on a side near an end; two wrong rows change this median
+only a little."""
 TO_MIDDLE = SIDE_ROWS // 2 + 1
 """Distance, in rows, to the middle of the SIDE_ROWS rows before or after a row."""
 LEAST_ROWS = 3 * SIDE_ROWS
@@ -399,8 +399,8 @@ def station_outliers(
     size = np.diff([0, *edges.tolist(), error_arcsec.size])
     pass_of = np.repeat(np.arange(size.size), size)
     away = error_arcsec - _medians(error_arcsec, pass_of)
-    # The median of a pass of one or two rows is the rows themselves. It does not show what the pass
-    # deviates by, so that these rows must not enter the median of their stations.
+    # The median of a pass of one or two rows is the rows themselves. It does not show by how much
+    # the pass deviates, so that these rows must not enter the median of their stations.
     short = size[pass_of] < LEAST_PASS_ROWS
     station = np.where(short, int(station.max(initial=0)) + 1 + np.arange(station.size), station)
     away -= of_the_others(away, station)
