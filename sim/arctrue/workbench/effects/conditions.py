@@ -1,4 +1,5 @@
-"""Checks whether the conditions vary enough to separate effects; several effects use them."""
+"""Checks whether the conditions vary enough to separate effects; several effects use these
+checks."""
 
 from __future__ import annotations
 

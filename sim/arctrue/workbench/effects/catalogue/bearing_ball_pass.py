@@ -31,7 +31,8 @@ SEPARATED_SIGMA = 5.5
 χ² of 30 that the search requires."""
 LEAST_SEEN = 0.1
 """Smallest ratio of the motions y and x that head 1 and the other head see. Of ellipses with
-uniformly distributed axis ratio and direction, a share of LEAST_SEEN²/2 = CONTRADICTED_P has less.
+uniformly distributed axis ratio and direction, a share of LEAST_SEEN²/2 = CONTRADICTED_P has a
+smaller ratio.
 """
 SURELY_LESS = 3.0
 """Standard uncertainties by which y must be below the limit."""
@@ -137,7 +138,8 @@ class BearingBallPass(Effect):
     ) -> str | None:
         """Refuse a motion that the heads' difference shows and the reference does not.
 
-        Head 1 reads y. Without y, the difference is x·sin α; an ellipse of any direction has both.
+        Head 1 reads y. Without y, the difference is x·sin α; an ellipse of almost any direction has
+        x and y.
         """
         if observations.reference is None:
             return None

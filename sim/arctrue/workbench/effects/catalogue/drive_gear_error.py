@@ -24,14 +24,15 @@ from arctrue.workbench.numeric.harmonics import harmonic_columns
 from arctrue.workbench.observations import Observations, ReferenceRows
 
 HIGHEST_MULTIPLE = 3
+"""Highest multiple of the tooth count that is tried, a choice."""
 WHOLE_TURN = 0.9
 """Smallest share of a turn that the stations must cover to separate harmonics one order apart."""
 LEAST_VARIANCE = 0.1
 """Smallest sum of the variances of a harmonic's cosine and sine columns over the stations; the sum
 is 1 if the stations resolve the harmonic fully."""
 AS_GOOD = 6.0
-"""Of several harmonics that may be aliases, the first is chosen whose gain is less than this below
-the largest gain: odds of 20 to 1."""
+"""Of several harmonics that may be aliases, the first one with a gain less than this below the
+largest gain is chosen: odds of 20 to 1."""
 LISTS = {"multiples": 0, "below": -1, "above": 1}
 """Settings that list multiples of the tooth count, with the distance of a line from its multiple,
 in orders."""

@@ -60,8 +60,8 @@ class Latency(ScalarEffect):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> list[ConditionedLane]:
-        # The gateware evaluates the error function at the old reading, as it should; only ωτ
-        # remains.
+        # The gateware evaluates the error function at the delayed reading, which has this error;
+        # only ωτ remains.
         behind_arcsec = float(coefficients[0]) * 1e-6 * ARCSEC_PER_RAD
         return [ConditionedLane("speed", Lane(0, -behind_arcsec, 0.0))]
 

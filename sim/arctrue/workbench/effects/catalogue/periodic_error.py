@@ -29,6 +29,8 @@ from arctrue.workbench.observations import CaptureRows, Observations, ReferenceR
 from arctrue.workbench.observations.one_speed import speed_turns_s
 
 LEAST_ROWS = 16
+"""Smallest number of rows of a reference run, without a capture, in which a line is searched: four
+rows in each of the four periods that a line needs."""
 WHOLE = 0.01
 """An order counts as an integer if its distance from the integer is at most this value: the phase
 is then wrong by at most 4° after one turn."""
@@ -47,6 +49,7 @@ SAME_PHASE = 0.9
 """Share of a wave that must be the same at all visits of a station if the visits come at irregular
 times. A wave of another cause has a share of about 1/n at n visits, one half at two."""
 SAME_STATION_RAD = 1e-6
+"""Largest angle within one station: 0.2″, more than the rounding of a file."""
 TELLS_DIRECTIONS = 6.0
 """BIC advantage that a whole order with a size and a phase for each direction needs over one
 sinusoid of any order: odds of 20 to 1. The whole order has one parameter more: four coefficients in
@@ -196,8 +199,8 @@ class PeriodicError(Effect):
         if nonlinear["in_time"]:
             return (
                 f"A line in {where} of {nonlinear['frequency']:.5g} Hz "
-                f"({1.0 / nonlinear['frequency']:.5g} s), fixed to time: angle and time went at "
-                "different rates here, and the line followed time."
+                f"({1.0 / nonlinear['frequency']:.5g} s), fixed to time: the speed varies in this "
+                "set, and the frequency of the line does not change with it."
             )
         order = nonlinear["order"]
         if self._by_direction:
@@ -240,8 +243,8 @@ class PeriodicError(Effect):
             if _repeats_at_the_stations(rows, rows.time_s, nonlinear["frequency"]) < SAME_PHASE:
                 return None
             return (
-                "its phase is the same at every visit of a station from the same side: what "
-                "depends on the place and on the direction of approach looks the same"
+                "its phase is the same at every visit of a station from the same side: an error "
+                "that depends on the place and on the direction of approach looks the same"
             )
         times = nonlinear["frequency"] * visits_s
         away = abs(times - round(times)) / visits_s * float(np.ptp(rows.time_s))
@@ -250,7 +253,7 @@ class PeriodicError(Effect):
         return (
             f"its period is that of the visits to the stations, {visits_s:.4g} s"
             + ("" if round(times) == 1 else f" divided by {round(times)}")
-            + ": what depends on the place and on the direction of approach looks the same"
+            + ": an error that depends on the place and on the direction of approach looks the same"
         )
 
     def parameters(

@@ -96,8 +96,9 @@ class PolygonFaceError(Effect):
         repeats several times a turn (analysis of variance). A motion of the table itself causes
         such patterns, and the polygon on the table shows this motion too.
 
-        A wave of order 1 alone is no reason: the gain of the autocollimator or an eccentric polygon
-        adds it to the faces. The test is then repeated without order 1, if faces remain.
+        A wave of order 1 alone is no reason to refuse: the gain of the autocollimator or an
+        eccentric polygon adds it to the faces. The test is then repeated without order 1, if
+        significant face errors remain.
         """
         values = coefficients - coefficients.mean()
         if values.size < LEAST_FACES or float(values @ values) <= 0.0:
@@ -112,7 +113,7 @@ class PolygonFaceError(Effect):
             return why
         if chdtrc(freedom, square / max(noise, 1e-300)) > SURE_P:
             return why
-        # If the faces that remain have a pattern too, the wave belongs to it.
+        # If the remaining face errors have a pattern too, the wave is a part of this pattern.
         return why if _pattern(left, observations.head_separation_rad, first=2) else None
 
     def parameters(
@@ -144,8 +145,8 @@ class PolygonFaceError(Effect):
         if order != 1 or p_value >= CONTRADICTED_P:
             return ""
         return (
-            f"A wave of order 1 has {100.0 * share:.0f} % of the variance of the faces: there is a "
-            "second cause, autocollimator_gain or polygon_eccentricity, which the faces contain."
+            f"A wave of order 1 has {100.0 * share:.0f} % of the variance of the faces: the faces "
+            "contain the error of a second cause, autocollimator_gain or polygon_eccentricity."
         )
 
 

@@ -29,8 +29,8 @@ class ThermalHeadDrift(ScalarOfEachHead):
     plausible = "0.05 to 5″/K"
     parameter_units = {"drift": "arcsec/K"}
     compensation_note = (
-        "the output does not contain head 2; use in the calibration the angle α that applies at "
-        "the present temperature"
+        "the output does not contain head 2; the calibration must use the angle α at the present "
+        "temperature"
     )
     parameter_name = "drift"
     parameter_unit = "arcsec/K"
