@@ -25,7 +25,7 @@ class PolygonEccentricity(Effect):
         "The polygon is tilted, so that its faces tilt up and down once per turn: an "
         "autocollimator rolled by ρ about its line of sight reads tilt·sin ρ as an angle. A "
         "polygon off the axis by s causes the small error 8sh/H² (0.0005″ per µm of s in the "
-        "paper) if its faces of width H are concave by h. If the reference is an encoder of radius "
+        "paper) if its faces of width H are concave by h; if the reference is an encoder of radius "
         "r, an offset s from the axis causes the error s/r."
     )
     equation = "ε = c cos θ + s sin θ, reference only"
