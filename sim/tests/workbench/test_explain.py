@@ -125,7 +125,8 @@ def test_what_cannot_be_separated_is_said_with_the_measurement_that_would(tmp_pa
 
 
 def _verdict(name: str | None, alike: str, measurement: str) -> SimpleNamespace:
-    """Return what ``explain`` reads of a diagnosis: the named effect, and one that looks alike."""
+    """Return the parts of a diagnosis that ``explain`` reads: the named effect, and an effect that
+    looks like it."""
     named = None if name is None else SimpleNamespace(name=name, effect=EFFECTS[name]())
     return SimpleNamespace(
         verdict="adequate" if name is None else "named",

@@ -27,8 +27,8 @@ def test_the_stated_remainder_is_that_of_the_gateware(lanes: int) -> None:
     """A worm's error of 10″ at 180 periods a turn has sidebands of 180 · 100″ · 10″ / 2 in the
     reading, because the reading differs from the true angle by an eccentricity of 100″.
 
-    With 2 lanes there is none for a sideband, and the stated remainder says so. The bound of 5 %
-    is that of 4 standard deviations of an RMS of 3,600 rows.
+    With 2 lanes no lane is left for a sideband, and the stated remainder contains the sidebands.
+    The bound of 5 % is 4 standard deviations of an RMS of 3,600 rows.
     """
     random, target = np.random.default_rng(0), np.arange(3600) * 0.1
     angle = np.radians(target)

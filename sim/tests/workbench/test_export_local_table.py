@@ -102,8 +102,8 @@ def test_no_window_ends_within_another_bell(
     places_deg: list[float], widths_deg: list[float], windows: int, exponent: int
 ) -> None:
     """The coefficients take the table, and the correction changes from each count to the next one
-    by no more than the errors themselves, plus the rounding of the points and what a bell has at
-    the end of its window."""
+    by no more than the errors themselves, plus the rounding of the points and the height of a bell
+    at the end of its window."""
     errors = [bell(p, w, 5.0) for p, w in zip(places_deg, widths_deg, strict=True)]
     table = table_of(errors, TURN)
     assert (len(table.starts_counts), table.width_exponent) == (windows, exponent)
@@ -278,7 +278,7 @@ def test_the_file_of_a_mean_gets_a_table_for_all_of_its_heads(
 def test_a_table_of_a_mean_that_the_firmware_refuses_is_not_written(
     folder: Path, model: Path, tmp_path: Path
 ) -> None:
-    """The lanes of the mean leave no slope for the table."""
+    """The slope of the mean's lanes is nearly at the limit, so that none is left for the table."""
     mean = MeanSet((32768,) * 2, (0, round(64.3 / 360.0 * TURN * 16)))
     lanes = Coefficients.from_harmonics([2000], [0.9999 * TURN / 4000 / np.pi], [0.2], TURN, 8)
     made = tmp_path / "mean.toml"

@@ -164,8 +164,8 @@ def test_the_phase_at_an_index_of_the_drive(observations: Observations) -> None:
 
 
 def test_the_firmware_holds_eight_lanes_of_real_orders(observations: Observations) -> None:
-    """A gear with three multiples and their sides has nine lines; the smallest one has no lane, the
-    export says so, and what remains is that line."""
+    """A gear with three multiples and their sides has nine lines; the smallest line has no lane,
+    the export states this, and the remaining error is this line."""
     listed = {"multiples": [1, 2, 3], "below": [1, 2, 3], "above": [1, 2, 3]}
     sizes = [0.8, 0.4, 0.2, 0.1, 0.09, 0.08, 0.07, 0.05, 0.06]
     values = [value for size in sizes for value in (size, 0.0)]

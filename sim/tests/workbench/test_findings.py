@@ -67,7 +67,8 @@ def test_nothing_beyond_chance_is_no_finding() -> None:
 
 def test_chance_takes_its_share_from_the_noise_only() -> None:
     """At six stations, up and down, the readings differ by the direction, and by noise of 0.02″.
-    The means of two bins explain 0.8 of any noise in so few rows, but here there is hardly any."""
+    In so few rows, the means of the bins may explain 0.8 of the noise, but here the noise is a
+    small part of the residual."""
     target = np.tile(np.arange(6) * 60.0, 2)
     direction = np.repeat([1.0, -1.0], 6)
     error = 2.0 * np.sin(np.radians(target)) + 0.7 * direction

@@ -84,8 +84,9 @@ def test_blind_order_is_left_at_zero_not_blown_up() -> None:
 
 
 def test_two_effects_of_one_name_have_their_own_columns() -> None:
-    """Two effects with the same name and settings have their own columns: a user changes a file of
-    an effect and loads it again. Twice the columns need half the coefficients."""
+    """Two effects with the same name and settings have their own columns, as after a user has
+    changed the file of an effect and loaded it again. Columns twice as large need coefficients half
+    as large."""
     kind = EFFECTS["graduation_harmonics"]
 
     class Doubled(kind):  # type: ignore[misc, valid-type]

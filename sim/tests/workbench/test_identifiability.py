@@ -177,7 +177,8 @@ def _moving_axis() -> MeasurementSet:
 
 @pytest.mark.parametrize("grown", [False, True], ids=["fitted", "from the score"])
 def test_motion_that_the_disc_may_replace_has_no_uncertainty(grown: bool) -> None:
-    """Two heads and a reference give four numbers for the six of an order: x, y and graduation.
+    """For each order, two heads and a reference give four numbers for six unknowns: cosine and sine
+    of x, of y and of the graduation.
 
     Without order 3 of the disc in the model, x and y are determined.
     """

@@ -44,8 +44,8 @@ def _fitted(*effects: tuple[str, tuple[tuple[str, float], ...]]) -> Solution:
 
 @pytest.mark.parametrize("place", [LINE, IN_TIME])
 def test_a_line_has_an_amplitude_a_phase_and_one_rate(place: dict[str, float]) -> None:
-    """A line has three parameters: its order or its frequency, and two coefficients. In which
-    channel it is, and whether it is fixed to the angle or to time, are no parameters."""
+    """A line has three parameters: its order or its frequency, and two coefficients. Its channel,
+    and the choice between angle and time, are no parameters."""
     small, large = _fitted(), _fitted(("periodic_error", tuple(place.items())))
     found = model_ratio(small, large)
     assert found is not None
@@ -123,8 +123,8 @@ def test_a_part_of_the_rows_shows_an_effect_as_all_rows_do(monkeypatch: pytest.M
         np.linalg.lstsq(columns, rows.difference_arcsec)[1][0]
         for columns in (np.delete(design, [40, 41], axis=1), design)
     ]
-    # The line is a fifth of the noise of a row, so that slow noise cannot take its place in the
-    # small model: with 0.05″ it takes 16 % of the gain.
+    # The line is a fifth of the noise of a row, so that slow noise cannot explain it in the small
+    # model: of a line of 0.05″, slow noise would take 16 % of the gain.
     expected = rows.run.size * np.log(least[0] / least[1])
     assert expected > 100.0
     assert found.gain == pytest.approx(expected, rel=0.1)

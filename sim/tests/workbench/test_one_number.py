@@ -133,8 +133,8 @@ def _card(ranking, name, seen):  # type: ignore[no-untyped-def]
 
 
 def test_left_is_the_rms_of_measured_less_predicted() -> None:
-    """The stated *left* is the residual of plain least squares; this test writes the columns of the
-    paper's 20 orders."""
+    """The stated *left* is the residual of plain least squares; this test computes the columns of
+    the paper's 20 orders."""
     made = measurement_set(runs=1, turns=2, cycles=2, reference=False)
     observations = observations_of(made)
     grown, _ = fitted(default_model(), observations, built_in())

@@ -1,5 +1,5 @@
-"""Tests that the product of parts which leaves least describes an error that slow noise absorbs
-while no product is in the model."""
+"""Tests that the product of parts that leaves the least error is the description, even if slow
+noise absorbs the error while no product is in the model."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Tests that a reference whose offset changes between its cycles is not adequate, and no slow
-change; the readings are added to a plain set."""
+"""Tests that the model is not adequate if the offset of a reference changes between its cycles, and
+that this change is no slow change; the tests add the offsets to a plain set."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_a_mirror_that_moves_between_the_cycles(seed: int) -> None:
     found = diagnosis_of(_with(np.repeat(moved, STATIONS)))
     assert found.verdict == "unknown"
     assert found.findings.cycles is not None
-    # The mean of 24 readings of 0.15″ has u = 0.03″; the model takes the mean of all cycles.
+    # The mean of 24 readings of 0.15″ has u = 0.03″; the model contains the mean of all cycles.
     assert found.findings.cycles.rms_arcsec == pytest.approx(float(np.std(moved)), abs=0.1)
     said = " ".join(sentences(found))
     assert "changes from cycle to cycle by" in said

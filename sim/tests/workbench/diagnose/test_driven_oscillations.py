@@ -82,8 +82,9 @@ def test_faster_than_the_averaged_rows_of_short_runs() -> None:
 
 @pytest.mark.parametrize(("hz", "quality", "turns"), [(6.0, 8.0, 3), (0.7, 6.0, 6), (3.0, 30.0, 3)])
 def test_in_a_capture(hz: float, quality: float, turns: int) -> None:
-    """The diagnosis describes the oscillation of head 2's bracket in a run of 12 s a turn, within
-    half the width at half power, hz/(2·quality), or a tenth of the frequency."""
+    """The diagnosis describes the oscillation of head 2's bracket in a run of 12 s a turn. The
+    stated frequency is right within half the width at half power, hz/(2·quality), or a tenth of the
+    frequency."""
     random = np.random.default_rng(4)
 
     def ringing(time_s: np.ndarray, speed_rad_s: float) -> np.ndarray:

@@ -252,8 +252,8 @@ def test_an_order_of_one_run_alone_is_no_property_of_the_disc() -> None:
 
 def test_passes_are_asked_with_the_model_that_the_effect_was_weighed_with() -> None:
     """The comparison of the runs uses the noise with which the effect was judged. Order 25 is in
-    both runs. Order 1 is 10″ larger in one of the two runs; only with other noise does the fit
-    follow this run.
+    both runs. Order 1 is 10″ larger in one of the two runs; the fit follows this run only with
+    other noise.
 
     The noise changes order 1 of the fit as well; this change must not count against order 25.
     """
@@ -364,8 +364,8 @@ def test_a_slow_effect_far_above_the_scatter_is_no_slow_noise(
 ) -> None:
     """A slow effect far above the scatter is not taken for slow noise: a delay of 40 ms on a ramp
     to 40°/s and back causes an error of up to 5,760″, which rises and falls once in a minute."""
-    # With NEAR_P = 0, the noise is not estimated again for an effect because of its small p, but
-    # only because the effect removes most of a channel's residual variance.
+    # With NEAR_P = 0, a small p is no reason to estimate the noise again; the only reason is that
+    # the effect removes most of a channel's residual variance.
     monkeypatch.setattr(weighing, "NEAR_P", 0.0)
     time = np.arange(0.0, 60.0, 0.1)
     speed = np.where(time < 30.0, time, 60.0 - time) * 40.0 / 30.0

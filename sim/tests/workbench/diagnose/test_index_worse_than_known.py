@@ -84,9 +84,9 @@ def _runs_at_temperatures(slope_arcsec_k: float, seed: int) -> MeasurementSet:
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_runs_that_follow_the_temperature_are_no_adequate_model(seed: int) -> None:
-    """Ten runs whose offsets lie on a line over the temperature, five times the scatter of the
-    index, are never adequate, although the noise of the thermometer hides the slope within the
-    runs."""
+    """The model is never adequate if the offsets of ten runs lie on a line over the temperature,
+    five times the scatter of the index, although the noise of the thermometer hides the slope
+    within the runs."""
     found = diagnosis_of(_runs_at_temperatures(0.5, seed))
     assert found.verdict in ("named", "ambiguous", "unknown")
     if found.verdict == "unknown":
@@ -115,8 +115,8 @@ def test_runs_that_follow_the_signed_speed_are_found() -> None:
 
 
 def test_runs_that_follow_the_square_of_a_condition_are_found() -> None:
-    """Eight offsets on a parabola over the signed speed, without a linear part, and eight offsets
-    drawn at random: three coefficients leave five degrees of freedom."""
+    """Eight offsets on a parabola over the signed speed, without a linear part, follow the speed,
+    and eight random offsets do not: three coefficients leave five degrees of freedom."""
     speeds = np.array([1.0, -1.0, 0.5, -0.5, 2.0, -2.0, 1.5, -1.5])
     made = _runs_at_speeds(speeds, 0.8 * (speeds - 0.4) ** 2)
     found = offsets_follow(Residuals(fit(TERMS, observations_of(made))))
@@ -127,8 +127,8 @@ def test_runs_that_follow_the_square_of_a_condition_are_found() -> None:
 
 
 def test_a_poor_index_is_stated_and_lowers_none() -> None:
-    """Six runs at one speed whose offsets scatter by 5″ follow nothing that was recorded; the
-    report states them, and ``none`` is at most as probable as before the set."""
+    """The offsets of six runs at one speed scatter by 5″ and follow no recorded condition; the
+    report states the scatter, and the probability of ``none`` is at most its prior."""
     offsets = np.array([-3.0, 0.5, 4.0, 8.0, 12.0, 2.0])
     found = diagnosis_of(_runs_at_speeds(np.full(6, 1.0), offsets))
     assert any("The offsets of the runs scatter by" in text for text in sentences(found))

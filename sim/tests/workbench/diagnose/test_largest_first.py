@@ -63,8 +63,9 @@ def test_the_difference_of_two_passes_is_stated_as_unconfirmed() -> None:
     assert "Up and down differ by" in said
     assert "2 passes cannot confirm" in said
     data = diagnosis_data(found, [])["findings"]["reversal"]
-    # The line is not in the fit of the difference: over twenty periods it changes two means of its
-    # half waves by at most 2·3″/(20π) each, and the drift of the base doubles this difference.
+    # The line is not in the fit of the difference: over twenty periods, the half wave that remains
+    # changes each of the two means by at most 2·3″/(20π), and the drift of the base doubles this
+    # difference.
     assert data["size_arcsec"] == pytest.approx(20.0, abs=0.4)
     assert data["sigma_arcsec"] is None
 
@@ -79,8 +80,8 @@ def _of_passes(passes: int, residual: np.ndarray) -> Reversal | None:
 
 @pytest.mark.parametrize("passes", [2, 3])
 def test_slow_noise_is_no_difference_of_few_passes(passes: int) -> None:
-    """Random walks show no difference. Among 4,000 walks over three passes 0.2 % did, so that two
-    or more of 40 have a probability of 0.3 %."""
+    """Random walks show no difference. Among 4,000 walks over three passes 0.2 % showed one, so
+    that two or more of 40 have a probability of 0.3 %."""
     random = np.random.default_rng(3)
     walks = np.cumsum(random.normal(size=(40, passes * ROWS)), axis=1)
     assert sum(_of_passes(passes, walk) is not None for walk in walks) < 2

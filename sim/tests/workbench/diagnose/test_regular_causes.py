@@ -1,5 +1,5 @@
-"""Tests that the diagnosis of a dense log names first the largest regular cause, an effect that
-causes sine waves (lines); this module computes the logs."""
+"""Tests that the diagnosis of a dense log names the largest regular cause first. A regular cause is
+an effect that causes sine waves (lines). This module computes the logs."""
 
 from __future__ import annotations
 

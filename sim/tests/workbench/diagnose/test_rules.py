@@ -131,8 +131,8 @@ def test_weak_distortions_are_not_charged_for_multiples_that_are_not_there() -> 
 
 
 def test_a_near_tie_between_a_step_and_a_settling_is_said() -> None:
-    """A slip of two counts fits almost as well as the true error, 0.25″ that settle in the first
-    run."""
+    """A slip of two counts fits almost as well as the true error of 0.25″, which settles in the
+    first run."""
     found = _weak("settling_bracket", 0.25, 50_001)
     assert found.verdict in ("ambiguous", "unknown")
     assert found.candidates[0].name == "count_slip"

@@ -57,8 +57,8 @@ def _text(found: Diagnosis) -> str:
 @pytest.mark.parametrize("seed", [1, 2])
 def test_one_station_that_is_off_in_every_pass(seed: int) -> None:
     """A station of 4″ in 0.35″ of noise: the classical F test of 72 stations against the repeats
-    gives p below 1e-12. The error of four readings is 0.18″, with 41 coefficients at 72 stations
-    √(72/31) times as much."""
+    gives p below 1e-12. The mean of four readings has u = 0.18″; with 41 coefficients at 72
+    stations, u is √(72/31) times as large."""
     off = np.zeros(STATIONS)
     off[43] = 4.0
     found = diagnosis_of(_stations(off, seed))
@@ -192,7 +192,8 @@ def test_a_defect_that_every_turn_repeats_is_no_oscillation() -> None:
     assert places is not None
     (spot,) = places.spots
     assert spot.angle_deg == pytest.approx(143.0, abs=1.0)
-    # Two readings in each of five turns have u = 12/√10″; the curves of the turns take a part.
+    # Two readings in each of five turns have u = 12/√10″; the curves of the turns absorb a part of
+    # the defect.
     assert spot.size_arcsec == pytest.approx(120.0, abs=20.0)
     assert found.findings.oscillation is None
     assert found.findings.causes == ()
@@ -219,7 +220,7 @@ def test_a_sag_over_an_arc_is_no_change_in_time(sweeps: int) -> None:
 
 
 def test_an_error_of_the_travel_is_no_change_in_time() -> None:
-    """An error of 0.25″ a degree over four turns, which returns on the way back."""
+    """An error of 0.25″ a degree over four turns is the same at each angle on the way back."""
     angle = np.arange(0.0, 1440.0, 4.0)
     found = diagnosis_of(_sweeps(angle, lambda at: 0.25 * at, 4, 15.0, 0.1))
     assert found.findings.slow is None

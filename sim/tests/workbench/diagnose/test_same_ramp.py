@@ -82,8 +82,8 @@ TWO_SPEEDS = (30.0, -30.0, 30.0, -60.0, 60.0)
 
 def test_a_cable_that_winds_up_is_described_with_its_alternatives() -> None:
     """Head 2 is pulled by 0.4″ a turn of the table; both directions and two speeds show that this
-    is a function of the angle. The order 1 to 20 of the disc remove the saw of a turn: about eight
-    ninths of the slope remain in the three means of the turns."""
+    is a function of the angle. Orders 1 to 20 of the disc absorb the ramp within each turn: about
+    eight ninths of the slope remain, in the means of the three turns."""
     measured = _set(TWO_SPEEDS, lambda turned, seconds: 0.4 * turned)
     found = diagnosis_of(measured)
     assert found.verdict == "unknown"

@@ -68,7 +68,8 @@ def test_a_scale_that_follows_the_air() -> None:
     assert found.described is not None
     assert found.described.effect.parts == ["temperature", "reference"]
     (size,) = found.described.parameters().values()
-    # The sensor's own noise of 0.01 K shrinks the slope by a part in 600 of its variance.
+    # The sensor's noise of 0.01 K reduces the slope by 1/600, its share of the temperature's
+    # variance.
     assert size.value == pytest.approx(1.4, rel=0.02)
 
 
@@ -107,7 +108,8 @@ def test_the_orders_of_two_thirds_of_a_turn_are_determined() -> None:
     orders = model.effects[0].settings["orders"]
     assert isinstance(orders, list)
     assert orders[0] == 1
-    # Over whole turns u = σ·√(2/N). The fit may see a little slow noise in white noise: 30 %.
+    # Over whole turns u = σ·√(2/N). The fit may take a part of the white noise for slow noise: 30 %
+    # are allowed.
     most = 1.3 * 10.0 * NOISE_ARCSEC * np.sqrt(2.0 / ROWS)
     assert np.sqrt(np.diag(solution.covariance)).max() < most
 

@@ -35,7 +35,7 @@ def test_only_channels_with_columns_of_the_effect_are_judged(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A reversal error removes two thirds of the reference's error. The 15,000 rows of the capture,
-    in which it has no columns, do not outvote the 240 rows of the reference."""
+    in which it has no columns, have no weight."""
     monkeypatch.setattr(left_module, "passes_of", lambda solution: {"reference": 10})
     fall = _left(0.290, 0.161).mean_log_ratio(_left(0.268, 0.469))
     assert fall == pytest.approx(np.log(0.161 / 0.469))

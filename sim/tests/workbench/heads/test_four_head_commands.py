@@ -30,8 +30,8 @@ def explained(folder: Path) -> Path:
     answer = arctrue("explain", str(folder), "--model", str(model))
     assert answer.exit_code == 0, answer.output
     assert "bearing_ball_pass" in answer.output
-    # The answer qualifies its probabilities, because no set of the benchmark has more than two
-    # heads.
+    # The answer qualifies its probabilities, because the probabilities were calibrated on sets with
+    # two heads.
     assert "its capture has 4 heads" in " ".join(answer.output.split())
     return model
 

@@ -18,7 +18,8 @@ ROWS = 144
 
 
 def _reference(unit: float = 1.0, u_arcsec: float | None = 0.5) -> Reference:
-    """Return six visits of 24 stations with 0.4″ of noise; the unit is in arcseconds."""
+    """Return six visits of 24 stations with 0.4″ of noise; ``unit``: unit of the errors,
+    arcseconds."""
     random = np.random.default_rng(2)
     target = np.tile(np.arange(24) * 15.0, ROWS // 24)
     error = 8.0 * np.cos(np.radians(target) - 0.3) + random.normal(0.0, 0.4, ROWS)

@@ -211,7 +211,8 @@ def test_a_pass_downwards_from_zero_has_no_outliers(stations: int) -> None:
 @pytest.mark.parametrize("rows", [1, 2])
 def test_a_pass_of_one_or_two_rows_does_not_make_others_outliers(rows: int) -> None:
     """Nothing in a pass of one or two rows shows how far the pass deviates, so that its rows say
-    nothing about other rows of their stations; these are 120″ from the mean of the turn."""
+    nothing about other rows of their stations. The rows of such passes are up to 120″ from the mean
+    of the turn."""
     made = _down_from_zero(24, 3)
     again = np.tile(np.arange(rows), 4)
     assert made.cycle is not None

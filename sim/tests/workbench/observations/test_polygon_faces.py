@@ -44,8 +44,9 @@ def test_without_a_run_at_the_faces_nothing_tells_how_the_polygon_stands() -> No
 
 
 def test_a_polygon_half_a_face_away_from_zero_has_its_faces() -> None:
-    """Stations in the middle between the nominal faces have their faces, as a first run and as a
-    second run of a turned polygon; rounding errors put half of them on each side of the middle."""
+    """Stations in the middle between the nominal faces get the right faces, in a first run and in a
+    second run on a turned polygon, although rounding puts half of them on each side of the
+    middle."""
     half = STATIONS_DEG + 7.5
     for target in (half, half + 1e-10 * (-1.0) ** np.arange(FACES)):
         found = faces_of(FACES, _runs(FACES), target)
