@@ -1,4 +1,5 @@
-"""Compares a model with a measurement set: how large the residuals are, and what they depend on."""
+"""Compares a model with a measurement set: the size of the residuals, and the conditions on which
+they depend."""
 
 from __future__ import annotations
 

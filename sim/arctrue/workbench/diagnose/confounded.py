@@ -32,8 +32,8 @@ def confounded_with(best: Candidate, near_tie: float) -> Candidate | None:
     """Return ``best`` with another condition of the set, if the rows cannot distinguish the two. If
     several conditions qualify, return the most probable.
 
-    The result is None where ``best`` does not state its parts, or where the rows decide: twice the
-    log likelihood of ``best`` is ``near_tie`` or more ahead.
+    The result is None where ``best`` does not state its parts, or where the rows distinguish the
+    conditions: twice the log likelihood of ``best`` is larger by more than ``near_tie``.
     """
     evidence, parts = best.evidence, best.effect.in_parts
     frame = next((name for name in FRAMES if name in parts), None)

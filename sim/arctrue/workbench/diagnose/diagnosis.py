@@ -222,11 +222,11 @@ def _with_the_found(
     """Return the findings that remain with the named effect in the model.
 
     The named effect may appear in the reference as a line at an alias, an oscillation or a step;
-    these are no further findings. If the effect is a regular cause, its own lines stay in the list;
-    only the oscillation is searched again, because a part of the effect, such as a phase that
-    depends on the direction, may have looked like a resonance. If a product of parts describes the
-    whole error, the jumps are searched again: an error that follows the speed differs from run to
-    run and may have looked like a jump.
+    these are no further findings. If the effect is a regular cause, its own lines stay in the list,
+    and only the oscillation is searched again: a part of the effect, such as a phase that depends
+    on the direction, may have looked like a resonance. If a product of parts describes the whole
+    error, the jumps are searched again: an error that follows the speed differs from run to run and
+    may have looked like a jump.
     """
     item, product = found.named, found.described
     if product is not None and found.verdict == "unknown" and found.decision.resembles is None:
@@ -364,8 +364,8 @@ since no calibrated answer had such offsets."""
 
 
 def _less_of_none(probability: Mapping[str, float]) -> dict[str, float]:
-    """Return the probabilities with at most MOST_OF_NONE for ``none``; ``unknown`` gets what
-    remains."""
+    """Return the probabilities with at most MOST_OF_NONE for ``none``; the difference is added to
+    ``unknown``."""
     found = dict(probability)
     moved = max(found.get("none", 0.0) - MOST_OF_NONE, 0.0)
     found["none"] = found.get("none", 0.0) - moved

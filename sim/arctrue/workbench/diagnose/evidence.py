@@ -135,10 +135,10 @@ def weighed(tried: Survey, report_step: ReportStep, *, negligible: bool) -> Surv
     named.
 
     The real effect is the best candidate that is significant, is confirmed, and appears at every
-    speed. The noise is estimated anew for one candidate of the catalogue after another, lines of a
-    forward search first, then the others in the order of their ΔBIC, until no further candidate can
-    be ahead of the real effect, and for at most MOST_WEIGHED candidates. The first product of parts
-    gets evidence too if it can be ahead of the real effect.
+    speed. The noise is estimated anew for one candidate of the catalogue after another: first for
+    the lines of a forward search, then for the others in the order of their ΔBIC. The estimates end
+    after MOST_WEIGHED candidates, or when no further candidate can be ahead of the real effect. The
+    first product of parts gets evidence too if it can be ahead of the real effect.
     """
     null = Null(tried.residuals)
     beyond = replace(tried, residuals=_beyond_steps(tried.residuals, tried.findings))

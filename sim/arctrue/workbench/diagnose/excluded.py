@@ -27,9 +27,9 @@ def look_alikes(
     """Return effects (without search parameters) that would look like ``best``, each with the data
     that the set lacks to test it.
 
-    On the rows of the set, with the model projected out, the columns of such an effect reproduce
-    those of ``best`` (each canonical correlation is above LIKE), and the gain of such an effect is
-    at least LEAST_SHARE of the gain of ``best``.
+    The columns of such an effect, with the model projected out, reproduce those of ``best`` on the
+    rows of the set: each canonical correlation is above LIKE. The gain of such an effect is at
+    least LEAST_SHARE of the gain of ``best``.
     """
     found = {}
     for name, lacking in untestable.items():

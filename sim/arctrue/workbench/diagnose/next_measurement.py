@@ -146,9 +146,10 @@ def measurement_for(
 def next_measurement(best: Candidate, rivals: Sequence[Candidate]) -> NextMeasurement:
     """Return the first plan that distinguishes the best effect from all rivals.
 
-    If there is none, return the first of these that exists: the re-indexed polygon, if the best
-    effect or one rival alone is fixed to the polygon; the first plan that distinguishes the best
-    effect from one rival; the measurement that the best effect itself declares.
+    If there is no such plan, return the first of these that exists: (1) the re-indexed polygon, if
+    the best effect is fixed to the polygon and a rival is not, or the reverse; (2) the first plan
+    that distinguishes the best effect from one rival; (3) the measurement that the best effect
+    declares.
     """
     own = NextMeasurement(best.effect.next_measurement, None)
     observations = best.solution.observations

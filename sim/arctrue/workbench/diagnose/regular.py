@@ -46,8 +46,9 @@ from arctrue.workbench.observations.display_step import display_step
 Float = NDArray[np.float64]
 
 SAME_LINE = 1.5
-"""Largest distance, in units of 1/span, at which a line over time and a line over the angle count
-as the same line: at a nearly constant speed, a line over the angle has this width over time."""
+"""A line over time and a line over the angle count as the same line if their distance is below
+this, in units of 1/span: at a nearly constant speed, a line over the angle has this width over
+time."""
 
 
 @dataclass(frozen=True)
@@ -61,8 +62,8 @@ class Jump:
     turns: float | None
     """Angle of the jump, in turns, if the rows have no time."""
     row: int | None
-    """Row of the file, from 0, after the last used row before the jump, where there is no time and
-    the rows are stations."""
+    """Row of the file, from 0, that follows the last used row before the jump, for stations without
+    times; otherwise None."""
     gain: float
     """Gain in log likelihood by the step."""
 

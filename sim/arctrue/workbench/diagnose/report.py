@@ -49,8 +49,8 @@ def candidate_data(item: Candidate, before: Left | None, after: Left | None) -> 
 
 
 def covers_data(covers: Coverage) -> dict[str, Any]:
-    """Return as JSON which sizes of which effects the verdict excludes, and what it cannot
-    exclude."""
+    """Return the coverage as JSON: sizes of effects that the verdict excludes, effects that cannot
+    be tested, and blind orders."""
     return {
         "smallest": {
             name: {
@@ -323,7 +323,8 @@ def _probable(result: Diagnosis) -> list[str]:
 
 
 def _covered(covers: Coverage) -> list[str]:
-    """State in sentences which effects the verdict "adequate" excludes, and from which size on."""
+    """State in sentences the effects that the verdict "adequate" excludes, each with the smallest
+    excluded size."""
     said = []
     if covers.smallest:
         sizes = ", ".join(

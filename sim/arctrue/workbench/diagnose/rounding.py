@@ -15,8 +15,9 @@ from arctrue.workbench.inference.significance import SIGNIFICANCE
 from arctrue.workbench.observations.display_step import display_step
 
 DITHERED = 0.5
-"""Noise of a row, in display steps, from which on the mean of many visits has no rounding error: in
-normal noise of σ steps, this error is at most exp(−2π²σ²)/π steps, 0.2 % of a step here."""
+"""If the noise of a row has at least this number of display steps, the mean of many visits has no
+rounding error: in normal noise of σ steps, this error is at most exp(−2π²σ²)/π steps, 0.2 % of a
+step here."""
 OF_THE_STATIONS = 0.9
 """Smallest share of an effect's variance that is the same at all visits of a station if the
 rounding can cause the effect."""

@@ -78,10 +78,10 @@ LINES = frozenset({"line", "frequency", "unwrapped_order"})
 """Kinds of search that find a line (a sine of one order or frequency); an oscillation that noise
 drives may look like a line."""
 OF_AN_OSCILLATION = 0.75
-"""Smallest share of an oscillation's gain by which a line or a product of parts explains the
-oscillation. A line explains all of a sine whose amplitude or phase changes little. It explains
-about a third of an oscillation that loses its phase twenty times in the record and therefore has
-the width of six frequencies that the record separates."""
+"""A line or a product of parts explains an oscillation if it gains more than this share of the
+oscillation's gain. A line explains all of a sine whose amplitude or phase changes little. It
+explains about a third of an oscillation that loses its phase twenty times in the record and
+therefore has the width of six frequencies that the record separates."""
 LEAST_TAKEN = 0.1
 """Smallest share of the error's mean square above the noise that an effect must remove; an effect
 that removes less does not explain this error."""
@@ -613,7 +613,7 @@ def _disc_one_after_the_other(case: Case) -> tuple[list[float], int]:
 
 
 def cannot_be_split(case: Case) -> Decision | None:
-    """Other effects explain these rows as well, or the set lacks what the name needs."""
+    """Other effects explain these rows as well, or the set lacks data that the name needs."""
     best, similar = case.best, case.similar
     assert best is not None
     stranger = case.stand_in
@@ -749,9 +749,9 @@ def _unknown_within(left: Decision, case: Case) -> bool:
         return in_noise and _largest(found) ** 2 > OF_THE_SAME_KIND * _largest(first) ** 2
     if not left.undescribed_arcsec:
         return True
-    # The remaining error is compared with the largest size of the first effect: the fall of the
-    # excess, the fall of the mean square (slow noise may have absorbed the effect before it was
-    # added), or its change of the prediction in another channel, because the effect may remove
+    # The remaining error is compared with the largest of several sizes of the first effect. The
+    # fall of the mean square counts, because slow noise may have absorbed the effect before it was
+    # added. The change of another channel's prediction counts, because the effect may remove
     # nothing in this channel. An effect that only the offsets of the runs show removes nothing in
     # its own channel.
     of_the_runs = _of_the_runs(case)
@@ -797,7 +797,7 @@ class Rule:
 
     @property
     def says(self) -> str:
-        """Sentence that says when the rule applies."""
+        """Sentence that states when the rule applies."""
         return (self.judge.__doc__ or "").partition("\n\n")[0].replace("\n   ", "")
 
 

@@ -19,9 +19,9 @@ from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.repeats import row_noise_arcsec
 
 FAR_TOO_SMALL = 0.5
-"""In a survey with a named effect in the model, an effect gets no noise estimate of its own if its
-size is a smaller share than this of the smallest size that matters; a new estimate of the noise
-changes a size by less than a factor of two."""
+"""In a survey with a named effect in the model, the noise is not estimated anew for an effect whose
+size is below this share of the smallest size that matters: a new estimate changes a size by less
+than a factor of two."""
 OF_A_CONSTANT = 0.1
 """Largest ratio of standard deviation to mean, over the rows, of a change that counts as
 constant."""
@@ -145,8 +145,8 @@ class Survey:
         """Tell whether blocks predict the candidate and most of the error disappears with it, while
         the density of held-out rows does not fall.
 
-        An effect whose shape is not quite that of the catalogue leaves slow noise, from which
-        neighbours predict the rows.
+        An effect whose shape differs a little from that in the catalogue leaves an error like slow
+        noise, so that neighbours predict the rows.
         """
         if item.share is None or not takes_most(item.solution, self.base):
             return False

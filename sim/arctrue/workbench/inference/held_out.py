@@ -2,8 +2,8 @@
 
 The rows are omitted in turn, a quarter of the rows at a time; the omitted rows are single rows, not
 blocks. In the test of an effect (:func:`held_out_with`), an omitted row is predicted from the model
-and from the coloured noise of its neighbours, so that correlated noise does not make the test too
-favourable; the same noise is used for the model with the effect and without it. The figure *held
+and from the coloured noise of its neighbours. Correlated noise therefore does not make the test too
+favourable. The same noise is used for the model with the effect and without it. The figure *held
 out* of a model (:func:`held_out`) uses the model alone.
 """
 

@@ -48,9 +48,9 @@ class Identifiability:
     """σ of the three coefficients with the largest σ, arcseconds (or their unit), by name."""
     correlated: list[Pair]
     smallest_arcsec: dict[str, dict[str, float]] = field(default_factory=dict)
-    """For each absent effect without search parameters, and by channel: the smallest RMS of the
-    effect at which its gain is significant in 95 % of such sets, at a level of 1 % divided by the
-    number of absent effects. The test on held-out rows is not included."""
+    """Smallest detectable RMS of each absent effect without search parameters, by channel. At this
+    RMS, the gain of the effect is significant in 95 % of such sets, at a level of 1 % divided by
+    the number of absent effects. The test on held-out rows is not included."""
 
 
 def coefficient_names(solution: Solution) -> list[str]:

@@ -2,11 +2,11 @@
 contradict.
 
 At each value of the parameter, all other parameters and the noise have their most likely values.
-Such an interval is also right where the standard uncertainty of a linearised fit is wrong: for a
-drift, if the slow noise has absorbed a part of it, and for a frequency with few periods, which is
-not a linear parameter. The limit of the likelihood ratio follows from Student's t with the degrees
-of freedom of the noise variance: exact for a linear parameter in white noise (Bates and Watts,
-Nonlinear Regression Analysis and Its Applications, chapter 6).
+Such an interval is also right in two cases where the standard uncertainty of a linearised fit is
+wrong: for a drift of which slow noise has absorbed a part, and for a frequency with few periods,
+which is no linear parameter. The limit of the likelihood ratio follows from Student's t with the
+degrees of freedom of the noise variance: exact for a linear parameter in white noise (Bates and
+Watts, Nonlinear Regression Analysis and Its Applications, chapter 6).
 """
 
 from __future__ import annotations

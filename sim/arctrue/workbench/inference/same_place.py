@@ -45,9 +45,9 @@ LEAST_LEFT = 8
 degrees of freedom; with fewer, only the mean is removed. Two passes with eight degrees of freedom
 coincide by chance with a correlation above 0.9 in one of 500 cases."""
 LEAST_OWN = 0.1
-"""Smallest share of the variance of a place, or of an effect, beyond the curves of the passes at
-which its error is fitted or tested: its standard uncertainty is then at most three times that
-without the curves."""
+"""The error of a place, or an effect, is fitted or tested only if the curves of the passes leave
+this share of its variance or more: its standard uncertainty is then at most 3.2 times that without
+the curves (1/√0.1)."""
 LEAST_REPEATED = 0.25
 """Smallest RMS of a repeated error, as a share of the scatter of a reading between the passes; it
 equals LEAST_EXCESS, the limit of a model that is not adequate."""
@@ -340,9 +340,9 @@ class Visits:
 
         ``change_arcsec``: change of the prediction of every row by the effect. Every pass repeats
         the errors of the same places, so that the sample is the places, not the rows. The result is
-        0 if the effect is no function of the place, if no repeated error remains with it (the
-        passes then show its uncertainty), or if neighbouring places have like remaining errors
-        (these are no independent errors of the places).
+        0 if the effect is no function of the place, or if no repeated error remains with it,
+        because the passes then show its uncertainty. It is also 0 if the remaining errors of
+        neighbouring places are similar, because these are no independent errors of the places.
         """
         used = self.of_row >= 0
         cells = _cell_means(self.of_row, change_arcsec, self.place.size)

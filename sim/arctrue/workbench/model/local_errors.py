@@ -113,8 +113,8 @@ def table_of(errors: Sequence[LocalError], counts_per_rev: int) -> LocalTable:
     -------
     LocalTable
         The table with the closest points whose windows contain each error completely and do not
-        overlap, and with the largest number of fraction bits at which the largest point fits into
-        its word. Errors whose windows would overlap share one window.
+        overlap. It has the largest number of fraction bits at which the largest point fits into its
+        word. Errors whose windows would overlap share one window.
 
     Raises
     ------

@@ -69,8 +69,8 @@ MOST_INFLATED = 10.0
 turns with as many rows. Orders that cancel each other have far larger ones: for 20 orders on 240°
 the multiple is seventy million, and their coefficients follow any slow error."""
 MOST_ROWS = 4000
-"""Largest number of rows from which the columns of the orders are judged; 200 for each wave of
-order 20 in a turn."""
+"""Largest number of rows with which the orders that the arc determines are found; 200 for each wave
+of order 20 in a turn."""
 DISC = "graduation_harmonics"
 
 

@@ -36,7 +36,7 @@ def reading_and_angle(facts: Table, columns: Reference) -> tuple[Float, Float]:
     """Return the reading of head 1 and the angle θ of the table in every row, radians; (rows,).
 
     θ = R − ε. Over an arc, the measured ε is replaced by its first orders if the target is the
-    commanded angle. Otherwise θ would contain the noise of ε: the orders of an arc can approximate
+    commanded angle. Otherwise θ would contain the noise of ε. The orders of an arc can approximate
     the time, so that a drift in time minus these orders would be this noise, and a fit would assign
     the noise to the drift. If readings are missing or do not fit their targets, both are the
     target. If the errors have the opposite sign, the target is the angle.

@@ -28,8 +28,8 @@ MOST_AGAINST = 0.2
 station is a single step; of random values, a quarter of the steps go against the direction in
 succession."""
 LEAST_WAY = 0.5
-"""Smallest way of a pass in its direction, relative to the range of its targets: noisy targets have
-steps against the direction, but their pass leads from one end of the range to the other."""
+"""Smallest travel of a pass in its direction, relative to the range of its targets: noisy targets
+have steps against the direction, but their pass leads from one end of the range to the other."""
 FOLLOWS = 0.95
 """Smallest share of steps of the errors in the direction at which the columns seem to be exchanged:
 an angle in motion follows the direction in nearly every step."""

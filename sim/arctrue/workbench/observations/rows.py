@@ -56,8 +56,8 @@ def _read_only(values: NDArray[Any]) -> NDArray[Any]:
 class CaptureRows(_Sliceable):
     """One row per sample of two heads; arrays have shape (rows,) unless another shape is stated.
 
-    With three or four heads each sample has one row for each head after head 1; the rows of one
-    such head form a channel: channel 0 is R₂ − R₁, channel k is the reading of head k + 2 minus the
+    With three or four heads each sample has one row for each head after head 1, and the rows of one
+    such head form a channel. Channel 0 is R₂ − R₁. Channel k is the reading of head k + 2 minus the
     mean of all heads before it, scaled to the noise of R₂ − R₁
     (:mod:`arctrue.workbench.observations.contrasts`). Each channel of a run counts as a run.
     """

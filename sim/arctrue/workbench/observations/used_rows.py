@@ -101,8 +101,8 @@ def duplicates(reference: Reference) -> Boolean:
 
 
 def counted_once(used: UsedRows[Reference], again: Boolean) -> UsedRows[Reference]:
-    """Return the used rows of a reference from which the rows in ``again`` were omitted before,
-    with the numbers of the file, and list these rows too."""
+    """Return the used rows of a reference with their numbers in the file; list the rows in
+    ``again``, which were omitted before, as duplicates."""
     if not again.any():
         return used
     left = np.flatnonzero(~again)

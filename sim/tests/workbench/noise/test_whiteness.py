@@ -23,8 +23,8 @@ def test_white_noise_fails_as_often_as_the_level_says() -> None:
 @pytest.mark.parametrize(("rows", "turns"), [(60, 1), (120, 1), (400, 1), (1600, 1), (300, 2)])
 def test_what_a_model_takes_is_no_colour(rows: int, turns: int) -> None:
     """Residuals of white noise pass the tests although the model has absorbed noise: in an evenly
-    spaced log, orders 1 to 20 absorb the noise at their frequencies, in the shortest log all noise
-    below 20/60 cycles per row."""
+    spaced log, orders 1 to 20 absorb the noise at their frequencies; in the shortest log they
+    absorb all noise below 20/60 cycles per row."""
     random = np.random.default_rng(8)
     angle = 2.0 * np.pi * turns * np.arange(rows) / rows
     phase = np.outer(angle, np.arange(1, 21))

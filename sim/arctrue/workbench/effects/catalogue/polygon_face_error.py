@@ -27,7 +27,8 @@ LEAST_FACES_LEFT = 0.1
 """Smallest share of the face errors' mean square that must remain without order 1, to be faces of
 their own. A wave with a smaller remainder (a third of its size) may be a wave of another shape."""
 SURE_P = 1e-4
-"""Largest p with which faces remain without order 1: the limit of a sure lack of fit."""
+"""Significant face errors remain without order 1 if their p is at most this: the limit of a sure
+lack of fit."""
 MAGNIFIED = 0.25
 """If |e^{jnα} − 1| is below this value, order n is removed from the face errors. The fit divides
 the heads' difference by this factor to find the graduation's order n, so that an error of the

@@ -31,7 +31,7 @@ LEAST_GAIN_LOGS = 2.5
 decay and frequency, and 1 for the search over about rows/2 frequencies."""
 LEAST_SHARE = 0.1
 """Smallest share of the residuals' mean square that an oscillation must have. A smaller oscillation
-may only represent a shape of the spectrum that no kernel has: this share reaches 0.05 for a moving
+may only represent a shape of the spectrum that no kernel has. This share reaches 0.05 for a moving
 mean, whose spectral density has zeros (4 logs of each of 16 kinds of noise,
 ``sim/tests/workbench/noisy_logs.py``)."""
 SHARPENED = 3

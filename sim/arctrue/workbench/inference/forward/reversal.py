@@ -58,9 +58,8 @@ def reversal_of(record: Record, direction: Float, steps: Float) -> Reversal | No
     The size comes from ordinary least squares over all rows: if the weights followed slow noise,
     only the rows next to each reversal would count. The uncertainty comes from the scatter of fits
     that omit one pass each (jackknife). The result is None if there are too few passes, if the base
-    contains the direction, or if noise alone may cause a difference of this size. With
-    two or three passes the difference must be most of what the record contains, and it has no
-    uncertainty.
+    contains the direction, or if noise alone may cause a difference of this size. With two or three
+    passes the difference must have most of the record's mean square, and it has no uncertainty.
     """
     number = np.concatenate([[0], np.cumsum(np.diff(direction) != 0.0)])
     passes = int(number[-1]) + 1
@@ -86,7 +85,7 @@ def reversal_of(record: Record, direction: Float, steps: Float) -> Reversal | No
 
 
 def _of_few_passes(record: Record, direction: Float, others: Float, passes: int) -> Reversal | None:
-    """Return the difference without an uncertainty if it is most of what the record contains."""
+    """Return the difference without an uncertainty if it has most of the record's mean square."""
     own = direction - others @ (others.T @ direction)
     left = record.residual_arcsec - others @ (others.T @ record.residual_arcsec)
     removed = float(own @ left) ** 2 / float(own @ own)
