@@ -70,7 +70,7 @@ def _base() -> Term:
 
 @pytest.mark.parametrize("delay_us", [300.0, 5000.0])
 def test_the_delay_takes_the_constant_and_its_coupling_to_every_order(delay_us: float) -> None:
-    """The delay explains the constant at each speed and the change of every order: at 90 °/s a
+    """The delay explains the constant at each speed and the change of every order. At 90 °/s a
     delay of 5 ms changes the phase of order 20 by 9°; a constant per speed cannot describe this
     change of 3.9″."""
     observations = _observations([(20.0, 20.0), (90.0, 90.0), (-45.0, -45.0)], delay_us * 1e-6)

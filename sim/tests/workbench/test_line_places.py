@@ -94,7 +94,7 @@ def test_less_than_its_fewest_periods_is_no_line() -> None:
 
 def test_a_line_that_is_noise_still_is_found_up_to_where_the_model_takes_it() -> None:
     """The search finds a line that the noise estimate still contains, up to the place where the
-    model absorbs it: in runs of three turns, the model absorbs 97 % of a line of order 13.041.
+    model absorbs it. In runs of three turns, the model absorbs 97 % of a line of order 13.041.
 
     The search begins at the place where the model leaves a twentieth of the power. This place is at
     most 1/(4·turns) = 0.083 from the order (1 − sinc²(3δ) = 0.05 at δ = 0.042, more with the other

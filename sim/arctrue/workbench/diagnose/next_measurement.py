@@ -52,8 +52,8 @@ OF_PARTS = {
     ),
     "settling": (
         "again",
-        "the same run once more, after the table has stood still for ten minutes: the change "
-        "begins anew, or it does not",
+        "the same run once more, after the table has stood still for ten minutes: a change that "
+        "settles after each start begins anew",
     ),
 }
 """Kind and description of the measurement that tests each condition of a product of parts."""
@@ -102,7 +102,7 @@ TURN_THE_REFERENCE = NextMeasurement(
 TURN_THE_POLYGON = NextMeasurement(REINDEX, "polygon_reindexed")
 AT_ONE_SPEED = NextMeasurement(
     "one run with five times as many samples a turn: the line appears at one speed only and may "
-    "be the alias of another",
+    "be an alias of another line",
     "samples",
 )
 

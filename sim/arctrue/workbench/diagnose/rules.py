@@ -371,7 +371,7 @@ def rounded_by_the_display(case: Case) -> Decision | None:
     same = "changes with the error" if best.regular else "is the same at every visit of a station"
     why = (
         f"the readings of the reference are rounded to {step:.3g}″, and this rounding {same}: it "
-        f"explains what resembles {best.name}"
+        f"explains the error that resembles {best.name}"
     )
     return Decision("cannot_tell", cannot_tell=why, next=ONE_MORE_DIGIT)
 

@@ -65,7 +65,7 @@ def _diagnosed(order: float, samples_a_turn: float, *, starts_differ: bool) -> D
 
 @pytest.mark.parametrize(("order", "samples"), [(129.0, 233.3), (129.0, 234.0)])
 def test_runs_from_other_angles_show_which_order_it_is(order: float, samples: float) -> None:
-    """Runs that start at different angles determine the order: at N = 233.3 samples per turn, order
+    """Runs that start at different angles determine the order. At N = 233.3 samples per turn, order
     129 looks like order 104.3 in each run, but the phase of this alias differs from run to run by
     N·start."""
     found = _diagnosed(order, samples, starts_differ=True)

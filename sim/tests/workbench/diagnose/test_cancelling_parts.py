@@ -88,7 +88,7 @@ def test_a_half_order_that_repeats_is_described(order: float) -> None:
 
 
 def test_the_zero_of_a_condition_is_a_convention() -> None:
-    """The zero of a condition must not change the result: with a load of 30 ± 1 N m and 400″ of
+    """The zero of a condition must not change the result. With a load of 30 ± 1 N m and 400″ of
     order 1 per N m, the product is 12,000″ if the load is counted from 0 N m.
 
     The model's own order 1 absorbs the mean, so that only the variation of ± 400″ counts.
@@ -105,8 +105,9 @@ def test_the_zero_of_a_condition_is_a_convention() -> None:
 
 
 def test_a_condition_that_ends_after_a_bump_has_no_order() -> None:
-    """A condition that lasts for a short part of each sweep resolves only high orders: exp(−t/0.5
-    s) lasts for 9° of a sweep at 20°/s, in which only orders of 30 and more have 0.75 periods.
+    """A condition that lasts for a short part of each sweep resolves only high orders. The
+    condition exp(−t/0.5 s) lasts for 9° of a sweep at 20°/s, in which only orders of 30 and more
+    have 0.75 periods.
     """
     rows = _sweeps(AT_ONE_END).observations.reference
     assert rows is not None
@@ -135,7 +136,7 @@ def test_the_names_of_the_runs_do_not_count(names: tuple[int, int]) -> None:
 
 
 def test_a_refined_settling_still_passes_its_wave() -> None:
-    """With the refined time constant, the settling still lasts for 0.75 periods of its wave: a bump
+    """With the refined time constant, the settling still lasts for 0.75 periods of its wave. A bump
     at each start settles in 2 s, which is 40° at 20°/s, a third of a period of order 3.
 
     Of the time constants on the grid, the smallest one that lasts for 0.75 periods describes the

@@ -181,7 +181,7 @@ def test_a_drift_that_slow_noise_may_be_is_not_adequate(
 def test_noise_with_many_columns_is_little_known(
     gain: float, rank: int, freedom: float, is_named: bool
 ) -> None:
-    """The noise of a channel with many columns is hardly known: with 48 readings, 23 face errors
+    """The noise of a channel with many columns is hardly known. With 48 readings, 23 face errors
     leave 25 degrees of freedom, and F(23, 25) = 2.3 has a probability of 2 %; with known noise it
     would be 2·10⁻⁴."""
     item: Any = SimpleNamespace(
@@ -231,7 +231,7 @@ def test_an_order_with_two_stations_a_period_has_none(order: float, stations: in
 
 
 def test_a_bound_of_hardly_known_noise_says_so() -> None:
-    """The report of the smallest detectable size states that the noise is hardly known: at this
+    """The report of the smallest detectable size states that the noise is hardly known. At this
     limit of the degrees of freedom, the F test needs 2.8 times the size that would suffice if the
     noise were known."""
     ratio = [np.sqrt(needed_gain(1, 19, freedom) / needed_gain(1, 19)) for freedom in (2.0, 6.0)]

@@ -74,7 +74,7 @@ def test_a_head_that_stands_while_the_other_goes_on_is_reported() -> None:
 
 
 def test_dense_rows_of_coarse_counts_are_no_jumps() -> None:
-    """The diagnosis finds no jumps in dense rows of coarse counts: each step from row to row is ten
+    """The diagnosis finds no jumps in dense rows of coarse counts. Each step from row to row is ten
     counts with 1.5 counts of noise, so that a deviation of a tenth of a step is no fault.
     """
     random = np.random.default_rng(5)

@@ -66,7 +66,7 @@ def _reference(error: NDArray[np.float64], target_deg: NDArray[np.float64]) -> O
 
 
 def test_every_place_that_was_looked_at_is_charged() -> None:
-    """The probability is corrected for all searched places: a χ² of 30 with two columns has the
+    """The probability is corrected for all searched places. A χ² of 30 with two columns has the
     probability p at one place, and after a search of m places, Šidák's correction gives 1 − (1 −
     p)^m."""
     single = float(chi2.sf(30.0, 2))
@@ -362,7 +362,7 @@ def test_a_frequency_of_one_speed_alone_is_no_vibration() -> None:
 def test_a_slow_effect_far_above_the_scatter_is_no_slow_noise(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """A slow effect far above the scatter is not taken for slow noise: a delay of 40 ms on a ramp
+    """A slow effect far above the scatter is not taken for slow noise. A delay of 40 ms on a ramp
     to 40°/s and back causes an error of up to 5,760″, which rises and falls once in a minute."""
     # With NEAR_P = 0, a small p is no reason to estimate the noise again; the only reason is that
     # the effect removes most of a channel's residual variance.

@@ -69,9 +69,9 @@ def test_two_orders_and_a_local_defect(orders: list[float], is_one: bool) -> Non
 
 @pytest.mark.parametrize("size_arcsec", [1.0, pytest.param(5.0, marks=pytest.mark.large)])
 def test_a_bracket_that_gives_way_to_the_root_of_speed(size_arcsec: float) -> None:
-    """The diagnosis gives no name to a bracket that moves with the root of the speed: runs at
-    30, −30, 90 and 30°/s have three equal offsets, and an offset 1.73 times as large in the
-    fast run."""
+    """The diagnosis gives no name to a bracket that moves with the root of the speed. Runs at 30,
+    −30, 90 and 30°/s have three equal offsets, and an offset 1.73 times as large in the fast
+    run."""
 
     def bracket(time_s: np.ndarray, speed_rad_s: float) -> np.ndarray:
         share = np.sqrt(abs(speed_rad_s) / np.radians(30.0))

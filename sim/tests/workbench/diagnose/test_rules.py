@@ -55,7 +55,7 @@ def test_two_orders_of_a_warm_run_are_no_vibration() -> None:
 
 
 def test_a_step_in_the_last_turn_can_be_held_out() -> None:
-    """Held-out rows confirm a step of 16 counts in the last turn: it comes after 2.6 of the 3 turns
+    """Held-out rows confirm a step of 16 counts in the last turn. It comes after 2.6 of the 3 turns
     of the last run, and whichever fold is left out, rows remain on both sides of the step."""
     counts, noise = 16, CAPTURE_NOISE * np.sqrt(2.0)
     measurement = measurement_set(
@@ -154,7 +154,7 @@ def test_the_time_constant_of_a_settling_is_between_the_grid_points(seed: int) -
 
 
 def test_a_line_at_one_speed_only_may_be_an_alias() -> None:
-    """The diagnosis states that a vibration at one speed may be an alias: a vibration of 101.5 Hz,
+    """The diagnosis states that a vibration at one speed may be an alias. A vibration of 101.5 Hz,
     sampled at 167 Hz in the slow runs, appears at 65.2 Hz, but not in the fast run at 500 Hz."""
     made = simulate_set([Wanted("vibration", 0.02)], full().smaller(6000, 10), 40_005)
     _, found = diagnosed(made.measurement, 0.0)

@@ -22,7 +22,7 @@ def test_white_noise_fails_as_often_as_the_level_says() -> None:
 
 @pytest.mark.parametrize(("rows", "turns"), [(60, 1), (120, 1), (400, 1), (1600, 1), (300, 2)])
 def test_what_a_model_takes_is_no_colour(rows: int, turns: int) -> None:
-    """Residuals of white noise pass the tests although the model has absorbed noise: in an evenly
+    """Residuals of white noise pass the tests although the model has absorbed noise. In an evenly
     spaced log, orders 1 to 20 absorb the noise at their frequencies; in the shortest log they
     absorb all noise below 20/60 cycles per row."""
     random = np.random.default_rng(8)

@@ -130,7 +130,7 @@ def test_a_wrong_row_near_an_end_is_far_where_the_values_curve(place: int) -> No
 
 
 def test_outliers_of_both_signs_do_not_vouch_for_each_other() -> None:
-    """Outliers of both signs do not confirm each other: if one of a hundred rows is an outlier,
+    """Outliers of both signs do not confirm each other. If one of a hundred rows is an outlier,
     some outliers lie by chance at the distance α from an outlier of the other sign, as with dirt on
     the disc."""
     random = np.random.default_rng(4)
