@@ -16,7 +16,7 @@ from arctrue.workbench.inference.scan import (
 from arctrue.workbench.observations import Observations
 
 UNEVEN = 1e-3
-"""Largest relative difference between distances of even stations: with 360 stations, this
+"""Largest relative difference between distances of even stations. With 360 stations, this
 difference changes the phase of the 360th order by 0.4° from one station to the next, which is so
 little that orders and their aliases look equal."""
 HIGHEST_ORDER = DISC_BINS / 8.0

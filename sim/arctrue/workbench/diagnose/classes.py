@@ -95,7 +95,7 @@ def lead(item: Candidate, other: Candidate) -> float:
     """Return twice the log of the evidence of ``item`` divided by the evidence of ``other``.
 
     Both effects have the same noise, and each effect is a family of coefficients of one size
-    (:func:`family_gain`): a BIC would penalise the 23 faces of a polygon as if each face had a size
+    (:func:`family_gain`). A BIC would penalise the 23 faces of a polygon as if each face had a size
     of its own.
     """
     known = item.evidence or other.evidence
@@ -174,7 +174,7 @@ def of_its_order(line: Candidate, other: Candidate) -> bool:
     line.
 
     A line has a size and a phase for each head, so that it also fits small changes of an order of
-    the disc: an eccentricity of 80″ changes the phase of order 120 by 0.05 rad. The result is True
+    the disc. An eccentricity of 80″ changes the phase of order 120 by 0.05 rad. The result is True
     only if the line gains as much at that whole order as at its own order.
     """
     if other.effect.search_kind != "disc_order" or line.nonlinear.get("in_time"):

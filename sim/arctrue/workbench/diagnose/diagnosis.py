@@ -223,7 +223,7 @@ def _with_the_found(
 
     The named effect may appear in the reference as a line at an alias, an oscillation or a step;
     these are no further findings. If the effect is a regular cause, its own lines stay in the list,
-    and only the oscillation is searched again: a part of the effect, such as a phase that depends
+    and only the oscillation is searched again. A part of the effect, such as a phase that depends
     on the direction, may have looked like a resonance. If a product of parts describes the whole
     error, the jumps are searched again: an error that follows the speed differs from run to run and
     may have looked like a jump.

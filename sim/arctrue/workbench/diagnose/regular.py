@@ -47,7 +47,7 @@ Float = NDArray[np.float64]
 
 SAME_LINE = 1.5
 """A line over time and a line over the angle count as the same line if their distance is below
-this, in units of 1/span: at a nearly constant speed, a line over the angle has this width over
+this, in units of 1/span. At a nearly constant speed, a line over the angle has this width over
 time."""
 
 

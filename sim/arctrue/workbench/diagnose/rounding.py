@@ -16,7 +16,7 @@ from arctrue.workbench.observations.display_step import display_step
 
 DITHERED = 0.5
 """If the noise of a row has at least this number of display steps, the mean of many visits has no
-rounding error: in normal noise of σ steps, this error is at most exp(−2π²σ²)/π steps, 0.2 % of a
+rounding error. In normal noise of σ steps, this error is at most exp(−2π²σ²)/π steps, 0.2 % of a
 step here."""
 OF_THE_STATIONS = 0.9
 """Smallest share of an effect's variance that is the same at all visits of a station if the

@@ -20,7 +20,7 @@ from arctrue.workbench.noise.repeats import row_noise_arcsec
 
 FAR_TOO_SMALL = 0.5
 """In a survey with a named effect in the model, the noise is not estimated anew for an effect whose
-size is below this share of the smallest size that matters: a new estimate changes a size by less
+size is below this share of the smallest size that matters. A new estimate changes a size by less
 than a factor of two."""
 OF_A_CONSTANT = 0.1
 """Largest ratio of standard deviation to mean, over the rows, of a change that counts as
@@ -127,7 +127,7 @@ class Survey:
     def objection(self, item: Candidate) -> str | None:
         """Return in words which rows do not show the candidate; None if all tests confirm it.
 
-        A reversal error that the jackknife over the passes confirms needs no held-out rows: after a
+        A reversal error that the jackknife over the passes confirms needs no held-out rows. After a
         reversal, friction takes up a part of the error slowly, so that the noise looks slow and
         neighbours predict the rows.
         """

@@ -31,7 +31,7 @@ MUCH_MORE = 1.2
 
 LEAST_MOVE = 1.0
 """If an effect changes a channel's residuals by a smaller χ² than this, the channel's noise is not
-estimated anew: such a change has the weight of one reading, and the noise is estimated from all
+estimated anew. Such a change has the weight of one reading, and the noise is estimated from all
 readings."""
 Float = NDArray[np.float64]
 

@@ -100,7 +100,7 @@ def above_the_phase_noise(
 
     ``noise``: squares that the noise of the readings gives each column, shape (columns,). If the
     rows have few different signal phases, the model explains most of a wave, and the part that it
-    leaves may be small: the share alone does not show whether this part is only noise of the phase.
+    leaves may be small. The share alone does not show whether this part is only noise of the phase.
     """
     scale = np.sqrt(np.maximum(noise, 1e-300))
     values, vectors = np.linalg.eigh(projected / np.outer(scale, scale))

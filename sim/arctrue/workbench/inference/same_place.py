@@ -46,7 +46,7 @@ degrees of freedom; with fewer, only the mean is removed. Two passes with eight 
 coincide by chance with a correlation above 0.9 in one of 500 cases."""
 LEAST_OWN = 0.1
 """The error of a place, or an effect, is fitted or tested only if the curves of the passes leave
-this share of its variance or more: its standard uncertainty is then at most 3.2 times that without
+this share of its variance or more. Its standard uncertainty is then at most 3.2 times that without
 the curves (1/√0.1)."""
 LEAST_REPEATED = 0.25
 """Smallest RMS of a repeated error, as a share of the scatter of a reading between the passes; it

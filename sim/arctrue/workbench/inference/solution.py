@@ -1,7 +1,7 @@
 """Holds a fitted model: coefficients of generalised least squares, predictions, uncertainties.
 
 The inverse of the joint normal matrix of columns and tangents is the covariance of coefficients and
-search parameters together (Seber and Wild, Nonlinear Regression, section 2.1); the uncertainty of
+search parameters together (Seber and Wild, Nonlinear Regression, section 2.1). The uncertainty of
 the search parameters follows from it.
 """
 

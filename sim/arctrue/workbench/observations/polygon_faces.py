@@ -18,7 +18,7 @@ a face of a polygon that is turned by some angle."""
 def faces_of(faces: int | None, run: Integer, target_deg: Float) -> Integer | None:
     """Return the face of each row, (rows,); the polygon may be turned on the table between runs.
 
-    If some rows of a run are between the faces, each row of this run gets the nearest face; the
+    If some rows of a run are between the faces, each row of this run gets the nearest face. The
     angle of the polygon on the table is then that of the first run whose rows are all at faces. The
     result is None if there is no such run, because the angle of the polygon is then unknown.
     """

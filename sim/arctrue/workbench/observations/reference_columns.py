@@ -35,11 +35,11 @@ FOLLOWS = 0.95
 an angle in motion follows the direction in nearly every step."""
 LONG_WAY = 10.0
 """Smallest range of the targets, relative to their median step, at which the columns seem to be
-exchanged: stations in random order have a range of 2/(2 − √2) = 3.4 median steps, white noise of a
+exchanged. Stations in random order have a range of 2/(2 − √2) = 3.4 median steps, white noise of a
 thousand rows about 7."""
 MOST_EQUAL = 0.5
 """Equal errors show that the sensor stands still only if at most this share of the other rows
-equals the row before: with a larger share, the display is coarser than the changes of the error."""
+equals the row before. With a larger share, the display is coarser than the changes of the error."""
 LONGER = 10.0
 """Smallest length of the equal rows that are a fault, relative to the next longest equal rows.
 Rounded values of a smooth curve keep one value at most five times as long at an extremum as next to

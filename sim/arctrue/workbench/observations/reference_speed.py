@@ -62,7 +62,7 @@ def reference_speed(columns: Reference) -> Float | None:
     times are even and their distances uneven. Third, passes over stations far apart (a polygon's
     faces), if their times fit steady speeds and at least two of the speeds differ: a table that
     stops takes about as long at each station in every pass. Fourth, passes over stations far apart
-    at a steady speed, if their time steps equal those of a pass of the first two kinds: a clock
+    at a steady speed, if their time steps equal those of a pass of the first two kinds. A clock
     then sampled both, and the fast pass belongs to the same log.
     """
     target, time_s = continued(columns.target_deg), columns.time_s

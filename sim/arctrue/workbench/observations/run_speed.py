@@ -58,8 +58,8 @@ def run_speeds(
 
     ``angle_noise_rad``: standard deviation of one angle. The local speed of a row is the
     least-squares slope of the angle over the time of the rows around it. In a run that turns
-    evenly, and in a run of fewer than 2·WINDOW_ROWS rows, every row gets the mean speed of the run:
-    a local speed would only add noise to the columns that depend on the speed.
+    evenly, and in a run of fewer than 2·WINDOW_ROWS rows, every row gets the mean speed of the run.
+    A local speed would only add noise to the columns that depend on the speed.
     """
     mean = np.zeros(len(spans))
     local: Float | None = None

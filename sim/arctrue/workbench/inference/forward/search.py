@@ -519,7 +519,7 @@ def own_shares(record: Record, columns: Float) -> Float:
     A gain is multiplied by this share. If the base explains a part of a line, it has also absorbed
     that part of the noise, so that the noise is known less well. Without this factor, the part of a
     slow change that the base leaves would look like lines next to the table's orders, if the record
-    is shorter than a turn; these lines would cancel the orders.
+    is shorter than a turn. These lines would cancel the orders.
     """
     pairs = (-1, 2)
     made = np.sum((record.base.T @ columns) ** 2, axis=0).reshape(pairs).sum(axis=1)

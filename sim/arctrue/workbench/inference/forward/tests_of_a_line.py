@@ -28,7 +28,7 @@ def needed_gain(gain: float, independent: float) -> float:
     rates.
 
     In a record of noise, the largest of M·√(π·Δ/3) independent gains exceeds Δ with the probability
-    M·√(π·Δ/3)·e^(−Δ): this is the distribution of the maximum of a χ² field of two degrees of
+    M·√(π·Δ/3)·e^(−Δ). This is the distribution of the maximum of a χ² field of two degrees of
     freedom (Davies, Biometrika 74 (1987) 33; Baluev, MNRAS 385 (2008) 1279).
     """
     return float(np.log(independent / FAMILY_WISE) + 0.5 * np.log(np.pi * max(gain, 1.0) / 3.0))
