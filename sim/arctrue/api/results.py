@@ -22,6 +22,7 @@ from arctrue.workbench.model.explain import Explanation as _Explanation
 from arctrue.workbench.model.explain import explain as _explain
 from arctrue.workbench.model.growth import as_stored, fitted, settle
 from arctrue.workbench.model.stations import warnings_of_the_arc
+from arctrue.workbench.noise.doubtful_columns import doubtful_columns
 from arctrue.workbench.observations import Observations
 
 
@@ -264,7 +265,12 @@ def diagnose(
 
 def _warnings(rows: MeasurementSet, model: Model, observations: Observations) -> tuple[str, ...]:
     """Return the warnings that a command prints for this set and model."""
-    return (*rows.warnings, *doubts_of(rows), *warnings_of_the_arc(model.content, observations))
+    return (
+        *rows.warnings,
+        *doubts_of(rows),
+        *doubtful_columns(observations),
+        *warnings_of_the_arc(model.content, observations),
+    )
 
 
 def _diagnosis(result: _Diagnosis, model: Model, warnings: tuple[str, ...]) -> Diagnosis:

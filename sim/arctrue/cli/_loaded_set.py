@@ -40,7 +40,7 @@ from arctrue.workbench.model.model_file import (
 )
 from arctrue.workbench.model.provenance import with_provenance
 from arctrue.workbench.model.stations import on_its_arc, warnings_of_the_arc
-from arctrue.workbench.noise.doubtful_units import doubtful_units
+from arctrue.workbench.noise.doubtful_columns import doubtful_columns
 from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.build import observations_of
 
@@ -238,7 +238,7 @@ def load(
     warnings = [
         *doubts_of(measurement),
         *cut_runs(observations),
-        *doubtful_units(observations),
+        *doubtful_columns(observations),
         *_duplicates(observations),
         *_table_warnings(model, model_file, observations),
         *warnings_of_the_arc(model, observations),

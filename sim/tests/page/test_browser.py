@@ -154,6 +154,18 @@ def test_the_whole_story(server: str, page: Page) -> None:
     picture(page, "phone_dark")
 
 
+def cut_off(page: Page, outer: str, inner: str) -> list[str]:
+    """Return the elements ``inner`` that reach over the sides of the nearest element ``outer``."""
+    script = """(inner, outer) => inner.flatMap((one) => {
+        const place = (one.closest(outer) || document.body).getBoundingClientRect();
+        const box = one.getBoundingClientRect();
+        return box.left < place.left - 1 || box.right > place.right + 1
+            ? [one.textContent || one.outerHTML] : [];
+    })"""
+    found: list[str] = page.locator(inner).evaluate_all(script, outer)
+    return found
+
+
 def test_a_server_that_ended_is_said_and_nothing_counts(page: Page, tmp_path: Path) -> None:
     made = measurement_set(paper_error, runs=2, cycles=2, turns=1, reversal_arcsec=2.0)
     write_measurement_set(tmp_path / "sets" / "one", made)
@@ -213,6 +225,22 @@ def test_on_a_phone_the_header_is_one_line_and_the_ladder_is_whole(server: str, 
         assert box["x"] + box["width"] <= frame["x"] + frame["width"]
         assert box["y"] + box["height"] <= frame["y"] + frame["height"]
     picture(page, "phone_ladder", whole=False)
+    # Every figure shows the whole titles of its panels.
+    assert cut_off(page, ".plot", ".annotation-text") == []
+
+
+def test_on_a_phone_each_field_of_the_start_page_lies_within_its_part(
+    server: str, page: Page
+) -> None:
+    page.set_viewport_size({"width": 360, "height": 780})
+    page.goto(server)
+    assert cut_off(page, "section, .drop", "input, select, button, .command") == []
+    # A command is shown whole: it continues in the next line.
+    commands = page.locator(".command")
+    assert commands.count() > 0
+    assert (
+        commands.evaluate_all("all => all.filter(one => one.scrollWidth > one.clientWidth)") == []
+    )
 
 
 def test_a_bad_upload_says_why_beside_it(server: str, page: Page, tmp_path: Path) -> None:

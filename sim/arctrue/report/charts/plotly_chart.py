@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from typing import Any
 
 import numpy as np
@@ -28,6 +29,8 @@ _COLOURS_PX = 74
 """Width in pixels that a colour scale needs right of its panel."""
 _ENTRY_PX, _LETTER_PX = 46, 6.0
 """Width of a legend entry without its name, and width of each letter of the name, pixels."""
+_TITLE_LETTER_PX = 8.0
+"""Width of a letter of a title, which is bold, pixels; measured in Chromium with DejaVu Sans."""
 _TICK_LINE_PX = 16
 """Height of each line of a tick's name after the first, pixels."""
 _BESIDE_PX = 300
@@ -57,7 +60,10 @@ def chart_data(chart: Chart, width: int = 900) -> dict[str, Any]:
     for start in range(0, len(panels), columns):
         row = panels[start : start + columns]
         named = [tick_names(panel.x, wide / _LETTER_PX) for panel in row]
-        head = max(_TITLE_PX + _LINE_PX * _legend_lines(panel, wide) for panel in row)
+        head = max(
+            _TITLE_PX + _LINE_PX * (len(_title_lines(panel, wide)) - 1 + _legend_lines(panel, wide))
+            for panel in row
+        )
         heads += [head] * len(row)
         tops += [height + head] * len(row)
         feet.append(_FOOT_PX + _TICK_LINE_PX * (max(map(tick_lines, named)) - 1))
@@ -109,7 +115,8 @@ def chart_data(chart: Chart, width: int = 900) -> dict[str, Any]:
         if panel.title:
             layout["annotations"].append(
                 {
-                    "text": f"<b>{_plain(panel.title)}</b>",
+                    "text": f"<b>{'<br>'.join(map(_plain, _title_lines(panel, wide)))}</b>",
+                    "align": "left",
                     "xref": "paper",
                     "yref": "paper",
                     "x": across[0],
@@ -127,6 +134,11 @@ def _columns(index: int, columns: int, width: int) -> tuple[float, float]:
     gap = (_LEFT_PX + _RIGHT_PX) / inner
     share = (1.0 - gap * (columns - 1)) / columns
     return index * (share + gap), min(index * (share + gap) + share, 1.0)
+
+
+def _title_lines(panel: Panel, width: float) -> list[str]:
+    """Return the lines of a panel's title; an empty title has one line, which is empty."""
+    return textwrap.wrap(panel.title, max(int(width // _TITLE_LETTER_PX), 1)) or [""]
 
 
 def _legend_lines(panel: Panel, width: float) -> int:

@@ -46,6 +46,7 @@ from arctrue.workbench.effects.registry import absent_effects
 from arctrue.workbench.inference.block_share import block_share
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
 from arctrue.workbench.inference.fit import fit
+from arctrue.workbench.inference.forward.cycles import cycle_change, p_among_cycles, run_change
 from arctrue.workbench.inference.forward.of_solution import without_steps
 from arctrue.workbench.inference.held_out import falls, held_out_with
 from arctrue.workbench.inference.likelihood_ratio import (
@@ -522,6 +523,9 @@ def _settled(item: Candidate, found: Evidence, tried: Survey, candidates: int) -
     )
     if found.index_share >= RUNS_ARE_THE_SAMPLE and tried.residuals.observations.runs:
         among = p_among_the_runs(tried.residuals, item.effect, item.nonlinear)
+        p_value = max(p_value, min(1.0, among * candidates * tried.looks))
+    if cycle_change(solution, SIGNIFICANCE) or run_change(solution, SIGNIFICANCE):
+        among = p_among_cycles(tried.base, solution)
         p_value = max(p_value, min(1.0, among * candidates * tried.looks))
     p_value = max(p_value, _p_among_places(item, found, solution, tried, candidates))
     return replace(

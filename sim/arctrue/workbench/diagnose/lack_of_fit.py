@@ -27,6 +27,11 @@ LEAST_ROWS_A_PERIODOGRAM = 64
 """Least number of rows, which gives 31 frequencies. With fewer rows, Fisher's test finds only lines
 that the means by angle also show."""
 
+ROUNDING = 1e-6
+"""Largest whitened residual, in standard deviations of the noise, that is rounding alone. A model
+with as many coefficients as rows leaves such residuals; their pattern says nothing about the fit.
+The numbers have 53 bits: an error a million times the noise is rounded to 1e-10 of the noise."""
+
 
 def analysis_of_variance(values: Float, group: Integer) -> float:
     """Return p of the F test: the probability that the scatter within the groups causes such
@@ -88,6 +93,10 @@ def line_in_angle(rows: ReferenceRows, residual: Float) -> float:
     return min(1.0, smallest * names.size)
 
 
+def _is_rounding(residual: Float) -> bool:
+    return bool(np.abs(residual).max(initial=0.0) < ROUNDING)
+
+
 def _bins(angle_rad: Float, bins: int) -> Integer:
     place = np.floor(np.mod(angle_rad / (2.0 * np.pi), 1.0) * bins)
     return np.asarray(place, dtype=np.int64) % bins
@@ -121,6 +130,8 @@ def capture_lack_of_fit(residuals: Residuals) -> float | None:
     rows, residual = residuals.observations.capture, residuals.capture_whitened
     if rows is None or residual is None:
         return None
+    if _is_rounding(residual):
+        return 1.0
     found = [analysis_of_variance(residual, group) for group in _capture_groupings(rows)]
     found.append(line_in_time(rows, residual))
     return float(min(1.0, min(found) * len(found)))
@@ -138,6 +149,8 @@ def reference_lack_of_fit(residuals: Residuals) -> float | None:
     rows, residual = residuals.observations.reference, residuals.reference_whitened
     if rows is None or residual is None:
         return None
+    if _is_rounding(residual):
+        return 1.0
     found = [analysis_of_variance(residual, group) for group in _reference_groupings(rows)]
     if residuals.visits is not None:
         found.append(residuals.visits.lack_of_fit_p)

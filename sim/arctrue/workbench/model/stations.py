@@ -100,9 +100,11 @@ def _is_default(entry: ModelEffect) -> bool:
     return entry.name == DISC and not entry.settings and not entry.coefficients
 
 
-RADIANS_TOLERANCE_DEG = 0.1 * 2.0 * np.pi
-"""Largest distance of the arc from 6.28° at which the targets look like one turn in radians: 10 or
-more stations of a turn, the last of which does not repeat the first, cover nine tenths."""
+TURN_RAD_SHARE = 0.9
+"""Smallest share of 6.28° that the targets cover if they look like one turn in radians: 10 or more
+stations of a turn, the last of which does not repeat the first, cover nine tenths."""
+WHOLE_TURN_RAD = 2.0 * np.pi + 0.005
+"""Largest arc, in degrees, that looks like one turn in radians: 2π, written with two decimals."""
 
 
 def warnings_of_the_arc(model: Model, observations: Observations) -> list[str]:
@@ -112,9 +114,9 @@ def warnings_of_the_arc(model: Model, observations: Observations) -> list[str]:
     if model == after or rows is None:
         return []
     orders = next((e.settings["orders"] for e in after.effects if e.name == DISC), None)
-    away_deg = abs(float(np.degrees(np.ptp(rows.target_rad))) - 2.0 * np.pi)
+    arc_deg = float(np.degrees(np.ptp(rows.target_rad)))
     in_radians = ""
-    if away_deg < RADIANS_TOLERANCE_DEG:
+    if TURN_RAD_SHARE * 2.0 * np.pi <= arc_deg <= WHOLE_TURN_RAD:
         in_radians = "; one turn is 6.28 radians, and target_deg must be in degrees"
     said = str(orders).strip("[]")
     kept = "no order of the disc" if orders is None else f"only the orders {said} of the disc"

@@ -196,3 +196,25 @@ def test_the_rounding_of_a_display_is_no_face_error(seed: int) -> None:
     _, found = diagnosed(_on_a_display(2.0, seed))
     assert found.named is not None
     assert found.named.name == "polygon_face_error"
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_model_with_a_coefficient_for_each_row_has_no_lack_of_fit(seed: int) -> None:
+    # One pass over 36 faces with a stated uncertainty. The constant and the orders 1 to 18 take all
+    # 36 rows, and the residuals are rounding: their pattern must not decide.
+    random = np.random.default_rng(seed)
+    target = np.arange(36) * 10.0
+    error = 5.0 * np.cos(np.radians(target)) + random.normal(0.0, 0.2, 36)
+    reference = Reference(
+        target,
+        error,
+        run=np.zeros(36, dtype=np.int64),
+        time_s=5.0 * np.arange(36),
+        direction=np.ones(36, dtype=np.int64),
+        faces=36,
+        standard_uncertainty_arcsec=0.2,
+    )
+    _, found = diagnosed(MeasurementSet(Table(), None, reference, title="one pass"))
+    assert found.channels["reference"].residual_rms_arcsec < 1e-9
+    assert found.channels["reference"].lack_of_fit_p == 1.0
+    assert found.verdict == "cannot_tell"

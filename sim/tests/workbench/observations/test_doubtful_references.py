@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from arctrue.measurement import MeasurementSet, Reference, Table, write_measurement_set
-from arctrue.workbench.noise.doubtful_units import doubtful_units
+from arctrue.workbench.noise.doubtful_columns import doubtful_units, opposite_signs
+from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.build import observations_of
 from tests.command_line import arctrue
 
@@ -82,3 +83,35 @@ def test_compare_says_so(tmp_path: Path) -> None:
     said = " ".join(arctrue("compare", tmp_path / "set").output.split())
     assert "144 rows that equal an earlier row in every column" in said
     assert "one turn is 6.28 radians" in said
+
+
+def _in_both_directions(sign_downwards: float) -> Observations:
+    """Return four runs over 24 stations, up and down; the downward errors are multiplied."""
+    random = np.random.default_rng(4)
+    forth = np.arange(24) * 15.0
+    target = np.tile(np.concatenate([forth, forth[::-1]]), 2)
+    side = np.tile(np.repeat([1, -1], 24), 2)
+    disc = 5.0 * np.cos(np.radians(target)) + 2.0 * np.sin(np.radians(3.0 * target))
+    # A reversal error of 3″ is common; it must not count as a change of sign.
+    error = disc * np.where(side > 0, 1.0, sign_downwards) + 1.5 * side
+    reference = Reference(
+        target_deg=target,
+        error_arcsec=error + random.normal(0.0, 0.2, target.size),
+        run=np.repeat(np.arange(4), 24),
+        time_s=np.arange(target.size) * 5.0,
+        direction=side,
+    )
+    return observations_of(MeasurementSet(Table(), None, reference))
+
+
+def test_runs_downwards_with_the_wrong_sign_are_noticed() -> None:
+    (warning,) = opposite_signs(_in_both_directions(-1.0))
+    assert "the means upwards and downwards have a correlation of -0.99" in warning
+    assert opposite_signs(_in_both_directions(1.0)) == []
+    # A graduation that is half as large downwards has no wrong sign.
+    assert opposite_signs(_in_both_directions(0.5)) == []
+
+
+def test_noise_in_one_direction_has_no_wrong_sign() -> None:
+    # The downward means contain only the noise of two runs at 24 places.
+    assert opposite_signs(_in_both_directions(0.0)) == []

@@ -25,7 +25,7 @@ them, and slow noise over four rows is alike within and between cycles."""
 LEAST_ENDS, LEAST_INSIDE = 4, 8
 """Fewest changes between and within cycles: with four and eight, F must exceed 25 at CHANGES_P."""
 CHANGES_P = 1e-4
-"""Largest p at which the offset counts as changing; it equals the limit of a sure lack of fit."""
+"""Largest p at which the offset is stated to change; it equals the limit of a sure lack of fit."""
 
 
 MOST_WITHIN = 0.1
@@ -54,7 +54,7 @@ class CycleChange:
         )
 
 
-def cycle_change(solution: Solution) -> CycleChange | None:
+def cycle_change(solution: Solution, largest_p: float = CHANGES_P) -> CycleChange | None:
     """Return the change of the offset between the cycles; None if the cycles do not show one.
 
     The means of both directions are removed first, because a reversal error also changes between
@@ -84,7 +84,7 @@ def cycle_change(solution: Solution) -> CycleChange | None:
         return None
     noise = max(float(np.mean(np.square(inside))), 1e-300)
     ratio = float(np.mean(np.square(between))) / noise
-    if float(fdtrc(len(between), len(inside), ratio)) >= CHANGES_P:
+    if float(fdtrc(len(between), len(inside), ratio)) >= largest_p:
         return None
     return CycleChange(float(np.std([piece.mean() for piece in cycles if piece.size])))
 
@@ -94,12 +94,15 @@ LEAST_RUN_ENDS = 2
 SIDE_SHARE = 20
 """A side of a change between runs has 1/SIDE_SHARE of the rows of the shortest run: the noise of
 its mean is then about four times that of the mean of a run."""
+LEAST_SIDE = 2
+"""Fewest rows of a side. Runs of 24 faces with a pause of seven steps have eight changes within
+four runs if a side has two rows, and four changes if it has SIDE_ROWS."""
 LEFT_OF_CHANGES = 0.25
 """Largest share of the squares of the changes that the means of the runs may leave: an offset lasts
 for a run, and a transient after a reversal does not."""
 
 
-def run_change(solution: Solution) -> CycleChange | None:
+def run_change(solution: Solution, largest_p: float = CHANGES_P) -> CycleChange | None:
     """Return the change of the offset between the runs of a reference without cycles; None if the
     runs do not show one.
 
@@ -119,17 +122,16 @@ def run_change(solution: Solution) -> CycleChange | None:
     shortest = min(piece.size for piece in runs)
     steps = np.diff(clock)[np.diff(rows.run) == 0]
     side = max(SIDE_ROWS, shortest // SIDE_SHARE)
-    if ends.size < LEAST_RUN_ENDS or shortest < 2 * side or float(np.median(steps)) <= 0.0:
+    if ends.size < LEAST_RUN_ENDS or float(np.median(steps)) <= 0.0:
         return None
     pauses = (clock[ends] - clock[ends - 1]) / float(np.median(steps))
     if float(pauses.min()) < 0.0 or float(pauses.max()) > shortest:
         return None
     apart = max(round(float(pauses.max())) - 1, 0)
-    inside = [
-        float(piece[start + side + apart :][:side].mean() - piece[start:][:side].mean())
-        for piece in runs
-        for start in range(0, piece.size - 2 * side - apart + 1, 2 * side + apart)
-    ]
+    inside = _changes_inside(runs, side, apart)
+    while len(inside) < LEAST_INSIDE and side > LEAST_SIDE:
+        side -= 1
+        inside = _changes_inside(runs, side, apart)
     if len(inside) < LEAST_INSIDE:
         return None
     change = np.array(
@@ -139,9 +141,19 @@ def run_change(solution: Solution) -> CycleChange | None:
     square, noise = float(change @ change), max(float(np.mean(np.square(inside))), 1e-300)
     if float(np.sum((change - of_means) ** 2)) > LEFT_OF_CHANGES * square:
         return None
-    if float(fdtrc(change.size, len(inside), square / change.size / noise)) >= CHANGES_P:
+    if float(fdtrc(change.size, len(inside), square / change.size / noise)) >= largest_p:
         return None
     return CycleChange(float(np.std([piece.mean() for piece in runs])), of_runs=True)
+
+
+def _changes_inside(runs: list[Float], side: int, apart: int) -> list[float]:
+    """Return the changes within the runs, of means over ``side`` rows with ``apart`` rows between
+    them."""
+    return [
+        float(piece[start + side + apart :][:side].mean() - piece[start:][:side].mean())
+        for piece in runs
+        for start in range(0, piece.size - 2 * side - apart + 1, 2 * side + apart)
+    ]
 
 
 def p_among_cycles(base: Solution, grown: Solution) -> float:
