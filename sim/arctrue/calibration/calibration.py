@@ -303,8 +303,8 @@ def _separations_apart(estimate: Estimate, separations: Mapping[Choice, Separati
     if abs(apart) < APART_U * u:
         return []
     return [
-        f"by the reference's harmonics the head separation is {apart:+.1f}″ from the one that is "
-        f"used, {abs(apart) / u:.1f} times its standard uncertainty of {u:.1f}″"
+        f"the head separation from the reference's harmonics differs by {apart:+.1f}″ from the one "
+        f"in use: {abs(apart) / u:.1f} times the standard uncertainty of {u:.1f}″"
     ]
 
 
