@@ -121,7 +121,7 @@ def rows_of(method: str, samples: int, orders: int, counted: dict[str, float]) -
             f"{what}: million instructions",
             "10⁶",
             (number / 1e6,),
-            f"sine and cosine a sample and order, same ARM: {plain / 1e6:.1f} "
+            f"a sine and a cosine per sample and order, same ARM: {plain / 1e6:.1f} "
             f"({plain / number:.1f} times); {comparison}",
             kept=kept,
         ),
@@ -141,7 +141,7 @@ def judge_rows(samples: int, counted: dict[str, float]) -> list[Row]:
             "million instructions",
             "10⁶",
             (number / 1e6,),
-            f"sine and cosine a sample and order, same ARM: {plain / 1e6:.1f} "
+            f"a sine and a cosine per sample and order, same ARM: {plain / 1e6:.1f} "
             f"({plain / number:.1f} times); {low:.0f} to {high:.0f} ms at "
             f"{PROCESSOR_HZ / 1e6:g} MHz; {share:.2f} of a calibration, goal {JUDGE_SHARE:g}",
             kept=share <= JUDGE_SHARE,
