@@ -90,7 +90,9 @@ def test_the_zero_of_the_mean_stays(head: int) -> None:
         return float(np.mean(turns - np.rint(turns))) * 1_296_000.0
 
     zero = zero_arcsec(before, WORLD)
-    assert abs(zero_arcsec(before, moved) - zero) > 15.0, "uncorrected: its weight times 100″"
+    assert abs(zero_arcsec(before, moved) - zero) > 15.0, (
+        "uncorrected, the zero moves by the head's weight times 100″"
+    )
     assert abs(zero_arcsec(after, moved) - zero) < 0.05
     # In the next turn the firmware finds no further motion.
     telemetry = running.turn(replace(moved, seed=3).counts())

@@ -180,7 +180,8 @@ def test_without_the_table_a_save_reads_no_points(board: RefusingBoard, lost: st
 def test_a_load_that_goes_on_after_the_re_arm_reads_no_core(
     board: RefusingBoard, lost: str
 ) -> None:
-    """The core is gone, or has no table any more, between two frames of a load."""
+    """The firmware reads nothing from a core that disappears, or loses its table, between two
+    frames of a load."""
     half_load(board, "")
     before = points_of(board.firmware)
     frames = load_frames(table_file(0.5))

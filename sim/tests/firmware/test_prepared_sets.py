@@ -173,7 +173,9 @@ def test_the_failover_is_on_with_its_causes_while_the_mean_is_active(running: Fi
     )
     running.send("set failover_causes 0")
     assert running.core.get("failover") == 0
-    assert running.core.get("parity.limit") == 0, "the weights belong to the mean of the failover"
+    assert running.core.get("parity.limit") == 0, (
+        "without the failover there is no limit of the parity"
+    )
     running.send("forget")
     assert running.status("set_without_head") == []
 

@@ -165,7 +165,8 @@ def test_random_files_get_the_same_answer(running: Firmware) -> None:
 
 
 def test_the_limit_of_a_reversal_is_that_of_the_firmware(running: Firmware) -> None:
-    """Just below and above 1/2, where only the limit of the reversal is exceeded."""
+    """Host and firmware agree just below and just above a slope of 1/2, at which only the limit of
+    the reversal is exceeded."""
     everything(running)
     for slope in (0.499, 0.501):
         coefficients = file_of(reversal=slope)
