@@ -1,11 +1,11 @@
 """Counts the ARM instructions of one calibration in QEMU, and estimates its time.
 
 A separate image (``firmware/bench``) runs both methods of calibration on a turn in the emulated
-capture window, and a plain implementation of each method: one sine and one cosine of the C library
-per sample and order, compiled with the same options. With QEMU's ``-icount shift=0`` an instruction
-takes a nanosecond of the emulated clock. The global timer counts this clock in ticks of 10 ns, so
-that the count is repeatable and exact to 10 instructions. The processor time of numpy is measured
-on this machine.
+capture window. It also runs a plain implementation of each method, compiled with the same options:
+one sine and one cosine of the C library per sample and order. With QEMU's ``-icount shift=0`` an
+instruction takes a nanosecond of the emulated clock. The global timer counts this clock in ticks of
+10 ns, so that the count is repeatable and exact to 10 instructions. The processor time of numpy is
+measured on this machine.
 """
 
 from __future__ import annotations

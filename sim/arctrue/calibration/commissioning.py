@@ -23,8 +23,8 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 COUNTED_WRONG = 0.01
-"""Largest permitted difference between the travel of a head and the largest travel of all heads,
-as a share of the latter. Eccentricity changes the travel by less than 10⁻³.
+"""Largest permitted difference between the travel of a head and the largest travel of all heads, as
+a share of this largest travel. Eccentricity changes the travel by less than 10⁻³.
 """
 PLACE_TOLERANCE_DEG = 1.0
 """Largest distance from a planned place at which a head counts as the planned head, degrees. The

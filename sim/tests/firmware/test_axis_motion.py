@@ -29,7 +29,7 @@ CAGE = (0.41, 0.3, 0.0)
 
 @dataclass(frozen=True)
 class Turning(World):
-    """A table that goes on turning; the axis motion continues from turn to turn."""
+    """A table that keeps turning; the axis motion continues from turn to turn."""
 
     turn: int = 0
 

@@ -36,8 +36,8 @@ PLACE = range(address("local_place.choice"), address("local_place.step_high") + 
 
 
 class RefusingCore(ModelCore):
-    """A model of the core whose bus refuses what the core is not built for; ``refused`` lists such
-    accesses."""
+    """A model of the core whose bus refuses accesses to parts that the core lacks; ``refused``
+    lists these accesses."""
 
     def __init__(self) -> None:
         self.refused: list[str] = []

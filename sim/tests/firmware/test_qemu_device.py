@@ -273,8 +273,8 @@ def test_without_a_fabric_its_window_is_not_touched(tmp_path: Path) -> None:
     """The firmware makes no access to the core's window on a chip that is not configured, because
     the access would never end."""
     control = CORE_BASE + register_named("control").address
-    # The word includes output_enable; without this bit the firmware would think that the core was
-    # reset and set it up.
+    # The word includes output_enable; without this bit the firmware would conclude that the core
+    # was reset and set it up.
     canary = 0xCA9A_1236
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)

@@ -48,7 +48,7 @@ def file_of(
 
     ``plain``: a lane of order 2000. ``reversal``: lanes of order 0 × direction. ``following``: a
     lane of order 2000 × speed. ``real``: lanes of orders that are not integers. ``table``: a local
-    table. ``warm``: what the order 2000 gains at the end of the temperature range.
+    table. ``warm``: the amplitude that order 2000 gains at the end of the temperature range.
     """
     counts = COUNTS / (2.0 * np.pi)
     rows: list[tuple[int, float]] = [(ORDER, plain * counts / ORDER)]

@@ -11,7 +11,7 @@ common factor of the variance cancels, so the true scatter need not be known. Th
 series is its rank among these draws; multiplied by the number of series (Bonferroni) it bounds the
 probability of any false alarm in one evaluation of the whole machine. If the sum of the exact tail
 probabilities over all tried changes (Boole's inequality) is below 1/(draws + 1), the p-value is
-this sum instead: for one change, 1 − RSS₁/RSS₀ has the distribution Beta(d/2, d·(n − 2)/2), with n
+this sum instead. For one change, 1 − RSS₁/RSS₀ has the distribution Beta(d/2, d·(n − 2)/2), with n
 sets of d components.
 """
 
