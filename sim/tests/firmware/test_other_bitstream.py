@@ -1,5 +1,5 @@
-"""Tests that a re-arm which finds another core, or none, leads to no access that the bus of this
-core refuses, and that a set that this core cannot apply is refused with its reason."""
+"""Tests a re-arm that finds another core or none: the firmware makes no access that this core's bus
+refuses, and refuses a set that this core cannot apply, with the reason."""
 
 from __future__ import annotations
 
