@@ -153,7 +153,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 f"{what}: processor time",
                 "ms",
                 tuple((1e3 * seconds).tolist()),
-                f"numpy's FFT used plainly: {fft_ms:.2f} ms",
+                f"numpy's plain FFT: {fft_ms:.2f} ms",
             )
         )
     largest, rms, most = gateware_difference_arcsec()

@@ -1,11 +1,11 @@
 """Counts the ARM instructions of one calibration in QEMU, and estimates its time.
 
 A separate image (``firmware/bench``) runs both methods of calibration on a turn in the emulated
-capture window, and a plain implementation of each method: one sine and one cosine of the C library
-per sample and order, compiled with the same options. With QEMU's ``-icount shift=0`` an instruction
-takes a nanosecond of the emulated clock. The global timer counts this clock in ticks of 10 ns, so
-that the count is repeatable and exact to 10 instructions. The processor time of numpy is measured
-on this machine.
+capture window. It also runs a plain implementation of each method, compiled with the same options:
+one sine and one cosine of the C library per sample and order. With QEMU's ``-icount shift=0`` an
+instruction takes a nanosecond of the emulated clock. The global timer counts this clock in ticks of
+10 ns, so that the count is repeatable and exact to 10 instructions. The processor time of numpy is
+measured on this machine.
 """
 
 from __future__ import annotations
@@ -121,7 +121,7 @@ def rows_of(method: str, samples: int, orders: int, counted: dict[str, float]) -
             f"{what}: million instructions",
             "10⁶",
             (number / 1e6,),
-            f"sine and cosine a sample and order, same ARM: {plain / 1e6:.1f} "
+            f"a sine and a cosine per sample and order, same ARM: {plain / 1e6:.1f} "
             f"({plain / number:.1f} times); {comparison}",
             kept=kept,
         ),
@@ -141,7 +141,7 @@ def judge_rows(samples: int, counted: dict[str, float]) -> list[Row]:
             "million instructions",
             "10⁶",
             (number / 1e6,),
-            f"sine and cosine a sample and order, same ARM: {plain / 1e6:.1f} "
+            f"a sine and a cosine per sample and order, same ARM: {plain / 1e6:.1f} "
             f"({plain / number:.1f} times); {low:.0f} to {high:.0f} ms at "
             f"{PROCESSOR_HZ / 1e6:g} MHz; {share:.2f} of a calibration, goal {JUDGE_SHARE:g}",
             kept=share <= JUDGE_SHARE,

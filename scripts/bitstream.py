@@ -72,7 +72,7 @@ def pins_of_all_heads(pins: Path) -> Path:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="bitstream", description=__doc__)
     parser.add_argument("--flow", choices=FLOWS, default="vivado", help="Vivado, or the open tools")
-    parser.add_argument("--board", default="pynq_z2", help=f"{', '.join(boards())}, or an own name")
+    parser.add_argument("--board", default="pynq_z2", help=f"{', '.join(boards())}, or your board")
     parser.add_argument("--pins", type=Path, help="pin file (constraints/<board>.xdc)")
     parser.add_argument("--part", default=PART, help=f"chip, package and speed grade ({PART})")
     parser.add_argument(
@@ -80,7 +80,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--lanes", type=int, help="number of lanes (the generic's default: 32)")
     parser.add_argument("--fold", type=int, choices=FOLDS, help="lanes that share a pipeline")
-    parser.add_argument("--rotation", choices=ROTATIONS, help="how a lane finds its cosine")
+    parser.add_argument("--rotation", choices=ROTATIONS, help="how a lane computes its cosine")
     parser.add_argument(
         "--modulators",
         choices=("true", "false"),
@@ -89,12 +89,12 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--failover",
         choices=("true", "false"),
-        help="a head of three or four that fails is left out of the mean",
+        help="the mean of three or four heads leaves out a failed head",
     )
     parser.add_argument(
         "--local-table",
         choices=("true", "false"),
-        help="a table over the turn corrects what a sum of orders cannot hold",
+        help="a table over the turn corrects errors that a sum of orders cannot correct",
     )
     parser.add_argument(
         "--real-orders",

@@ -1,9 +1,9 @@
 """Writes configured DSPs and block RAMs as Verilog instances of scripts/bitstream_models.
 
 The names of the features in Project X-Ray's database and the user guides UG479 (DSP) and UG473
-(block RAM) define what the features mean. The program refuses features that the gateware does not
-use: the DSP's port D, SIMD and pattern detection, and a block RAM as FIFO, with error correction or
-with cascaded data. A cascaded address is decoded as a route.
+(block RAM) define their meaning. The program refuses features that the gateware does not use: the
+DSP's port D, SIMD and pattern detection, and a block RAM as FIFO, with error correction or with
+cascaded data. A cascaded address is decoded as a route.
 """
 
 from __future__ import annotations

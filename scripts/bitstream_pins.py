@@ -151,8 +151,8 @@ def check_pins_driven(routes: Routes) -> Driven:
         shown = "\n".join(f"  - {fault}" for fault in faults[:SHOWN])
         more = f"\n  and {len(faults) - SHOWN} more" if len(faults) > SHOWN else ""
         raise ToolError(
-            f"{len(faults)} pins of DSPs or RAMs are not driven, so what the chip would "
-            f"compute is not known:\n{shown}{more}"
+            f"{len(faults)} pins of DSPs or RAMs are not driven, so the results of the chip are "
+            f"unknown:\n{shown}{more}"
         )
     features = routes.features
     return Driven(

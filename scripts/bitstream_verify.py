@@ -92,7 +92,7 @@ def decode(
     strange = features.unexplained()
     if strange:
         raise ToolError(
-            f"{len(strange)} bits mean nothing by the database, the first: {', '.join(strange[:3])}"
+            f"{len(strange)} bits are unknown to the database, the first: {', '.join(strange[:3])}"
         )
     routes = Routes(features)
     inputs = [line for port in design.ports if port.is_input for line in port.lines()]
@@ -151,7 +151,7 @@ def run_core(bench: Path, clocks: int, seed: int) -> tuple[Compared, list[str]]:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="bitstream_verify", description=__doc__)
-    parser.add_argument("--board", default="pynq_z2", help=f"{', '.join(boards())}, or an own name")
+    parser.add_argument("--board", default="pynq_z2", help=f"{', '.join(boards())}, or your board")
     parser.add_argument("--pins", type=Path, help="pin file (constraints/<board>.xdc)")
     parser.add_argument("--heads", type=int, choices=(2, 3, 4), default=2, help="read heads (2)")
     parser.add_argument("--part", default=PART, help=f"chip, package and speed grade ({PART})")
@@ -209,7 +209,7 @@ def main(arguments: list[str] | None = None) -> int:
     if constant and not TOPS[chosen.top].has_core:
         print(
             f"verify-bitstream: {len(constant)} outputs of look-up tables as RAM never moved: "
-            "what is written there is constant"
+            "the design writes only constants to them"
         )
     pads = [name for name in design.pads if name in compared.quiet]
     if pads:

@@ -54,5 +54,5 @@ def run_vivado(job: Job) -> str:
         raise ToolError(f"Vivado failed. The end of {log}:\n{tail}")
     met = re.search(r"^ARCTRUE TIMING MET: (.*)$", output, re.MULTILINE)
     if not met:
-        raise ToolError(f"Vivado ended without a word on the timing; see {log}")
+        raise ToolError(f"Vivado ended without a statement on the timing; see {log}")
     return met[1]

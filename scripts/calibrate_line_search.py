@@ -129,8 +129,8 @@ def short_main(logs: int, kinds: str) -> int:
 
 
 def gains_of(kind: str, logs: int) -> tuple[list[float], list[float]]:
-    """Return the gains in log likelihood over an oscillator, of lines that pass all other tests:
-    first of lines found in noise, then of true lines (0 for a true line that was not found)."""
+    """For lines that pass all other tests, return the gains in log likelihood over an oscillator:
+    first for lines found in noise, then for true lines (0 for a true line that was not found)."""
     false: list[float] = []
     true: list[float] = []
     for number in range(logs):

@@ -1,10 +1,10 @@
 """Defines the delays of the cells of the 7 series, and the pins at which a path begins and ends.
 
 The delays are the ones that Yosys states for its cells (``share/yosys/xilinx/cells_sim.v``), which
-come from the Artix-7 data of Project X-Ray; if they differ from pin to pin, their mean or the
-largest of them is used. Wire delays are guesses, because nothing is placed: 0.4 ns, plus 0.1 ns for
-each doubling of the fan-out. The results are estimates that can rank paths, but cannot prove that
-the timing is met.
+come from the Artix-7 data of Project X-Ray. Where they differ from pin to pin, the mean or the
+largest is used. Wire delays are guesses, because nothing is placed: 0.4 ns, plus 0.1 ns for each
+doubling of the fan-out. The results are estimates that can rank paths, but cannot prove that the
+timing is met.
 """
 
 from __future__ import annotations

@@ -85,7 +85,7 @@ class Measured:
     """Resources of a lane, its longest path by the estimate, its latency and its largest errors.
 
     ``error`` is the largest error at phases that the lane can represent. ``error_any_angle`` is the
-    largest error at any angle, which is first rounded to such a phase.
+    largest error at any angle; the lane gets the nearest of these phases.
     """
 
     resources: Resources

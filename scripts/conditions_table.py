@@ -103,7 +103,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if SECTION.is_current(lines):
             return 0
         print(
-            f"{PAGE} is not what {STORED} says: python -m scripts.conditions_table page",
+            f"{PAGE} differs from {STORED}: python -m scripts.conditions_table page",
             file=sys.stderr,
         )
         return 1

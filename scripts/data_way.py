@@ -60,7 +60,7 @@ BOXES = (
     Box(410, 290, 150, "gateware", "Sampler", "rtl/sampler", "both heads, full turns"),
     Box(600, 290, 150, "gateware", "Coefficient memory", "rtl/coefficients", "two banks, one swap"),
     Box(410, 415, 340, "gateware", "Registers", "rtl/registers", "AXI4-Lite, interrupt", 64),
-    Box(800, 405, 160, "software", "Firmware", "firmware", "ε from R₂ − R₁, gate, swap"),
+    Box(800, 405, 160, "software", "Firmware", "firmware", "ε from R₂ − R₁, check, swap"),
 )
 
 # Each arrow has its points in pixels, the text on it, and the place of the text.
@@ -109,7 +109,7 @@ def draw() -> str:
     """Return the picture as SVG text."""
     lines = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" role="img">',
-        "<title>The data's way through ArcTrue</title>",
+        "<title>Path of the data through ArcTrue</title>",
         "<!-- Made by scripts/data_way.py. Do not edit. -->",
         "<style>",
         "text { font-family: 'Segoe UI', 'Helvetica Neue', Arial, 'DejaVu Sans', sans-serif; "

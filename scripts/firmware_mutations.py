@@ -164,7 +164,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "numbers_begin_again_after_silence",
-        "a save does not ask whether the records were read at the start",
+        "a save ignores whether the records were read at the start",
         "firmware/application/save.c",
         "    if (save->found != SAVED_UNREAD) {\n",
         "    if (save->found != SAVED_UNREAD || save_find(save)) {\n",
@@ -172,7 +172,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "a_flash_that_falls_silent_reads_as_empty",
-        "the flash is not asked for its ID again after its records were read",
+        "the ID of the flash is not read again after its records were read",
         "firmware/application/save.c",
         "save_open_flash(save) && save_read_all(save) && save_open_flash(save);",
         "save_open_flash(save) && save_read_all(save);",
@@ -237,7 +237,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "a_table_is_saved_with_other_points",
-        "a save does not look whether the gateware holds the points of the table",
+        "a save does not check whether the gateware holds the points of the table",
         "firmware/application/saving.c",
         "    if (saving_holds_table(application)) {",
         "    if (save->found != SAVED_UNREAD || saving_holds_table(application)) {",

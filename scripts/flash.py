@@ -79,7 +79,7 @@ def run(command: list[str], seconds: float) -> str:
         )
     except subprocess.TimeoutExpired as error:
         said = (error.stdout or b"").decode("utf-8", "replace")
-        raise FlashError(f"no end after {seconds:.0f} s\n{last_lines(said)}") from error
+        raise FlashError(f"not finished after {seconds:.0f} s\n{last_lines(said)}") from error
     if done.returncode:
         raise FlashError(f"{Path(command[0]).name} gave up\n{last_lines(done.stdout)}")
     return done.stdout
@@ -115,7 +115,7 @@ def load_firmware(
     size = re.search(r"load size (\d+)", said)
     equal = len(re.findall(r"range 0x[0-9a-f]+ -- 0x[0-9a-f]+: matched", said))
     if "MIS-MATCHED" in said:
-        raise FlashError(f"what was read back is not what was loaded\n{last_lines(said)}")
+        raise FlashError(f"the memory read back differs from the file\n{last_lines(said)}")
     if size is None or equal == 0:
         raise FlashError(f"nothing was loaded\n{last_lines(said)}")
     return int(size[1]), equal

@@ -177,8 +177,8 @@ def main(arguments: list[str] | None = None) -> int:
         help="arguments of pytest (tb without the longest benches)",
     )
     parser.add_argument("--workers", type=int, default=2, help="processes of pytest (2)")
-    parser.add_argument("--add", action="store_true", help="keep the results that are there")
-    parser.add_argument("--read", action="store_true", help="only add up what is there")
+    parser.add_argument("--add", action="store_true", help="keep earlier results and add to them")
+    parser.add_argument("--read", action="store_true", help="only add up earlier results")
     chosen = parser.parse_args(arguments)
     failed = 0
     try:

@@ -86,5 +86,5 @@ prefix=usr/lib/ghdl/mcode/vhdl
 write_starter ghdl "$ghdl" "GHDL_PREFIX=\$root/$prefix" "export GHDL_PREFIX"
 take_into_use
 found=$(version) || give_up "GHDL was unpacked to $TARGET, but does not run or cannot synthesise." \
-    "See what it says: $GHDL --version"
+    "Look at the output of: $GHDL --version"
 say "ready: $found in $TARGET"

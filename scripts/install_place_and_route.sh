@@ -52,5 +52,5 @@ for program in nextpnr-himbaechel-xilinx xc7frames2bit bitread; do
 done
 take_into_use
 found=$(version) || give_up "All was unpacked to $TARGET, but not all of it runs." \
-    "See what it says: $TARGET/bin/nextpnr-himbaechel-xilinx --version"
+    "Look at the output of: $TARGET/bin/nextpnr-himbaechel-xilinx --version"
 say "ready: $found in $TARGET"

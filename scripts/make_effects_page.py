@@ -208,7 +208,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if given.check:
         if page.exists() and page.read_text(encoding="utf-8") == text:
             return 0
-        print(f"{PAGE} is not what its sources say: run make docs", file=sys.stderr)
+        print(f"{PAGE} differs from its sources: run make docs", file=sys.stderr)
         return 1
     page.write_text(text, encoding="utf-8")
     return 0

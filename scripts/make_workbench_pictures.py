@@ -98,7 +98,7 @@ def motor() -> None:
     axes.set(
         yscale="log", ylim=(5.0, 2000.0), xlabel="order, periods a turn", ylabel="amplitude / ″"
     )
-    axes.set_title("Motor encoder: what orders 1 to 20 and the reversal error leave", loc="left")
+    axes.set_title("Motor encoder: residual without orders 1 to 20 and reversal error", loc="left")
     axes.spines[["top", "right"]].set_visible(False)
     figure.savefig(IMAGES / "real_motor.png", dpi=110)
 

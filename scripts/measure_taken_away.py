@@ -4,7 +4,7 @@ remains.
 Each effect is simulated alone on a table with an eccentric disc, recorded as a measurement set with
 noise, and fitted with and without the effect in the model. Both models are exported. The lanes are
 compared with the true error of head 1 on two other turns ("judged turns"), one up and one down, at
-a temperature that was never measured; the true error comes from the table's geometry and not from
+a temperature that was never measured. The true error comes from the table's geometry and not from
 any model. An effect whose file declares ``modulators`` is exported for a gateware with MODULATORS.
 Direction and speed are constant in each of these turns; the Python model of ``amplitude_sweep``
 multiplies each lane's amplitude by the direction or by the speed. The harmonic that the effect

@@ -104,7 +104,7 @@ def run_test(copy: Path, test: str) -> tuple[int, str]:
             command, cwd=copy, env=environment, capture_output=True, text=True, timeout=TIMEOUT_S
         )
     except subprocess.TimeoutExpired:
-        return 1, f"no end after {TIMEOUT_S} s"
+        return 1, f"not finished after {TIMEOUT_S} s"
     return done.returncode, done.stdout + done.stderr
 
 

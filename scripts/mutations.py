@@ -84,7 +84,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "a_wrong_head_steps",
-        "a step is attributed to one of several heads without each of which the others agree",
+        "a step is attributed to one head although several heads may have caused it",
         "rtl/mean/head_watch.vhd",
         "if agree = alone and",
         "if (agree and alone) = alone and",
@@ -213,7 +213,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "total_turns_over",
-        "counts put back beyond the range of the total make it wrap",
+        "the total wraps if the restored counts exceed its range",
         "rtl/compensation/correction_ramp.vhd",
         "      if overflows = '1' then\n",
         "      if overflows = '1' and marker = '0' then\n",
@@ -221,7 +221,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "compare_fires_where_it_stands",
-        "a position compare that is armed on its place fires at once",
+        "a position compare that is armed at its own position fires at once",
         "rtl/signals/position_compare.vhd",
         "          stood := distance ?= 0;\n",
         "          stood := '0';\n",
@@ -261,7 +261,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "grid_of_the_old_zero",
-        "samples at equal angles stay on the grid of a moved zero",
+        "samples at equal angles stay on the former grid after the zero has moved",
         "rtl/sampler/sample_trigger.vhd",
         "      jumps         := zero_moved xor zero_before;\n",
         "      jumps         := '0';\n",
@@ -429,7 +429,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "folded_bank_cut_in_two",
-        "a swap takes effect while an angle is still meeting its lanes",
+        "a swap takes effect while lanes still process an angle",
         "rtl/coefficients/coefficient_memory.vhd",
         "may_swap  <= swap_allowed and is_quiet",
         "may_swap  <= is_quiet",
@@ -453,7 +453,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "two_moves_of_a_zero_cancel",
-        "zeros that move twice between two accepted angles step the output",
+        "a zero that moves twice between two accepted angles makes the output step",
         "rtl/compensation/error_compensation.vhd",
         "moves   := moves or (zero_moved xor moved_1);",
         "moves   := moves xor (zero_moved xor moved_1);",
@@ -477,7 +477,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "mixed_banks",
-        "phases of the new bank meet phase steps of the old one",
+        "phases of the new bank are added to phase steps of the old bank",
         "rtl/coefficients/coefficient_memory.vhd",
         "if swapped(PHASE_OFFSET_DELAY - 1) = '1' then",
         "if swap_now = '1' then",

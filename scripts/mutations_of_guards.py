@@ -25,7 +25,7 @@ PROBABILITIES = "sim/tests/workbench/diagnose/test_probabilities.py"
 GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "places_are_free",
-        "the search is not charged for the number of places that it tried",
+        "the p-value ignores the number of places that the search tried",
         f"{INFERENCE}/significance.py",
         "np.expm1(max(trials, 1.0) * np.log1p(",
         "np.expm1(1.0 * np.log1p(",
@@ -33,7 +33,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "candidates_are_free",
-        "the number of candidates is not charged",
+        "the p-value ignores the number of candidates",
         f"{INFERENCE}/significance.py",
         "max(placed, 0.0) * max(candidates, 1)",
         "max(placed, 0.0)",
@@ -41,7 +41,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "a_second_survey_is_free",
-        "a search for a second effect is not charged for the additional search",
+        "the p-value of a second effect ignores the additional search",
         f"{DIAGNOSE}/evidence.py",
         "candidates * tried.looks, found.freedom",
         "candidates, found.freedom",
@@ -49,7 +49,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "instants_are_few",
-        "a step is charged by the logarithm of the rows, however large it is",
+        "the penalty of a step depends on the number of rows, but not on its size",
         "sim/arctrue/workbench/inference/scan.py",
         "    return float(np.exp(log_any - log_once) * np.sum(rate * share))\n",
         "    return 4.0 * float(np.log(rows))\n",
@@ -153,7 +153,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "line_is_free",
-        "a line in time is not charged for the number of frequencies",
+        "the p-value of a line in time ignores the number of frequencies",
         f"{DIAGNOSE}/lack_of_fit.py",
         "log_p = np.log(power.size) + (power.size - 1)",
         "log_p = (power.size - 1)",
@@ -388,7 +388,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "faces_pay_for_the_capture",
-        "an effect that only the reference shows is also charged for the rows of the capture",
+        "the penalty of an effect that only the reference shows includes the rows of the capture",
         f"{DIAGNOSE}/posterior.py",
         "item.charged_trials, item.rows, item.freedom",
         "item.charged_trials, 24_480, item.freedom",

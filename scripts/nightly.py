@@ -1,8 +1,8 @@
 """Runs the long checks of one commit and writes docs/nightly.md: ``python -m scripts.nightly``.
 
 ``make nightly`` runs all checks one after the other; ``--only NAME`` runs the named checks. A check
-is not repeated if its same part has already ended for this commit, so that a second run continues
-an interrupted one (``--again`` repeats such checks). ``--sample`` runs, for a check that
+is skipped if the same part of the check has already ended for this commit, so that a second run
+continues an interrupted one (``--again`` repeats such checks). ``--sample`` runs, for a check that
 defines a sample, only this sample; each row of the page states which part ran, on which commit, and
 how it ended. Uncommitted changes are refused, because a figure must belong to a commit. Exit code
 1: a check failed. 2: the tree differs from its commit, or the record of earlier runs is damaged.

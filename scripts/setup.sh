@@ -187,7 +187,7 @@ name_llvm_for_ghdl() {
     wanted=${wanted%% *}
     library=$(ldconfig -p | grep -oE "/[^ ]*/libLLVM\.so\.${wanted#*.so.}\$" | head -n 1) ||
         give_up "GHDL's LLVM code generator needs $wanted, and this system has none." \
-            "Install LLVM ${wanted##*.so.}'s library, then start again. What GHDL misses is shown by:" \
+            "Install LLVM ${wanted##*.so.}'s library, then start again. This shows the missing libraries:" \
             "" "ldd $GHDL_LLVM"
     mkdir -p "$LLVM_NAMES"
     ln -sfn "$library" "$LLVM_NAMES/$wanted"

@@ -103,7 +103,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if wanted == "check":
         if SECTION.is_current(lines):
             return 0
-        print(f"{PAGE} is not what {STORED} says: python -m scripts.warming page", file=sys.stderr)
+        print(f"{PAGE} differs from {STORED}: python -m scripts.warming page", file=sys.stderr)
         return 1
     SECTION.write(lines)
     return 0

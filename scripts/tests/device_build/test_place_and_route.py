@@ -107,7 +107,7 @@ def test_every_bit_of_the_bitstream_is_one_that_was_asked_for(made: Made) -> Non
         if word >> bit & 1
     }
     read = made.bits()
-    assert len(asked) > 1000, "the processor side alone is more"
+    assert len(asked) > 1000, "the processor side alone has more bits"
     assert {(address, bit) for address, bits in read.items() for bit in bits} == asked
 
 

@@ -1,4 +1,4 @@
-"""Checks by the set's reference and by the firmware's rules whether coefficients may be written.
+"""Tests coefficients with the set's reference run and the firmware's rules before they are written.
 
 Each function returns objections, one sentence each; without objections the coefficients may be
 written.
@@ -41,7 +41,7 @@ def of_comparison(comparison: ReferenceComparison | None) -> list[str]:
         return []
     return [
         f"against the set's own reference run the error rises from {before.rms:.3f}″ to "
-        f"{after.rms:.3f}″ RMS; are the heads swapped, or do capture and reference belong together?"
+        f"{after.rms:.3f}″ RMS; are the heads swapped, or is the reference that of another table?"
     ]
 
 
@@ -146,5 +146,5 @@ def of_estimate(
         return []
     return [
         f"the error expected with these coefficients, {math.sqrt(after.sum() / 2.0):.3f}″ RMS, is "
-        f"not less than without, {math.sqrt(before.sum() / 2.0):.3f}″"
+        f"not less than without them, {math.sqrt(before.sum() / 2.0):.3f}″"
     ]

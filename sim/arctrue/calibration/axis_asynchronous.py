@@ -5,8 +5,8 @@ Simultaneous readings of four heads give the displacement c = x + jy of the axis
 The running mean of its lines at the orders −N to N is the motion that repeats. The mean square of
 the remainder, minus the share of the noise, is the square of the result. A line that is compared
 with a mean of the relative variance v has the expected square 1 + v, so it is divided by 1 + v.
-Motion of the axis above order N counts as motion that does not repeat; so does a drift from turn to
-turn. The parity shows errors of the disc above order N as noise, so they make the result too small.
+Motion of the axis above order N and a drift from turn to turn count as motion that does not repeat.
+Errors of the disc above order N appear as noise of the parity and make the result too small.
 
 The firmware forms the same sums sample by sample: firmware/calibration/axis_motion.c.
 """

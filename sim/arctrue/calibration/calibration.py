@@ -57,9 +57,9 @@ class CalibrationSettings:
         Largest noise gain of an order; orders with a larger gain are left out.
     separation : str, optional
         Source of the separation α of the heads. Default: the harmonics if their standard
-        uncertainty is smaller than those of the index and of the nominal value; otherwise the index
-        if the runs agree and its value is plausible and not less certain than the nominal value;
-        otherwise the nominal value.
+        uncertainty is smaller than those of the index and of the nominal value. Otherwise the
+        index, if the runs agree and its value is plausible and not less certain than the nominal
+        value; else the nominal value.
     """
 
     method: Method = "least_squares"
@@ -130,9 +130,9 @@ def calibrate(
     CaptureRefusedError
         The capture cannot be used; the text says why.
     ValueError
-        The set has no capture, counts per turn or head separation, or the capture lacks a requested
-        run, or the requested method or separation cannot be used with this set, or the error
-        exceeds the range of the gateware's formats.
+        The set has no capture, counts per turn or head separation; the capture lacks a requested
+        run; the requested method or separation cannot be used with this set; or the error exceeds
+        the range of the gateware's formats.
     """
     settings = settings or CalibrationSettings()
     measurement = _without_masked_stations(measurement)
@@ -173,8 +173,8 @@ def calibrate(
 
 def at_the_temperature_of(measurement: MeasurementSet, coefficients: Coefficients) -> Coefficients:
     """Return the coefficients that the firmware applies at the mean temperature of the reference
-    run or, in a set without a reference run, of the capture; if these rows have no temperatures, at
-    the reference temperature."""
+    run (without a reference run: of the capture), or at the reference temperature if these rows
+    have no temperatures."""
     if coefficients.thermal is None:
         return coefficients
     rows = measurement.reference or measurement.capture
@@ -303,8 +303,8 @@ def _separations_apart(estimate: Estimate, separations: Mapping[Choice, Separati
     if abs(apart) < APART_U * u:
         return []
     return [
-        f"by the reference's harmonics the head separation is {apart:+.1f}″ from the one that is "
-        f"used, {abs(apart) / u:.1f} times its standard uncertainty of {u:.1f}″"
+        f"the head separation from the reference's harmonics differs by {apart:+.1f}″ from the one "
+        f"in use: {abs(apart) / u:.1f} times the standard uncertainty of {u:.1f}″"
     ]
 
 

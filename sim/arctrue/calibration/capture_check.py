@@ -30,8 +30,8 @@ schema 1)."""
 JUMP_STEPS = 2.0
 """Smallest ratio of a jump to the median step: no table moves by two steps in one sample period."""
 LOWEST_SPEED_TOLERANCE = 0.05
-"""Largest relative distance from the lowest speed at which a run counts as a run at the lowest
-speed."""
+"""A run counts as one at the lowest speed if it is faster than the lowest speed by at most this
+share."""
 CLOCK_HZ_DEFAULT = 100e6
 
 

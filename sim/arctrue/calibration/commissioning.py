@@ -23,8 +23,8 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 COUNTED_WRONG = 0.01
-"""Largest permitted difference between the travel of a head and the largest travel of all heads,
-as a share of the latter. Eccentricity changes the travel by less than 10⁻³.
+"""Largest permitted difference between the travel of a head and the largest travel of all heads, as
+a share of this largest travel. Eccentricity changes the travel by less than 10⁻³.
 """
 PLACE_TOLERANCE_DEG = 1.0
 """Largest distance from a planned place at which a head counts as the planned head, degrees. The
@@ -122,8 +122,8 @@ def _sense_faults(travels: Integer, most: int) -> list[str]:
     for head, travel in enumerate(travels.tolist(), start=1):
         if still[head - 1]:
             faults.append(
-                f"head {head}: moved by {abs(travel) / most:.3f} of the turn of the others: a "
-                "wire of A or B, too weak light, or another disc"
+                f"head {head}: moved by {abs(travel) / most:.3f} of the travel of the others: "
+                "check the wires of A and B, the light and the disc"
             )
         elif back[head - 1] and not back.all():
             faults.append(
@@ -223,6 +223,6 @@ def skew_of(
     if needed.max() > DELAY_MOST_CLOCKS:
         raise ValueError(
             f"the delays of the heads differ by {1e9 * float(np.ptp(own)):.0f} ns, and the device "
-            f"can equal out {DELAY_MOST_CLOCKS} clocks: was the speed the same in both directions?"
+            f"can remove {DELAY_MOST_CLOCKS} clocks: was the speed the same in both directions?"
         )
     return Skew(1e9 * late_s, 1e9 * u_s, tuple(needed.tolist()))

@@ -5,8 +5,8 @@ count from the same mark, and ε(θ + α) − ε(θ) has no mean. This mean repe
 head. The heads may detect the mark at different places. Repeated runs do not show this constant
 difference, but α contains all of it (10 µm at the disc are 38″). A set states the standard
 uncertainty of the difference as ``table.index_detection_arcsec``; the default is the standard
-uncertainty of the heads' mounting, 50″/√3. A head that did not find its index shows in one of two
-ways: the values of α from several runs disagree, or the value is far from nominal.
+uncertainty of the heads' mounting, 50″/√3. If a head did not find its index, the values of α from
+several runs disagree, or the value is far from nominal.
 """
 
 from __future__ import annotations

@@ -95,8 +95,8 @@ def parity_weights(places_rad: ArrayLike, radius_ratios: ArrayLike | None = None
     places = np.asarray(places_rad, dtype=np.float64)
     if places.size != HEADS_MAX:
         raise WeightsRefusedError(
-            f"{places.size} heads have no parity: the table's turn and the two directions of the "
-            "axis take three readings; a parity needs four"
+            f"{places.size} heads have no parity: the table's turn and the two directions of axis "
+            "motion are three unknowns, so a parity needs four readings"
         )
     conditions = np.column_stack((np.ones(4), translation_columns(places, radius_ratios)))
     _, lengths, rows = np.linalg.svd(conditions.T)

@@ -62,9 +62,9 @@ def calibrate_mean(
 ) -> MeanCalibration:
     """Calibrate the weighted mean of all heads of a capture.
 
-    Raises CaptureRefusedError for a capture that cannot be used, ValueError for a set without a
-    capture, counts per turn or head places, and for places that have no mean, SingularHeadsError
-    for unknowns that the heads do not determine.
+    Raises CaptureRefusedError for a capture that cannot be used, and SingularHeadsError for
+    unknowns that the heads do not determine. Raises ValueError for a set without a capture, counts
+    per turn or head places, and for places that have no mean.
     """
     settings = settings or MeanSettings()
     capture, table = measurement.capture, measurement.table

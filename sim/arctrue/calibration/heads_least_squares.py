@@ -213,10 +213,10 @@ class _Data:
         return sum(part.samples for part in self.turns)
 
     def thinned(self, most: int, most_order: int) -> _Data:
-        """Return every k-th sample of each run, in all fewer than twice ``most`` if the turns
-        permit it, or ``self`` if k would be 1.
+        """Return every k-th sample of each run; ``self`` if k is 1.
 
-        A turn keeps at least four samples for each period of its highest order.
+        Fewer than twice ``most`` samples remain, unless a turn would then have fewer than four
+        samples for each period of its highest order.
         """
         a_turn = min(part.samples // part.turns for part in self.turns)
         step = min(self.samples // most, a_turn // (4 * most_order))

@@ -3,8 +3,8 @@
 An α that is wrong by Δα makes the two-head estimate of order n wrong by dE_n/dα · Δα. The reference
 shows this error, so that each order determines Δα; orders with a large n·|TF(n)|·A_n determine it
 best. Each order is weighted by the inverse of its variance. The reference's own standard
-uncertainty counts in full at every order and is not divided by the number of its rows: a first
-order that only the reference has (``polygon_eccentricity``) would otherwise be taken for an error
+uncertainty applies in full to every order and is not divided by the number of its rows. Otherwise a
+first order that only the reference has (``polygon_eccentricity``) would be attributed to an error
 of α.
 """
 

@@ -64,5 +64,5 @@ def travelled_turns(state: TableState) -> NDArray[np.float64]:
     it is unknown."""
     travelled = conditions_of(state).travelled_rad
     if travelled is None:
-        raise ValueError("a cause grows with use, and how far the table has turned is not known")
+        raise ValueError("a cause grows with use, but the travel of the table is not known")
     return travelled / (2 * np.pi)

@@ -252,8 +252,8 @@ class _Travel:
     travelled_rad: NDArray[np.float64]
     """Travel in both directions until each instant."""
     side: NDArray[np.float64]
-    """Direction of each piece, +1 or −1; a table at rest keeps the direction of its last motion, or
-    has that of its first motion; 0 if it never moves.
+    """Direction of each piece, +1 or −1; a table at rest keeps the direction of its last motion;
+    before its first motion it has the direction of that motion; 0 if it never moves.
     """
     turned_back_rad: NDArray[np.float64]
     """Travel at the last reversal before each piece."""

@@ -141,8 +141,8 @@ def clocked_pins(
     Raises
     ------
     TooFastError
-        If two edges of one head fall on one clock, because the electronics would see an
-        illegal transition; the message names head and time.
+        If two edges of one head fall on one clock, because the electronics would detect an illegal
+        transition; the message names head and time.
     """
     first_levels = 0
     clocks, owners, levels = [], [], []

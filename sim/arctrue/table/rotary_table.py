@@ -50,10 +50,10 @@ HEAD_PLACES_DEG: Mapping[int, tuple[float, ...]] = {
     3: (0.0, 33.0, 223.5),
     4: (0.0, 33.0, 162.5, 300.5),
 }
-"""Angles from head 1 to each head, by the number of heads; head 2 is at its place in the paper. For
-the third of three heads, only places count at which the mean of the heads has less noise than one
-head; among these it stands at the place that minimises the largest noise gain of orders 1 to 64;
-docs/methods.md explains the places of four heads."""
+"""Angles from head 1 to each head, by the number of heads; head 2 is at its place in the paper. The
+third of three heads stands at the place that minimises the largest noise gain of orders 1 to 64,
+among the places at which the mean of the heads has less noise than one head. docs/methods.md
+explains the places of four heads."""
 
 
 def heads_at(

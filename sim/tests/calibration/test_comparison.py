@@ -101,7 +101,7 @@ def one_lane(order: int, size_arcsec: float) -> Coefficients:
 @pytest.mark.parametrize("modulator", ["direction", "speed", "word_a"])
 def test_a_lane_with_a_condition_acts_as_in_the_rows(modulator: str) -> None:
     """A lane that follows the direction corrects ±5″ in both directions. A lane whose condition the
-    rows do not state has no effect, so that nothing objects to its coefficients."""
+    rows do not state has no effect, so that its coefficients cause no objection."""
     target, direction = np.tile(np.arange(24) * 15.0, 2), np.repeat([1, -1], 24)
     error = 5.0 * direction * np.cos(np.radians(target))
     reference = Reference(target, error, direction=direction)
@@ -122,5 +122,6 @@ def test_a_lane_of_a_real_order_has_the_turn_of_the_row() -> None:
     error = 5.0 * np.cos(71.4 * np.radians(target))
     coefficients = one_lane(0, 5.0).with_real_orders({0: 71.4})
     after = compare(Reference(target, error), coefficients).after_arcsec
-    # The reading differs from the target by up to 5″, on which the wave changes by 71.4 · 5″ · 5″.
+    # The reading differs from the target by up to 5″, which is 2.4e-5 rad. Over this angle the wave
+    # changes by up to 71.4 · 2.4e-5 · 5″.
     assert np.abs(after).max() < 2.0 * ROUNDING_ARCSEC + 71.4 * 25.0 * np.pi / 648_000.0

@@ -171,8 +171,8 @@ def test_what_the_reference_or_the_firmware_would_refuse() -> None:
 
 
 def test_the_gate_is_that_of_the_firmware() -> None:
-    """The gate refuses coefficients with the wrong sign, which double the error: the mean square is
-    4 A² instead of A²."""
+    """The check refuses coefficients with the wrong sign, which double the error: the mean square
+    is 4 A² instead of A²."""
     found = calibrate(measured(DISC))
     held = found.coefficients
     wrong = replace(held, amplitudes=-held.amplitudes)

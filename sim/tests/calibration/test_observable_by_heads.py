@@ -61,8 +61,8 @@ def test_four_heads_see_every_order_but_the_first(order: int) -> None:
 
 
 def test_two_tables_that_three_heads_cannot_tell_apart() -> None:
-    """The test compares a disc of order 5 with an axis at rest and a perfect disc whose axis and
-    drive move.
+    """One table has a disc of order 5 and an axis at rest; the other has a perfect disc, and its
+    axis and drive move.
 
     All differences between three heads are equal within 1e-12″ at every sample; a fourth head
     separates the two cases by 0.4″.

@@ -209,7 +209,7 @@ class Scene:
         assert self.last_reply["reason"] in ("none", "not_better")
         self.settle()
         if refers:
-            assert "cannot_keep_up" in self.faults(), "only the operator ends it"
+            assert "cannot_keep_up" in self.faults(), "only the operator clears the fault"
             assert self.firmware.send("clear_output").startswith("ok")
             self.record()
             self.turn(1.0)

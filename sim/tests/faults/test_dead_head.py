@@ -1,4 +1,5 @@
-"""Tests what follows if a head gives no signals, because a cable is pulled or a supply fails."""
+"""Tests the consequences if a head gives no signals, because a cable is pulled or a supply
+fails."""
 
 from __future__ import annotations
 

@@ -99,7 +99,9 @@ def test_over_speed(make_scene: MakeScene, speed: float) -> None:
     assert (scene.compare().edges == 0) == output_fault
     assert scene.instrument.read("status.released") == output_fault
     scene.recovers(refers=output_fault)
-    assert not scene.instrument.read("status.released"), "by one command of the operator"
+    assert not scene.instrument.read("status.released"), (
+        "clear_output also enables the line drivers"
+    )
 
 
 def test_a_speed_that_swings_is_calibrated_at_equal_angles(make_scene: MakeScene) -> None:

@@ -41,7 +41,7 @@ def test_begins_anew_after_a_fault(scene: Scene) -> None:
     clean = scene.clean_bound
     position = scene.instrument.read("head1.index.position")
     scene.firmware.fault()
-    assert scene.firmware.coefficients is None, "not known any more"
+    assert scene.firmware.coefficients is None, "the firmware has lost them"
     assert scene.firmware.send("status").count("compensation on") == 1
     compensating = []
     replies = len(scene.firmware.telemetry)

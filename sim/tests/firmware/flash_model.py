@@ -213,7 +213,9 @@ class Controller:
         self.words[address] = word
         self.pins.write(address, word)
         if address == AT["QSPI_CONFIG"]:
-            assert word & MANUAL_SELECT, "the controller would let the line go between two words"
+            assert word & MANUAL_SELECT, (
+                "the controller would release the select line between two words"
+            )
             self.follow_select(selected=not word & NOT_SELECTED)
 
     def follow_select(self, *, selected: bool) -> None:

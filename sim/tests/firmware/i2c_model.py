@@ -180,9 +180,11 @@ class I2cModel:
     def transfer(self, address: int) -> None:
         control = self.words[AT["I2C_CONTROL"]]
         assert control & (MASTER | SEVEN_BITS | ACKNOWLEDGE) == MASTER | SEVEN_BITS | ACKNOWLEDGE
-        assert self.happened & (DONE | NO_ACKNOWLEDGE) == 0, "what happened before is still there"
+        assert self.happened & (DONE | NO_ACKNOWLEDGE) == 0, (
+            "the events of the last transfer were not cleared"
+        )
         assert self.words[AT["I2C_TIME_OUT"]] == 0xFF
-        assert not self.words.get(GPIO_DIRECTION, 0), "the pins let the wires go"
+        assert not self.words.get(GPIO_DIRECTION, 0), "the pins still drive the wires"
         self.transfers += 1
         self.hung = self.hung or self.amid_a_byte
         if self.stuck or self.hung:

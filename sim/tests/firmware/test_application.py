@@ -136,7 +136,7 @@ def test_bypass_and_back(running: Firmware) -> None:
     running.turn(turn())
     assert running.send("bypass on") == "ok\r\n"
     assert not controls(running.core)["compensate"]
-    assert controls(running.core)["capture_enable"], "monitoring goes on"
+    assert controls(running.core)["capture_enable"], "the capture continues"
     assert "bypassed" in running.send("status")
     assert running.turn(turn(Disc({1: (20.0, 1.0)}), seed=3))["result"] == "applied"
     assert not controls(running.core)["compensate"]
@@ -227,7 +227,7 @@ def test_counts_that_head_2_lost(running: Firmware, method: int, slip: int) -> N
     telemetry = running.turn(slipped(turn(seed=3), slip), LOST)
     assert (telemetry["reason"], telemetry["alarms"]) == ("index_error", ["zero_lost"])
     rearm = (address("command"), bit("command", "rearm"))
-    assert rearm not in running.core.writes, "not worth a turn without correction"
+    assert rearm not in running.core.writes, "a re-arm would leave a turn without correction"
     assert controls(running.core)["compensate"]
     assert running.core.active == good
     assert f"head2_zero_counts {slip}\r\n" in running.send("status")
@@ -263,7 +263,7 @@ def test_an_index_error_of_head_2_that_would_be_cleared_unseen(running: Firmware
     assert running.application.head2_zero == 40
     running.core.set("head2.flags", 0b01)
     telemetry = running.turn(turn(), BOTH_INDICES_SEEN | header_flag("illegal1"))
-    assert telemetry["alarms"] == [], "not looked at without an index error"
+    assert telemetry["alarms"] == [], "the zero is checked only after an index error"
 
 
 def is_rearmed(core: ModelCore) -> bool:
@@ -573,7 +573,7 @@ def test_the_core_interrupts_when_a_bank_is_ready(running: Firmware) -> None:
     running.step(3)
     core.hand_over(turn(seed=2))
     running.step()
-    assert running.application.turns == 2, "found all the same"
+    assert running.application.turns == 2, "the bank is found without an interrupt"
     assert (running.application.interrupts, running.application.banks_without_interrupt) == (1, 1)
     assert "banks_without_interrupt 1\r\n" in running.send("status")
 
@@ -626,7 +626,9 @@ def test_the_temperature_of_a_turn(running: Firmware) -> None:
     sensor.celsius = -12.346
     assert running.turn(turn(seed=3))["temperature_c"] == -12.35
     sensor.celsius = None
-    assert running.turn(turn(seed=4))["temperature_c"] is None, "not the one before"
+    assert running.turn(turn(seed=4))["temperature_c"] is None, (
+        "the former temperature is not repeated"
+    )
     assert "temperature_c absent\r\n" in running.send("status")
 
 

@@ -23,13 +23,13 @@ Float = NDArray[np.float64]
 ORDERS = 32
 SYNCHRONOUS = ((1, 0.0, 0.3 + 0.1j), (2, 0.4, 0.2j), (3, 0.1, 0.3), (7, 0.0, 0.15))
 BALL_PASS = (4.37, 0.7, 0.2j)
-"""Both senses at once: RMS √(0.7² + 0.2²)″ over both directions."""
+"""Order, forward circle and backward circle; the RMS over both directions is √(0.7² + 0.2²)″."""
 CAGE = (0.41, 0.3, 0.0)
 
 
 @dataclass(frozen=True)
 class Turning(World):
-    """A table that goes on turning; the axis motion continues from turn to turn."""
+    """A table that keeps turning; the axis motion continues from turn to turn."""
 
     turn: int = 0
 
@@ -98,8 +98,8 @@ def in_numpy(worlds: list[Turning], orders: int = ORDERS) -> list[Asynchronous |
     ],
 )
 def test_c_equals_numpy(world: Turning) -> None:
-    """To 1e-9 of the disc's largest value, 144″; both are the square root of a difference, so a
-    result near 0 is compared by its square."""
+    """The results agree to 1e-9 of the disc's largest value, 144″. A result near 0 is compared by
+    its square, because it is the square root of a difference."""
     worlds = turned(world, 4)
     for c, numpy in zip(in_c(worlds), in_numpy(worlds), strict=True):
         assert c.stated == (numpy is not None)
@@ -109,7 +109,8 @@ def test_c_equals_numpy(world: Turning) -> None:
 
 
 def of_phases(turns: int) -> float:
-    """Return the expected square of the result after ``turns`` former turns over the true one."""
+    """Return the expected square of the result, after ``turns`` former turns, divided by the true
+    square."""
     former = np.arange(1, turns + 1)
     weights = KEEP**former / np.sum(KEEP**former)
     kept = np.sum(weights * np.exp(2j * np.pi * BALL_PASS[0] * former))
@@ -117,13 +118,14 @@ def of_phases(turns: int) -> float:
 
 
 def test_ball_pass_has_its_true_size() -> None:
-    """A ball pass of a known size, with motion that repeats, noise of 0.2″ and an uneven speed.
+    """The result for a ball pass of known size is right, with motion that repeats, noise of 0.2″
+    and an uneven speed.
 
     The phase of the ball pass advances by the same step z in every turn, so that the mean over
     former turns with the weights w has the share m = Σ w·z^k of the pass. The result has the
     expected square true²·|1 − m|²/(1 + Σ w²), on average 1.026·true². The mean of 20 results
-    agrees within 4 standard deviations of this mean. 2u covers 95 % of the errors: of 20 at least
-    15 (binomial, 3 in 1000).
+    agrees within 4 standard deviations of this mean. 2u covers 95 % of the errors: at least 15 of
+    20 results are covered, except with a probability of 3 in 1000 (binomial).
     """
     axis = (*SYNCHRONOUS, BALL_PASS)
     world = Turning(samples=1000, noise_arcsec=0.2, swing=0.05, axis=axis, seed=5)
@@ -139,11 +141,12 @@ def test_ball_pass_has_its_true_size() -> None:
 
 
 def test_motion_that_repeats_is_not_counted() -> None:
-    """The axis makes 0.6″ of motion that repeats.
+    """The axis has 0.6″ of motion that repeats.
 
-    From the second turn on u(x²) = (x + u)² − x² covers the square of a true value of 0 by 2u in
-    at least 15 of 19 turns (binomial with 97.5 %: 1 in 10,000). The bound of u is the expected
-    0.05″ at 0.2″ of noise, doubled for the second turn, whose mean is one turn.
+    The square of the true value is 0. From the second turn on, x² is less than twice its
+    uncertainty (x + u)² − x² in at least 15 of 19 turns (binomial with 97.5 %: fewer in 1 of 10,000
+    tests). The bound of u is the expected 0.05″ at 0.2″ of noise, doubled for the second turn,
+    whose mean is one turn.
     """
     world = Turning(samples=1000, noise_arcsec=0.2, axis=SYNCHRONOUS, seed=7)
     results = in_c(turned(world, 20))
@@ -156,14 +159,15 @@ def test_motion_that_repeats_is_not_counted() -> None:
 
 @pytest.mark.parametrize("heads", [2, 3])
 def test_fewer_heads_state_none(heads: int) -> None:
-    """Three heads leave no equation for the noise; two do not show the motion."""
+    """With fewer than four heads the result is not stated: three heads leave no equation for the
+    noise, and two heads do not show the motion."""
     world = Turning(heads=heads, samples=1000, noise_arcsec=0.2, axis=(BALL_PASS,))
     assert not any(result.stated for result in in_c(turned(world, 3)))
 
 
 def test_telemetry_states_it_from_the_second_turn_on() -> None:
-    """The line of each turn has value and u; `forget` and a changed place begin anew, because the
-    former turns no longer count."""
+    """The line of each turn has value and u. After `forget` or a changed place the mean begins
+    anew, because the former turns no longer count."""
     made = started(WORLD)
     keys = {"axis_asynchronous_arcsec", "u_axis_asynchronous_arcsec"}
 

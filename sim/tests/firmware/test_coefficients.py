@@ -273,7 +273,7 @@ def test_the_gate_lets_a_change_pass_that_is_less_than_u_of_the_separation() -> 
     hidden = np.hypot(first.by_separation_cosine, first.by_separation_sine)
     assert hidden > 0.03
     assert found.candidate_arcsec >= hidden / np.sqrt(2.0), (
-        "it contains the part of the separation's u"
+        "the part due to u of the separation is included"
     )
 
 

@@ -92,7 +92,7 @@ def test_version_without_a_core() -> None:
 )
 def test_bad_input_gets_one_line(running: Firmware, line: str, answer: str) -> None:
     assert running.send(line) == answer + "\r\n"
-    assert running.send("freeze off") == "ok\r\n", "and the next line is heard"
+    assert running.send("freeze off") == "ok\r\n", "the next line is processed"
 
 
 def test_every_reason_and_alarm_is_explained(running: Firmware) -> None:
@@ -212,7 +212,7 @@ def test_a_dump_is_the_capture(running: Firmware) -> None:
     for bad in ("dump rows 1500 2", "dump rows -1 2", "dump rows 0 0", "dump rows a b"):
         assert running.send(bad) == "error: no such rows\r\n"
     assert running.phase == "capture"
-    assert running.application.turns == 1, "the dumped turn is worked on as well"
+    assert running.application.turns == 1, "the dumped turn is also processed"
 
 
 def test_the_turns_go_on_while_a_capture_is_reported(running: Firmware) -> None:
@@ -437,7 +437,9 @@ def test_a_dump_goes_on_as_there_is_room(running: Firmware) -> None:
     running.step(2)
     room = Room(running, 63)
     assert running.step(5) == ""
-    assert not running.library.console_busy(running.console), "it may sleep until there is"
+    assert not running.library.console_busy(running.console), (
+        "the firmware may sleep until there is room"
+    )
     room.characters = 64
     assert running.library.console_busy(running.console)
     assert len(running.step(1).splitlines()) == 8

@@ -24,7 +24,7 @@ def load(model: ZynqModel) -> tuple[str, Any]:
     for _ in range(STEPS_MOST):
         if not library.fabric_step(fabric):
             name = ffi.string(library.fabric_state_name(fabric.state)).decode()
-            assert not library.fabric_step(fabric), "an end stays an end"
+            assert not library.fabric_step(fabric), "a finished loader does nothing more"
             return name, fabric
     raise AssertionError("it never ends")
 
@@ -124,8 +124,8 @@ def test_a_port_that_fails_is_given_up(stuck: str) -> None:
     model = ZynqModel(image(bitstream(20_000)), stuck=stuck)
     name, fabric = load(model)
     assert (name, usable(fabric)) == (PORT_FAULTS[stuck], False)
-    assert model.value("SLCR_LVL_SHFTR_EN") != 0xF, "nothing comes from a fabric that is not there"
-    assert model.now_us < 3_000_000, "the watchdog is fed, but people wait"
+    assert model.value("SLCR_LVL_SHFTR_EN") != 0xF, "signals of an empty fabric are blocked"
+    assert model.now_us < 3_000_000, "the loader gives up within 3 s"
 
 
 def test_a_fabric_that_jtag_configures_later() -> None:

@@ -51,9 +51,9 @@ def add(skew: Any, world: Late) -> None:
 
 @pytest.mark.parametrize("heads", [3, 4])
 def test_c_equals_numpy_and_the_true_delays(heads: int) -> None:
-    """Forward and backward: equal to numpy to 1e-4 ns (1e-9 of the angle between the heads' places
-    would be 1000 ns, so the bound is the rounding of an offset of 4 rad, 1e-15 rad, divided by 3
-    rad/s, with a margin); true within 4u, and u is that of numpy."""
+    """From a forward and a backward turn, the delays equal those of numpy to 1e-4 ns and the true
+    ones within 4u; u equals that of numpy. The bound of 1e-4 ns is the rounding of an offset of 4
+    rad, 1e-15 rad, divided by 3 rad/s, with a margin."""
     ffi, _ = firmware()
     forward = Late(heads=heads, noise_arcsec=0.1)
     backward = replace(forward, speed=-SPEED, seed=2)
@@ -77,8 +77,8 @@ def test_c_equals_numpy_and_the_true_delays(heads: int) -> None:
 
 
 def test_turns_at_one_speed_show_no_delay() -> None:
-    """Speeds that differ by 20 % or less are not compared, nor is a turn of unknown speed; the
-    values stay."""
+    """The delays do not change after a turn of unknown speed, or if the speeds of two turns differ
+    by 20 % or less."""
     ffi, library = firmware()
     skew, turn = ffi.new("struct head_skew *"), ffi.new("struct skew_turn *")
     for speed, found in ((1.0, False), (1.19, False), (0.0, False), (2.0, False), (1.0, True)):

@@ -54,7 +54,8 @@ SAME = 1e-9
 
 @dataclass(frozen=True)
 class World:
-    """A table; its heads stand off their places, detect the mark late, may have unequal radii."""
+    """A table whose heads stand off their places, detect the mark late and may have unequal
+    radii."""
 
     heads: int = 4
     off_arcsec: tuple[float, ...] = (0.0, 50.0, -30.0, 40.0)

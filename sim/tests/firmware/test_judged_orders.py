@@ -159,7 +159,7 @@ def test_a_small_drift_is_separated_from_the_scatter_after_three_turns() -> None
         assert made.turn(turn(seed))["alarms"] == []
     alarms = [made.turn(turn(20 + seed, disc(o5=10.6)))["alarms"] for seed in range(4)]
     assert alarms == [[], [], ["error"], ["error"]]
-    assert made.turn(turn(30))["alarms"] == [], "and it ends with the cause"
+    assert made.turn(turn(30))["alarms"] == [], "the alarm ends with its cause"
 
 
 @pytest.mark.parametrize("loaded", [False, True])

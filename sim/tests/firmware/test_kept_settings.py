@@ -82,13 +82,17 @@ def test_the_output_after_a_fault_is_what_was_ordered(bypassed: bool) -> None:
     device.core.writes.clear()
     device.start(after_fault=True)
     words = [word for offset, word in device.core.writes if offset == address("control")]
-    assert all(bool(word & 1) != bypassed for word in words), "never off, nor on, in between"
+    assert all(bool(word & 1) != bypassed for word in words), (
+        "the correction never changes in between"
+    )
     assert not any(
         word & bit("command", "rearm")
         for offset, word in device.core.writes
         if offset == address("command")
     )
-    assert not device.firmware.application.has_active, "which coefficients is not known"
+    assert not device.firmware.application.has_active, (
+        "the firmware has no copy of the coefficients"
+    )
     assert device.firmware.status("compensation") == ["bypassed" if bypassed else "on"]
     device.work(1)
     assert device.firmware.application.has_active
@@ -115,7 +119,7 @@ def test_lost_settings_leave_the_output_uncorrected() -> None:
     device.firmware.send("bypass off")
     assert controls(device.core)["compensate"]
     device.start(after_fault=True)
-    assert device.firmware.status("settings") == ["kept"], "what has been ordered since"
+    assert device.firmware.status("settings") == ["kept"], "later orders are kept"
 
 
 def test_lost_settings_leave_a_correction_that_is_at_work() -> None:

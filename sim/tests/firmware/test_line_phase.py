@@ -213,9 +213,11 @@ def test_an_index_of_the_drive_gives_the_phase(running: Firmware, side: int) -> 
     running.turn(turn(5))
     assert state(running) == "load active"
     running.step(6)
-    assert "phase_unknown" in running.send("load status"), "nobody knows how old that edge is"
+    assert "phase_unknown" in running.send("load status"), "the age of that edge is unknown"
     probe_edge(running, 8, 1.36, 1.34)
-    assert "phase_unknown" in running.send("load status"), "the table goes down"
+    assert "phase_unknown" in running.send("load status"), (
+        "edges are ignored while the readings fall"
+    )
     # The edges are in positive and in negative turns; one edge came before the wrap.
     for number, (edge, now) in enumerate([(1.3, 1.32), (-2.7, -2.6), (4.99, 5.02)]):
         probe_edge(running, 9 + number, edge, now)

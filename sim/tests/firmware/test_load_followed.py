@@ -129,8 +129,9 @@ def test_what_cannot_be_is_refused(
 def test_lanes_of_the_speed_that_would_swing_are_refused(
     running: Firmware, nominal_deg_per_s: float, by_speed: float, by_square: float, is_taken: bool
 ) -> None:
-    """The firmware and the host accept the same lanes: up to 3/8 of the travel in a window at
-    the nominal speed, of any order, and half as much for the squared speed."""
+    """The firmware and the host accept the same lanes of any order: those that move the corrected
+    angle by at most 3/8 of the travel in a window at the nominal speed, or half as much for the
+    squared speed."""
     modulators(running)
     bank = file_of(SUBDIVISION)
     most = 0.375 * max(nominal_deg_per_s / 360.0 * COUNTS / 1e8 * 2**14, 4.0)

@@ -82,7 +82,7 @@ def test_they_are_off_until_the_operator_gives_their_phase(running: Firmware) ->
     for line in phase_commands(wanted, -3):
         assert running.send(line).strip() == "ok"
     running.send("telemetry on")
-    assert "alarms" not in running.step(5), "the swap was asked for: no alarm"
+    assert "alarms" not in running.step(5), "a requested swap raises no alarm"
     expected = coefficient_words(wanted.from_turn(-3))
     for lane, order in zip(REAL_LANES, ORDERS, strict=True):
         words = lane_words(running.core.active, lane)

@@ -222,8 +222,8 @@ def test_a_set_without_a_table_switches_it_off(running: Firmware) -> None:
 
 
 def test_a_table_from_before_a_fault_of_the_firmware_is_switched_off(running: Firmware) -> None:
-    """The restarted firmware does not know the table that the gateware still applies, and switches
-    this table off."""
+    """The restarted firmware has no record of the table that the gateware still applies, and
+    switches this table off."""
     assert loaded(running, table_file()) == "load active"
     anew = Firmware(running.core)
     anew.library.application_start(anew.application)

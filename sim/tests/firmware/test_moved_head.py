@@ -56,8 +56,8 @@ def test_c_and_numpy_agree(seed: int) -> None:
     head, moved = found_in_c(change)
     if len(explanations) == 1 and explanations[0].head:
         assert head == explanations[0].head
-        # C computes the directions of view from the offsets after the change, numpy from the
-        # offsets before it. The largest change, 3,000″, is 0.015 rad.
+        # C computes the factors of the axis' motion from the offsets after the change, numpy from
+        # the offsets before it. The largest change, 3,000″, is 0.015 rad.
         assert moved == pytest.approx(explanations[0].moved_arcsec, rel=0.05, abs=0.05)
     elif abs(change).max() < 1_000.0:
         assert head == 0
@@ -90,7 +90,9 @@ def test_the_zero_of_the_mean_stays(head: int) -> None:
         return float(np.mean(turns - np.rint(turns))) * 1_296_000.0
 
     zero = zero_arcsec(before, WORLD)
-    assert abs(zero_arcsec(before, moved) - zero) > 15.0, "uncorrected: its weight times 100″"
+    assert abs(zero_arcsec(before, moved) - zero) > 15.0, (
+        "uncorrected, the zero moves by the head's weight times 100″"
+    )
     assert abs(zero_arcsec(after, moved) - zero) < 0.05
     # In the next turn the firmware finds no further motion.
     telemetry = running.turn(replace(moved, seed=3).counts())

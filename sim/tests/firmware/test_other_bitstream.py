@@ -1,5 +1,5 @@
-"""Tests that a re-arm which finds another core, or none, leads to no access that the bus of this
-core refuses, and that a set that this core cannot apply is refused with its reason."""
+"""Tests a re-arm that finds another core or none: the firmware makes no access that this core's bus
+refuses, and refuses a set that this core cannot apply, with the reason."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ PLACE = range(address("local_place.choice"), address("local_place.step_high") + 
 
 
 class RefusingCore(ModelCore):
-    """A model of the core whose bus refuses what the core is not built for; ``refused`` lists such
-    accesses."""
+    """A model of the core whose bus refuses accesses to parts that the core lacks; ``refused``
+    lists these accesses."""
 
     def __init__(self) -> None:
         self.refused: list[str] = []
@@ -180,7 +180,8 @@ def test_without_the_table_a_save_reads_no_points(board: RefusingBoard, lost: st
 def test_a_load_that_goes_on_after_the_re_arm_reads_no_core(
     board: RefusingBoard, lost: str
 ) -> None:
-    """The core is gone, or has no table any more, between two frames of a load."""
+    """The firmware reads nothing from a core that disappears, or loses its table, between two
+    frames of a load."""
     half_load(board, "")
     before = points_of(board.firmware)
     frames = load_frames(table_file(0.5))

@@ -52,8 +52,8 @@ def own(tmp_path_factory: pytest.TempPathFactory) -> tuple[FFI, Any]:
 
 @pytest.mark.parametrize("name", ROUNDING)
 def test_rounding_equals_the_c_library(own: tuple[FFI, Any], name: str) -> None:
-    """All 64 bits agree, so also the sign of 0: for halves, the numbers next to them, values of
-    every exponent, 2^52 and above, infinity."""
+    """All 64 bits of the results agree, also the sign of 0, for halves and the numbers next to
+    them, values of every exponent, 2^52 and above, and infinity."""
     random = np.random.default_rng(1)
     near = np.arange(-9, 10) / 2.0
     every = np.ldexp(random.uniform(-1.0, 1.0, 4000), random.integers(-60, 80, 4000))
@@ -66,7 +66,8 @@ def test_rounding_equals_the_c_library(own: tuple[FFI, Any], name: str) -> None:
 
 
 def test_conversions_round_like_exact_integers(own: tuple[FFI, Any]) -> None:
-    """Python rounds an integer to the nearest double, halves to even."""
+    """The conversions equal those of Python, which rounds an integer to the nearest double and
+    halves to even."""
     random = np.random.default_rng(2)
     some = [
         int(value) >> int(shift) for value, shift in random.integers(0, [1 << 63, 63], (4000, 2))
@@ -80,7 +81,8 @@ def test_conversions_round_like_exact_integers(own: tuple[FFI, Any]) -> None:
 
 
 def test_memory_equals_bytes(own: tuple[FFI, Any]) -> None:
-    """Every start within a word and every length up to seven words; the bytes around stay."""
+    """The functions are right for every start within a word and every length up to seven words; the
+    bytes around do not change."""
     ffi, library = own
     source = bytes(range(1, 33))
     for start in range(4):

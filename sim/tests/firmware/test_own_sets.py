@@ -126,8 +126,8 @@ def calibrated() -> Firmware:
 def test_a_word_that_is_lost_while_it_is_written_keeps_the_failover_off(
     number: int, at: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """An amplitude of 6 counts or a weight of 0.19 too much or too little in one set is found
-    before the failover is switched on, also in the set of all heads."""
+    """The firmware finds an amplitude that is wrong by 6 counts, or a weight that is wrong by 0.19,
+    in any set before it switches the failover on."""
     lost = FIRST_WINDOW + number * WINDOW + at
 
     class LossyCore(FourHeadsCore):

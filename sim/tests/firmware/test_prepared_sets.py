@@ -173,7 +173,9 @@ def test_the_failover_is_on_with_its_causes_while_the_mean_is_active(running: Fi
     )
     running.send("set failover_causes 0")
     assert running.core.get("failover") == 0
-    assert running.core.get("parity.limit") == 0, "the weights belong to the mean of the failover"
+    assert running.core.get("parity.limit") == 0, (
+        "without the failover there is no limit of the parity"
+    )
     running.send("forget")
     assert running.status("set_without_head") == []
 
@@ -263,7 +265,7 @@ def test_a_mean_without_a_set_for_the_left_out_head_is_refused(running: Firmware
 
 def test_the_failover_stays_on_after_words_that_do_not_read_back(running: Firmware) -> None:
     """A refused candidate changes neither the active mean nor its sets; the failover of this mean
-    goes on."""
+    stays on."""
     loaded(running, file_of(1, 2, 3, 4))
     before = running.core.get("failover")
     assert load(running, file_of()) == "ok"

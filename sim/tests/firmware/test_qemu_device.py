@@ -139,7 +139,9 @@ def test_an_interrupt_alone_wakes_it(tmp_path: Path) -> None:
         assert '"reason":"short_of_a_turn"' in machine.wait_for("}\r\n", start=start)
         status = machine.send("status")
         assert field(status, "interrupts") == "1"
-        assert field(status, "banks_without_interrupt") != "0", "the last bank stays ready here"
+        assert field(status, "banks_without_interrupt") != "0", (
+            "in this model the last bank stays ready"
+        )
 
 
 def test_a_command_that_comes_before_the_sleep_is_heard(tmp_path: Path) -> None:
@@ -196,9 +198,13 @@ def test_a_line_that_is_stuck_does_not_stop_it(tmp_path: Path) -> None:
         path = f"/machine/unattached/{controller}"
         machine.on_the_bus(f"set_irq_in {path} unnamed-gpio-in {FABRIC_INPUT} 1")
         first = interrupts(machine)
-        assert wait_until(lambda: interrupts(machine) > first + 2), "more than one"
+        assert wait_until(lambda: interrupts(machine) > first + 2), (
+            "interrupts repeat while the line is high"
+        )
         machine.on_the_bus(f"set_irq_in {path} unnamed-gpio-in {FABRIC_INPUT} 0")
-        assert wait_until(lambda: interrupts(machine) == interrupts(machine)), "none any more"
+        assert wait_until(lambda: interrupts(machine) == interrupts(machine)), (
+            "interrupts end with the line"
+        )
 
 
 def temperature_of(machine: Emulator) -> Any:
@@ -260,15 +266,15 @@ def test_the_flash_is_read_or_a_refusal_reported(
         said = machine.wait_for(READY)
         assert f"fabric {state}: " in said
         status = machine.ask("status", "phase wait_for_index")
-        assert field(status, "fabric") == state, "and it goes on with the emulated window"
+        assert field(status, "fabric") == state, "the firmware continues with the emulated window"
 
 
 def test_without_a_fabric_its_window_is_not_touched(tmp_path: Path) -> None:
     """The firmware makes no access to the core's window on a chip that is not configured, because
     the access would never end."""
     control = CORE_BASE + register_named("control").address
-    # The word includes output_enable; without this bit the firmware would think that the core was
-    # reset and set it up.
+    # The word includes output_enable; without this bit the firmware would conclude that the core
+    # was reset and set it up.
     canary = 0xCA9A_1236
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
@@ -282,7 +288,7 @@ def test_without_a_fabric_its_window_is_not_touched(tmp_path: Path) -> None:
         machine.write_memory(symbol("start"), STAY_HERE)
         machine.write_memory(place, bad)
         machine.wait_for("state 0x")
-        assert machine.read_register(control) == canary, "no bypass is written where nothing is"
+        assert machine.read_register(control) == canary, "no bypass is written to an empty fabric"
 
 
 def test_a_hang_is_noticed_and_reported(tmp_path: Path) -> None:
@@ -342,7 +348,7 @@ def test_a_write_that_the_bus_refuses_is_reported(tmp_path: Path) -> None:
             "human-monitor-command", **{"command-line": "info registers"}
         )
         state = int(reported.split("PSR=")[1].split()[0], 16)
-        assert not state & ASYNCHRONOUS_ABORTS_OFF, "it would never be reported"
+        assert not state & ASYNCHRONOUS_ABORTS_OFF, "asynchronous aborts are enabled"
         place = symbol("application_step")
         handler = symbol("fault_taken") | 1
         code = assemble(
@@ -421,7 +427,7 @@ def test_the_clocks(tmp_path: Path) -> None:
         buses = machine.read_register(AT["SLCR_APER_CLK_CTRL"])
         assert buses >> 20 & buses >> 23 & 1, "UART 0 and flash"
         pins = [machine.read_register(pin_address(pin)) for pin in QSPI_PINS]
-        assert pins == [0x1602, *[0x0602] * 5], "the flash's, at 3.3 V"
+        assert pins == [0x1602, *[0x0602] * 5], "the pins of the flash are set up for 3.3 V"
 
 
 def test_what_was_left_of_interrupts_is_forgotten(tmp_path: Path) -> None:
@@ -434,7 +440,9 @@ def test_what_was_left_of_interrupts_is_forgotten(tmp_path: Path) -> None:
         original = machine_code(place, len(bad))
         write_controller(machine, GIC_SET_ENABLE + 8, 1 << 82 % 32)
         write_controller(machine, GIC_KIND + 12, 0xFFFF_FFFF)
-        assert read_controller(machine, GIC_SET_ENABLE + 8) == 1 << 82 % 32, "it is left on"
+        assert read_controller(machine, GIC_SET_ENABLE + 8) == 1 << 82 % 32, (
+            "the interrupt is enabled before the start"
+        )
         machine.write_memory(place, bad)
         machine.wait_for("state 0x")
         machine.write_memory(place, original)
@@ -444,7 +452,9 @@ def test_what_was_left_of_interrupts_is_forgotten(tmp_path: Path) -> None:
         # (SGI) are always on.
         assert [enabled[0] >> 16, *enabled[1:]] == [1 << 27 - 16, 1 << 27 | 1 << FABRIC_INPUT, 0]
         kinds = read_controller(machine, GIC_KIND + 12)
-        assert not kinds & (2 << 2 * (59 - 48) | 2 << 2 * (61 - 48)), "levels"
+        assert not kinds & (2 << 2 * (59 - 48) | 2 << 2 * (61 - 48)), (
+            "both interrupts are level-sensitive"
+        )
 
 
 def test_a_record_survives_a_new_start(tmp_path: Path) -> None:
@@ -459,7 +469,7 @@ def test_a_record_survives_a_new_start(tmp_path: Path) -> None:
         place = symbol("application_step")
         machine.write_memory(place, assemble(tmp_path, "udf.w #0"))
         machine.wait_for("state 0x")
-        assert machine.read_register(control) == before, "the core goes on"
+        assert machine.read_register(control) == before, "the core continues"
         start = len(machine.said)
         # QEMU loads the image again at the reset.
         machine.machine_command("system_reset")
@@ -535,12 +545,14 @@ def test_the_watchdog_runs_out_where_nothing_else_helps(tmp_path: Path) -> None:
             time.sleep(0.05)
             left += [machine.read_register(SCRATCH)] if machine.read_register(SCRATCH) else []
         assert left[0] - left[-1] >= 300_000_000
-        assert left == sorted(left, reverse=True), "fed never"
-        assert machine.read_register(AT["SLCR_RS_AWDT_CTRL"]) == 1, "to this processor alone"
+        assert left == sorted(left, reverse=True), "the code never restarts the watchdog"
+        assert machine.read_register(AT["SLCR_RS_AWDT_CTRL"]) == 1, (
+            "the reset concerns this processor alone"
+        )
         reset_by_the_watchdog(machine, WATCHDOG_RESET)
         status = machine.ask("status", "reset watchdog")
         assert "settings lost\r\n" in status
-        assert field(status, "compensation") == "bypassed", "nobody knows what was ordered"
+        assert field(status, "compensation") == "bypassed", "the operator's settings are lost"
 
 
 def test_what_is_saved_is_there_after_power_off(tmp_path: Path) -> None:

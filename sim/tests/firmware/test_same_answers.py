@@ -48,7 +48,7 @@ def file_of(
 
     ``plain``: a lane of order 2000. ``reversal``: lanes of order 0 × direction. ``following``: a
     lane of order 2000 × speed. ``real``: lanes of orders that are not integers. ``table``: a local
-    table. ``warm``: what the order 2000 gains at the end of the temperature range.
+    table. ``warm``: the amplitude that order 2000 gains at the end of the temperature range.
     """
     counts = COUNTS / (2.0 * np.pi)
     rows: list[tuple[int, float]] = [(ORDER, plain * counts / ORDER)]
@@ -165,7 +165,8 @@ def test_random_files_get_the_same_answer(running: Firmware) -> None:
 
 
 def test_the_limit_of_a_reversal_is_that_of_the_firmware(running: Firmware) -> None:
-    """Just below and above 1/2, where only the limit of the reversal is exceeded."""
+    """Host and firmware agree just below and just above a slope of 1/2, at which only the limit of
+    the reversal is exceeded."""
     everything(running)
     for slope in (0.499, 0.501):
         coefficients = file_of(reversal=slope)

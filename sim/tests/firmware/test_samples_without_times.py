@@ -92,7 +92,7 @@ def test_a_pending_set_is_judged_again(working: Board, how: str) -> None:
 
 @pytest.mark.parametrize("how", CASES)
 def test_a_saved_set_is_judged(working: Board, how: str) -> None:
-    """At power-on ``sync_capture`` is on already, if it was saved."""
+    """A saved ``sync_capture`` is already on at power-on."""
     if how == "sync":
         drop_the_times(working.firmware, how)
     assert working.order("save").startswith("ok, record 1")
@@ -165,5 +165,5 @@ def test_the_mean_speed_of_the_turn_is_its_motion(
     by_speed, by_direction = telemetry["followed"]
     assert (by_speed[1], by_direction[1]) == ("speed", "direction")
     assert by_speed[3] / by_direction[3] == pytest.approx(2.0, rel=1e-3)
-    # The sign of the motion, from the part of order 1 that changes sign with the direction.
+    # The part of order 1 that changes sign with the direction gives the sign of the motion.
     assert abs(by_direction[2] - LOOSE[1][0]) < 5.0 + 0.3

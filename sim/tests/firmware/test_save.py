@@ -349,7 +349,8 @@ def test_a_save_that_would_drop_orders_leaves_the_coefficients_that_wait(working
 
 
 def test_a_save_into_a_silent_flash_leaves_the_coefficients_that_wait(working: Board) -> None:
-    """With another number of counts per turn the save would have dropped them."""
+    """With another number of counts per turn, a save that succeeded would have dropped the waiting
+    coefficients."""
     working.order("save")
     working.power_on()
     re_armed(working, "set counts_per_rev 65536")
@@ -440,7 +441,7 @@ def test_a_start_at_which_the_flash_is_silent_costs_no_record(silence: str) -> N
     assert len(board.chip.erased) == erased, "nothing is written before the save is repeated"
     assert board.status("saved_record") == ["5"]
     board.power_on()
-    assert board.firmware.parameters()["keep"] == "0.050000000", "what was saved is used again"
+    assert board.firmware.parameters()["keep"] == "0.050000000", "the saved parameters apply again"
 
 
 def test_the_operator_may_replace_what_was_not_read_at_the_start() -> None:
@@ -539,7 +540,7 @@ def test_a_flash_that_does_not_take_it(working: Board, fault: str, reason: str) 
     assert len(working.firmware.send(f"help {reason}").splitlines()[0].split()) > 5
     working.chip.fault = ""
     working.power_on()
-    assert working.status("saved_record") == ["2"], "what was saved before stays"
+    assert working.status("saved_record") == ["2"], "the former record remains"
 
 
 def test_one_at_a_time(working: Board) -> None:

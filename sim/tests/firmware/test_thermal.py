@@ -165,7 +165,7 @@ def test_the_host_tells_the_temperature() -> None:
     assert made.send("temperature 22").strip() == "ok"
     made.turn(turn(4, disc=warm(22.0)))
     assert state(made) == "load active"
-    assert order1_left(made, 22.0) < 8.0, "orders 2 and 7 are left, order 1 is not"
+    assert order1_left(made, 22.0) < 8.0, "orders 2 and 7 remain, order 1 does not"
     assert made.turn(turn(5, disc=warm(22.0)))["table_c"] == 22.0
     for bad in ("temperature warm", "temperature 500", "temperature -60"):
         assert made.send(bad).startswith(("error: expected a temperature", "error: a temperature"))
@@ -190,7 +190,7 @@ def test_a_thermometer_that_fails_leaves_the_last_good_model(
     running.thermometer.celsius = shows
     running.thermometer.pass_time(5.0, 10)
     assert field(running, "thermometer_state") == fault
-    assert order1_left(running, 20.8) < 0.12, "held, not followed"
+    assert order1_left(running, 20.8) < 0.12, "the lanes keep their values"
     telemetry = running.turn(turn(9, disc=warm(20.8)))
     assert (telemetry["alarms"], telemetry["thermometer"], telemetry["table_c"]) == (
         ["thermometer"],
@@ -203,7 +203,9 @@ def test_a_thermometer_that_fails_leaves_the_last_good_model(
     running.thermometer.celsius = 21.2
     if fault == "jumped":
         running.thermometer.pass_time(2.0, 4)
-        assert field(running, "thermometer_state") == fault, "somebody has to look"
+        assert field(running, "thermometer_state") == fault, (
+            "the fault lasts until the operator ends it"
+        )
         running.send("temperature sensor")
     running.thermometer.pass_time(2.0, 4)
     assert field(running, "thermometer_state") == "good"
@@ -229,7 +231,7 @@ def test_after_a_silence_not_everything_is_believed(running: Firmware) -> None:
     running.thermometer.pass_time(120.0, 240)
     running.thermometer.celsius = COLD_C + 20.0
     running.thermometer.pass_time(0.6)
-    assert field(running, "thermometer_state") == "silent", "one may be a bit that was changed"
+    assert field(running, "thermometer_state") == "silent", "one reading alone may have a wrong bit"
     running.thermometer.pass_time(2.0, 4)
     assert field(running, "thermometer_state") == "jumped"
     assert order1_left(running, COLD_C) < 0.12
@@ -264,7 +266,7 @@ def test_the_first_reading_is_confirmed_before_it_is_used() -> None:
     table = followed([0.0, 21.0, 21.01, 21.0])
     assert (table.state, table.celsius) == (library.TEMPERATURE_GOOD, 21.0)
     table = followed([0.0, 21.0, 0.0, 21.0, 0.0, 21.0])
-    assert not library.table_temperature_is_known(table), "no two agree"
+    assert not library.table_temperature_is_known(table), "no two readings in a row agree"
 
 
 @pytest.mark.parametrize("lag_s", [0.0, 3.0, 60.0])
@@ -395,7 +397,7 @@ def test_what_cannot_be_loaded() -> None:
     made.library.application_start(made.application)
     begin, lane, temperature, slope, end = load_frames(following())
     assert send(made, [temperature, slope]) == ["error: load wrong_frame"] * 2
-    assert send(made, [begin, slope]) == ["ok", "error: load out_of_range"], "it has no lane"
+    assert send(made, [begin, slope]) == ["ok", "error: load out_of_range"], "the set has no lane"
     assert send(made, [begin, lane, temperature, slope, slope]) == [
         *["ok"] * 4,
         "error: load wrong_frame",
@@ -417,5 +419,5 @@ def test_it_is_saved_with_its_slopes() -> None:
     board.firmware.send("temperature 23")
     board.firmware.turn(turn(5, disc=warm(23.0)))
     assert board.status("saved") == ["confirmed"]
-    assert order1_left(board.firmware, 23.0) < 0.7, "the subdivision error is left"
+    assert order1_left(board.firmware, 23.0) < 0.7, "only the subdivision error remains"
     assert board.firmware.application.load.thermal.time_constant_ms == 60_000

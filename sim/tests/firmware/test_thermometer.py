@@ -82,8 +82,10 @@ def test_one_that_was_without_its_supply_is_set_up_again() -> None:
     assert read(thermometer) is None
     sensor.power_on()
     model.devices[0x48] = device
-    assert read(thermometer) is None, "it is looked for first"
-    assert read(thermometer) == pytest.approx(20.53, abs=1 / 256), "16 bits again, not 13"
+    assert read(thermometer) is None, "the driver first searches the thermometer"
+    assert read(thermometer) == pytest.approx(20.53, abs=1 / 256), (
+        "the driver has set 16 bits again"
+    )
 
 
 def test_a_bus_that_is_stuck_is_given_up() -> None:
@@ -108,9 +110,9 @@ def test_a_device_that_holds_sda_is_brought_back(clocks: int, made: Any, address
     for _ in range(3):
         model.hold_sda(clocks)
         assert read(thermometer) is None
-        assert read(thermometer) in (None, 21.5), "it may be looked for first"
+        assert read(thermometer) in (None, 21.5), "the driver may first search the thermometer"
         assert read(thermometer) == 21.5
-    assert model.fastest_us >= 5, "half a period of 100 kHz"
+    assert model.fastest_us >= 5, "no half period is shorter than that of 100 kHz"
 
 
 @pytest.mark.parametrize("clocks", range(1, 10))
@@ -140,4 +142,4 @@ def test_a_wire_that_stays_low_takes_no_longer_than_a_bus_that_is_stuck() -> Non
 def test_a_device_that_is_not_there_is_no_reason_to_reset_the_controller() -> None:
     model = I2cModel()
     found(model)
-    assert model.log.count((I2C_RESET, I2C0_RESET)) == 1, "once, when the bus is prepared"
+    assert model.log.count((I2C_RESET, I2C0_RESET)) == 1, "one reset, at the preparation of the bus"

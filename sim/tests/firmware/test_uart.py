@@ -156,9 +156,11 @@ class Uart:
             self.status &= ~word
             return
         if name in ("UART_BAUDGEN", "UART_BAUDDIV", "UART_MR"):
-            assert not self.words["UART_CR"] & (RX_ON | TX_ON), "changed under way"
+            assert not self.words["UART_CR"] & (RX_ON | TX_ON), (
+                "the set-up changes while the UART is on"
+            )
         if name == "UART_CR":
-            assert not self.resetting, "a reset is cut short"
+            assert not self.resetting, "a reset is interrupted"
             if word & (RX_RESET | TX_RESET):
                 self.resetting = RESET_READS
                 self.received.clear()
@@ -250,7 +252,7 @@ def test_more_than_the_ring_holds_is_lost_and_no_more(uart: Uart) -> None:
     assert uart.heard() == bytes(place % 251 for place in range(4096))
     uart.arrive(7)
     uart.interrupts()
-    assert uart.heard() == b"\x00\x07", "a 0 where some were lost: no line of text has one"
+    assert uart.heard() == b"\x00\x07", "a character 0 marks the loss"
     assert uart.ring.overruns == 1
 
 

@@ -45,7 +45,9 @@ def test_only_noisy_turns_in_a_row_become_usual(running: Firmware) -> None:
         assert reason(running, 50 + seed, NOISE_ARCSEC) != "noise"
     for seed in range(NOISY_TURNS_MOST - 1):
         assert reason(running, 100 + seed, NOISY * NOISE_ARCSEC) == "noise"
-    assert reason(running, 110, NOISY * NOISE_ARCSEC) != "noise", "the fifth in a row"
+    assert reason(running, 110, NOISY * NOISE_ARCSEC) != "noise", (
+        "the fifth noisy turn in a row is used"
+    )
 
 
 def test_the_average_is_quieter_than_a_turn(running: Firmware) -> None:

@@ -24,7 +24,7 @@ WRAPS_AT_TURNS = {
     "before the bank": -0.01,
     "in its first step": 0.5 * STEP_TURNS,
     "in the middle": 0.5,
-    "after it, before it is looked at": 1.2,
+    "after the bank, before the firmware reads it": 1.2,
     "not yet": 1.6,
 }
 """Travel in turns from the first sample to the wrap of the position word."""

@@ -171,10 +171,10 @@ class ZynqModel:
 
     def start_transfer(self) -> None:
         assert not self.value("DEVC_MCTRL") & LOOPBACK
-        assert self.now_us >= self.queue_empty_us, "one at a time"
+        assert self.now_us >= self.queue_empty_us, "a transfer starts before the last one has ended"
         assert self.value("DEVC_DMA_DST_ADDR") == 0xFFFF_FFFF
         source = self.value("DEVC_DMA_SRC_ADDR")
-        assert source & 0x3F in (0, 1), "64 bytes aligned, and the mark of the last piece"
+        assert source & 0x3F in (0, 1), "the address is a multiple of 64, plus 1 for the last piece"
         length = 4 * self.value("DEVC_DMA_SRC_LEN")
         start = (source & ~1) - FLASH - IMAGE_OFFSET
         self.received = (self.received or b"") + self.flash[start : start + length]

@@ -87,7 +87,7 @@ def test_two_heads_against_the_disc(tmp_path: Path) -> None:
     phase = np.multiply.outer(reading, orders)
     left = error - np.cos(phase) @ cosine - np.sin(phase) @ sine
     assert float(np.std(left)) < budget.expanded_arcsec
-    assert budget.expanded_arcsec < 0.3, "not hidden behind a large budget"
+    assert budget.expanded_arcsec < 0.3, "U is not so large that it hides the error"
     assert "the budget holds" in budget.checks[0]
     # The next two sets have 2″ of reversal error, or 2″ of order 40, which the calibration does not
     # fit.
@@ -147,7 +147,7 @@ def test_a_reference_alone(tmp_path: Path) -> None:
 
 def test_the_remaining_error_is_that_of_the_targets() -> None:
     """The mean square of the stated remaining error over 300 random tables is that of the error
-    that each target has besides the fitted orders.
+    that each target has in addition to the fitted orders.
 
     The bound is 4 standard deviations: an estimate has 24 − 15 degrees of freedom for the means,
     whose variance is 0.1² + 0.1²/3.

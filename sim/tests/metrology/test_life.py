@@ -87,7 +87,7 @@ def test_the_tail_is_an_upper_limit_of_that_of_draws(parts: int) -> None:
 
 @pytest.mark.parametrize(("number", "gap_days"), [(30, 1.0), (5, 1.0 / 24.0)])
 def test_many_series_and_short_intervals_hide_no_large_change(number: int, gap_days: float) -> None:
-    """A step of 1000 standard deviations is found where α of a series is below one of 20,000."""
+    """A step of 1000 standard deviations is found even if α of a series is below 1/20,000."""
     random, days = np.random.default_rng(12), np.arange(14) * gap_days
     assert look_probability(days, 0.5) / number < 1.0 / 20_000.0
     machine = []

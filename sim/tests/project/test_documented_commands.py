@@ -27,34 +27,34 @@ FOLLOWED = {"tutorial.md", "first-own-table.md", "own-effect.md", "real-data.md"
 first-own-table.md only in ``make test-large``."""
 BLOCK = re.compile(r"^```(?P<language>\w*)[^\n]*\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
 
-INSTRUMENT = "needs the compiled gateware; minutes at the size of the page"
+INSTRUMENT = "needs the compiled gateware, and minutes at the size of the page"
 ELSEWHERE = {
     "arctrue capture": ("needs a device", "sim/tests/cli/test_monitor.py"),
     "arctrue commission": ("needs a device", "sim/tests/cli/test_commission.py"),
-    "arctrue device": ("it runs until it is stopped", "sim/tests/device/test_daemon.py"),
+    "arctrue device": ("runs until it is stopped", "sim/tests/device/test_daemon.py"),
     "arctrue flash": ("needs a device", "scripts/tests/image/test_flash_command.py"),
     "arctrue revolution": (INSTRUMENT, "sim/tests/studies/revolution/test_revolution.py"),
-    "arctrue alpha": ("half a minute", "sim/tests/studies/head_angle/test_alpha.py"),
-    "arctrue heads": ("two minutes", "sim/tests/studies/heads/test_heads.py"),
-    "arctrue methods": ("a minute", "sim/tests/studies/methods/test_methods_page.py"),
+    "arctrue alpha": ("takes half a minute", "sim/tests/studies/head_angle/test_alpha.py"),
+    "arctrue heads": ("takes two minutes", "sim/tests/studies/heads/test_heads.py"),
+    "arctrue methods": ("takes a minute", "sim/tests/studies/methods/test_methods_page.py"),
     "arctrue error-sources": (
-        "two minutes",
+        "takes two minutes",
         "sim/tests/studies/error_budget/test_error_budget.py",
     ),
     "arctrue certificate": ("needs details", "sim/tests/metrology/test_certificate.py"),
     "arctrue life": ("needs the sets of a machine", "sim/tests/metrology/test_life_sets.py"),
     "arctrue long-run": (INSTRUMENT, "sim/tests/studies/long_run/test_long_run.py"),
-    "arctrue stop-and-go": ("a minute", "sim/tests/studies/stop_and_go/test_stop_and_go.py"),
+    "arctrue stop-and-go": ("takes a minute", "sim/tests/studies/stop_and_go/test_stop_and_go.py"),
     "arctrue paper": (INSTRUMENT, "sim/tests/studies/paper/test_experiment.py"),
     "arctrue hidden": (INSTRUMENT, "sim/tests/studies/hidden_effect/test_subdivision.py"),
-    "arctrue report": ("it ends in a page; read there", "sim/tests/report/test_analysis_report.py"),
-    "arctrue serve": ("it serves until it is stopped", "sim/tests/page/test_browser.py"),
+    "arctrue report": ("its test also reads the page", "sim/tests/report/test_analysis_report.py"),
+    "arctrue serve": ("runs until it is stopped", "sim/tests/page/test_browser.py"),
     "arctrue run": (INSTRUMENT, "sim/tests/studies/scenario/test_run.py"),
 }
 """Commands that another test runs. Each entry states why this module does not run the command, and
 which test runs it."""
 TARGETS = {
-    "bitstream": ("routes a chip: hours", "scripts/tests/device_build"),
+    "bitstream": ("takes hours to route a chip", "scripts/tests/device_build"),
     "compare-lanes": (
         "takes minutes; the named test tests parts of its script",
         "scripts/tests/synth/test_compare_lanes.py",
@@ -67,25 +67,40 @@ TARGETS = {
         "takes hours; the named test tests how it counts",
         "scripts/tests/synth/test_gateware_coverage.py",
     ),
-    "demo": ("five minutes; its acts at a small size", "sim/tests/studies/demo"),
-    "docs": ("writes files; here they are compared", "scripts/tests/project/test_documents.py"),
-    "firmware": ("cross-compiled there", "sim/tests/firmware/test_qemu.py"),
-    "flash": ("needs a board; the scripts run beside a false OpenOCD", "scripts/tests/flash"),
-    "flash-bitstream": ("needs a board, as flash", "scripts/tests/flash"),
+    "demo": (
+        "takes five minutes; the named tests run its acts at a small size",
+        "sim/tests/studies/demo",
+    ),
+    "docs": (
+        "writes files; the named test compares them",
+        "scripts/tests/project/test_documents.py",
+    ),
+    "firmware": ("the named test cross-compiles it", "sim/tests/firmware/test_qemu.py"),
+    "flash": ("needs a board; the named tests use a substitute", "scripts/tests/flash"),
+    "flash-bitstream": ("needs a board; the named tests use a substitute", "scripts/tests/flash"),
     "format": ("changes files; the lint is a part of make test", "Makefile"),
-    "image": ("its script there", "scripts/tests/image"),
-    "instrument": ("what it builds is what these tests use", "sim/tests/instrument"),
-    "mutate": ("hours; its list there", "scripts/tests/project/test_documents.py"),
-    "nightly": ("hours; its record and page", "scripts/tests/project/test_nightly.py"),
-    "site": ("built there", "sim/tests/project/test_site.py"),
-    "synth": ("an hour; its parts there", "scripts/tests/synth"),
-    "test": ("it is what runs this", "Makefile"),
-    "test-large": ("larger configurations of these tests", "Makefile"),
+    "image": ("the named tests run its script", "scripts/tests/image"),
+    "instrument": ("the named tests build the instrument", "sim/tests/instrument"),
+    "mutate": (
+        "takes hours; the named test checks its list",
+        "scripts/tests/project/test_documents.py",
+    ),
+    "nightly": (
+        "takes hours; the named test checks its record and page",
+        "scripts/tests/project/test_nightly.py",
+    ),
+    "site": ("the named test builds it", "sim/tests/project/test_site.py"),
+    "synth": ("takes an hour; the named tests run its parts", "scripts/tests/synth"),
+    "test": ("runs this module itself", "Makefile"),
+    "test-large": ("runs larger configurations of these tests", "Makefile"),
     "warming": (
         "takes minutes, or half an hour with SCALE=full",
         "sim/tests/studies/hidden_effect/test_thermal.py",
     ),
-    "verify-bitstream": ("needs a routed chip; its parts there", "scripts/tests/device_build"),
+    "verify-bitstream": (
+        "needs a routed chip; the named tests run its parts",
+        "scripts/tests/device_build",
+    ),
 }
 """Targets of make in the documents. Each entry states why this module does not run the target, and
 which test covers it."""

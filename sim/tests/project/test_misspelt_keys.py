@@ -145,7 +145,7 @@ program = "arctrue 0.1.0"
 """
 NAMED_BY_THE_EFFECT = ("amplitude", "frequency")
 """Names of a fitted parameter and of a search parameter, which are not keys of the format; only the
-effect knows them."""
+effect defines them."""
 
 
 def _wrong(key: str) -> str:

@@ -188,7 +188,7 @@ def test_lost_counts_are_lost_by_one_counter() -> None:
 
 
 def test_wear_needs_to_know_how_far_the_table_has_turned() -> None:
-    with pytest.raises(ValueError, match="how far"):
+    with pytest.raises(ValueError, match="the travel of the table"):
         travelled_turns(TableState.at_rest(np.zeros(1)))
 
 

@@ -9,9 +9,10 @@ a set is 1/(u² + s²); u comes from its fit, and s is the scatter between sets 
 The null distribution is computed from the statistic of normal random numbers with these weights. A
 common factor of the variance cancels, so the true scatter need not be known. The p-value of a
 series is its rank among these draws; multiplied by the number of series (Bonferroni) it bounds the
-probability of any false alarm in one evaluation of the whole machine. A p-value below one draw is
-the sum of the exact tail probabilities over all changes that were tried (Boole's inequality): for
-one change, 1 − RSS₁/RSS₀ has the distribution Beta(d/2, d·(n − 2)/2), with n sets of d components.
+probability of any false alarm in one evaluation of the whole machine. If the sum of the exact tail
+probabilities over all tried changes (Boole's inequality) is below 1/(draws + 1), the p-value is
+this sum instead. For one change, 1 − RSS₁/RSS₀ has the distribution Beta(d/2, d·(n − 2)/2), with n
+sets of d components.
 """
 
 from __future__ import annotations

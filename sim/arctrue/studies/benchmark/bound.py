@@ -90,7 +90,9 @@ def factor_to_bound(bound: Mapping[str, float], own: Mapping[str, float]) -> flo
     shown = {name: value for name, value in own.items() if value > 1e-3 * max(own.values())}
     factors = [bound[name] / value for name, value in shown.items() if bound.get(name)]
     if not factors:
-        raise ValueError(f"the bound is of {sorted(bound)}, the cause shows in {sorted(shown)}")
+        raise ValueError(
+            f"the bound has channels {sorted(bound)}, the cause appears in {sorted(shown)}"
+        )
     return max(factors)
 
 

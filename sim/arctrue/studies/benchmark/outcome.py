@@ -207,8 +207,8 @@ class Judged:
     def falsely_named(self) -> bool:
         """Tell whether the answer gives a wrong name.
 
-        A false class of names counts as a wrong name if the set has no hidden cause that has a
-        name: no cause at all, or only a damped oscillation.
+        A false class of names counts as a wrong name if no hidden cause of the set has a name, that
+        is, if there is none or only a damped oscillation.
         """
         outcome = self.outcome
         causes = any(item["kind"] != OSCILLATION for item in self.truth["effects"])

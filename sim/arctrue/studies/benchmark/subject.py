@@ -18,7 +18,7 @@ class Subject:
     """Subject: a program that answers, and the code on which its answers depend."""
 
     module: str
-    """Module with the subject's function; it is imported only when the subject is asked."""
+    """Module with the subject's function; it is imported only when the subject runs."""
     function: str
     whole_package: bool = False
     """Whether the answers depend on modules of the package that import statements do not show; then

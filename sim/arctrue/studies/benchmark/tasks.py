@@ -22,8 +22,8 @@ Of 6,600 sets in six worlds, 1,848 have no cause, 2,640 have one cause of the ca
 product of parts, 792 have a stranger, and 924 have two or three causes.
 """
 EVERY_FOUR_HEADS = 13
-"""Number n: every n-th set of the first generator has four heads. Their number and their seeds are
-separate, so that the other sets are those of the tiers before there were sets of four heads."""
+"""Number n: every n-th set of the first generator has four heads. They are added to the tier with
+seeds of their own, so that all other sets stay as they were without four heads."""
 FOUR_HEADS_STREAM = 3
 """Number that makes the seeds of the sets of four heads differ from all others."""
 

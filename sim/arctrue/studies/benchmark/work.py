@@ -15,7 +15,7 @@ from arctrue.studies.benchmark.subject import Answer, find_subject
 
 
 def run_set(task: Mapping[str, Any]) -> dict[str, Any]:
-    """Make the set of a task (see make_set) and ask the task's ``subject``; return truth, digest
+    """Make the set of a task (see make_set) and run the task's ``subject``; return truth, digest
     and answer.
 
     If the subject fails, the answer is the verdict ``error`` with the exception; the benchmark

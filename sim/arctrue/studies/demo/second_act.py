@@ -66,7 +66,7 @@ def faults(result: HiddenResult) -> list[str]:
     if result.diagnosed.effect != HIDDEN:
         found.append(
             f"the workbench's verdict is {verdict}, added: {result.diagnosed.effect}; "
-            f"what is hidden is {HIDDEN}"
+            f"the hidden effect is {HIDDEN}"
         )
     before, after = (
         period.amplitude_arcsec[0] for period in (result.paper_period, result.corrected_period)

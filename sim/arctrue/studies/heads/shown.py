@@ -90,7 +90,7 @@ def shown(
     found["moved"] = [_moved(bench, head) for head in range(1, 5)]
     report_step("the error function")
     found["error_function"] = _error_function(bench, fine_orders, fine_turns)
-    report_step("what each cause leaves")
+    report_step("uncertainty by cause")
     found["budget"] = _budget(bench)
     return found
 
@@ -253,9 +253,9 @@ def _error_function(bench: Bench, orders: int, turns: int) -> dict[str, Any]:
     """Compare the estimated error of the disc, up to a high order, with the true error; the stated
     limit is 2σ at one angle.
 
-    The noise gains, and therefore ``expected_2_sigma_arcsec`` and ``by_turns``, count the places
-    and index marks as known. ``known_places_2_sigma_arcsec`` is the error of a table whose heads
-    and marks stand at their nominal places.
+    The noise gains, and therefore ``expected_2_sigma_arcsec`` and ``by_turns``, assume known places
+    and index marks. ``known_places_2_sigma_arcsec`` is the error of a table whose heads and marks
+    stand at their nominal places.
     """
     places = FINE_PLACES_DEG
     random = np.random.default_rng([bench.seed, 13])

@@ -294,7 +294,7 @@ class _Run:
         unit_left_out = None
         lines_counts: dict[str, list[float]] = {}
         if (case.modulators or case.local_table or case.real_orders) and not case.polygon:
-            stage = "fresh turn without the unit that takes the effect away"
+            stage = "fresh turn without the unit that corrects the effect"
             rig.load(without_extensions(export.coefficients), stage)
             without = rig.recorded_turn(stage, turns=LINES_TURNS if case.lines else 1)
             unit_left_out = score_turn(without.output)
@@ -309,7 +309,7 @@ class _Run:
                 "an index of the drive gives the phases",
             )
         elif case.real_orders:
-            # The operator knows which turn of the core is turn 0 of the measurement set.
+            # The operator states which turn of the core is turn 0 of the measurement set.
             rig.load(
                 export.coefficients.from_turn(rig.first_turn_number()),
                 "swap to the exported coefficients",
@@ -317,7 +317,7 @@ class _Run:
         elif self._goes_on or case.local_table:
             # The file is sent over the console, as an operator would do; the calibration continues.
             rig.instrument.firmware.send("freeze off")
-            rig.load_over_console(export.coefficients, "a turn judges what was loaded")
+            rig.load_over_console(export.coefficients, "a turn judges the loaded coefficients")
         else:
             rig.instrument.firmware.send("freeze on")
             rig.load(export.coefficients, "swap to the exported coefficients")
@@ -388,7 +388,7 @@ class _Run:
         # Remove the files of an earlier run, because the workbench never overwrites an effect file.
         for earlier in effects_folder.glob(f"{ADOPTED}*.py"):
             earlier.unlink()
-        self.report_step("Workbench: it is given the measurement set, and nothing else")
+        self.report_step("Workbench: gets the measurement set only")
         diagnosed = diagnose_and_add(
             measured,
             adopted_name=ADOPTED,

@@ -181,8 +181,8 @@ class Rig:
         self.instrument.disturb(*(PinFault(clock, PULSE_CLOCKS, high=PROBE_IN) for clock in later))
 
     def load_with_index_of_drive(self, coefficients: Coefficients, stage: str) -> None:
-        """Load the coefficients over the console, and run turns until the firmware knows the phase
-        of each lane.
+        """Load the coefficients over the console, and run turns until the firmware has the phase of
+        each lane.
 
         Raises InstrumentError if this takes more than TURNS_FOR_THE_PHASE turns.
         """
@@ -221,7 +221,7 @@ class Rig:
         self.captured_turn(stage)
         state = firmware.send("load status").splitlines()[0]
         if state != "load active":
-            raise InstrumentError(f"the captured turn does not confirm what was loaded: {state}")
+            raise InstrumentError(f"the captured turn does not confirm the loaded file: {state}")
         self.settle(stage)
 
     def first_turn_number(self) -> int:

@@ -167,7 +167,7 @@ FREE_SPIN = Method(
     1,
     "a motor that spins the table up to 10 turns per second every 4 s and releases it; the times "
     "of the lines",
-    "what differs between the spin and the working speed, such as the axis' motion; torque at "
+    "differences between the spin and the working speed, such as the axis' motion; torque at "
     "orders that the fit does not contain",
     lambda world: of_harmonics(*harmonics_of_spin(world, FreeSpin())),
 )

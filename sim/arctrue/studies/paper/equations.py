@@ -341,8 +341,8 @@ def delays() -> Item:
         "“far below the update frequency of the read head signals”",
         f"{PHASE_LATENCY}, {HARMONIC_LATENCY} and {COMPENSATION_LATENCY} clocks: together "
         f"{PIPELINE_LATENCY} clocks, {PIPELINE_LATENCY * clock_ns:.0f} ns. A count at "
-        f"{SPEED_DEG_S:g}°/s lasts {count_ns:.0f} ns; the delay is not far below it, but "
-        f"{PIPELINE_LATENCY * clock_ns / count_ns:.2f} of it. From pin to pin the delay is "
+        f"{SPEED_DEG_S:g}°/s lasts {count_ns:.0f} ns; the delay is not far below this time, but "
+        f"{PIPELINE_LATENCY * clock_ns / count_ns:.2f} times as long. From pin to pin the delay is "
         f"{pins_ns:.0f} ns, {travel:.3f}″ of travel",
         "`pytest tb/core/test_pin_to_pin.py`; [timing](timing.md)",
         {

@@ -30,7 +30,7 @@ def broken_limits(result: ScenarioResult) -> tuple[str, ...]:
     ]
     raised = {flag for turn in result.turns for flag in turn.flags}
     found += [
-        f"{flag} was not raised, and should have been"
+        f"{flag} was expected, but was not raised"
         for flag in limits.flags_wanted
         if flag not in raised
     ]

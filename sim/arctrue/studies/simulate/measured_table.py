@@ -211,7 +211,7 @@ class MeasuredTable:
 
     def _places(self) -> tuple[list[float], list[int]]:
         """Return the nominal places of the heads, radians, and the number of turns by which each
-        counter is set forward, so that its counts are ahead of those of head 1 by the place of its
+        counter is set forward. These turns make its counts lead those of head 1 by the place of its
         head."""
         places = [-head.angle_rad for head in self.table.heads]
         more = len(places) > 2

@@ -69,7 +69,7 @@ class Values(Given, frozen=True):
 
 def draw(size: float, random: Random, occasion: Occasion) -> list[Cause]:
     """Draw a cause of the given ``size``; its unit is that of the ``Recipe`` below."""
-    # Two heads see at order 1 only what an eccentric disc also causes.
+    # At order 1 two heads cannot separate a motion of the axis from an eccentric disc.
     lowest = 2 if len(occasion.heads) == 2 else 1
     order, share = int(random.integers(lowest, 9)), random.uniform(0.0, 1.0)
     metres = size * MICROMETRE_M

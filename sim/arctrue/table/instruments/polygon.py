@@ -1,4 +1,4 @@
-"""Computes the geometry of a polygon on the table: the direction in which a ray sees each face."""
+"""Computes the geometry of a polygon on the table: the direction into which each face reflects."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Polygon:
         return int(self.normal_rad.size)
 
     def direction_rad(self, face: NDArray[np.intp], deviation_rad: Float) -> Float:
-        """Return the direction about the axis in which the ray sees each face.
+        """Return the direction of each face about the axis, as the reflected ray shows it.
 
         The ray meets the face at a distance from its centre, the sideways part of the mounting
         offset; there a hollow mirror (a parabola of depth ``flatness_m``) has another slope. By the

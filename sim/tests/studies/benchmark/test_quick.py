@@ -12,10 +12,10 @@ from arctrue.studies.benchmark.plan import make_plan
 from arctrue.studies.benchmark.work import run_set
 from arctrue.studies.benchmark.worlds import WORLDS
 
-SECOND = "a second name, said beside the right one, that is not there"
+SECOND = "a wrong second name in addition to the right one"
 ALIKE = "two effects of the reference that differ by little in coloured noise"
-DRIFT = "slow noise of the reference takes a drift"
-CLASS = "the truth comes first in its class, and this set could split it"
+DRIFT = "slow noise of the reference explains a drift"
+CLASS = "the truth is first in its class, but the set could separate the effects of the class"
 NOT_YET = {
     2493580720761225: ALIKE,
     384265469022276: ALIKE,
@@ -53,7 +53,7 @@ def test_every_set_except_the_known_ones_is_right(world: str, others: bool, tmp_
         item = Judged(task, result["truth"], result["answer"])
         if item.outcome not in ALLOWED or item.second_name is not None:
             wrong[task["seed"]] = (
-                f"{item.outcome} ({item.said}, beside it {item.second_name}), {item.label}: "
+                f"{item.outcome} ({item.said}, second name {item.second_name}), {item.label}: "
                 f"{item.command()}"
             )
     new = {seed: found_wrong for seed, found_wrong in wrong.items() if seed not in NOT_YET}

@@ -43,7 +43,7 @@ def wait_for(condition: Callable[[], bool], process: subprocess.Popen[Any] | Non
     end = time.monotonic() + WAIT_S
     while not condition():
         assert process is None or process.poll() is None
-        assert time.monotonic() < end, f"nothing has come for {WAIT_S} s"
+        assert time.monotonic() < end, f"no result for {WAIT_S} s"
         time.sleep(0.02)
 
 

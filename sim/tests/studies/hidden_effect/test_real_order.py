@@ -34,7 +34,7 @@ def test_a_line_of_no_whole_order_is_taken_away(tmp_path: Path) -> None:
     assert held.real_orders[lane] == pytest.approx(GEAR_TEETH, abs=0.001)
     left = result.judged_arcsec()
     assert left["paper"] > 0.9 * SIZE_ARCSEC
-    assert left["unit_left_out"] > 0.9 * SIZE_ARCSEC, "without its lane the line stays"
+    assert left["unit_left_out"] > 0.9 * SIZE_ARCSEC, "without its lane the line remains"
     # The bound is one count of the output, one count of the reading, and the error of the
     # calibration's integer orders.
     assert left["corrected"] <= 3.0 * COUNT_ARCSEC

@@ -28,5 +28,5 @@ def test_a_scratch_is_taken_away_to_a_tenth(tmp_path: Path) -> None:
     assert held.extension.local_table is not None
     left = result.judged_arcsec()
     assert left["paper"] > 0.9 * HEIGHT_ARCSEC
-    assert left["unit_left_out"] > 0.8 * HEIGHT_ARCSEC, "an empty table takes nothing away"
+    assert left["unit_left_out"] > 0.8 * HEIGHT_ARCSEC, "an empty table corrects nothing"
     assert left["corrected"] <= 0.1 * HEIGHT_ARCSEC

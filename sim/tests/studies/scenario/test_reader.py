@@ -1,4 +1,4 @@
-"""Tests what the reader takes from scenario files, which files it refuses, and with which
+"""Tests which values the reader takes from scenario files, which files it refuses, and with which
 messages."""
 
 from __future__ import annotations

@@ -154,7 +154,7 @@ def test_a_part_of_a_turn_has_no_orders() -> None:
     assert turn is not None
     assert np.isnan(turn.amplitude_arcsec).all()
     assert np.isfinite(turn.rms_arcsec)
-    # RFC 8259: JSON has no NaN. What is unknown is null.
+    # RFC 8259: JSON has no NaN; an unknown value is null.
     written = json.loads(json.dumps(turn.as_json() | turn.curve_as_json(), allow_nan=False))
     assert written["amplitude_arcsec"] == [None] * 64
     known = [value for value in written["error_arcsec"] if value is not None]

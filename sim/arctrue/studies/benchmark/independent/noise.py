@@ -1,5 +1,5 @@
 """Defines the noise processes of the independent generator (this package): each process draws noise
-and whitens columns, for normal noise without rounding exactly.
+and whitens columns (exactly, if the noise is normal and not rounded).
 
 There are two kinds of processes. :class:`StateNoise` is a sum of white noise and linear Gaussian
 states; a Kalman filter whitens it. :class:`FlickerNoise` is a fractional integral of white noise;
@@ -140,7 +140,7 @@ class StateNoise:
     def whiten(self, columns: Float, time_s: Float) -> Float:
         """Return the innovations of the columns in a Kalman filter that runs over the rows.
 
-        The filter takes Student's t noise as normal noise with the same Fisher information about a
+        The filter treats Student's t noise as normal noise with the same Fisher information about a
         shift: its variance is scale²·(ν + 3)/(ν + 1).
         """
         white = self.white_arcsec**2

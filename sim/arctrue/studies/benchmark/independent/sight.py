@@ -1,7 +1,7 @@
 """Computes the oracle's result for a cause: the part of the error that the base model cannot
 absorb, compared with the noise.
 
-The oracle knows the exact form of all causes, the noise process and the scatter of the index. The
+The oracle uses the exact form of all causes, the noise process and the scatter of the index. The
 oracle also fits 20 orders of the disc, an offset for each run and a zero of the reference. The
 threshold of its test includes the look-elsewhere effect of a search for an order, a frequency or an
 instant.

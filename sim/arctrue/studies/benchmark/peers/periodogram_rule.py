@@ -72,8 +72,8 @@ def _chance(power: float, values: Float, places: int) -> float:
     """Return the logarithm of the probability that white noise has a line of at least this power at
     one or more of ``places`` orders or frequencies.
 
-    The probability at one place is exp(−power/σ²). Where it is small, the sum over all places
-    equals it; two very strong lines are thus still compared by their power.
+    The probability p at one place is exp(−power/σ²), and the result is 1 − (1 − p)^places. For a
+    very small p the result is places·p, computed as a logarithm so that it does not underflow.
     """
     ratio = max(power / max(float(values.var()), 1e-30), 1e-12)
     if ratio > 30.0:

@@ -91,8 +91,7 @@ def _chunks(fit: Fit, effect: TextbookEffect) -> Iterator[tuple[int, Float]]:
 
 
 def _gains(fit: Fit, columns: Float, left: Float) -> tuple[Float, Float]:
-    """Return, for each place, by how much it lowers the sum of squares, and its number of
-    coefficients."""
+    """Return the decrease of the sum of squares and the number of coefficients for each place."""
     rows, places, width = columns.shape
     flat = columns.reshape(rows, places * width)
     # The residual is already orthogonal to the model, so only the columns are projected.

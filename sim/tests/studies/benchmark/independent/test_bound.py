@@ -61,7 +61,7 @@ def test_the_bound_is_reached_in_every_channel_that_shows_the_cause() -> None:
     assert factor_to_bound(bound, {"capture": 0.1, "reference": 0.02}) == pytest.approx(5.0)
     assert factor_to_bound(bound, {"capture": 1e-6, "reference": 0.02}) == pytest.approx(5.0)
     assert factor_to_bound({"capture": 0.2}, {"capture": 0.1, "reference": 0.02}) == 2.0
-    with pytest.raises(ValueError, match="the cause shows in"):
+    with pytest.raises(ValueError, match="the cause appears in"):
         factor_to_bound({"reference": 0.1}, {"capture": 0.1, "reference": 0.0})
 
 

@@ -1,4 +1,4 @@
-"""Contains one file for each world: the file's docstring says what is measured, its function
+"""Contains one file for each world: the file's docstring describes the measurement, its function
 ``draw`` makes the scene.
 
 ``draw(random, hidden, rows)`` returns a Scene; a world that does not have both contents,
