@@ -26,8 +26,8 @@ def next_option(function: Callable[..., None]) -> Callable[..., None]:
             "kind",
             type=click.Choice(KINDS),
             metavar="KIND",
-            help="Kind of measurement that diagnose requested; the command checks it against the "
-            f"earlier one. One of {', '.join(KINDS)}.",
+            help="Kind of measurement that diagnose requested; the command compares the new "
+            f"measurement with the earlier one. One of {', '.join(KINDS)}.",
         ),
     ):
         function = option(function)
