@@ -42,8 +42,8 @@ FIGURES = {CALIBRATION_ERROR: "calibration_error", LOG_SCORE: "log_score_gain"}
 
 HEAD = """# How often the diagnosis is right
 
-`arctrue benchmark` hides causes in simulated tables and lets the diagnosis see the folder of the
-measurement set only. The truth is compared with the answer and with an *oracle*: the generalised
+`arctrue benchmark` hides causes in simulated tables and gives the diagnosis only the folder of the
+measurement set. The truth is compared with the answer and with an *oracle*: the generalised
 likelihood ratio that knows the cause's exact form and the covariance by which the noise was
 drawn. It *sees* a cause that it would find in 95 % of such sets at a false alarm of 1 %, which
 includes the cost of its search for an order, a frequency or an instant. A cause that changes the

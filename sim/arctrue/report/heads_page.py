@@ -41,8 +41,8 @@ FAULT_TABLE = (
     "| slip of at most `index_tolerance` | not detected | – | w · tolerance | "
     "`no_head_fails_without_a_fault` |",
     "| one fault hits several heads, for example because the table is too fast | the heads' "
-    "decoders | 6 µs; the gateware removes only the first head, or of heads in one clock that "
-    "with the lowest number | the counts that the other heads lost, until their indices | "
+    "decoders | 6 µs; the gateware removes only the first head; if several fail in one clock, "
+    "the one with the lowest number | the counts that the other heads lost, until their indices | "
     "`a_fault_of_all_heads_leaves_one_out` |",
     "| a second head fails | the head's decoder (alarm only); the prepared sets omit only one head "
     "| – | not bounded | `tb/mean/head_failover_bench.py` |",

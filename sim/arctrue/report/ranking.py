@@ -56,7 +56,7 @@ def ranked(
         "device": None,
     }
     partly(found)
-    report_step("following the residual over the conditions")
+    report_step("comparing the residual with the conditions")
     compared = compare(analysis.solution, seed)
     found["findings"] = [asdict(item) for item in compared.findings]
     found["regressors"] = [

@@ -37,9 +37,8 @@ _MARKERS: tuple[Marker, ...] = ("circle", "hollow", "diamond")
 
 
 def branches(residuals: Residuals, noise_arcsec: Mapping[str, float]) -> Chart:
-    """Draw for each of the first 12 runs of the capture the mean residual in 180 bins of the angle,
-    and for each row of the reference the residual as a point; the points of each direction have
-    their own colour.
+    """Draw a curve for each of the first 12 runs of the capture, the mean residual in 180 bins of
+    the angle, and a point for each row of the reference, coloured by direction.
 
     ``noise_arcsec``: standard deviation of repeated measurements, by channel.
     """

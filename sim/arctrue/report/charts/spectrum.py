@@ -111,7 +111,8 @@ def _panel(residuals: Residuals, channel: str, along: Along) -> Panel:
             Curve(places[marked], heights, "", CHANNEL_COLOUR[channel], kind="points", labels=names)
         )
     x = Axis(_LABELS[along], _UNITS[along], logarithmic=True)
-    # Coloured noise at the lowest rates must not press everything else onto the axis.
+    # The scale ignores high limits of coloured noise at the lowest rates, which would make all
+    # lines too small to see.
     highest = float(max(found.amplitude_arcsec.max(), np.median(chance)))
     top = max(highest, min(float(chance.max()), _MOST_ABOVE * highest))
     y = Axis("amplitude", ARCSEC, reach=(0.0, _HEADROOM * top))
