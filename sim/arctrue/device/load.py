@@ -166,15 +166,15 @@ def load_frames(
     With ``unseen`` the device also accepts lanes that no turn of two heads shows: order 0, orders
     that the heads cannot see, lanes that follow a word of the processor. With ``force`` it also
     accepts orders that turns leave undecided. Without ``sets`` the sets for a missing head are
-    omitted. If the set corrects a mean of heads, the lines
-    also define this mean. Raises ValueError for an offset without a mean, which the device does not
-    accept, and for parts for which the console has no command.
+    omitted. If the set corrects a mean of heads, the lines also define this mean. Raises ValueError
+    for an offset without a mean, which the device does not accept, and for parts for which the
+    console has no command.
     """
     mean = _mean_of(coefficients)
     if coefficients.offset and mean is None:
         raise ValueError(
             f"offset.word is {coefficients.offset}; expected 0: the device does not correct the "
-            "mean, because it is the choice of zero"
+            "mean error, because the mean depends on the choice of zero"
         )
     thermal = coefficients.thermal
     following = set(thermal.orders) if thermal is not None else set()
@@ -432,7 +432,7 @@ def wait_until_judged(console: Console, sent: SentSet, seconds: float) -> tuple[
         raise ConsoleError(
             f"{console.port}: waiting for a turn "
             + " and one ".join(_WAITED[name] for name in status.waits_for)
-            + f" for {seconds:g} s; nothing is loaded. Load again while the table turns like that, "
+            + f" for {seconds:g} s; nothing is loaded. Load again while the table turns so, "
             "or load the lanes that follow a condition without a test (--force)"
         )
     if status.undecided:
