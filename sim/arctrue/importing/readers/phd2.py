@@ -92,8 +92,8 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     )
     if len({section.pier_side for section in sections} - {""}) > 1:
         notes.append(
-            f"{path.name}: the telescope changed the side of the pier, for which the axis turned "
-            "by half a turn"
+            f"{path.name}: the telescope changed the side of the pier, which required half a turn "
+            "of the axis"
         )
     if dropped:
         notes.append(f"{path.name}: {dropped} dropped frames are left out")
