@@ -109,8 +109,9 @@ class LocalTable:
         """Return a bound of the table's |dε/dR|, as the firmware computes it.
 
         At the start of a window shorter than a turn the value steps from 0 to the first point,
-        which counts as a slope over one count. At the end of the window it steps to 0 from a value
-        that is at most one count's slope away from the first point.
+        which counts as a slope over one count. The last interval leads back to the first point, so
+        that the step to 0 at the end differs from the step at the start by at most the change
+        within one count.
         """
         windows = len(self.starts_counts)
         words = np.zeros(POINTS)

@@ -42,8 +42,8 @@ class HeadFailover:
     either the processor has requested its return, or ``return_after``, if not 0, has passed in
     units of 2^(``interval_bits`` + 3) clocks. The entity then loads set 0, but loads no set while
     the coefficients that the processor wrote are active. If the core refuses the set of a failed
-    head, this set is loaded for no further failure before a swap; the model contains no write of
-    the register ``failover``, which also ends this state.
+    head, the entity loads this set for no further failure before the next swap. A write of the
+    register ``failover`` also ends this state; the model omits it.
     """
 
     heads: int

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from arctrue.generated import number_formats
 
 _SEARCH_CLOCKS = number_formats.POSITION_WIDTH - 1 + 3
-"""Number of clocks of a division, plus three clocks; then the multiples of the angle step are
-known."""
+"""Number of clocks after which the multiples of the angle step are known: a division and three
+further clocks."""
 
 
 class _Grid(enum.Enum):
