@@ -45,8 +45,8 @@ The table moves by 2° to 3° while the firmware sets the core up, and then reac
 """
 
 SAMPLE_AFTER_EDGE = -1
-"""Clocks from an edge of sync_in to the pins of the heads that its sample contains: those one clock
-before the edge.
+"""Clocks from an edge of sync_in to the pins of the heads that its sample contains: the sample
+contains the pins of the clock before the edge.
 
 The strobe comes 4 clocks after the edge of its pin, the turn position 5 clocks after the pins of
 the head (headers of pulse_input and quadrature_decoder).

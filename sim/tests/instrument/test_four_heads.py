@@ -86,7 +86,9 @@ def test_capture_calibrate_load_and_fresh_turns(device: HeadsDevice, tmp_path: P
     assert mean["mean_off_arcsec"] < 0.5
     assert mean["alarms"] == []
     assert "active_arcsec" in first
-    assert "active_arcsec" not in mean, "it is of head 1; 0 would look like a perfect mean"
+    assert "active_arcsec" not in mean, (
+        "the key describes head 1; a 0 would look like a perfect mean"
+    )
     before, head1_before = device.record()
     assert abs(before.line(BALLS.order)) < LINE_ARCSEC
     assert abs(head1_before.line(BALLS.order)) == pytest.approx(balls_arcsec, abs=LINE_ARCSEC)
@@ -104,7 +106,7 @@ def test_capture_calibrate_load_and_fresh_turns(device: HeadsDevice, tmp_path: P
     assert abs(after.line(BALLS.order)) < LINE_ARCSEC
     assert abs(after.line(1) - before.line(1)) < LINE_ARCSEC
     change = abs(head1_after.line(1) - head1_before.line(1))
-    assert change == pytest.approx(hub_arcsec, abs=LINE_ARCSEC), "what head 1 sees of it"
+    assert change == pytest.approx(hub_arcsec, abs=LINE_ARCSEC), "the change of head 1's reading"
 
 
 @pytest.mark.slow

@@ -239,7 +239,7 @@ def test_a_deleted_session_stays_deleted(
     settings: PageSettings, first: str, rankings: list[Ranking], queued: bool
 ) -> None:
     """The page ends the ranking of a session before it deletes the session, whether the ranking
-    runs or waits for a place; what writes later makes no folder."""
+    runs or waits for a place; a process that writes later makes no folder."""
     made = make_page(settings)
     session = made.analyses.sessions[first.split("/")[2]]
     for _ in range(AT_ONCE if queued else 0):
