@@ -74,6 +74,6 @@ def refuse_what_was_not_asked(
     for remark in found.remarks:
         tell_warning(remark)
     for fault in found.faults:
-        tell_objection(f"not what {kind} asks for: {fault}", forced=force)
+        tell_objection(f"not the requested measurement ({kind}): {fault}", forced=force)
     if found.faults and not force:
         raise SystemExit(NOT_AS_ASKED)

@@ -181,8 +181,8 @@ def load_frames(
     followed = dict(coefficients.extension.modulators) if coefficients.extension else {}
     real = dict(coefficients.extension.turn_steps) if coefficients.extension else {}
     sources = dict(coefficients.extension.phase_sources) if coefficients.extension else {}
-    # If an order has a second lane that follows a condition, the calibration does not change the
-    # order's plain lane.
+    # If an order has a second lane that follows a condition, its constant lane is sent even with an
+    # amplitude of 0, so that the calibration does not change this lane.
     waves = {int(coefficients.orders[lane]) for lane in followed} - {0}
     lanes = [
         lane
@@ -444,7 +444,7 @@ def wait_until_judged(console: Console, sent: SentSet, seconds: float) -> tuple[
             "(--timeout), leave them out, or load them without a test (--force)"
         )
     raise ConsoleError(
-        f"{console.port}: no turn judged the coefficients within {seconds:g} s, nothing is loaded; "
+        f"{console.port}: no turn tested the coefficients within {seconds:g} s, nothing is loaded; "
         "does the table turn? The console's status shows why turns are refused"
     )
 

@@ -241,7 +241,7 @@ def _may_be(recording: FileContent, name: str, column: str, others: set[str]) ->
         return whole and (name != "direction" or bool((np.abs(values) == 1).all()))
     if name == "target":
         # Two heads are compared with each other and need no reference; a commanded angle in the log
-        # is no reference.
+        # is not a reference.
         return not {"head1", "head2"} <= others
     if name == "error" and {"target", "head1"} <= others:
         # A column without a unit may contain error codes.

@@ -1,4 +1,5 @@
-"""Tests that a fit does not state as certain what neither rows nor conditions determine."""
+"""Tests that a fit states no certain value for a parameter that neither rows nor conditions
+determine."""
 
 from __future__ import annotations
 

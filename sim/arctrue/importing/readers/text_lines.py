@@ -42,7 +42,7 @@ def encoding_of(path: Path) -> Encoding:
     UTF-8, otherwise Windows-1252.
 
     UTF-16 without a mark is recognised by its zero bytes. Windows-1252 has all letters of Latin-1.
-    Raises MeasurementError for a file that is no text.
+    Raises MeasurementError for a file that is not text.
     """
     with path.open("rb") as file:
         head = file.read(4096)
