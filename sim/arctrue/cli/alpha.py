@@ -64,7 +64,7 @@ def alpha(
 
     The page of --page also states the error that remains on the paper's table for each number of
     lanes and bits. With --heads 3 or 4 the command prints the places with the least noise gain for
-    orders 1 to N; at these places the mean of all heads, and of any three of four, has less noise
+    orders 1 to N. At these places the mean of all heads, and of any three of four, has less noise
     than one head.
     """
     from arctrue.studies.head_angle.choose import ORDERS, PLACES_ORDERS, choose, choose_places

@@ -73,7 +73,7 @@ def load(
         if missing:
             tell_warning(
                 f"{file}: the coefficients for the loss of head {', '.join(map(str, missing))} are "
-                "not sent, because lanes of the file follow the temperature or a condition; if the "
+                "not sent, because lanes of the file follow the temperature or a condition. If the "
                 "head fails, the device does not leave it out of the mean"
             )
         console = console_at(port)

@@ -1,7 +1,7 @@
 """Sends a coefficient file to a running device, in frames that its console checks.
 
 Each frame is a line of the console with a CRC-32 over its numbers, as little-endian words in the
-order of the line; the last frame has the CRC of all words before it. The device accepts the
+order of the line. The last frame has the CRC of all words before it. The device accepts the
 coefficients completely or not at all, and tests each order with the turns that it captures. A lane
 is the part of the gateware that corrects one harmonic; a set for a missing head contains the
 coefficients with which the mean works without this head.

@@ -170,10 +170,10 @@ class Extension:
     """The parts of a coefficient file of schema 3; a lane that is in none of the mappings has a
     constant amplitude and an integer order.
 
-    ``modulators``: lane → one of MODULATORS; ``turn_steps``: lane → fraction of its order, u0.48
-    turn per turn; ``without``: one prepared set of coefficients for each head that may fail, each
-    with its own extension, which contains the set's mean; ``phase_sources``: lane of a real order →
-    the origin of its phase, if it is not the operator.
+    ``modulators``: lane → one of MODULATORS. ``turn_steps``: lane → fraction of its order, u0.48
+    turn per turn. ``without``: one prepared set of coefficients for each head that may fail; the
+    extension of each set contains the set's mean. ``phase_sources``: lane of a real order → the
+    origin of its phase, if it is not the operator.
     """
 
     mean: MeanSet | None = None

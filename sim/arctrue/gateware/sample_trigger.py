@@ -145,9 +145,9 @@ def sample_trigger(
     """Return for each clock whether it is sampled, shape (clocks,).
 
     Every argument is one value per clock, or one for all clocks: ``turn_position`` of head 1 in
-    counts (signed, 32 bits), ``mode`` 0 equal time or 1 equal angle, ``sample_period`` in clocks,
-    ``angle_step`` in counts, ``zero_moved`` the level that toggles when the position counts from a
-    new zero. Raises ValueError if the shapes do not fit, or if the position jumps without a new
+    counts (signed, 32 bits), ``mode`` (0 equal time, 1 equal angle), ``sample_period`` in clocks,
+    ``angle_step`` in counts. ``zero_moved`` is the level that toggles when the position counts from
+    a new zero. Raises ValueError if the shapes do not fit, or if the position jumps without a new
     zero while equal angles are sampled.
     """
     columns = np.broadcast_arrays(

@@ -58,8 +58,8 @@ def map_columns(
     columns and files are numbered from 1. ``units`` gives the unit by quantity.
 
     Raises ValueError for an unknown unit, for a condition with the name of a set's column, for a
-    column that does not exist or whose file is unclear, and if no column is left for a quantity;
-    AmbiguousError for an open assignment.
+    column that does not exist or whose file is unclear, and if no column is left for a quantity.
+    Raises AmbiguousError for an open assignment.
     """
     found: list[Mapped] = [{} for _ in recordings]
     for name, unit in units.items():

@@ -113,8 +113,8 @@ def one_zero(
     if not means:
         return dict(compared)
     sizes = {number: compared[number].target.size for number in means}
-    # The means of all files are moved by whole turns next to the mean of the first file, so that a
-    # mean near half a turn does not wrap for some of the files.
+    # The means of all files are shifted by whole turns towards the first file's mean, because means
+    # near half a turn may have either sign.
     first = next(iter(means.values()))
     near = {number: mean - round(mean - first) for number, mean in means.items()}
     together = sum(near[number] * sizes[number] for number in near) / sum(sizes.values())

@@ -45,8 +45,8 @@ HEAD = """# How often the diagnosis is right
 `arctrue benchmark` hides causes in simulated tables and gives the diagnosis only the folder of the
 measurement set. The truth is compared with the answer and with an *oracle*: the generalised
 likelihood ratio that knows the cause's exact form and the covariance by which the noise was
-drawn. It *sees* a cause that it would find in 95 % of such sets at a false alarm of 1 %, which
-includes the cost of its search for an order, a frequency or an instant. A cause that changes the
+drawn. It *sees* a cause that it would find in 95 % of such sets at a false alarm of 1 %; this
+false alarm includes its search for an order, a frequency or an instant. A cause that changes the
 prediction by less than half a count RMS does not count as visible.
 
     make benchmark                               # dev: 650 sets; TIER=quick, public, sealed, cases

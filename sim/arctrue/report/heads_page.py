@@ -123,7 +123,7 @@ OBSERVABLE = (
     "out |",
     "",
     "The mean of three heads contains no axis motion. But the calibration attributes axis motion "
-    "to the disc, and the lanes then subtract it from the mean: with heads at 0°, 118°, 237° 1″ "
+    "to the disc, and the lanes then subtract it from the mean. With heads at 0°, 118°, 237°, 1″ "
     "of axis motion causes an output error of 0.02″ to 0.05″ at orders 2, 4 and 5, 10″ at order 3 "
     "and 5″ at order 6.",
     "Heads near 120° determine orders 3 and 6 poorly (noise gain 8.9 and 4.4), and their mean "

@@ -261,7 +261,7 @@ def test_no_event_of_probe_and_compare_is_lost(scene: Beside) -> None:
     clocks = np.concatenate([edges, pulses])
     kinds = np.concatenate([np.full(edges.size, 1), np.full(pulses.size, 2)])
     order = np.argsort(clocks, kind="stable")
-    assert np.unique(clocks).size == clocks.size, "no event is both"
+    assert np.unique(clocks).size == clocks.size, "no event is one of both probe and compare"
     assert [event.kind for event in found] == kinds[order].tolist()
     assert not any(event.missed for event in found)
     times = np.array([event.time_s for event in found]) * instrument.read("clock_hz")

@@ -145,7 +145,7 @@ def test_the_device_calibrates_the_mean_alone(device: HeadsDevice) -> None:
     assert device.accepted_turn()["mean_of_heads"] == 4
     assert "saved confirmed" in device.firmware.send("status")
     moved, _ = device.record()
-    assert abs(moved.line(1) - mean.line(1)) < LINE_ARCSEC, "the hub has moved by 7.6″"
+    assert abs(moved.line(1) - mean.line(1)) < LINE_ARCSEC, "the hub moved by 7.6″"
     device.calibrate_alone(on=False)
     device.firmware.send("forget")
 
@@ -163,7 +163,7 @@ def mean_of(**changes: Any) -> Coefficients:
 @pytest.mark.slow
 def test_a_mean_of_other_heads_is_refused(device: HeadsDevice) -> None:
     """The firmware refuses at once a set for three heads, a set with other delays and a set without
-    the frame of head 3; it refuses after a turn a set in which one head's angle is wrong by
+    the frame of head 3. After a turn it refuses a set in which one head's angle is wrong by
     0.1°."""
     device.turn_before(*AXIS)
     device.accepted_turn()

@@ -212,9 +212,9 @@ def test_the_measured_speed_settles_after_a_step(
     has halved. With a delay beyond the limit, which every loader refuses, the output still rings or
     has stopped.
 
-    Two windows are the lag. Each further window multiplies the error, first τ·Δω = 43 counts (61
-    µs), by at most 0.61, or by 0.83 for a reading that is early (``SPEED_FEEDBACK_EIGHTHS``), until
-    it is below half a count.
+    Two windows are the lag. The error is first τ·Δω = 43 counts (61 µs). Each further window
+    multiplies it by at most 0.61, or by 0.83 for a reading that is early
+    (``SPEED_FEEDBACK_EIGHTHS``), until it is below half a count.
     """
     late, step = round(100 * delay_us), 400_000
     nominal = 1.5 * FULL_PACE
@@ -448,4 +448,4 @@ def test_without_the_generic_the_window_is_refused() -> None:
         with pytest.raises(BusError):
             plain.read("conditions.width")
         plain.write_coefficients(order_0(5.0, "word_a"))
-        assert plain.read_words(0x1004, 1) == [0], "the bits of the modulator are not there"
+        assert plain.read_words(0x1004, 1) == [0], "the core has no bits of the modulator"

@@ -147,8 +147,8 @@ def _flipped_deg(first: _Section, section: _Section) -> float:
     """Return how much farther back the axis stands because the telescope changed the side of the
     pier.
 
-    A German mount that has followed a star to the meridian turns its axis back by half a turn, and
-    the telescope goes from the west side of the pier to the east side (the sides of ASCOM's
+    A German mount that has followed a star to the meridian turns its axis back by half a turn. The
+    telescope then goes from the west side of the pier to the east side (the sides of ASCOM's
     ``SideOfPier``). The result is 0 if the log does not state both sides.
     """
     here, there = section.pier_side, first.pier_side

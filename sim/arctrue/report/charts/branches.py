@@ -37,8 +37,8 @@ _MARKERS: tuple[Marker, ...] = ("circle", "hollow", "diamond")
 
 
 def branches(residuals: Residuals, noise_arcsec: Mapping[str, float]) -> Chart:
-    """Draw a curve for each of the first 12 runs of the capture, the mean residual in 180 bins of
-    the angle, and a point for each row of the reference, coloured by direction.
+    """Draw the mean residual in 180 bins of the angle as a curve for each of the first 12 runs of
+    the capture. Draw each row of the reference as a point, coloured by direction.
 
     ``noise_arcsec``: standard deviation of repeated measurements, by channel.
     """
