@@ -107,7 +107,7 @@ def load(
     if sent.lacks_failover:
         tell_warning(
             f"{file}: its coefficients for the loss of a head were not sent: the gateware is built "
-            "without FAILOVER; if a head fails, the device does not leave it out of the mean"
+            "without FAILOVER. If a head fails, the device does not leave it out of the mean"
         )
     if sent.has_table:
         said += ", with a local table"

@@ -20,8 +20,8 @@ from arctrue.gateware.latest import (
 from arctrue.generated.number_formats import INDEX_HEAL_WIDTH, INDEX_JUDGED_AFTER, INDEX_SKEW
 
 HEALED_MOST = 1 << (INDEX_HEAL_WIDTH - 1)
-"""Limit of a slip (the distance of a new zero from the previous zero) that is healed, that is,
-whose counts are put back: from −HEALED_MOST to HEALED_MOST − 1 counts."""
+"""Limit of the slips that are healed: −HEALED_MOST to HEALED_MOST − 1 counts. A slip is the
+distance of a new zero from the previous zero. To heal a slip, its counts are put back."""
 
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]

@@ -57,9 +57,9 @@ class SampleTrigger:
         The VHDL's ``trigger`` is high one clock later. ``sample_period`` in clocks, ``angle_step``
         and ``turn_position`` (signed, 32 bits) in counts; ``mode`` 0 equal time, 1 equal angle;
         ``zero_moved`` toggles at the first position that counts from a new zero. Raises ValueError
-        if the position moves by more than one count while the trigger determines or knows the
-        multiples of ``angle_step`` and the zero is unchanged, because no decoder gives such a
-        position.
+        if the position moves by more than one count although the zero is unchanged, because no
+        decoder gives such a position. The trigger checks this only while it determines or knows the
+        multiples of ``angle_step``.
         """
         in_time = self._equal_time(sample_period)
         changes, jumps = angle_step != self._step, zero_moved != self._zero_before

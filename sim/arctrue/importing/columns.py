@@ -86,8 +86,8 @@ def map_columns(
 
 
 def _refuse_column_of_a_set(name: str, source: str) -> None:
-    """Raise ValueError if a condition has the name of a column of a set, because the reader would
-    take the condition, whose unit is not converted, for this column."""
+    """Raise ValueError if a condition has the name of a column of a set. The reader would take the
+    condition for this column, although its unit is not converted."""
     if name in QUANTITIES or name not in COLUMNS:
         return
     quantity = next((known for known in QUANTITIES if name.startswith(f"{known}_")), None)

@@ -67,8 +67,9 @@ class TableCurves:
         clock_hz: float,
         knot_clocks: int | None = None,
     ) -> None:
-        """Store a table and its motion; ``knot_clocks`` is the number of clocks between two knots,
-        by default a power of two, up to 4096, in which the table travels at most 16 counts.
+        """Store a table and its motion. ``knot_clocks`` is the number of clocks between two knots;
+        by default the largest power of two, up to 4096, in which the table travels at most 16
+        counts.
 
         Raises UnhonouredCauseError for a cause that acts on a quantity other than the lines and
         their signals, for example a loss of counts: :class:`PinFault` simulates it.

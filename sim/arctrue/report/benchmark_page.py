@@ -375,8 +375,8 @@ def _sizes(found: Mapping[str, Any]) -> list[str]:
 
 
 def _by_effect(found: Mapping[str, Any]) -> list[str]:
-    """Return a sentence with, for each effect, the number of sets whose answer names the effect
-    first, and the largest size at which an answer did not."""
+    """Return a sentence that states for each effect the number of sets whose answer names it first,
+    and the largest size at which an answer did not name it first."""
     text = []
     for name, item in found["found_by_effect"].items():
         largest = item["largest_not_put_first"]

@@ -32,7 +32,7 @@ def axis_orbit_chart(orbit: AxisOrbit) -> Chart:
         return Chart(
             "axis_orbit",
             "Asynchronous motion of the axis: displacement divided by the radius of the disc, "
-            "minus its mean at each angle, which three heads do not separate from the disc.",
+            "minus its mean at each angle. Three heads do not separate this mean from the disc.",
             [Panel(Axis("x", ARCSEC), Axis("y", ARCSEC), [cloud], equal_scales=True)],
             panel_height=4.0,
         )
