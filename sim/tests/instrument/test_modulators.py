@@ -198,8 +198,8 @@ def test_latency_at_the_papers_scale_while_the_speed_changes(modulated: Instrume
 
 WINDOW_CLOCKS = 1 << 14
 RINGING_COUNTS = 3.0
-"""Bound of the error from peak to peak: a count each for the roundings of reading and output, and
-twice the half count that is left of the step's error."""
+"""Bound of the error from peak to peak: one count each for the roundings of reading and output, and
+twice the half count to which the step's error has fallen."""
 
 
 @pytest.mark.parametrize(

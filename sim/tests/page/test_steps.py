@@ -342,7 +342,7 @@ def test_a_changed_set_leaves_no_result_of_its_earlier_state(
     client: FlaskClient, settings: PageSettings, rankings: list[Ranking]
 ) -> None:
     """After the mask of an opened set changed, the page drops the fit and the diagnosis of the
-    earlier set at the same address, also a diagnosis that a running job still writes."""
+    earlier set at the same address. It also drops a diagnosis that a running job still writes."""
     folder = settings.folder / "changed"
     write_measurement_set(folder, measurement_set(paper_error, seed=6, runs=1, cycles=1, turns=1))
     address = str(client.post("/open", data={"set": "changed"}).location)
