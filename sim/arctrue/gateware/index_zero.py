@@ -152,8 +152,8 @@ def index_zero(
     preload: Bools,
     reset: Bools,
 ) -> tuple[IndexZeroTrace, Bools]:
-    """Return the outputs, and the clocks with an index error, that is, with a misplaced mark or a
-    zero that moved, (clocks,).
+    """Return the outputs, and the clocks, (clocks,), with an index error: a misplaced mark, or a
+    zero that moved.
 
     ``position`` is the position of the entity edge_counter after each clock; edge_counter counts
     the edges ``edges``.
