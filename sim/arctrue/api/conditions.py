@@ -87,8 +87,8 @@ class Difference:
 
 @dataclass(frozen=True)
 class Side:
-    """Distance of a parameter from a bound, negative beyond it; a phase is taken in the turn around
-    ``centre``."""
+    """Distance of a parameter from a bound, negative if the parameter violates the bound; a phase
+    is first shifted by whole turns to within 180° of ``centre``."""
 
     name: str
     bound: float
@@ -216,8 +216,8 @@ def _number(place: str, given: Any, unit: str) -> float:
 def _require_possible(place: str, name: str, value: float) -> None:
     if name.endswith("amplitude") and value < 0.0:
         raise ValueError(
-            f"{place}: expected 0 or more, found {value:g}; an amplitude has no sign, the phase "
-            "turns by 180° instead"
+            f"{place}: expected 0 or more, found {value:g}; an amplitude has no sign; "
+            "shift the phase by 180° instead"
         )
 
 

@@ -129,8 +129,8 @@ class FitEstimator:
         return hasattr(self, "result_")
 
     def __sklearn_tags__(self) -> Any:
-        """Return the tags of an estimator without further promises; only scikit-learn calls this
-        method."""
+        """Return the tags of an estimator that is neither classifier nor regressor; only
+        scikit-learn calls this method."""
         from sklearn.utils import Tags, TargetTags
 
         return Tags(estimator_type=None, target_tags=TargetTags(required=False), requires_fit=True)

@@ -351,7 +351,7 @@ def _refuse_missing(frame: Frame, column: str, missing: Any) -> None:
 def _numbers(frame: Frame, column: str, values: Any) -> NDArray[Any]:
     """Return the values (n,) as numbers.
 
-    Raises MeasurementError with the row of the first value that is no finite number.
+    Raises MeasurementError with the row of the first value that is not a finite number.
     """
     array = np.asarray(values)
     if array.ndim != 1:

@@ -51,8 +51,8 @@ class _NotGeneratedError(click.ClickException):
 
 
 def _without_extra(name: str, missing: MissingExtraError) -> click.Command:
-    """Return a command that only names the extra that the command needs and that is not
-    installed."""
+    """Return a stand-in for a command, which only names the missing extra that the command
+    needs."""
 
     def refuse(_: click.Context, __: click.Parameter, ___: object) -> None:
         raise missing

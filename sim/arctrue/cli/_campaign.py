@@ -58,7 +58,8 @@ def campaign_options(function: Callable[..., None]) -> Callable[..., None]:
 
 
 def interruptible(function: Callable[..., None]) -> Callable[..., None]:
-    """End the command with one sentence after Ctrl-C (exit code 130) or a worker's death (2)."""
+    """Print one sentence and end the command if Ctrl-C (exit code 130) or a dead worker (2) stops
+    it."""
 
     @functools.wraps(function)
     def wrapped(*arguments: Any, **options: Any) -> None:

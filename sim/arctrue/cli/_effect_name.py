@@ -7,7 +7,8 @@ from click.shell_completion import CompletionItem
 
 
 class _EffectName(click.ParamType[str]):
-    """Accepts any word: only :func:`load`, which checks the word, knows the user's effects."""
+    """Accepts any word; :func:`load` checks it, because only :func:`load` reads the user's
+    effects."""
 
     name = "effect"
 

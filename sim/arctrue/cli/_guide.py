@@ -26,8 +26,8 @@ def next_option(function: Callable[..., None]) -> Callable[..., None]:
             "kind",
             type=click.Choice(KINDS),
             metavar="KIND",
-            help="Kind of measurement that diagnose requested; the command checks it against the "
-            f"earlier one. One of {', '.join(KINDS)}.",
+            help="Kind of measurement that diagnose requested; the command compares the new "
+            f"measurement with the earlier one. One of {', '.join(KINDS)}.",
         ),
     ):
         function = option(function)
@@ -74,6 +74,6 @@ def refuse_what_was_not_asked(
     for remark in found.remarks:
         tell_warning(remark)
     for fault in found.faults:
-        tell_objection(f"not what {kind} asks for: {fault}", forced=force)
+        tell_objection(f"not the requested measurement ({kind}): {fault}", forced=force)
     if found.faults and not force:
         raise SystemExit(NOT_AS_ASKED)

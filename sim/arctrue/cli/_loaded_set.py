@@ -275,8 +275,8 @@ def _duplicates(observations: Observations) -> list[str]:
     if not found:
         return []
     return [
-        f"the reference has {len(found)} rows that equal an earlier row in every column, also in "
-        f"the time, the first in row {found[0]}: they are counted once"
+        f"the reference has {len(found)} rows that equal an earlier row in every column, the "
+        f"time included (first: row {found[0]}); each is counted once"
     ]
 
 

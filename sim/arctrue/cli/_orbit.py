@@ -69,8 +69,8 @@ def print_orbit(console: Console, orbit: AxisOrbit) -> None:
         )
         return
     console.print(
-        "The total and the asynchronous values contain the noise of the readings. No value "
-        "contains a circle of the axis once per turn in the direction of the table: to the heads "
-        "it looks the same as an eccentric disc.",
+        "The total and the asynchronous values contain the noise of the readings. If the axis "
+        "moves on a circle once per turn in the direction of the table, no value contains this "
+        "motion, because the heads cannot distinguish it from an eccentric disc.",
         soft_wrap=True,
     )

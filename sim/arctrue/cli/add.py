@@ -40,7 +40,7 @@ from arctrue.workbench.model.noise_floor import floor_of
     "pairs",
     multiple=True,
     metavar="KEY=VALUE",
-    help="Value of a setting of the effect, also of an effect that the model already has.",
+    help="Value of a setting of EFFECT, which the model may already have.",
 )
 @for_people
 def add(

@@ -62,9 +62,9 @@ def alpha(
 ) -> None:
     """Print noise gain, unseen orders and mounting error at α, and the best α for orders 1 to N.
 
-    The page of --page also states which error remains on the paper's table, by the number of lanes
-    and of bits. With --heads 3 or 4 the command prints the places with the least noise gain for
-    orders 1 to N; at these places the mean of all heads, and of any three of four, has less noise
+    The page of --page also states the error that remains on the paper's table for each number of
+    lanes and bits. With --heads 3 or 4 the command prints the places with the least noise gain for
+    orders 1 to N. At these places the mean of all heads, and of any three of four, has less noise
     than one head.
     """
     from arctrue.studies.head_angle.choose import ORDERS, PLACES_ORDERS, choose, choose_places

@@ -164,7 +164,7 @@ def score(
     if found["failed_worlds"]:
         console.print(f"worlds that fail: {', '.join(found['failed_worlds'])}")
     for kind, wrong in (found["probability"] or {}).get("wrong_where_sure", {}).items():
-        console.print(f"wrong, of {kind} at more than {SURE:g}: {Rate(wrong['hits'], wrong['of'])}")
+        console.print(f"wrong, {kind} at more than {SURE:g}: {Rate(wrong['hits'], wrong['of'])}")
     reasons = kept_reasons()
     for item in found["failures"]:
         hidden = "; ".join(item["hidden"]) or "nothing"

@@ -143,7 +143,7 @@ def certificate(
 def angles_deg(step: float) -> NDArray[np.float64]:
     """Return the multiples of ``step`` below a full turn, degrees.
 
-    A step that divides the turn except for rounding gives no value at 360°, which is angle 0.
+    If the step divides the turn within rounding, 360° is omitted, because it is angle 0.
     """
     return np.asarray(step * np.arange(math.ceil(FULL_TURN_DEG / step - 1e-9)), dtype=np.float64)
 
@@ -175,6 +175,6 @@ def _temperature(measured: MeasurementSet, details: CertificateDetails, file: Pa
     if details.temperature_c is None:
         raise ValueError(
             f"{file}: temperature_c: is missing; the set records no temperature, and a certificate "
-            "states that of the measurement"
+            "must state the temperature of the measurement"
         )
     return details.temperature_c

@@ -70,7 +70,7 @@ def effects(
     for name, effect in known.items():
         listed.add_row(name, effect.physics, CORRECTED_BY[effect.compensation])
     console.print(listed)
-    console.print("All about one: arctrue effects show NAME")
+    console.print("To describe one effect: arctrue effects show NAME")
     write_json(json_file, {"schema": 1, "effects": [effect_data(item) for item in known.values()]})
 
 

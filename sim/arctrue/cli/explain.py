@@ -51,7 +51,8 @@ def explain(
     """Diagnose SET and add the named effect to the model, until no further effect is named.
 
     The command estimates the noise anew after each addition, and drops an effect that the model no
-    longer needs. --model names the file of the first model; the result is written to the same file.
+    longer needs. --model names the file of the first model. The command writes the result to the
+    same file.
     """
     with changing(model_file):
         loaded = load(measurement_set, model_file, folders, may_be_new=True)

@@ -54,4 +54,4 @@ def flash(port: str, file: Path) -> None:
         tell_error(str(error))
         sys.exit(NO_DEVICE)
     golden = "the golden image is unchanged" if state.has_golden else "it is the golden image, too"
-    say(f"{file}: written and read back; {golden}. It starts with the next power-on")
+    say(f"{file}: written and read back; {golden}. The image starts at the next power-on")

@@ -56,7 +56,7 @@ def heads(
     """Calibrate a simulated table of four heads once, and test their mean on other turns.
 
     The study covers ball-pass motion of the bearing, a disc whose centre moves, a head that is
-    missing or has moved, and the disc's error up to high orders; it compares the mean of four heads
+    missing or has moved, and the disc's error up to high orders. It compares the mean of four heads
     with two heads on the same disc.
     """
     from arctrue.report.heads_page import heads_page

@@ -66,8 +66,8 @@ _EFFECTS = list(dict.fromkeys((*CASES, *HEADS_CASES)))
     type=click.Choice(["2", "4"]),
     default="2",
     show_default=True,
-    help="Number of heads. 4: without diagnosis; the mean of four heads is calibrated, then EFFECT "
-    f"appears at its real size. With {', '.join(HEADS_CASES)}.",
+    help="Number of heads. 4: no diagnosis; the command calibrates the mean of four heads, then "
+    f"adds EFFECT at its real size. EFFECT is then {' or '.join(HEADS_CASES)}.",
 )
 @click.option(
     "--follow",
@@ -231,7 +231,7 @@ def print_result(result: HiddenResult) -> None:
             ("Largest error" if order is None else f"Order {order} of the error")
             + f" in the fresh turns: {left['paper']:.2f}″ with the paper's model, "
             f"{left['unit_left_out']:.2f}″ with the exported one without the {unit}, "
-            f"{left['corrected']:.2f}″ with all of it"
+            f"{left['corrected']:.2f}″ with the complete exported one"
         )
     for place, line in enumerate(result.case.lines):
         sizes = {name: figure(counts[place], 2) for name, counts in result.lines_counts.items()}

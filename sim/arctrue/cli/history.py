@@ -30,8 +30,8 @@ def history(model_file: Path, json_file: Path | None, out: Path | None) -> None:
     """Print every step of a model and, with --out, draw its error after each step.
 
     RMS and peak are those of the fitted rows. "held out" is the RMS of rows that the fit did not
-    use: each quarter of the rows is predicted by a fit to the others. "noise" is the standard
-    deviation of repeated readings: no model of the set has a smaller error.
+    use. Each quarter of the rows is predicted by a fit to the other rows. "noise" is the standard
+    deviation of repeated readings. No model of the set has a smaller error.
     """
     model = read_model(model_file)
     if not model.history:

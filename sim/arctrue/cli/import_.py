@@ -135,7 +135,7 @@ def _ask(asked: Ambiguous) -> str:
     "--clock-offset", type=Finite(), help="Seconds that are added to the times of the reference."
 )
 @click.option(
-    "--rate", type=Finite(), help="Constant speed of the axis, deg/s, for times and errors only."
+    "--rate", type=Finite(), help="Constant speed of the axis, deg/s, for files without angles."
 )
 @click.option(
     "--order",

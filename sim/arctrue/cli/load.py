@@ -50,8 +50,8 @@ NO_DEVICE = 2
     "--turn",
     type=click.IntRange(-(1 << 23), (1 << 23) - 1),
     help="Number that the device gives to turn 0 of FILE (`load status` shows the present "
-    "number). It sets the phases of the orders that are not integers and whose phase the device "
-    "does not find itself; without it they are off until `load phase` at the console.",
+    "number). It sets the phases of the non-integer orders that the device cannot find itself; "
+    "without --turn these orders are off until `load phase` at the console.",
 )
 def load(
     port: str, file: Path, timeout: float, *, force: bool, unseen: bool, turn: int | None
@@ -73,7 +73,7 @@ def load(
         if missing:
             tell_warning(
                 f"{file}: the coefficients for the loss of head {', '.join(map(str, missing))} are "
-                "not sent, because lanes of the file follow the temperature or a condition; if the "
+                "not sent, because lanes of the file follow the temperature or a condition. If the "
                 "head fails, the device does not leave it out of the mean"
             )
         console = console_at(port)
@@ -107,7 +107,7 @@ def load(
     if sent.lacks_failover:
         tell_warning(
             f"{file}: its coefficients for the loss of a head were not sent: the gateware is built "
-            "without FAILOVER; if a head fails, the device does not leave it out of the mean"
+            "without FAILOVER. If a head fails, the device does not leave it out of the mean"
         )
     if sent.has_table:
         said += ", with a local table"

@@ -54,7 +54,7 @@ def state_folder() -> Path:
     type=click.IntRange(1, 4096),
     default=64,
     show_default=True,
-    help="Largest total size of the files that are dropped in together, megabytes.",
+    help="Largest total size of files that are dropped on the page together, megabytes.",
 )
 @click.option("--port", default="", help="Serial port of a device, for the button Load.")
 @click.option(

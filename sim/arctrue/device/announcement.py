@@ -89,7 +89,7 @@ def _all() -> Iterator[Announcement]:
         try:
             yield msgspec.json.decode(file.read_bytes(), type=Announcement)
         except (OSError, msgspec.MsgspecError):
-            continue  # the file belongs to another user, or is no announcement
+            continue  # the file belongs to another user, or is not an announcement
 
 
 def _answers(found: Announcement) -> bool:

@@ -51,7 +51,8 @@ TURN_S = 180.0
 
 
 class NotVerifiedError(RuntimeError):
-    """Is raised if the remaining error after loading is unknown or larger than permitted."""
+    """Is raised if the calibration objects to the coefficients, or if the remaining error after
+    loading is unknown or larger than permitted."""
 
 
 class LoadedCoefficients(Device, Movable[Path]):

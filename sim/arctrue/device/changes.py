@@ -17,10 +17,10 @@ _ARCSEC_A_DEGREE = 3600.0
 class Change:
     """Difference between the present value of a quantity and its value at the calibration.
 
-    ``size_arcsec``: for an order the length of the difference of both vectors (amplitude, phase),
-    which is not negative; for the head separation the difference with its sign. ``u_arcsec``:
-    standard uncertainty of that difference; for an order, the standard uncertainty of each
-    component (cosine, sine).
+    ``size_arcsec``: for an order, the length of the difference of both vectors (amplitude, phase),
+    which is not negative. For the head separation, it is the difference with its sign.
+    ``u_arcsec``: standard uncertainty of that difference; for an order, the standard uncertainty of
+    each component (cosine, sine).
     """
 
     quantity: str
@@ -34,8 +34,8 @@ def calibration_turn(turns: Sequence[Mapping[str, Any]]) -> int:
 
     Each swap of the coefficients raises the telemetry's ``swaps``, already in the line of the turn
     that caused the swap. If ``turns`` contains no swap since the board's latest start, the function
-    returns the first turn after this start; if it contains no start either, the first turn.
-    ``turns`` is not empty.
+    returns the first turn after this start. If ``turns`` contains no start either, the function
+    returns its first turn. ``turns`` is not empty.
     """
     index = len(turns) - 1
     while index > 0:

@@ -23,7 +23,7 @@ ORDERS = 32
 PLACE_PARAMETERS = ("separation_deg", "head3_deg", "head4_deg")
 STEPS = (
     "Turn the table twice in its positive direction, by hand or by its drive.",
-    "Let the table turn forward at constant speed, and keep turning.",
+    "Let the table turn forward at constant speed until the capture has ended.",
     "Let it turn backward at the same speed.",
 )
 """Movement that each step needs, as an instruction to the operator."""

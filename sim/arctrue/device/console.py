@@ -171,7 +171,7 @@ class Console:
             raise ConsoleError(f"{self.port}: {error}") from error
 
     def _line(self) -> str | None:
-        """Return the next line that is no telemetry, and store telemetry lines; None if no line
+        """Return the next line that is not telemetry, and store telemetry lines; None if no line
         arrives in time."""
         try:
             data = self._transport.read_until(b"\n")

@@ -16,8 +16,8 @@ NO_ALARM, MINOR, MAJOR, INVALID = 0, 1, 2, 3
 STATE, COMM = 7, 9
 """EPICS alarm states: STATE for the state of the device, COMM for no communication."""
 ZERO = "Zero"
-"""Name of the PV with the angle at the index, which is added to the angles of events; a motor
-record may write it after its homing."""
+"""Name of the PV with the angle at the index, which is added to the angles of events. A motor
+record may write this PV after its homing."""
 CAPTURE = "Capture"
 _TIME_OF_VALUE = -2
 """Value of the field TSE of an EPICS record: the program supplies the time together with the
@@ -89,8 +89,8 @@ class Records:
     def __init__(self, prefix: str, capture: Callable[[], Awaitable[str]]) -> None:
         """Make the EPICS records.
 
-        ``capture`` takes a capture when a client writes to the PV Capture and returns the set's
-        folder; a ConsoleError that it raises becomes the text of CaptureFault.
+        ``capture``, which is called when a client writes to the PV Capture, takes a capture and
+        returns the set's folder. The text of its ConsoleError becomes the PV CaptureFault.
         """
         from softioc import builder
 

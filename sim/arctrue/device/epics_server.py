@@ -146,8 +146,8 @@ def _capture(find: Callable[[], Announcement | None], report: Callable[[str], No
 
 
 async def _in_thread(work: Callable[[], str]) -> str:
-    """Await ``work`` in a thread that does not keep the program alive. Raises what ``work``
-    raises."""
+    """Await ``work`` in a thread that does not keep the program alive. Raises the exceptions of
+    ``work``."""
     loop = asyncio.get_running_loop()
     ended: asyncio.Future[str] = loop.create_future()
 

@@ -24,8 +24,8 @@ COMMAND_SHOWN = 200
 def keep_others_out(port: Any) -> None:
     """Prevent all other programs, except the administrator's, from opening ``port``.
 
-    The lock that pyserial sets with ``exclusive`` works only against programs that ask for it. A
-    port that is no terminal (a URL of pyserial, a port of Windows) is not locked.
+    The lock that pyserial sets with ``exclusive`` works only against programs that also set it. A
+    port that is not a terminal (a URL of pyserial, a port of Windows) is not locked.
     """
     descriptor = _descriptor(port)
     if descriptor is not None:

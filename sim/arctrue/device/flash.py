@@ -64,8 +64,8 @@ def parts_of(image: bytes) -> tuple[bytes, bytes]:
         )
     if len(image) > END:
         raise FlashRefusedError(
-            f"it has {len(image):,} bytes; expected at most {END:,}: the device saves its settings "
-            "behind them"
+            f"it has {len(image):,} bytes; expected at most {END:,}, because the device saves "
+            "its settings behind this address"
         )
     return boot, fabric
 

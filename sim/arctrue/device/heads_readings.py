@@ -21,8 +21,8 @@ READINGS_LEAST = 24
 class HeadsReadings:
     """Readings of all heads; all readings in a row are from one clock.
 
-    ``positions`` (n, heads) modulo 2³²; ``angles`` (m, heads) are counts after the index, from the
-    time at which every head marked in ``indexed`` (heads,) has passed its index.
+    ``positions`` (n, heads) are counts modulo 2³². ``angles`` (m, heads) are counts after the
+    index; they begin when every head marked in ``indexed`` (heads,) has passed its index.
     """
 
     positions: NDArray[np.int64]

@@ -63,7 +63,7 @@ def is_telemetry(text: str) -> bool:
 
 
 def telemetry_of(text: str) -> TelemetryLine | None:
-    """Return the telemetry of a line; None for a line that is no telemetry or was damaged."""
+    """Return the telemetry of a line; None for a line that is not telemetry or was damaged."""
     try:
         fields = json.loads(text, parse_constant=_refuse, parse_float=_finite)
         typed(fields, _TelemetryFields)
@@ -73,7 +73,7 @@ def telemetry_of(text: str) -> TelemetryLine | None:
 
 
 def _refuse(constant: str) -> None:
-    raise ValueError(f"{constant} is no number of JSON")
+    raise ValueError(f"{constant} is not a number in JSON")
 
 
 def _finite(number: str) -> float:

@@ -1,7 +1,7 @@
 """Sends a coefficient file to a running device, in frames that its console checks.
 
 Each frame is a line of the console with a CRC-32 over its numbers, as little-endian words in the
-order of the line; the last frame has the CRC of all words before it. The device accepts the
+order of the line. The last frame has the CRC of all words before it. The device accepts the
 coefficients completely or not at all, and tests each order with the turns that it captures. A lane
 is the part of the gateware that corrects one harmonic; a set for a missing head contains the
 coefficients with which the mean works without this head.
@@ -166,23 +166,23 @@ def load_frames(
     With ``unseen`` the device also accepts lanes that no turn of two heads shows: order 0, orders
     that the heads cannot see, lanes that follow a word of the processor. With ``force`` it also
     accepts orders that turns leave undecided. Without ``sets`` the sets for a missing head are
-    omitted. If the set corrects a mean of heads, the lines
-    also define this mean. Raises ValueError for an offset without a mean, which the device does not
-    accept, and for parts for which the console has no command.
+    omitted. If the set corrects a mean of heads, the lines also define this mean. Raises ValueError
+    for an offset without a mean, which the device does not accept, and for parts for which the
+    console has no command.
     """
     mean = _mean_of(coefficients)
     if coefficients.offset and mean is None:
         raise ValueError(
             f"offset.word is {coefficients.offset}; expected 0: the device does not correct the "
-            "mean, because it is the choice of zero"
+            "mean error, because the mean depends on the choice of zero"
         )
     thermal = coefficients.thermal
     following = set(thermal.orders) if thermal is not None else set()
     followed = dict(coefficients.extension.modulators) if coefficients.extension else {}
     real = dict(coefficients.extension.turn_steps) if coefficients.extension else {}
     sources = dict(coefficients.extension.phase_sources) if coefficients.extension else {}
-    # If an order has a second lane that follows a condition, the calibration does not change the
-    # order's plain lane.
+    # If an order has a second lane that follows a condition, its constant lane is sent even with an
+    # amplitude of 0, so that the calibration does not change this lane.
     waves = {int(coefficients.orders[lane]) for lane in followed} - {0}
     lanes = [
         lane
@@ -432,7 +432,7 @@ def wait_until_judged(console: Console, sent: SentSet, seconds: float) -> tuple[
         raise ConsoleError(
             f"{console.port}: waiting for a turn "
             + " and one ".join(_WAITED[name] for name in status.waits_for)
-            + f" for {seconds:g} s; nothing is loaded. Load again while the table turns like that, "
+            + f" for {seconds:g} s; nothing is loaded. Load again while the table turns so, "
             "or load the lanes that follow a condition without a test (--force)"
         )
     if status.undecided:
@@ -444,7 +444,7 @@ def wait_until_judged(console: Console, sent: SentSet, seconds: float) -> tuple[
             "(--timeout), leave them out, or load them without a test (--force)"
         )
     raise ConsoleError(
-        f"{console.port}: no turn judged the coefficients within {seconds:g} s, nothing is loaded; "
+        f"{console.port}: no turn tested the coefficients within {seconds:g} s, nothing is loaded; "
         "does the table turn? The console's status shows why turns are refused"
     )
 

@@ -24,10 +24,10 @@ from arctrue.generated.number_formats import (
 RATE_MAX = 2**32 - 1
 ACCELERATION_MAX = 2**32 - 1
 COMPARE = RAMP_LOOK_CLOCK + 1
-"""Number, from 0 to 255, of the clock in which the remainder, read one clock before, is
-compared."""
+"""Clock (0 to 255 in each cycle of the velocity) in which the remainder is compared; it was read
+one clock before."""
 DECIDE = 2**RAMP_TICK_WIDTH - 1
-"""Number of the last of these 256 clocks, in which the velocity changes."""
+"""Last clock of the cycle, in which the velocity changes."""
 TOTAL_MOST = 1 << (CORRECTION_WIDTH - 1 - CORRECTION_FRACTION)
 """Limit of the total correction, s19.F, in counts: the total is at least −TOTAL_MOST and below
 TOTAL_MOST."""

@@ -109,8 +109,9 @@ class LocalTable:
         """Return a bound of the table's |dε/dR|, as the firmware computes it.
 
         At the start of a window shorter than a turn the value steps from 0 to the first point,
-        which counts as a slope over one count. At the end of the window it steps to 0 from a value
-        that is at most one count's slope away from the first point.
+        which counts as a slope over one count. The last interval leads back to the first point, so
+        that the step to 0 at the end differs from the step at the start by at most the change
+        within one count.
         """
         windows = len(self.starts_counts)
         words = np.zeros(POINTS)
@@ -169,10 +170,10 @@ class Extension:
     """The parts of a coefficient file of schema 3; a lane that is in none of the mappings has a
     constant amplitude and an integer order.
 
-    ``modulators``: lane → one of MODULATORS; ``turn_steps``: lane → fraction of its order, u0.48
-    turn per turn; ``without``: one prepared set of coefficients for each head that may fail, each
-    with its own extension, which contains the set's mean; ``phase_sources``: lane of a real order →
-    the origin of its phase, if it is not the operator.
+    ``modulators``: lane → one of MODULATORS. ``turn_steps``: lane → fraction of its order, u0.48
+    turn per turn. ``without``: one prepared set of coefficients for each head that may fail; the
+    extension of each set contains the set's mean. ``phase_sources``: lane of a real order → the
+    origin of its phase, if it is not the operator.
     """
 
     mean: MeanSet | None = None

@@ -14,9 +14,9 @@ def glitch_filter(
     """Return the filtered level of one signal in every clock, shape (clocks + 1,).
 
     Element t is the output during clock t, 0 in clock 0; the last element is the output after the
-    last input. ``unfiltered`` is the level (0 or 1) in each clock, shape (clocks,);
-    ``filter_length`` in clocks (0 acts as 1) and ``reset`` are one value per clock, or one for all;
-    in a clock with ``reset`` the output takes over the input at once. Raises ValueError if the
+    last input. ``unfiltered`` is the level (0 or 1) in each clock, shape (clocks,).
+    ``filter_length`` in clocks (0 acts as 1) and ``reset`` are one value per clock, or one for all.
+    In a clock with ``reset`` the output takes over the input at once. Raises ValueError if the
     shapes do not fit.
     """
     level, length, loads = np.broadcast_arrays(

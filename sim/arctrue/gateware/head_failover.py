@@ -38,12 +38,12 @@ class HeadFailover:
     """Registers of the entity with ``failover.enable`` set; one call of ``clock`` is one clock.
 
     A head remains left out until a prepared set is loaded in which it is not the missing head, or
-    until it returns. It returns when two conditions are met: it has found its index again, and
-    either the processor has requested its return, or ``return_after``, if not 0, has passed in
-    units of 2^(``interval_bits`` + 3) clocks. The entity then loads set 0, but loads no set while
-    the coefficients that the processor wrote are active. If the core refuses the set of a failed
-    head, this set is loaded for no further failure before a swap; the model contains no write of
-    the register ``failover``, which also ends this state.
+    until it returns. It returns after it has found its index again, if the processor has requested
+    its return or the time ``return_after`` (not 0, in units of 2^(``interval_bits`` + 3) clocks)
+    has passed. The entity then loads set 0, but loads no set while the coefficients that the
+    processor wrote are active. If the core refuses the set of a failed head, the entity loads this
+    set for no further failure before the next swap. A write of the register ``failover`` also ends
+    this state; the model omits it.
     """
 
     heads: int

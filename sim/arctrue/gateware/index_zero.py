@@ -20,8 +20,8 @@ from arctrue.gateware.latest import (
 from arctrue.generated.number_formats import INDEX_HEAL_WIDTH, INDEX_JUDGED_AFTER, INDEX_SKEW
 
 HEALED_MOST = 1 << (INDEX_HEAL_WIDTH - 1)
-"""Limit of a slip (the distance of a new zero from the previous zero) that is healed, that is,
-whose counts are put back: from −HEALED_MOST to HEALED_MOST − 1 counts."""
+"""Limit of the slips that are healed: −HEALED_MOST to HEALED_MOST − 1 counts. A slip is the
+distance of a new zero from the previous zero. To heal a slip, its counts are put back."""
 
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
@@ -152,8 +152,8 @@ def index_zero(
     preload: Bools,
     reset: Bools,
 ) -> tuple[IndexZeroTrace, Bools]:
-    """Return the outputs, and the clocks with an index error, that is, with a misplaced mark or a
-    zero that moved, (clocks,).
+    """Return the outputs, and the clocks, (clocks,), with an index error: a misplaced mark, or a
+    zero that moved.
 
     ``position`` is the position of the entity edge_counter after each clock; edge_counter counts
     the edges ``edges``.

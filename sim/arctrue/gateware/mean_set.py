@@ -23,11 +23,11 @@ DELAY_MOST_CLOCKS: Final = 255
 @dataclass(frozen=True)
 class MeanSet:
     """Parameters of the mean θ = r_s + Σ wᵢ·(rᵢ − r_s) − E(r_s) with rᵢ = Rᵢ − oᵢ, one entry per
-    head; Rᵢ is the reading of head i, E the correction by the lanes.
+    head. Rᵢ is the reading of head i, E the correction by the lanes.
 
-    ``weights`` in 2⁻¹⁶, their sum 65536; ``offsets`` oᵢ in 1/16 count; ``carrier``: number s of the
-    head whose counts the output follows, 1 for head 1; ``missing``: number of the head that is left
-    out, 0 for none; ``delays_clocks``: delay of A, B and Z of each head. Raises ValueError for
+    ``weights`` in 2⁻¹⁶, with the sum 65536. ``offsets`` oᵢ in 1/16 count. ``carrier``: number s of
+    the head whose counts the output follows, 1 for head 1. ``missing``: number of the head that is
+    left out, 0 for none. ``delays_clocks``: delay of A, B and Z of each head. Raises ValueError for
     words that the gateware cannot hold, or that define no mean.
     """
 

@@ -36,7 +36,7 @@ def _edges_lost(
     settling: Bools,
 ) -> Bools:
     """Return for each clock whether the check detects that the filter suppressed a whole period of
-    A and B, or the fourth illegal transition.
+    A and B, or four illegal transitions.
 
     ``levels``: A and B before the filter; ``settling``: clocks in which they are ignored.
     """

@@ -11,8 +11,9 @@ from arctrue.generated.number_formats import PHASE_WIDTH
 
 
 class Folded(NamedTuple):
-    """Folded phases: to within 2⁻²⁴ turn of the phase, cos(phase) is cos(``folded``), negated where
-    ``negative`` is −1 and not where it is 0. ``folded``: int32, 2⁻²⁴ turn, below a quarter turn;
+    """Folded phases: within 2⁻²⁴ turn of the phase, cos(phase) is cos(``folded``) where
+    ``negative`` is 0, and −cos(``folded``) where it is −1. ``folded``: int32, 2⁻²⁴ turn, below a
+    quarter turn;
     ``negative``: int32."""
 
     folded: NDArray[np.int32]

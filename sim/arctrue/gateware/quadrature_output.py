@@ -16,7 +16,7 @@ _A_OF_PHASE = (0, 1, 1, 0)
 _B_OF_PHASE = (0, 0, 1, 1)
 _TURNS = range(-2, 2)
 _Z_COUNTS = (1, 2, 4, 4)
-# near_lag does not contain the steps that were decided in the last three clocks: it is computed
+# near_lag does not contain the steps that were decided in the last three clocks. It is computed
 # from an output of two clocks ago, and a step changes the output one clock after its decision.
 _STEPS_UNDER_WAY = 3
 

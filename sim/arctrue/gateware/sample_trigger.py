@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from arctrue.generated import number_formats
 
 _SEARCH_CLOCKS = number_formats.POSITION_WIDTH - 1 + 3
-"""Number of clocks of a division, plus three clocks; then the multiples of the angle step are
-known."""
+"""Number of clocks after which the multiples of the angle step are known: a division and three
+further clocks."""
 
 
 class _Grid(enum.Enum):
@@ -57,9 +57,9 @@ class SampleTrigger:
         The VHDL's ``trigger`` is high one clock later. ``sample_period`` in clocks, ``angle_step``
         and ``turn_position`` (signed, 32 bits) in counts; ``mode`` 0 equal time, 1 equal angle;
         ``zero_moved`` toggles at the first position that counts from a new zero. Raises ValueError
-        if the position moves by more than one count while the trigger determines or knows the
-        multiples of ``angle_step`` and the zero is unchanged, because no decoder gives such a
-        position.
+        if the position moves by more than one count although the zero is unchanged, because no
+        decoder gives such a position. The trigger checks this only while it determines or knows the
+        multiples of ``angle_step``.
         """
         in_time = self._equal_time(sample_period)
         changes, jumps = angle_step != self._step, zero_moved != self._zero_before
@@ -145,9 +145,9 @@ def sample_trigger(
     """Return for each clock whether it is sampled, shape (clocks,).
 
     Every argument is one value per clock, or one for all clocks: ``turn_position`` of head 1 in
-    counts (signed, 32 bits), ``mode`` 0 equal time or 1 equal angle, ``sample_period`` in clocks,
-    ``angle_step`` in counts, ``zero_moved`` the level that toggles when the position counts from a
-    new zero. Raises ValueError if the shapes do not fit, or if the position jumps without a new
+    counts (signed, 32 bits), ``mode`` (0 equal time, 1 equal angle), ``sample_period`` in clocks,
+    ``angle_step`` in counts. ``zero_moved`` is the level that toggles when the position counts from
+    a new zero. Raises ValueError if the shapes do not fit, or if the position jumps without a new
     zero while equal angles are sampled.
     """
     columns = np.broadcast_arrays(

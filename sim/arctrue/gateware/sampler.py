@@ -135,8 +135,8 @@ class _Filling:
                 wrapped(position1 + counts_per_rev),
                 wrapped(position1 - counts_per_rev),
             )
-        # Like the entity, the model checks for the end of the turn only two clocks after the first
-        # sample or later; no table moves by a turn in one clock.
+        # Like the entity, the model checks for the end of the turn from two clocks after the first
+        # sample on. No table moves by a turn in one clock.
         closed = (
             bool(self.rows)
             and clock > self.rows[0][0] + 1

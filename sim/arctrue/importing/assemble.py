@@ -53,7 +53,8 @@ class Settings:
     clock_offset_s : float, optional
         Encoder's time minus the reference's time, seconds.
     rate_deg_s : float, optional
-        Constant speed of the axis, degrees per second, for files with times and errors only.
+        Constant speed of the axis, degrees per second, for files with times and errors but no
+        angle.
     missing : {"", "drop"}, optional
         ``drop`` leaves out the rows in which a value is missing.
     order : str, optional
@@ -254,7 +255,7 @@ def _from_the_start(files: list[FileRows], choices: Choices) -> list[FileRows]:
 
 
 def _turning(rows: FileRows, rate_deg_s: float | None, choices: Choices) -> FileRows:
-    """Give a file of times and errors the angle of an axis that turns evenly."""
+    """Add the angle to a file of times and errors, for an axis that turns at constant speed."""
     if not timed_error(rows.sources) or rows.time_s is None:
         return rows
     if rate_deg_s is None:
@@ -287,9 +288,9 @@ def _joined_logs(
     encoder's reading, interpolated at the reference's times."""
     if len(encoders) != 1 or len(lonely) != 1:
         raise ValueError(
-            f"{len(encoders)} files have a reading without a reference and {len(lonely)} a "
-            "reference without a reading; expected one of each: import each pair by itself, then "
-            "arctrue join"
+            f"{len(encoders)} files have a reading without a reference and {len(lonely)} "
+            "have a reference without a reading; expected one of each: import each pair by "
+            "itself, then use arctrue join"
         )
     encoder, log = encoders[0], lonely[0]
     for one in (encoder, log):

@@ -34,7 +34,7 @@ NONE = "none"
 @dataclass(frozen=True)
 class Source:
     """Source of a quantity: a column and its unit ("" for whole numbers and conditions).
-    ``said_by`` names the ground of the assignment: an option, an answer, the column's name or the
+    ``said_by`` names the basis of the assignment: an option, an answer, the column's name or the
     format."""
 
     column: str
@@ -58,8 +58,8 @@ def map_columns(
     columns and files are numbered from 1. ``units`` gives the unit by quantity.
 
     Raises ValueError for an unknown unit, for a condition with the name of a set's column, for a
-    column that does not exist or whose file is unclear, and if no column is left for a quantity;
-    AmbiguousError for an open assignment.
+    column that does not exist or whose file is unclear, and if no column is left for a quantity.
+    Raises AmbiguousError for an open assignment.
     """
     found: list[Mapped] = [{} for _ in recordings]
     for name, unit in units.items():
@@ -86,8 +86,8 @@ def map_columns(
 
 
 def _refuse_column_of_a_set(name: str, source: str) -> None:
-    """Raise ValueError if a condition would have the name of a column of a set, as which the reader
-    would take it, although its unit was never converted."""
+    """Raise ValueError if a condition has the name of a column of a set. The reader would take the
+    condition for this column, although its unit is not converted."""
     if name in QUANTITIES or name not in COLUMNS:
         return
     quantity = next((known for known in QUANTITIES if name.startswith(f"{known}_")), None)
@@ -241,7 +241,7 @@ def _may_be(recording: FileContent, name: str, column: str, others: set[str]) ->
         return whole and (name != "direction" or bool((np.abs(values) == 1).all()))
     if name == "target":
         # Two heads are compared with each other and need no reference; a commanded angle in the log
-        # is no reference.
+        # is not a reference.
         return not {"head1", "head2"} <= others
     if name == "error" and {"target", "head1"} <= others:
         # A column without a unit may contain error codes.
@@ -374,11 +374,10 @@ def numbers(recording: FileContent, source: Source) -> NDArray[np.int64] | NDArr
 
 
 def _wrong_row(values: NDArray[Any], first: int, *, sixty: bool) -> int:
-    """Return the first row whose text is no number with a decimal comma or with commas between
-    thousands either.
+    """Return the first row whose text is not a number, even if commas are read as decimal signs or
+    as separators of thousands.
 
-    A reader leaves all fields of a column as texts if one of them is no number, so that ``first``,
-    the first text that is no number, may only have a comma.
+    ``first`` is the first row whose text is not a number without this reading of commas.
     """
     for row, text in enumerate(values[first:].tolist(), start=first):
         if all(_number(str(text).replace(",", sign), sixty=sixty) is None for sign in (".", "")):

@@ -19,8 +19,9 @@ FAR_ZERO_TURNS = 0.5 / 360.0
 """Largest mean error, turns, that counts as an error of the table; a larger mean shows that reading
 and reference have different zeros."""
 FARTHEST_FROM_ONE_ZERO_TURNS = 2.0 / 360.0
-"""Largest distance in turns of one file's mean error from the mean of all files for which one shift
-is permitted; reversal errors of tables and drifts between two files are smaller."""
+"""Largest distance, in turns, of a file's mean error from the mean of all files; above it, one
+shift of all files is refused. Reversal errors of tables and drifts between two files are
+smaller."""
 LONGEST_STEP_TURNS = 0.25
 STANDSTILL_SHARE = 1e-3
 """Largest range of a column that stands still (with noise), as a share of the range of the column
@@ -112,8 +113,8 @@ def one_zero(
     if not means:
         return dict(compared)
     sizes = {number: compared[number].target.size for number in means}
-    # The means of all files are moved by whole turns next to the mean of the first file, so that a
-    # mean near half a turn does not wrap for some of the files.
+    # The means of all files are shifted by whole turns towards the first file's mean, because means
+    # near half a turn may have either sign.
     first = next(iter(means.values()))
     near = {number: mean - round(mean - first) for number, mean in means.items()}
     together = sum(near[number] * sizes[number] for number in near) / sum(sizes.values())
@@ -141,7 +142,7 @@ def one_zero(
         raise ValueError(
             f"--zero shift: the files have different zeros: head1 − target is {listed} on average. "
             "One shift applies to files of one measurement: import the files one by one, then "
-            "arctrue join"
+            "use arctrue join"
         )
     choices.note(
         f"{together * 360.0:.6f}° are added to target in all rows: its zero is that of head1"

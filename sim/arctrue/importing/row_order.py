@@ -26,8 +26,8 @@ def in_order(rows: FileRows, said: str, choices: Choices) -> FileRows:
 
     ``said`` is the user's statement: ``sort``, ``runs`` (each step back begins a run), or "".
     Without a statement, the rows remain unchanged if the pieces between steps back are long and all
-    begin near the same time; they are sorted if sorting makes the travel of the table much shorter;
-    otherwise the user is asked. Raises AmbiguousError if nobody answers.
+    begin near the same time. Otherwise, they are sorted if sorting makes the travel of the table
+    much shorter. In all other cases the user is asked. Raises AmbiguousError if nobody answers.
     """
     time_s = rows.time_s
     if time_s is None or time_s.size < 2:

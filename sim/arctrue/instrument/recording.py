@@ -23,8 +23,8 @@ class EdgeTrack:
     position: NDArray[np.int64]
     """Level, in counts, that the reading passed at each kept edge."""
     true_angle_rad: NDArray[np.float64]
-    """True angle of the table half a clock before each kept edge, for the output's edges also
-    earlier by the latency of the core; not wrapped."""
+    """True angle of the table, not wrapped, half a clock before each kept edge; for an edge of the
+    output, half a clock plus the latency of the core before it."""
     bin_edges: NDArray[np.int64]
     """Number of edges in each bin, an equal part of the turn."""
     bin_mean_counts: NDArray[np.float64]

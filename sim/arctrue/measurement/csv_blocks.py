@@ -236,7 +236,7 @@ class CsvFile:
         return [text.decode("utf-8", "replace") for text in column.cast(pa.binary()).to_pylist()]
 
     def _leave_out(self, name: str, index: int, text: str) -> None:
-        """Stop reading a condition, with a warning, because one of its fields is no number."""
+        """Stop reading a condition, with a warning, because one of its fields is not a number."""
         self.conditions.remove(name)
         self.warnings.append(
             f"{self.path}, row {self.row_of(index)}, column {name}: expected a number, "

@@ -9,7 +9,7 @@ from arctrue.measurement.measurement_set import Reference, Table
 
 SAME = 0.1
 """Largest scatter of head1 − target + error, relative to that of head1 − target − error, at which
-the errors count as of the opposite sign: rounded counts and targets leave some scatter."""
+the sign counts as opposite. It is not 0, because rounded counts and targets leave some scatter."""
 
 
 def is_opposite(reference: Reference, counts_per_rev: int | None) -> bool:
@@ -34,7 +34,7 @@ def of_opposite_sign(reference: Reference, table: Table, place: str) -> list[str
         return []
     return [
         f"{place}, column error_arcsec: expected reading of head 1 minus reference, found the "
-        "opposite sign (target_deg minus head1_counts); the angle of the table is taken from "
-        "target_deg, and a correction from this set would double the error: change the sign of "
+        "opposite sign (target_deg minus head1_counts). The angle of the table is taken from "
+        "target_deg; a correction from this set would double the error. Change the sign of "
         "the column"
     ]

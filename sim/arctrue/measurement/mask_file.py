@@ -31,8 +31,9 @@ def with_mask_file(
     number of 0 then means that the line names no row of that channel. A row is named by its line in
     the CSV file; the header is line 1. ``mask`` is 1 for a row that must not be used and 0 for a
     row that must be used. If the file has another column, a warning is added to ``warnings``, once
-    for both channels. Raises MeasurementError; also if ``recorded`` has a blank line before a row,
-    because all later rows would have two numbers: the line, and the number that the commands print.
+    for both channels. Raises MeasurementError for a faulty file. A blank line before a row of
+    ``recorded`` is a fault, too, because all later rows would have two numbers: the line, and the
+    number that the commands print.
     """
     path = folder / FILE_NAME
     if not path.is_file():

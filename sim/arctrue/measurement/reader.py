@@ -95,7 +95,7 @@ def read_measurement_set(
 
 def unread_columns(measurement: MeasurementSet, folder: Path) -> list[tuple[Path, str]]:
     """Return file and name of each column in ``folder`` that the set read from there lacks, because
-    it is no number or its name occurs twice. Raises MeasurementError."""
+    the column is not numeric or its name occurs twice. Raises MeasurementError."""
     description = read_description(folder)
     found: list[tuple[Path, str]] = []
     for section, rows, required, optional in (

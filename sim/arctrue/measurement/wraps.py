@@ -15,8 +15,8 @@ ROUNDED_TURN = 1.0 + 1e-3
 """Largest range, in turns, of angles that restart at each turn: a display rounds the last angle of
 a turn up, to 6.2832 rad or 360.0°."""
 MOST_FOR_MEDIAN = 10_000
-"""Number of rows of a run from which a median is taken, at most about twice as many; the error of a
-reading is far below half a turn."""
+"""Number of rows of a long run from which a median is computed (up to twice as many). They suffice,
+because the error of a reading is far below half a turn."""
 
 
 def without_wraps(error_arcsec: Float) -> tuple[Float, Integer]:

@@ -121,8 +121,7 @@ def analysis_pages(
 
     @pages.get(_ADDRESS + "<any(add, drop, model, load):action>")
     def not_repeated(name: str, number: int, action: str) -> AnyResponse:
-        """Lead from the address of a form, as opened again in the browser, to the page of the
-        step."""
+        """Redirect to the page of the step if the browser opens the address of a form again."""
         return to_step(sessions[name], number, _query())
 
     @pages.post(_ADDRESS + "add")

@@ -181,8 +181,8 @@ def _history(turns: list[dict[str, Any]]) -> dict[str, Any]:
 
 def _heads(turns: list[dict[str, Any]]) -> dict[str, Any]:
     """Return the results for each head and for the axis from the latest turn in which the device
-    calibrated the mean of the heads; the left-out heads and the parity come from the very latest
-    turn."""
+    calibrated the mean of the heads. The left-out heads and the parity come from the latest turn of
+    all."""
     now = next((turn for turn in reversed(turns) if turn.get("places_deg")), None)
     if now is None:
         return {"rows": [], "axis": []}

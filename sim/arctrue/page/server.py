@@ -41,7 +41,7 @@ def serve(settings: PageSettings, host: str, port: int, report_step: ReportStep)
         query = f"?token={settings.token}"
         report_step(
             f"warning: {host} can be reached by other machines, and the connection is not "
-            "encrypted; only those who have the token get in"
+            "encrypted; only browsers with the token are accepted"
         )
     page = make_page(settings)
     path = "/"
@@ -97,6 +97,6 @@ def _why_not(host: str, port: int, error: OSError) -> str:
     if error.errno == errno.EADDRNOTAVAIL or isinstance(error, socket.gaierror):
         return (
             f"--host {one_line(host)}: this machine has no such address; expected 127.0.0.1, "
-            "0.0.0.0 (all of its addresses) or one of its own"
+            "0.0.0.0 (all addresses of this machine) or one of its addresses"
         )
     return f"the page cannot be served at {one_line(host)}, port {port}: {error.strerror}"

@@ -42,11 +42,11 @@ FIGURES = {CALIBRATION_ERROR: "calibration_error", LOG_SCORE: "log_score_gain"}
 
 HEAD = """# How often the diagnosis is right
 
-`arctrue benchmark` hides causes in simulated tables and lets the diagnosis see the folder of the
-measurement set only. The truth is compared with the answer and with an *oracle*: the generalised
+`arctrue benchmark` hides causes in simulated tables and gives the diagnosis only the folder of the
+measurement set. The truth is compared with the answer and with an *oracle*: the generalised
 likelihood ratio that knows the cause's exact form and the covariance by which the noise was
-drawn. It *sees* a cause that it would find in 95 % of such sets at a false alarm of 1 %, which
-includes the cost of its search for an order, a frequency or an instant. A cause that changes the
+drawn. It *sees* a cause that it would find in 95 % of such sets at a false alarm of 1 %; this
+false alarm includes its search for an order, a frequency or an instant. A cause that changes the
 prediction by less than half a count RMS does not count as visible.
 
     make benchmark                               # dev: 650 sets; TIER=quick, public, sealed, cases
@@ -375,8 +375,8 @@ def _sizes(found: Mapping[str, Any]) -> list[str]:
 
 
 def _by_effect(found: Mapping[str, Any]) -> list[str]:
-    """Return a sentence with, for each effect, the number of sets whose answer names the effect
-    first, and the largest size at which an answer did not."""
+    """Return a sentence that states for each effect the number of sets whose answer names it first,
+    and the largest size at which an answer did not name it first."""
     text = []
     for name, item in found["found_by_effect"].items():
         largest = item["largest_not_put_first"]

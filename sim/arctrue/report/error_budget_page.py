@@ -122,7 +122,7 @@ def _sum_and_whole(found: Mapping[str, Any]) -> list[str]:
     return [
         "- The root of the sum of squares differs from the result of all sources together by "
         f"{100 * shares[0]:+.1f} % and {100 * shares[1]:+.1f} %, which are {abs(errors[0]):.1f} "
-        f"and {abs(errors[1]):.1f} standard errors of the difference: the sources are nearly "
+        f"and {abs(errors[1]):.1f} standard errors of the difference. The sources are nearly "
         "independent.",
     ]
 

@@ -41,8 +41,8 @@ FAULT_TABLE = (
     "| slip of at most `index_tolerance` | not detected | – | w · tolerance | "
     "`no_head_fails_without_a_fault` |",
     "| one fault hits several heads, for example because the table is too fast | the heads' "
-    "decoders | 6 µs; the gateware removes only the first head, or of heads in one clock that "
-    "with the lowest number | the counts that the other heads lost, until their indices | "
+    "decoders | 6 µs; the gateware removes only the first head; if several fail in one clock, "
+    "the one with the lowest number | the counts that the other heads lost, until their indices | "
     "`a_fault_of_all_heads_leaves_one_out` |",
     "| a second head fails | the head's decoder (alarm only); the prepared sets omit only one head "
     "| – | not bounded | `tb/mean/head_failover_bench.py` |",
@@ -123,7 +123,7 @@ OBSERVABLE = (
     "out |",
     "",
     "The mean of three heads contains no axis motion. But the calibration attributes axis motion "
-    "to the disc, and the lanes then subtract it from the mean: with heads at 0°, 118°, 237° 1″ "
+    "to the disc, and the lanes then subtract it from the mean. With heads at 0°, 118°, 237°, 1″ "
     "of axis motion causes an output error of 0.02″ to 0.05″ at orders 2, 4 and 5, 10″ at order 3 "
     "and 5″ at order 6.",
     "Heads near 120° determine orders 3 and 6 poorly (noise gain 8.9 and 4.4), and their mean "

@@ -42,7 +42,7 @@ READING = """## How to read it
 - A deviation is the stated value minus the true value. The number after ± is the standard error of
   a coverage.
 - A stated uncertainty is *too small* or *too large* if its coverage differs from 95 % by more than
-  chance explains: over all figures of one case, the probability of such a difference is below 1 %.
+  chance explains. Over all figures of one case, the probability of such a difference is below 1 %.
 - *Estimate* is the sum of all fitted orders. *Corrected angle* is the output of the bit-true
   gateware, with the available lanes and rounded to whole counts. Its deviation is compared with the
   u of the estimate, which contains neither missing lanes nor this rounding.

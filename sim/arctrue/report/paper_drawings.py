@@ -281,7 +281,7 @@ def _figure_a1(axes: Axes) -> None:
     axes.plot(count, [approximation_bound(int(n)) for n in count], "o-", color=AFTER)
     axes.axvline(CORDIC_ITERATIONS, color=LIMIT, linestyle=(0, (4, 3)))
     set_log_y(axes)
-    axes.set_xlabel("iterations n; broken: 16")
+    axes.set_xlabel("iterations n; dashed: 16")
     axes.set_ylabel("δ_max, rad")
 
 
@@ -294,7 +294,7 @@ def _figure_a2(axes: Axes) -> None:
         )  # fmt: skip
     axes.axvline(CORDIC_ITERATIONS, color=LIMIT, linestyle=(0, (4, 3)))
     set_log_y(axes)
-    axes.set_xlabel("iterations n; broken: 16")
+    axes.set_xlabel("iterations n; dashed: 16")
     axes.set_ylabel("ε_max, as printed in (A.5)")
     axes.legend(ncols=5, fontsize=8)
 

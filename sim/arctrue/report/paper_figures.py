@@ -62,7 +62,7 @@ def experiment_chart(found: Mapping[str, Any]) -> Chart:
             _errors(found["after"], AFTER, "", 1),
             *(Level(limit) for limit in published["after_arcsec"]),
         ],
-        "Corrected, enlarged; bars: σ; broken: the paper's range",
+        "Corrected, enlarged; bars: σ; dashed: the paper's range",
     )
     amplitude = np.asarray(found["residual_orders_arcsec"])
     numbers = np.arange(1.0, amplitude.size + 1.0)
@@ -70,7 +70,7 @@ def experiment_chart(found: Mapping[str, Any]) -> Chart:
         Axis("order", ticks=[(float(n), f"{n:.0f}") for n in numbers]),
         Axis("amplitude", ARCSEC),
         [Bars(numbers, amplitude, "", AFTER), Level(expected_order_arcsec(published))],
-        "(b) Orders of the corrected error; broken: what u₁ and u₂ of independent faces give",
+        "(b) Orders of the corrected error; dashed: orders that independent u₁ and u₂ cause",
     )
     words = f"Fig. 11: error at {faces} faces before and after, and the orders that are left."
     return Chart("paper_fig_11", words, [whole, enlarged, orders])

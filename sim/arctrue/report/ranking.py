@@ -56,7 +56,7 @@ def ranked(
         "device": None,
     }
     partly(found)
-    report_step("following the residual over the conditions")
+    report_step("comparing the residual with the conditions")
     compared = compare(analysis.solution, seed)
     found["findings"] = [asdict(item) for item in compared.findings]
     found["regressors"] = [
@@ -69,8 +69,8 @@ def ranked(
 
 
 def _finding(analysis: Analysis, result: Diagnosis) -> dict[str, Any] | None:
-    """Compute the amplitude curve of the effect that the diagnosis names or describes, or else of
-    the first effect of the class, or else of the effect added last."""
+    """Compute the amplitude curve of one effect: the effect that the diagnosis names or describes,
+    otherwise the first effect of the class, otherwise the effect added last."""
     first = result.named or result.described
     if first is None and result.effect_class:
         first = next(

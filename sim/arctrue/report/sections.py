@@ -330,7 +330,7 @@ def evidence_in_words(p_value: float, delta_bic: float) -> str:
     elif p_value < 0.5:
         said = (
             f"Chance alone gives such a gain in one of {max(round(1.0 / p_value), 2)} such sets: "
-            "too often for a name"
+            "too often to name the effect"
         )
     else:
         said = "Chance alone gives such a gain in most such sets"

@@ -43,7 +43,7 @@ class CorrectedEffect:
 
 @dataclass(frozen=True, slots=True)
 class TakenAwayTable:
-    """All measured effects, by what happens to them."""
+    """All measured effects, in three groups: corrected, not corrected, no error of the output."""
 
     corrected: tuple[CorrectedEffect, ...]
     left: tuple[str, ...]
@@ -59,7 +59,7 @@ def stored() -> dict[str, Any]:
 
 
 def taken_away_table() -> TakenAwayTable:
-    """Return the stored figures, sorted by what happens to each effect."""
+    """Return the stored figures in the three groups of the table."""
     rows = stored()["effects"]
     none = ("not in the output", "reference")
     return TakenAwayTable(

@@ -135,8 +135,8 @@ def test_an_hdf5_file_gives_the_same_set(tmp_path: Path) -> None:
 
 
 def test_the_columns_are_those_of_the_equations() -> None:
-    """The test computes the counts of the unwrapped reading from the equation: in the run upward
-    the columns equal them, in the run downward they differ from them by whole turns."""
+    """The test computes the counts of the unwrapped reading from the equation. The columns equal
+    these counts in the upward run, and differ from them by whole turns in the downward run."""
     data = from_arrays()
     up = np.linspace(0.0, 720.0, 720, endpoint=False)
     angle = np.concatenate([up, up[::-1]])

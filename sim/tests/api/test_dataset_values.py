@@ -1,5 +1,5 @@
-"""Tests that values which are masked, packed or impossible are not used as data, and that times
-keep their zone."""
+"""Tests that masked and impossible values are refused, that packed values are unpacked, and that
+times keep their zone."""
 
 from __future__ import annotations
 

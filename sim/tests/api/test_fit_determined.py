@@ -1,4 +1,5 @@
-"""Tests that a fit does not state as certain what neither rows nor conditions determine."""
+"""Tests that a fit states no certain value for a parameter that neither rows nor conditions
+determine."""
 
 from __future__ import annotations
 
@@ -174,8 +175,8 @@ def reversed_runs() -> at.Dataset:
 
 
 def test_a_reached_bound_is_no_certainty() -> None:
-    """A reversal error of 0.5″ is bounded at 0.4″: its interval reaches down from there, by about
-    as much as the likelihood allows, and up to the bound."""
+    """A reversal error of 0.5″ is bounded at 0.4″. Its interval reaches up to the bound, and down
+    by about as much as the likelihood allows."""
     model = orders(1).having("hysteresis")
     free = at.fit(reversed_runs(), model).params[REVERSAL]
     found = at.fit(reversed_runs(), model, bounds={REVERSAL: (None, 0.4)})

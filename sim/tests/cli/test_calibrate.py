@@ -158,7 +158,7 @@ def test_refused_capture(folder: Path, tmp_path: Path, change, words: str) -> No
 
 def test_coefficients_that_would_double_the_error(folder: Path, tmp_path: Path) -> None:
     """The command refuses coefficients that would raise the error from 67″ to 130″ RMS. The test
-    exchanges the names of the heads' columns in the header to get them."""
+    causes this by exchanging the names of the heads' columns in the header."""
     out, figures = tmp_path / "out", tmp_path / "figures.json"
     assert run(folder, "--out", out).exit_code == 0
     before = (out / "coefficients.toml").read_bytes()

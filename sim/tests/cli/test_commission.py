@@ -170,7 +170,7 @@ def test_places_radii_and_skew_are_measured_and_written(monkeypatch: pytest.Monk
     assert float(parameters["head3_deg"]) == pytest.approx(places[2], abs=1e-4)
     parity = re.search(r"Noise of the parity: ([\d.]+)″", done.output)
     assert parity is not None
-    assert float(parity[1]) == pytest.approx(0.1, rel=0.2), "that of one reading"
+    assert float(parity[1]) == pytest.approx(0.1, rel=0.2), "the noise of one reading"
 
 
 def test_a_parameter_without_a_number_is_named() -> None:

@@ -76,7 +76,7 @@ def test_help_is_there_in_short_and_fits_80_columns(words: tuple[str, ...]) -> N
     assert short.output == long.output
     assert short.output.startswith(" ".join(("Usage: arctrue", *words)))
     assert max(map(len, short.output.splitlines())) <= 80
-    assert "=None" not in short.output, "the range of a number without limits"
+    assert "=None" not in short.output, "a number without limits has no range"
 
 
 @pytest.mark.parametrize("words", COMMANDS, ids=" ".join)

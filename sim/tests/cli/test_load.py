@@ -64,7 +64,7 @@ def test_a_file_is_loaded(device: Device, tmp_path: Path) -> None:
     done = run(device, file_of(tmp_path, {1: (150.0, 0.4), 2: (6.0, 4.2)}))
     assert done.exit_code == 0, done.output
     assert "2 orders are loaded and active" in done.output
-    assert getattr(device, "spoiled", True), "and what was spoiled has been sent again"
+    assert getattr(device, "spoiled", True), "expected that the damaged frame is sent again"
 
 
 def test_a_file_is_refused_with_the_reason(device: Device, tmp_path: Path) -> None:

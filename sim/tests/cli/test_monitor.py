@@ -208,7 +208,7 @@ def test_a_further_capture_is_what_was_asked_for_or_refused(device: Device, tmp_
     same = CliRunner().invoke(main, ["capture", *words, "--next", "speed"])
     assert same.exit_code == 1
     assert "1. turn the table up at" in same.stderr
-    assert "error: refused: not what speed asks for: it turns at" in same.stderr
+    assert "error: refused: not the requested measurement (speed): it turns at" in same.stderr
     kept = read_measurement_set(folder).capture
     assert kept is not None
     assert np.unique(kept.run).size == 1

@@ -20,7 +20,7 @@ def no_instrument(monkeypatch: pytest.MonkeyPatch) -> None:
     """Fail the test if a command starts to build the instrument."""
 
     def built(*_: object, **__: object) -> None:
-        raise AssertionError("the work began before its place was looked at")
+        raise AssertionError("the command began to build before it checked the path of its output")
 
     monkeypatch.setattr("arctrue.instrument.instrument.build", built)
 

@@ -33,7 +33,7 @@ def test_steps_have_a_share_and_the_time_left(monkeypatch: pytest.MonkeyPatch) -
     assert shown == ["a (0 %, ? left)", "b (25 %, 30 s left)", "c (50 %, 20 s left)"]
     for name in ("d", "e", "f"):
         step.now(name)
-    assert shown[-1].startswith("f (99 %"), "more steps than were thought"
+    assert shown[-1].startswith("f (99 %"), "more steps than expected"
 
 
 def test_without_a_number_of_steps_nothing_is_made_up(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -73,7 +73,7 @@ def test_tables_and_lines_of_the_console_are_harmless(nasty: str) -> None:
     shown = console.file.getvalue()
     # rich itself removes some control characters, and turns a separator into a line break.
     assert all(map(is_printable, shown.split("\n"))), repr(shown)
-    assert "[/nothing]" in shown, "brackets of the content are no markup"
+    assert "[/nothing]" in shown, "brackets in the content are not markup"
 
 
 def test_every_command_prints_through_the_one_module() -> None:

@@ -369,7 +369,9 @@ def test_systemd_hears_that_it_is_ready_and_alive(
         assert running.process.wait(PATIENCE_S) == 0
         hear("STOPPING=1")
     manager.close()
-    assert not list((tmp_path / "run").iterdir()), "the announcement has been taken away"
+    assert not list((tmp_path / "run").iterdir()), (
+        "expected that the daemon deletes its announcement"
+    )
 
 
 @pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="systemd is not installed")

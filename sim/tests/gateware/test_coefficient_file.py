@@ -140,7 +140,9 @@ def test_lanes_that_follow_the_temperature(tmp_path: Path) -> None:
     write_coefficient_file(path, thermal())
     assert read_coefficient_file(path) == thermal()
     assert "schema = 2\n" in path.read_text("utf-8")
-    assert "schema = 1\n" in GOOD, "what needs no new reader stays readable for old ones"
+    assert "schema = 1\n" in GOOD, (
+        "a file without new parts keeps schema 1, which older readers read"
+    )
     # The expected correction, at 24 °C and many angles, has coefficients c0 + c1 (T - T0) + c2 (T -
     # T0)^2.
     angle = np.arange(0, 2**24, 99_991)

@@ -34,7 +34,7 @@ def test_three_heads_have_no_parity() -> None:
 
 def test_a_motion_of_half_a_micrometre_is_no_step_and_64_counts_are() -> None:
     """A motion of the axis of 13.4 counts (0.5 µm at a radius of 100 mm) and an eccentricity of 1.9
-    counts, each in a random direction, are no step. An additional step of one head by at least
+    counts, each in a random direction, are not a step. An additional step of one head by at least
     2·STEP_COUNTS is attributed to this head."""
     rng = np.random.default_rng(2)
     for _ in range(2000):

@@ -383,7 +383,7 @@ def test_what_the_filter_is_for_is_no_overspeed(name: str) -> None:
 
 @pytest.mark.parametrize("pulse", range(1, 9))
 def test_a_pulse_on_one_pin_is_no_overspeed(pulse: int) -> None:
-    """A pulse on A is no overspeed, wherever it lies between the edges of B; counts are twelve
+    """A pulse on A is not an overspeed, wherever it lies between the edges of B; counts are twelve
     clocks apart."""
     clock = np.arange(400)
     count = clock // 12

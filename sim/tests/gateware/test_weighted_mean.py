@@ -80,7 +80,7 @@ def test_a_translation_of_the_axis_is_not_in_the_mean() -> None:
     left = mean_angle(angles, mean, COUNTS) - true
     bound = sum(abs(w) for w in weights) / WEIGHT_ONE * 0.5 + 4 * 2**-17 * motion_counts
     assert np.abs(left).max() <= bound
-    assert np.abs(angles[:, 0] - true).max() > 60 * bound, "and head 1 alone is wrong by the motion"
+    assert np.abs(angles[:, 0] - true).max() > 60 * bound, "head 1 alone is wrong by the motion"
 
 
 def test_a_difference_beyond_the_format_is_limited_and_said() -> None:

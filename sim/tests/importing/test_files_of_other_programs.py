@@ -339,7 +339,7 @@ def test_rows_out_of_order_are_sorted_and_said(tmp_path: Path, swaps: int) -> No
     found, said = checked(tmp_path, tmp_path / "log.csv")
     assert "the rows are sorted by time" in said
     assert found.run is not None
-    assert found.run.max() == 1, "up and down"
+    assert found.run.max() == 1, "two runs: up and down"
 
 
 def test_runs_that_begin_anew_are_not_mixed(tmp_path: Path) -> None:

@@ -167,7 +167,7 @@ def test_units_and_wraps(real: MeasurementSet, tmp_path: Path, unit: str, per_tu
     expected = (counts / 65536.0 - target / 360.0 + 0.5) % 1.0 - 0.5
     np.testing.assert_allclose(found.error_arcsec, expected * 1_296_000.0, atol=1e-5)
     assert found.run is not None
-    assert found.run.max() == 1, "up and down"
+    assert found.run.max() == 1, "two runs: up and down"
 
 
 def test_two_heads_that_wrap_become_a_capture(tmp_path: Path) -> None:

@@ -103,8 +103,8 @@ def test_the_sign_of_a_guide_log_is_asked_for(tmp_path: Path) -> None:
 
 
 def test_stretches_of_guiding_have_one_clock_and_one_axis(tmp_path: Path) -> None:
-    """Guiding of the same star that begins again after 1,000 s continues at the axis' angle of that
-    time; a star 1 h farther east stands 15° farther back."""
+    """If guiding of the same star begins again after 1,000 s, the axis continues at its angle of
+    that time. For a star 1 h farther east it stands 15° farther back."""
     for hours, name in ((5.20, "same"), (6.20, "east")):
         guide_log(tmp_path / "log.txt")
         text = (tmp_path / "log.txt").read_text(encoding="utf-8")
@@ -122,7 +122,7 @@ def test_stretches_of_guiding_have_one_clock_and_one_axis(tmp_path: Path) -> Non
 
 def test_a_change_of_the_side_of_the_pier_turns_the_axis_by_half_a_turn(tmp_path: Path) -> None:
     """A German mount that changes from the west to the east side of its pier turns its axis back by
-    180°; the same star is then followed on. Its error has the same sign on the axis."""
+    180° and then follows the same star again. The error of the axis keeps its sign."""
     guide_log(tmp_path / "log.txt")
     text = (tmp_path / "log.txt").read_text(encoding="utf-8")
     before = text.replace("Pier side = East", "Pier side = West")

@@ -93,7 +93,7 @@ def test_a_column_with_the_sets_own_name_comes_first(tmp_path: Path) -> None:
     done = arctrue(tmp_path / "a.csv", tmp_path / "out")
     assert done.exit_code == 0, done.output
     assert reference_of(tmp_path / "out").target_deg[5] == 5.0
-    assert "3 Soll [deg]" in done.output, "the other one is listed as not used"
+    assert "3 Soll [deg]" in done.output, "the other column is not used"
 
 
 def test_two_columns_of_one_meaning_are_asked_for(tmp_path: Path) -> None:

@@ -104,7 +104,7 @@ def test_a_question_of_the_reader_shows_the_first_lines(tmp_path: Path) -> None:
     assert done.exit_code == 2
     assert "--decimal point, --decimal comma" in done.output
     assert "1,250 2,250" in done.output
-    assert "--column target=1" in done.output, "what follows is asked at once"
+    assert "--column target=1" in done.output, "the import asks the next questions at once"
 
 
 def test_a_file_with_too_few_columns_is_a_sentence(tmp_path: Path) -> None:

@@ -45,8 +45,8 @@ The table moves by 2° to 3° while the firmware sets the core up, and then reac
 """
 
 SAMPLE_AFTER_EDGE = -1
-"""Clocks from an edge of sync_in to the pins of the heads that its sample contains: those one clock
-before the edge.
+"""Clocks from an edge of sync_in to the pins of the heads that its sample contains: the sample
+contains the pins of the clock before the edge.
 
 The strobe comes 4 clocks after the edge of its pin, the turn position 5 clocks after the pins of
 the head (headers of pulse_input and quadrature_decoder).
@@ -261,7 +261,7 @@ def test_no_event_of_probe_and_compare_is_lost(scene: Beside) -> None:
     clocks = np.concatenate([edges, pulses])
     kinds = np.concatenate([np.full(edges.size, 1), np.full(pulses.size, 2)])
     order = np.argsort(clocks, kind="stable")
-    assert np.unique(clocks).size == clocks.size, "no event is both"
+    assert np.unique(clocks).size == clocks.size, "no event is one of both probe and compare"
     assert [event.kind for event in found] == kinds[order].tolist()
     assert not any(event.missed for event in found)
     times = np.array([event.time_s for event in found]) * instrument.read("clock_hz")

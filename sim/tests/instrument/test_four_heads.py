@@ -86,7 +86,9 @@ def test_capture_calibrate_load_and_fresh_turns(device: HeadsDevice, tmp_path: P
     assert mean["mean_off_arcsec"] < 0.5
     assert mean["alarms"] == []
     assert "active_arcsec" in first
-    assert "active_arcsec" not in mean, "it is of head 1; 0 would look like a perfect mean"
+    assert "active_arcsec" not in mean, (
+        "the key describes head 1; a 0 would look like a perfect mean"
+    )
     before, head1_before = device.record()
     assert abs(before.line(BALLS.order)) < LINE_ARCSEC
     assert abs(head1_before.line(BALLS.order)) == pytest.approx(balls_arcsec, abs=LINE_ARCSEC)
@@ -104,7 +106,7 @@ def test_capture_calibrate_load_and_fresh_turns(device: HeadsDevice, tmp_path: P
     assert abs(after.line(BALLS.order)) < LINE_ARCSEC
     assert abs(after.line(1) - before.line(1)) < LINE_ARCSEC
     change = abs(head1_after.line(1) - head1_before.line(1))
-    assert change == pytest.approx(hub_arcsec, abs=LINE_ARCSEC), "what head 1 sees of it"
+    assert change == pytest.approx(hub_arcsec, abs=LINE_ARCSEC), "the change of head 1's reading"
 
 
 @pytest.mark.slow
@@ -143,7 +145,7 @@ def test_the_device_calibrates_the_mean_alone(device: HeadsDevice) -> None:
     assert device.accepted_turn()["mean_of_heads"] == 4
     assert "saved confirmed" in device.firmware.send("status")
     moved, _ = device.record()
-    assert abs(moved.line(1) - mean.line(1)) < LINE_ARCSEC, "the hub has moved by 7.6″"
+    assert abs(moved.line(1) - mean.line(1)) < LINE_ARCSEC, "the hub moved by 7.6″"
     device.calibrate_alone(on=False)
     device.firmware.send("forget")
 
@@ -161,7 +163,7 @@ def mean_of(**changes: Any) -> Coefficients:
 @pytest.mark.slow
 def test_a_mean_of_other_heads_is_refused(device: HeadsDevice) -> None:
     """The firmware refuses at once a set for three heads, a set with other delays and a set without
-    the frame of head 3; it refuses after a turn a set in which one head's angle is wrong by
+    the frame of head 3. After a turn it refuses a set in which one head's angle is wrong by
     0.1°."""
     device.turn_before(*AXIS)
     device.accepted_turn()

@@ -198,8 +198,8 @@ def test_latency_at_the_papers_scale_while_the_speed_changes(modulated: Instrume
 
 WINDOW_CLOCKS = 1 << 14
 RINGING_COUNTS = 3.0
-"""Bound of the error from peak to peak: a count each for the roundings of reading and output, and
-twice the half count that is left of the step's error."""
+"""Bound of the error from peak to peak: one count each for the roundings of reading and output, and
+twice the half count to which the step's error has fallen."""
 
 
 @pytest.mark.parametrize(
@@ -208,13 +208,13 @@ twice the half count that is left of the step's error."""
 def test_the_measured_speed_settles_after_a_step(
     modulated: Instrument, delay_us: float, windows: int
 ) -> None:
-    """Up to the limit of the feedback the output has settled ``windows`` windows after the speed
-    has halved; with a delay beyond the limit, which every loader refuses, it still rings, or has
-    stopped.
+    """Up to the limit of the feedback, the output has settled ``windows`` windows after the speed
+    has halved. With a delay beyond the limit, which every loader refuses, the output still rings or
+    has stopped.
 
-    Two windows are the lag. In the others an error of τ·Δω = 43 counts (61 µs) falls below half a
-    count: it is multiplied by at most 0.61 per window, by 0.83 for a reading that is early
-    (``SPEED_FEEDBACK_EIGHTHS``).
+    Two windows are the lag. The error is first τ·Δω = 43 counts (61 µs). Each further window
+    multiplies it by at most 0.61, or by 0.83 for a reading that is early
+    (``SPEED_FEEDBACK_EIGHTHS``), until it is below half a count.
     """
     late, step = round(100 * delay_us), 400_000
     nominal = 1.5 * FULL_PACE
@@ -249,8 +249,8 @@ def test_a_swap_to_another_nominal_speed_makes_no_jump(modulated: Instrument) ->
     turns; the output does not move.
 
     The bound is half a count each for the roundings of reading and output before and after the
-    swap. The new words become active with the new lanes: before the swap the old ratio of the
-    speeds stays.
+    swap. The new words become active together with the new lanes; until the swap the ratio of the
+    speeds keeps its old value.
     """
     script = Script([(900_000, FULL_PACE)], late_clocks=FULL_LATE, counts_per_rev=FULL_COUNTS)
     modulated.attach_curves(script)  # type: ignore[arg-type]
@@ -334,8 +334,8 @@ WIDTH = 700.0
 
 
 def reversal_errors(instrument: Instrument, modulator: str | None) -> NDArray[np.float64]:
-    """Return the error in counts of every edge from when the direction is known, also during
-    reversals."""
+    """Return the error of every edge, counts, from the clock on in which the direction is known;
+    edges during reversals are included."""
     pace = 0.1
     legs = [(90_000, pace)]
     for way in (-4000.0, 900.0, -500.0, 3000.0):
@@ -448,4 +448,4 @@ def test_without_the_generic_the_window_is_refused() -> None:
         with pytest.raises(BusError):
             plain.read("conditions.width")
         plain.write_coefficients(order_0(5.0, "word_a"))
-        assert plain.read_words(0x1004, 1) == [0], "the bits of the modulator are not there"
+        assert plain.read_words(0x1004, 1) == [0], "the core has no bits of the modulator"

@@ -34,5 +34,5 @@ def test_three_heads_calibrate_their_mean_and_fresh_turns_agree() -> None:
         output, head1 = device.record()
     count = SETTINGS.arcsec_per_count
     rounding = count / np.sqrt(12.0)
-    assert float(np.std(head1.error_arcsec)) > 50.0, "the disc stands eccentrically"
+    assert float(np.std(head1.error_arcsec)) > 50.0, "the disc is eccentric"
     assert float(np.std(output.error_arcsec)) < np.sqrt(2.0) * rounding + 0.1 * count

@@ -154,11 +154,11 @@ def test_join_takes_what_was_asked_for_and_refuses_the_rest(tmp_path: Path) -> N
     sets = ("join", tmp_path / "first", tmp_path / "back")
     refused = run(*sets, tmp_path / "all", "--next", "speed")
     assert refused.exit_code == 1
-    assert "error: refused: not what speed asks for: it turns down" in refused.stderr
+    assert "error: refused: not the requested measurement (speed): it turns down" in refused.stderr
     assert not (tmp_path / "all").exists()
     forced = run(*sets, tmp_path / "forced", "--next", "speed", "--force")
     assert forced.exit_code == 0
-    assert "warning: not what speed asks for" in forced.stderr
+    assert "warning: not the requested measurement (speed)" in forced.stderr
     assert run(*sets, tmp_path / "all", "--next", "direction").exit_code == 0
     joined = read_measurement_set(tmp_path / "all")
     assert "--next direction" in (joined.origin.command or "")

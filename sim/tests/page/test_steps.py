@@ -239,7 +239,7 @@ def test_a_deleted_session_stays_deleted(
     settings: PageSettings, first: str, rankings: list[Ranking], queued: bool
 ) -> None:
     """The page ends the ranking of a session before it deletes the session, whether the ranking
-    runs or waits for a place; what writes later makes no folder."""
+    runs or waits for a place; a process that writes later makes no folder."""
     made = make_page(settings)
     session = made.analyses.sessions[first.split("/")[2]]
     for _ in range(AT_ONCE if queued else 0):
@@ -342,7 +342,7 @@ def test_a_changed_set_leaves_no_result_of_its_earlier_state(
     client: FlaskClient, settings: PageSettings, rankings: list[Ranking]
 ) -> None:
     """After the mask of an opened set changed, the page drops the fit and the diagnosis of the
-    earlier set at the same address, also a diagnosis that a running job still writes."""
+    earlier set at the same address. It also drops a diagnosis that a running job still writes."""
     folder = settings.folder / "changed"
     write_measurement_set(folder, measurement_set(paper_error, seed=6, runs=1, cycles=1, turns=1))
     address = str(client.post("/open", data={"set": "changed"}).location)

@@ -15,7 +15,7 @@ from arctrue.report.sections import angle_text, evidence_in_words
         (0.0, "less than one of a thousand million"),
         (2e-7, "less than one of a million"),
         (1.0 / 300.0, "in one of 300 such sets (p"),
-        (0.02, "one of 50 such sets: too often for a name"),
+        (0.02, "one of 50 such sets: too often to name the effect"),
         (0.9, "such a gain in most such sets"),
     ],
 )

@@ -1,4 +1,5 @@
-"""Tests that the demo's last page names what the device can take away, from the stored figures."""
+"""Tests that the demo's last page names the effects that the device can correct, from stored
+figures."""
 
 from __future__ import annotations
 

@@ -31,7 +31,8 @@ class ProbeWatch:
         self.forget()
 
     def forget(self) -> None:
-        """Discard clock frequency and counts per turn after a restart, to request them again."""
+        """Discard clock frequency, counts per turn and the number of the last event, after a
+        restart or a lost port."""
         self._clock_hz = self._counts_per_rev = 0.0
         self._edge: int | None = None
         self._asked_s = None
@@ -61,7 +62,7 @@ class ProbeWatch:
         self._asked_s = None
 
     def line(self, text: str) -> None:
-        """Process a line from the device that is no telemetry."""
+        """Process a line from the device that is not telemetry."""
         if text.startswith("event "):
             self._take_event(text)
             return

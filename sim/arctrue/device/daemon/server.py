@@ -137,7 +137,9 @@ class Server:
             return
         request = _request(line)
         if not hmac.compare_digest(str(request.get("token", "")).encode(), self._token):
-            writer.write(_line({"error": "the token is wrong: it is in the daemon's run file"}))
+            writer.write(
+                _line({"error": "the token is wrong; the daemon's run file has the right one"})
+            )
             return
         asked = request.get("ask")
         if asked == "watch":
@@ -152,7 +154,7 @@ class Server:
             writer.write(_line(self._life(request.get("alarms"))))
         else:
             known = "watch, console, status, capture or life"
-            writer.write(_line({"error": f"no request is called {str(asked)[:40]!r}: ask {known}"}))
+            writer.write(_line({"error": f"no request {str(asked)[:40]!r}; expected {known}"}))
 
     async def _http(
         self, line: bytes, reader: asyncio.StreamReader, writer: asyncio.StreamWriter

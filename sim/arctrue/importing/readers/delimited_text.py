@@ -40,11 +40,11 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     """Return the columns under the names of the header; without a header they are named ``1``,
     ``2`` …
 
-    Lines that begin with #, % or // are comments; the last line above the rows, a comment or not,
-    is the header if it has as many words as the rows have fields. A row of units under the header
-    is added to the names. Lines of words after the last row, a last line that is cut off and
-    repeated headers are left out, with a note. A column with a field that is no number becomes a
-    text column.
+    Lines that begin with #, % or // are comments. The last line above the rows, even a comment, is
+    the header if it has as many words as the rows have fields. A row of units under the header is
+    added to the names. Lines of words after the last row, a last line that is cut off and repeated
+    headers are left out, with a note. A column with a field that is not a number becomes a text
+    column.
 
     The user is asked if two interpretations are possible. Raises MeasurementError, which names the
     row of a wrong line, and AmbiguousError if nobody answers.
@@ -141,7 +141,7 @@ class _Rows:
 
     def _kept_back(self) -> Iterable[Line]:
         """Yield the lines that were held back, because a row follows them. Raises MeasurementError
-        if one of them is no row."""
+        if one of them is not a row."""
         for line, text in self._back:
             self._refuse_other_width(line, text)
             yield line, text

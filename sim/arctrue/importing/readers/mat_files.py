@@ -121,7 +121,7 @@ def _group(
 def _equally_long(
     columns: Mapping[str, NDArray[Any]], left_out: list[str]
 ) -> dict[str, NDArray[Any]]:
-    """Return the columns of the most frequent length; a scalar is no column."""
+    """Return the columns of the most frequent length; a scalar is not a column."""
     lengths = Counter(len(array) for array in columns.values() if len(array) > 1)
     rows = max(lengths, key=lambda length: (lengths[length], length))
     for name, array in columns.items():

@@ -31,7 +31,7 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     arrays.
 
     Raises MeasurementError for a damaged file, for pickled objects (never unpickled), for arrays
-    that are no columns, and for a size above the limit.
+    that are not columns, and for a size above the limit.
     """
     try:
         refuse_above_limit(path, _unpacked_bytes(path))

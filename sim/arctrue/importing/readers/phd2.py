@@ -92,8 +92,8 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     )
     if len({section.pier_side for section in sections} - {""}) > 1:
         notes.append(
-            f"{path.name}: the telescope changed the side of the pier, for which the axis turned "
-            "by half a turn"
+            f"{path.name}: the telescope changed the side of the pier, which required half a turn "
+            "of the axis"
         )
     if dropped:
         notes.append(f"{path.name}: {dropped} dropped frames are left out")
@@ -147,8 +147,8 @@ def _flipped_deg(first: _Section, section: _Section) -> float:
     """Return how much farther back the axis stands because the telescope changed the side of the
     pier.
 
-    A German mount that has followed a star to the meridian turns its axis back by half a turn, and
-    the telescope goes from the west side of the pier to the east side (the sides of ASCOM's
+    A German mount that has followed a star to the meridian turns its axis back by half a turn. The
+    telescope then goes from the west side of the pier to the east side (the sides of ASCOM's
     ``SideOfPier``). The result is 0 if the log does not state both sides.
     """
     here, there = section.pier_side, first.pier_side

@@ -38,7 +38,7 @@ class Form:
         if sign is None:
             return line.split()
         if '"' in line:
-            # A field above the limit of the csv module is no number, whatever quotes it has.
+            # A field above the limit of the csv module is not a number, with or without quotes.
             with contextlib.suppress(csv.Error):
                 return [field.strip() for field in next(csv.reader([line], delimiter=sign))]
         return [field.strip() for field in line.split(sign)]

@@ -19,7 +19,7 @@ _MARKS = (  # UTF-32 comes before UTF-16, because its byte order mark begins wit
     (codecs.BOM_UTF16_BE, "utf-16"),
 )
 _OTHER_FILES = {  # message for a file that begins with these bytes
-    b"PK\x03\x04": "is an archive or a workbook: of a workbook, save the sheet as CSV; unpack an "
+    b"PK\x03\x04": "is an archive or a workbook: save the sheet of a workbook as CSV; unpack an "
     "archive first",
     b"\xd0\xcf\x11\xe0": "is a workbook of an old Excel version: save the sheet as CSV",
     b"BZh": "is packed by bzip2: unpack it first (bunzip2)",
@@ -42,7 +42,7 @@ def encoding_of(path: Path) -> Encoding:
     UTF-8, otherwise Windows-1252.
 
     UTF-16 without a mark is recognised by its zero bytes. Windows-1252 has all letters of Latin-1.
-    Raises MeasurementError for a file that is no text.
+    Raises MeasurementError for a file that is not text.
     """
     with path.open("rb") as file:
         head = file.read(4096)

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
-// Sets the levels of the core's input pins. The pins of the heads follow the readings of two to four heads, given as
-// curves over the clocks, or given levels of the six pins of heads 1 and 2. Disturbances act on the wires between heads
-// and core; the pins sync_in and probe_in change only by disturbances.
+// Sets the levels of the core's input pins. The pins of the heads follow either readings of two to four heads, given as
+// curves over the clocks, or a given sequence of levels of the six pins of heads 1 and 2. Disturbances act on the wires
+// between heads and core; the pins sync_in and probe_in change only by disturbances.
 
 #ifndef ARCTRUE_INSTRUMENT_STIMULUS_H
 #define ARCTRUE_INSTRUMENT_STIMULUS_H

@@ -17,7 +17,8 @@ _BASE = 1.5
 
 def axis_orbit_chart(orbit: AxisOrbit) -> Chart:
     """Draw the path of the axis on the left, and polar plots of its x and y about a base circle on
-    the right; without the motion that repeats in each turn if the orbit does not contain it."""
+    the right. If three heads measured the orbit, draw only the motion that does not repeat in each
+    turn."""
     every = max(1, orbit.angle_rad.size // _MOST_POINTS)
     found = [error_motion(orbit.angle_rad, values) for values in (orbit.x_arcsec, orbit.y_arcsec)]
     closed = [np.append(item.mean, item.mean[0]) for item in found]
@@ -31,7 +32,7 @@ def axis_orbit_chart(orbit: AxisOrbit) -> Chart:
         return Chart(
             "axis_orbit",
             "Asynchronous motion of the axis: displacement divided by the radius of the disc, "
-            "minus its mean at each angle, which three heads do not separate from the disc.",
+            "minus its mean at each angle. Three heads do not separate this mean from the disc.",
             [Panel(Axis("x", ARCSEC), Axis("y", ARCSEC), [cloud], equal_scales=True)],
             panel_height=4.0,
         )

@@ -30,16 +30,15 @@ Float = NDArray[np.float64]
 
 _MOST_RUNS = 12
 _FEW_STATIONS, _APART, _EDGE = 60, 1.6 / 360.0, 3.0 / 360.0
-"""Largest number of stations for which the two directions are drawn side by side; then, as shares
-of the axis, the distance between the directions, and the margin at the ends."""
+"""Largest number of stations for which the two directions are drawn side by side. Then, as shares
+of the axis: the distance between the directions, and the margin at the ends."""
 _DASHES: tuple[Dash, ...] = ("solid", "dash", "dot")
 _MARKERS: tuple[Marker, ...] = ("circle", "hollow", "diamond")
 
 
 def branches(residuals: Residuals, noise_arcsec: Mapping[str, float]) -> Chart:
-    """Draw for each of the first 12 runs of the capture the mean residual in 180 bins of the angle,
-    and for each row of the reference the residual as a point; the points of each direction have
-    their own colour.
+    """Draw the mean residual in 180 bins of the angle as a curve for each of the first 12 runs of
+    the capture. Draw each row of the reference as a point, coloured by direction.
 
     ``noise_arcsec``: standard deviation of repeated measurements, by channel.
     """

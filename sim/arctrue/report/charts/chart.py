@@ -26,7 +26,8 @@ SYMBOLS = {ARCSEC: "″", URAD: "µrad", "deg": "°", "deg/s": "°/s", "1": ""}
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#b5578c", "#b07d00", "#3c8dbc")
 """Colours of up to six series. The first three are colours of Okabe and Ito, which people with any
-type of colour vision can distinguish; the other three are similar to further colours of theirs."""
+type of colour vision can distinguish; the other three are similar to further colours of this
+palette."""
 CHANNEL_COLOUR = {"capture": COLOURS[0], "reference": COLOURS[1]}
 QUIET = "#8a94a0"
 """Colour of elements of minor importance."""

@@ -30,5 +30,5 @@ def effect_amplitude_chart(finding: EffectAmplitude, condition: str) -> Chart:
             Panel(Axis(item.name, item.unit), Axis(what, ARCSEC), layers, item.channel.capitalize())
         )
     name = finding.effect.replace("_", " ")
-    words = f"How large {name} is, against {panels[0].x.label if panels else 'nothing'}."
+    words = f"Size of {name} against {panels[0].x.label if panels else 'nothing'}."
     return Chart("finding", words, panels, columns=2, panel_height=3.0)

@@ -15,8 +15,8 @@ from arctrue.report.charts.chart import ARCSEC, COLOURS, Axis, Chart, Curve, Pan
 Float = NDArray[np.float64]
 
 _MOST_POINTS = 20_000
-"""Number of points per run: of k times as many rows, only every k-th row is drawn, so that fewer
-than twice this number of points remain; more points would look like a band.
+"""Number of points per run. Of k times as many rows, only every k-th row is drawn, so that fewer
+than twice this number of points remain. More points would look like a band.
 """
 
 

@@ -21,9 +21,9 @@ _MOST_POINTS = 1500
 
 
 def measurement_and_model(analysis: Analysis, *, whitened: bool = False) -> Chart:
-    """Draw the measured rows, and the mean of the model in 360 bins of the angle. For more than
-    1,500 rows draw instead of the rows, for each bin, their mean and a band from the lowest to the
-    highest row.
+    """Draw the measured rows, and the mean of the model in 360 bins of the angle. If there are more
+    than 1,500 rows, draw in place of them the mean and the range (lowest to highest) of the rows in
+    each bin.
 
     ``whitened``: measurement and model are multiplied by the inverse root of the noise's
     covariance, so that noise alone would scatter by 1 about the model.

@@ -58,7 +58,7 @@ def residual_findings_chart(findings: Sequence[Finding]) -> Chart:
         beyond = np.array([100.0 * findings[row].share_beyond for row in rows])
         layers += [
             Bars(place, alone, f"{channel}: by itself", colour, lying=True, opacity=0.3),
-            Bars(place, beyond, "beyond what is above it", colour, lying=True, width=0.35),
+            Bars(place, beyond, "not explained by those above", colour, lying=True, width=0.35),
         ]
     ticks = [(-float(row), f"{item.channel}: {item.follows}") for row, item in enumerate(findings)]
     panel = Panel(

@@ -37,7 +37,7 @@ _HEADROOM = 1.25
 _MOST_ABOVE = 3.0
 """Largest ratio of the height of the panel to the highest line."""
 _MOST_POINTS = 2000
-"""Number of points of a curve: of k times as many points, only the highest point of each group of k
+"""Number of points of a curve. Of k times as many points, only the highest point of each group of k
 neighbours is drawn, so that fewer than twice this number remain."""
 
 
@@ -111,7 +111,8 @@ def _panel(residuals: Residuals, channel: str, along: Along) -> Panel:
             Curve(places[marked], heights, "", CHANNEL_COLOUR[channel], kind="points", labels=names)
         )
     x = Axis(_LABELS[along], _UNITS[along], logarithmic=True)
-    # Coloured noise at the lowest rates must not press everything else onto the axis.
+    # The scale ignores high limits of coloured noise at the lowest rates, which would make all
+    # lines too small to see.
     highest = float(max(found.amplitude_arcsec.max(), np.median(chance)))
     top = max(highest, min(float(chance.max()), _MOST_ABOVE * highest))
     y = Axis("amplitude", ARCSEC, reach=(0.0, _HEADROOM * top))

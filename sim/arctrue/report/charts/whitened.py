@@ -33,7 +33,7 @@ def whitened(residuals: Residuals) -> Chart:
     normal distribution.
 
     If the fitted noise is right, residuals that are whitened with it are independent draws of the
-    standard normal distribution: the bars then lie within the band, and the points lie on the line.
+    standard normal distribution. The bars then lie within the band, and the points on the line.
     """
     panels: list[Panel] = []
     for channel, values in (

@@ -165,7 +165,7 @@ def test_page_and_json(act: SecondAct, folder: Path, tmp_path: Path) -> None:
         ElementTree.fromstring(picture)
     assert not re.search(r'(?:src|href)="(?!#|data:)', page)
     within = ("Within the limits", "subdivision_error", "held out", "262,144 counts")
-    for words in (*within, "Effects that the device can take away"):
+    for words in (*within, "Effects that the device can correct"):
         assert words in page
     failed = dataclasses.replace(act, faults=("it is <worse>",))
     write_second_act_page(failed, tmp_path / "bad.html")
