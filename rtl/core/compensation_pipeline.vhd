@@ -35,9 +35,9 @@
 -- angle and leaves as `corrected_referenced`, so that quadrature_output gives no Z for an angle without a zero.
 --
 -- **Put back.** `position` contains `put_back` counts, which replace the counts that head 1 (or the carrier) lost. A
--- change of `zero_moved` marks the first angle from another zero; both travel with the angle, and the change of the
--- correction decays at the ramp rate. With FOLD > 1, `zero_moved` may toggle in any clock, also several times between
--- two accepted angles: the next accepted angle then counts from another zero.
+-- change of `zero_moved` marks the first angle from another zero. `put_back` and `zero_moved` travel with the angle,
+-- and the change of the correction decays at the ramp rate. With FOLD > 1, `zero_moved` may toggle in any clock, also
+-- several times between two accepted angles: the next accepted angle then counts from another zero.
 --
 -- **Mean.** With MEAN, `angle` and `position` belong to the carrier; `mean_term`, `jumped` and `jump` must come
 -- MEAN_LATENCY clocks after the reading to which they belong, as head_mean gives them. `swap_comes` is high in the
