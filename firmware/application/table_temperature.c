@@ -8,7 +8,7 @@
 #define READING_S 0.5
 #define LEAST_C (-55.0)
 #define MOST_C 150.0
-/* Number of failures, or of agreeing readings, in a row that cannot be an accident. */
+/* Number of failures in a row, and number of agreeing readings in a row, that are not taken for chance. */
 enum { FAILURES_MOST = 3, AGREE_LEAST = 3 };
 /* Largest rate at which the table may have changed while its thermometer was silent: 3 K per minute. */
 #define SILENT_K_S 0.05
@@ -161,8 +161,8 @@ static void table_temperature_read_sensor(struct table_temperature *table,
     }
     double most_k = limits->jump_k + SILENT_K_S * (now_s - table->read_s);
     if (fabs(celsius - table->shown_c) > most_k) {
-        /* A single jump may be a bit error on the bus. After FAILURES_MOST jumps the thermometer is not believed
-           until the operator has checked it. */
+        /* A single jump may be a bit error on the bus. After FAILURES_MOST jumps the thermometer is not read until the
+           operator has selected it again. */
         if (++table->in_a_row >= FAILURES_MOST) {
             table->state = TEMPERATURE_JUMPED;
         }
