@@ -124,7 +124,7 @@ def does_the_same_from_random_registers(
             cut = {name: noted[name][begin:]}
             reported = {name: other[name][begin:]}
             assert not differences(cut, reported, 0, undefined={"s_axil_rdata"}), f"seed {seed}"
-    assert len(begun) == len(POWER_UPS) + 1, "the registers began with other values"
+    assert len(begun) == len(POWER_UPS) + 1, "two power-ups gave the same outputs"
 
 
 def test_a_broken_netlist_is_noticed(tmp_path: Path) -> None:
