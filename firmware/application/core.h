@@ -178,9 +178,9 @@ bool core_identify(const struct core_access *core, struct core_configuration *co
 /* Returns version and chip of an identified core. */
 struct core_origin core_origin(const struct core_access *core);
 
-/* Switches correction and capture off and sets the registers. Allows index marks that prove the zero of head 1 wrong to
-   move it, enables the interrupts of a ready bank and of a fault of head 1, and re-arms, which makes the index invalid.
-   Returns false if the core refuses `counts_per_rev`. */
+/* Switches correction and capture off and sets the registers. Lets an index mark move the zero of head 1 if it proves
+   this zero wrong, enables the interrupts of a ready bank and of a fault of head 1, and re-arms, which makes the index
+   invalid. Returns false if the core refuses `counts_per_rev`. */
 bool core_set_up(const struct core_access *core, const struct core_setup *setup);
 /* Sets the registers that core_set_up() sets, in a working core, and clears the faults of the heads. It does not re-arm
    and does not change the control register. Returns false and sets nothing if the core has another number of counts per

@@ -20,10 +20,10 @@
 -- while r is 0: otherwise r may pass 0 and return.
 --
 -- **Inserted counts.** If the reading jumps by whole counts in the clock of a marker (lost counts that are put back),
--- `withdrawn` is the negative of that jump: the total jumps with the reading and r absorbs the jump, so that reading -
--- total makes no step and gains these counts as r decays. If counts are put back much faster than r decays, the total
--- reaches the end of its range, 2¹⁹ counts. Then the total stays at its limit, `limited` is high, and further counts
--- appear in reading - total at once.
+-- `withdrawn` is the negative of that jump: the total jumps with the reading and r absorbs the jump. So reading - total
+-- makes no step; it gains these counts as r decays. If counts are put back much faster than r decays, the total reaches
+-- the end of its range, 2¹⁹ counts. Then the total stays at its limit, `limited` is high, and further counts appear in
+-- reading - total at once.
 --
 -- **Limit.** The total is clipped at `limit` and at -`limit` - 2⁻ᶠ; `limited` is high in the clock of each total that
 -- would exceed ±`limit` without the clipping. A marker holds the clipped total, so r stays bounded however often the

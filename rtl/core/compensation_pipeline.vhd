@@ -18,10 +18,11 @@
 -- which the output belongs is at most 29 + 2 * (FOLD - 1) clocks old. The sums are exact, so every FOLD gives the same
 -- correction of an angle; with a cosine of more than 18 bits this requires an even LANES / FOLD. If the position moves
 -- faster than one count in FOLD clocks, the corrected position makes steps of 2 to FOLD counts; quadrature_output sends
--- these counts at its own spacing. Below this speed (clock / FOLD counts per second: 12.5 million for FOLD = 8 at 100
--- MHz) the pipeline reads every count, but 0 to FOLD - 1 clocks later than with FOLD = 1. Therefore counts that come at
--- equal distances leave with a jitter of FOLD - 1 clocks, and their distances are multiples of FOLD clocks. With FOLD =
--- 8 a motion of one count in 11 clocks gives edges 8 or 16 clocks apart. FOLD = 1 is the paper's fully parallel form.
+-- these counts at least `minimum_spacing` clocks apart. Below this speed (clock / FOLD counts per second: 12.5 million
+-- for FOLD = 8 at 100 MHz) the pipeline reads every count, but 0 to FOLD - 1 clocks later than with FOLD = 1. Therefore
+-- counts that come at equal distances leave with a jitter of FOLD - 1 clocks, and their distances are multiples of FOLD
+-- clocks. With FOLD = 8 a motion of one count in 11 clocks gives edges 8 or 16 clocks apart. FOLD = 1 is the paper's
+-- fully parallel form.
 --
 -- **Rotation.** With ROTATION = table the lanes find their cosine in a table (table_rotation) instead of by CORDIC:
 -- latency and formats do not change; the last bits of the cosine differ.

@@ -25,16 +25,15 @@
 -- level of Z is sampled INDEX_SKEW clocks after the step, or just before the next step, and compared with the level
 -- sampled for the step before. While counting up, the entity latches the position after the step; while counting down,
 -- it latches the position before the step. So both directions give the same count. If Z changes within a count, more
--- than INDEX_SKEW clocks from both edges of the count, the entity latches this count, and as the direction that of the
--- step that leaves the count. So a reversal within the count has no effect, and the direction is always that of the
--- present motion. Neither skewed pins nor a vibration at one edge of the mark make the entity confuse the two edges of
--- the mark, provided that the time between two opposite steps is longer than the time between a change of Z and its
--- step; a `filter_length` above INDEX_SKEW ensures this. The first index after reset or rearm defines the zero of angle
--- and turn_position; later indices do not change this zero, except by `zero_again`. Each later index must lie 0 or
--- +-counts_per_rev from the index before it, within +-`index_tolerance`; otherwise `index_error` is set, because counts
--- or an index were lost or added. The position of a true mark repeats within +-1 count, so two of its positions differ
--- by up to 2 counts; a slip by one period of A and B adds 4 counts. `index_interval` reads 0 while there are fewer than
--- two marks.
+-- than INDEX_SKEW clocks from both edges of the count, the entity latches this count and the direction of the step that
+-- leaves it. So a reversal within the count has no effect, and the direction is always that of the present motion.
+-- Even with skewed pins or a vibration at one edge of the mark, the entity distinguishes the two edges of the mark if
+-- the time between two opposite steps is longer than the time between a change of Z and its step. A `filter_length`
+-- above INDEX_SKEW ensures this. The first index after reset or rearm defines the zero of angle and turn_position;
+-- later indices do not change this zero, except by `zero_again`. Each later index must lie 0 or +-counts_per_rev from
+-- the index before it, within +-`index_tolerance`; otherwise `index_error` is set, because counts or an index were lost
+-- or added. The position of a true mark repeats within +-1 count, so two of its positions differ by up to 2 counts; a
+-- slip by one period of A and B adds 4 counts. `index_interval` reads 0 while there are fewer than two marks.
 --
 -- **Moving the zero.** With `zero_again` high the zero moves 3 clocks after the `index_strobe` of a mark that proves
 -- the zero wrong. A mark proves this in two cases. Either it is misplaced and `other_head_agrees` is high (see

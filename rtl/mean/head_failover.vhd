@@ -30,8 +30,8 @@
 -- set is being loaded or a head is left out, the carrier of the idle words (the head whose reading enters the pipeline)
 -- is a used head. `may_activate` follows its inputs by one clock.
 --
--- **Parity.** `parity_beyond` rises only while the active words use all heads, every head has seen its index and no head
--- is left out, and only when PARITY_CLOCKS clocks have passed since the readings settled: until then the parity may
+-- **Parity.** `parity_beyond` rises only while the active words use all heads, every head has seen its index and no
+-- head is left out. PARITY_CLOCKS clocks must also have passed since the readings settled: until then the parity may
 -- still come from the readings before a zero moved or the words were swapped.
 --
 -- **Latency.** The first angle to which the new set applies comes 2 clocks plus the latency of prepared_sets (`load` to

@@ -30,8 +30,7 @@ ERROR_COMPENSATION = next(case for case in CASES if case.entity == "error_compen
 
 
 def wish_for_outputs(replay: Replay, folder: Path) -> None:
-    """Write the names of the netlist's outputs to a file, from which the bench knows what to
-    record."""
+    """Write the names of the netlist's outputs, which the bench records, to a file."""
     outputs = [port.name for port in replay.ports if not port.is_input]
     (folder / "outputs.json").write_text(json.dumps(outputs), encoding="utf-8")
 
