@@ -83,7 +83,7 @@ static void mean_follow_moved_head(struct application *application, const struct
     }
 }
 
-/* Compares the offsets of the heads with those of the last turn, if its speed was another. */
+/* Compares the offsets of the heads with the offsets in the last turn, if that turn had another speed. */
 static void add_to_skew(struct application *application, const struct turn *turn) {
     const struct capture *capture = &application->capture;
     const struct heads_geometry *geometry = &application->found.geometry;

@@ -16,8 +16,8 @@ void control_write(const struct application *application);
    captured turn is from before this event and cannot be used. */
 void control_give_back_bank(const struct application *application);
 
-/* Stops the capture and restarts it. Call it if the zero or the sample steps changed, or a fault was cleared, during
-   the capture of a turn, because this turn cannot be used. */
+/* Stops the capture and restarts it. Call it if, during the capture of a turn, the zero or the sample steps changed or
+   a fault was cleared: this turn cannot be used. */
 void control_capture_anew(const struct application *application);
 
 /* Arms the compare if the parameter `compare_on` is 1, otherwise disarms it. Arms nothing before the index has been

@@ -178,9 +178,9 @@ bool core_identify(const struct core_access *core, struct core_configuration *co
 /* Returns version and chip of an identified core. */
 struct core_origin core_origin(const struct core_access *core);
 
-/* Switches correction and capture off and sets the registers. Lets proven index marks move head 1's zero, enables the
-   interrupts of a ready bank and of a fault of head 1, and re-arms, which makes the index invalid. Returns false if the
-   core refuses `counts_per_rev`. */
+/* Switches correction and capture off and sets the registers. Lets an index mark move the zero of head 1 if it proves
+   this zero wrong, enables the interrupts of a ready bank and of a fault of head 1, and re-arms, which makes the index
+   invalid. Returns false if the core refuses `counts_per_rev`. */
 bool core_set_up(const struct core_access *core, const struct core_setup *setup);
 /* Sets the registers that core_set_up() sets, in a working core, and clears the faults of the heads. It does not re-arm
    and does not change the control register. Returns false and sets nothing if the core has another number of counts per
@@ -271,8 +271,8 @@ void core_write_real(const struct core_access *core, const struct followed *foll
                      uint32_t counts_per_rev, uint32_t lanes);
 bool core_verify_real(const struct core_access *core, const struct followed *followed,
                       uint32_t counts_per_rev, uint32_t lanes);
-/* Returns the number of turns of the reading that enters the lanes: of head 1, or of the carrier of a mean less its
-   offset. Returns 0 without REAL_ORDERS. */
+/* Returns the number of turns of the reading that enters the lanes: the reading of head 1 or, with a mean, the reading
+   of the carrier minus its offset. Returns 0 without REAL_ORDERS. */
 int32_t core_turn_number(const struct core_access *core);
 /* Angles and positions at one clock, and the turns of the core to which the angles belong. */
 struct core_turn_place {
@@ -322,8 +322,8 @@ struct core_failover {
 enum { CORE_OWN_WORDS = ARCTRUE_OWN_WORDS_SET };
 
 struct core_failover core_failover(const struct core_access *core);
-/* Tells whether the gateware has refused words since the failover was switched on: a head has failed, and there is no
-   valid set without it, so the head is still in the mean. */
+/* Tells whether the gateware has refused words since the failover was switched on. It does so if a head fails and there
+   is no valid set without this head; the head is then still in the mean. */
 bool core_set_is_refused(const struct core_access *core);
 
 struct core_failover_setup {
@@ -353,18 +353,18 @@ uint32_t core_write_prepared_lane(const struct core_access *core, uint32_t set, 
                                   const struct lane *lane, uint32_t counts_per_rev);
 /* Reads `set->lanes` lanes and the words of the mean of a prepared set that was written for `set->counts_per_rev`. */
 void core_read_prepared(const struct core_access *core, uint32_t number, struct coefficients *set);
-/* Returns the check sum of all prepared sets, as read back from the core: the sum modulo 2^32 of the CRC-32 of every word
-   that is not 0, which begins with the word's address. So the order of the writes does not matter, and sets that are
-   filled with 0 have the sum 0. */
+/* Returns the check sum of all prepared sets, as read back from the core: the sum, modulo 2^32, of one CRC-32 for each
+   word that is not 0, computed from the word's address and the word. So the order of the writes does not matter, and
+   sets that are filled with 0 have the sum 0. */
 uint32_t core_prepared_sum(const struct core_access *core, uint32_t lanes);
 /* Activates a prepared set instead of the idle bank; the core counts this as a swap. */
 void core_take_set(const struct core_access *core, uint32_t set);
 /* Allows the core to use the heads whose bits are set in `heads` again, after the next index of each head. */
 void core_come_back(const struct core_access *core, uint32_t heads);
 void core_swap(const struct core_access *core);
-/* Asks a core with a mean for a swap to the words of head 1 alone; call it while the correction is off, because the lanes
-   of the idle bank become active too. A mean that uses a head without an index captures no turn. Does nothing if head 1
-   is left out. */
+/* Swaps a core with a mean to the words of head 1 alone, because a mean that uses a head without an index captures no
+   turn. Call it while the correction is off: the lanes of the idle bank become active too. Does nothing if head 1 is
+   left out. */
 void core_use_head1(const struct core_access *core);
 uint32_t core_swap_count(const struct core_access *core);
 uint32_t core_overrun_count(const struct core_access *core);

@@ -4,9 +4,9 @@
 
    The boot ROM starts the first image that it finds: it searches for a header every 32 KB from the beginning on
    (UG585, chapter 6, "BootROM header search") and stores the place of the header in MULTIBOOT_ADDR. The first image
-   can be updated. The golden image follows it and is never written again once it is whole. Power may be lost at any
-   moment, even during an erase, if an update overwrites the signature of the first image before it erases the
-   sectors, and writes the header last. */
+   can be updated. The golden image follows it and is never written again once it is whole. An update overwrites the
+   signature of the first image before it erases the sectors, and writes the header last: so a loss of power does no
+   harm, even during an erase. */
 
 #ifndef ARCTRUE_IMAGE_STORE_H
 #define ARCTRUE_IMAGE_STORE_H

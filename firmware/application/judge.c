@@ -18,7 +18,7 @@
    count as different. */
 #define OTHER_CONDITION 0.2
 /* Limit of the change of an order that remains between two conditions, as a share of the change that its lanes compute.
-   At this limit, in the worst case, as much remains as without the lanes. */
+   At this limit, in the worst case, the remaining change is as large as the change without the lanes. */
 #define CHANGE_LEFT 0.5
 /* Amplitude in counts below which an order is less than the rounding of the output. */
 #define NOTHING_COUNTS 0.5

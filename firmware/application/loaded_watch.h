@@ -49,8 +49,8 @@ void watch_begin(struct loaded_watch *watch);
 void watch_lane(struct loaded_watch *watch, uint32_t place, const struct sight *sight,
                 struct vector applied);
 
-/* Adds the turn's log odds of the local table against no table. The table is at fault when turns have made no table
-   more probable than the table by `enough`; it is no longer at fault once turns have made it more probable again. */
+/* Adds the turn's log odds of the local table against no table. The table is at fault while the sum of these log odds
+   is -`enough` or less. */
 void watch_table(struct loaded_watch *watch, double evidence, double enough);
 
 /* Returns the remaining amplitude at the order of a lane in the latest turn, arcsec; negative if no turn has shown the

@@ -10,8 +10,8 @@
 #include "units.h"
 #include "vector.h"
 
-/* Tells whether there is a core with a local table. Without one an access to the table's words would be refused by the
-   bus. */
+/* Tells whether there is a core with a local table. Any other core answers an access to the table's words with a bus
+   error. */
 static bool local_table_exists(const struct application *application) {
     return state_works(application) && core_origin(&application->core).has_local_table;
 }

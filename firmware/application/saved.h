@@ -13,7 +13,7 @@
      words, the lower first
      then counts_per_rev, the number of lanes, and for each: order, phase offset, amplitude, owner
      (0 the calibration, 1 loaded, 2 loaded, but confirmed by no turn)
-     then, with switch 16: the number of words of the sets for a missing head, and these; kept_sets.h
+     then, with switch 16: the number of words of the sets for a missing head, and these words; kept_sets.h
      then, with switch 8: the number of lanes that follow a condition, width, dead zone and nominal speed, and
      for each: modulator, order, phase offset, amplitude; followed.h
      then, with switch 64: the number of lanes of real orders, and for each: order, turn step (the lower word first),

@@ -25,7 +25,8 @@ void saving_recover(struct application *application) {
 }
 
 /* Tells whether the device itself calibrated the mean whose lanes are active or were active before the core restarted.
-   The lanes of a loaded mean may have been computed for the present temperature, so they are no loaded set. */
+   Compares only the words of the means, because the active lanes of a loaded mean may have been computed for another
+   temperature than the loaded lanes. */
 static bool saving_has_own_mean(const struct application *application) {
     const struct mean_set *mean = &application->active.mean;
     return mean->heads != 0 && memcmp(mean, &application->load.loaded.mean, sizeof *mean) != 0;
@@ -68,8 +69,8 @@ static void saving_take_known(const struct application *application, struct save
 }
 
 /* Tells whether the idle bank holds the points of the table to be saved, because they are read while the record is
-   written. A load that ended early may have overwritten them; then they are taken from the latest record, unless the
-   bank holds points of a table that arrives or waits. */
+   written. A load that ended early may have overwritten them. Then the function restores them from the latest record,
+   unless the bank holds the points of a table that is being received or waits for its judgement. */
 static bool saving_holds_table(const struct application *application) {
     const struct load *load = &application->load;
     const struct load_table *table = &application->save->content.table;

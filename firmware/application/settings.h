@@ -17,8 +17,8 @@ void settings_keep(struct application *application);
 /* Applies kept or saved settings. */
 void settings_take(struct application *application, const struct settings *settings);
 
-/* Applies the kept settings after a fault. If these are lost, switches the bypass on, because the firmware then does
-   not know whether it may switch the correction on. */
+/* Applies the kept settings after a fault. If these are lost, switches the bypass on, because it is then unknown
+   whether the operator allows the correction. */
 void settings_recover(struct application *application);
 
 #endif

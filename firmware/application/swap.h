@@ -16,7 +16,7 @@ enum swap_answer {
     SWAP_HEAD_LEFT_OUT,
 };
 
-/* Writes the candidate and the lanes that follow a condition into the idle bank, reads them back and asks for the swap.
+/* Writes the candidate and the lanes that follow a condition into the idle bank, reads them back and requests the swap.
    If the gateware has left out a head of the candidate's mean, the prepared set without that head becomes active
    instead. */
 enum swap_answer swap_candidate(struct application *application, const struct followed *followed);

@@ -8,7 +8,7 @@
 #define READING_S 0.5
 #define LEAST_C (-55.0)
 #define MOST_C 150.0
-/* Number of failures, or of agreeing readings, in a row that cannot be an accident. */
+/* Number of failures in a row, and number of agreeing readings in a row, that are not taken for chance. */
 enum { FAILURES_MOST = 3, AGREE_LEAST = 3 };
 /* Largest rate at which the table may have changed while its thermometer was silent: 3 K per minute. */
 #define SILENT_K_S 0.05
@@ -77,9 +77,9 @@ static double table_temperature_decay(double times) {
 
 /* The thermometer lags as T_s' = (T - T_s) / tau. An observer of T_s, T - T_s and the slope of T, with three equal
    poles q, has no lasting error while T changes at a constant rate. Over dt, with a = exp(-dt / tau): T_s goes to T_s +
-   (1 - a) (T - T_s) + (dt - tau (1 - a)) T', T - T_s to a (T - T_s) + tau (1 - a) T'. With F, the matrix of this step,
-   and H, which selects T_s, the gains K give z I - (I - K H) F the determinant (z - q)^3; they follow from this
-   equation at z = 0, 1 and a. */
+   (1 - a) (T - T_s) + (dt - tau (1 - a)) T', T - T_s to a (T - T_s) + tau (1 - a) T'. F is the matrix of this step, and
+   H selects T_s. With the gains K the determinant of z I - (I - K H) F is (z - q)^3; K follows from this at z = 0, 1
+   and a. */
 static void table_temperature_observe(struct table_temperature *table, double celsius,
                                       double passed) {
     double tau = table->time_constant_s;
@@ -161,8 +161,8 @@ static void table_temperature_read_sensor(struct table_temperature *table,
     }
     double most_k = limits->jump_k + SILENT_K_S * (now_s - table->read_s);
     if (fabs(celsius - table->shown_c) > most_k) {
-        /* A single jump may be a bit error on the bus. After FAILURES_MOST jumps the thermometer is not believed
-           until the operator has checked it. */
+        /* A single jump may be a bit error on the bus. After FAILURES_MOST jumps the thermometer is not read until the
+           operator has selected it again. */
         if (++table->in_a_row >= FAILURES_MOST) {
             table->state = TEMPERATURE_JUMPED;
         }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Determines the temperature of the table: from a thermometer, from the host, or not known. An implausible reading is
-   ignored, and the model keeps the last plausible temperature. */
+/* Determines the temperature of the table from a thermometer or from the host; without either it is unknown. An
+   implausible reading is ignored, and the last plausible temperature stays in use. */
 
 #ifndef ARCTRUE_TABLE_TEMPERATURE_H
 #define ARCTRUE_TABLE_TEMPERATURE_H

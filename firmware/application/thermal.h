@@ -50,7 +50,7 @@ bool thermal_has_preset_range(const struct thermal *thermal);
 
 /* Returns upper bounds of slope and amplitudes: their maxima over 33 evenly spaced temperatures with spacing h. For
    each lane that follows the temperature, |c2| h^2/4 is added to the amplitude, because the amplitude between two of
-   these temperatures is larger by at most this. The slope is the sum of n |c_n|; it ignores the phases. */
+   these temperatures is larger by at most this value. The slope is the sum of n |c_n|; it ignores the phases. */
 struct thermal_extent thermal_extent(const struct thermal *thermal,
                                      const struct coefficients *coefficients);
 

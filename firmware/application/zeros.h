@@ -11,7 +11,7 @@
    `index_tolerance` of 0, `known` if it is within this tolerance of `known`, and otherwise the angle. */
 int32_t zeros_look(const struct application *application, uint32_t head, int32_t known);
 
-/* Forgets the lost counts of head 2 and the doubt about the zero of head 1. It does not access the zeros of the
+/* Forgets the lost counts of head 2 and the doubt about the zero of head 1. It does not change the zeros of the
    core. */
 void zeros_forget(struct application *application);
 

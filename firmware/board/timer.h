@@ -5,8 +5,8 @@
 
 #include <stdint.h>
 
-/* Interval of the timer's interrupt. The firmware finds an event that raises no interrupt itself after this time at the
-   latest. */
+/* Interval of the timer's interrupt. The firmware detects an event without an interrupt of its own after this time at
+   the latest. */
 #define TIMER_INTERRUPT_MS 5U
 
 /* Starts the global timer and its interrupt. */

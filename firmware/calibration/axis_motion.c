@@ -72,7 +72,7 @@ double axis_of_order(const struct axis_sums *sums, const struct heads_geometry *
     return vector_square(ahead) + vector_square(against);
 }
 
-/* Returns the line of the motion at an order: that of x plus j times that of y. */
+/* Returns the line of the motion at an order: the line of x plus j times the line of y. */
 static struct vector line_at(const struct axis_sums *sums, int32_t order) {
     uint32_t place = (uint32_t)(order < 0 ? -order : order);
     struct vector x = sums->x[place];
@@ -94,9 +94,9 @@ static struct vector fitted_at(const struct axis_turn *turn, int32_t order) {
     }
 }
 
-/* Returns the result from mean squares. `left`: of the motion between the lines; `changed`: of the lines minus those
-   of the mean, for a mean without uncertainty. A mean with the variance v adds v (2 + v)/(1 + v)^2 changed^2 to the
-   variance if one line has all of the motion; more lines add less. */
+/* Returns the result from two mean squares. `left`: mean square of the motion between the lines. `changed`: mean square
+   of the differences between the lines and the lines of the mean, as for an exact mean. A mean with the variance v adds
+   v (2 + v)/(1 + v)^2 changed^2 to the variance if one line has all of the motion; more lines add less. */
 static struct axis_asynchronous result(const struct axis_sums *sums, const struct axis_turn *turn,
                                        double left, double changed, double v) {
     double xx = 0.0;

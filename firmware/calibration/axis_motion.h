@@ -32,7 +32,7 @@ struct axis_mean {
 /* Sums over the samples of one turn. */
 struct axis_sums {
     uint32_t orders;
-    /* The motion c that a residual of one unit in each head means. */
+    /* Motion c that corresponds to a residual of one unit in a head, for each head. */
     struct vector by[HEADS_MOST];
     double squares;
     /* Lines of x and y, from order 0 on. */
@@ -66,7 +66,7 @@ void axis_begin(struct axis_sums *sums, const struct heads_geometry *geometry, u
 void axis_add(struct axis_sums *sums, const double residual[HEADS_MOST], struct vector unit1,
               double weight);
 
-/* Returns the motion that a constant value of each head means. */
+/* Returns the motion that corresponds to one value per head. */
 struct vector axis_of_heads(const struct axis_sums *sums, const double value[HEADS_MOST]);
 
 /* Returns the mean square of the motion that an error of 1 at the disc's order n would cause, times 4. */

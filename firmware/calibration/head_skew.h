@@ -3,7 +3,8 @@
 /* Measures by how much the electronics of the heads delay their readings against each other.
 
    A head with the delay tau reads theta(t - tau), so its offset changes by -tau times a change of the speed. Two turns at
-   different speeds show the delays. A displacement of the axis or of a head between these turns reads like a delay. */
+   different speeds show the delays. A displacement of the axis or of a head between these turns cannot be distinguished
+   from a delay. */
 
 #ifndef ARCTRUE_HEAD_SKEW_H
 #define ARCTRUE_HEAD_SKEW_H

@@ -13,7 +13,7 @@
 /* Least length of the parity vector before it is scaled to length 1; a shorter one shows that the four heads stand at
    only two places. The elements of this vector are twice the areas of the four triangles of three heads. */
 #define LEAST_PARITY 1e-6
-/* Noise gain above which an order counts as one that the heads do not show. */
+/* Noise gain above which the heads count as not showing an order. */
 #define UNSEEN_GAIN 1e3
 /* Largest distance of a tried word from the rounded weight. */
 enum { WORD_REACH = 2, WORD_CHOICES = 2 * WORD_REACH + 1, CONDITIONS = 3 };

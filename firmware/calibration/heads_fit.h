@@ -42,7 +42,7 @@ struct heads_settings {
     double u_radius;
     /* Highest fitted order, at most ORDERS_MAX; the fit begins at order 1. */
     uint32_t orders;
-    /* Motion of the axis that repeats, of the former turns; NULL: the motion that does not repeat is not wanted. */
+    /* Motion of the axis that repeats, of the former turns; NULL: the motion that does not repeat is not computed. */
     struct axis_mean *axis;
 };
 

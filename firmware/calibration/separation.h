@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Decides whether to use the angle between the heads that the capture shows, and states its uncertainty.
+/* Decides between the measured and the nominal angle between the heads, and states the uncertainty.
 
    The mean of head 2 minus head 1 over uniform true angle is the true separation. Its uncertainty comes from the
    repeatability of both indices, one count each, and from the difference between the places where the heads detect

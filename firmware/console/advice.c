@@ -31,7 +31,8 @@ static const struct {
                    "equal angles, unless sync_capture is 1"},
     {"over_speed", "the turn has too few samples, or its counts came faster than one a clock: turn "
                    "slower, set a shorter sample_period or fewer orders"},
-    {"inconsistent_heads", "the heads count in different senses: exchange A and B of one of them"},
+    {"inconsistent_heads",
+     "the heads count in different directions: exchange A and B of one of them"},
     {"heads_exchanged",
      "head 2 is where head 1 should be: exchange the plugs of the two heads, or A "
      "and B of both if they count down counter-clockwise; if neither is wrong, set separation_deg "
@@ -39,9 +40,9 @@ static const struct {
     {"heads_elsewhere", "a head is over 0.25 degrees off separation_deg, head3_deg or head4_deg"},
     {"no_mean",
      "with the heads at these places a mean is impossible or noisier than one head: move a head"},
-    {"singular", "the fit has no answer: set fewer orders; is separation_deg right?"},
+    {"singular", "the fit has no solution: set fewer orders; is separation_deg right?"},
     {"not_converged", "the fit does not end: set fewer orders; is separation_deg right?"},
-    {"not_finite", "the fit has no answer: set fewer orders; is separation_deg right?"},
+    {"not_finite", "the fit has no solution: set fewer orders; is separation_deg right?"},
     {"amplitude", "an order is beyond what a coefficient holds: is counts_per_rev right?"},
     {"noise", "the turn is much noisier than usual (noise_limit), or its noise is above "
               "alarm_noise_arcsec: look for vibration, an unsteady speed and bad cables"},
@@ -49,9 +50,10 @@ static const struct {
     {"error", "the correction in use leaves more than alarm_error_arcsec, or the error that "
               "remains at a loaded order exceeds its scatter (load status). The calibration "
               "corrects its own orders unless freeze is on; for a loaded order load a new file"},
-    {"separation", "the heads are not separation_deg apart, or a head of the mean is not at its "
-                   "place, to alarm_separation_arcsec: if a head was moved, set separation_deg to "
-                   "what status shows; else check the index of every head"},
+    {"separation",
+     "the heads are not separation_deg apart, or a head of the mean is not at its "
+     "place, within alarm_separation_arcsec: if a head was moved, set separation_deg to "
+     "what status shows; else check the index of every head"},
     {"output", "the output stands still (help cannot_keep_up), or its line drivers are released "
                "(help released)"},
     {"core_reset", "the fabric was reset and is set up again: the correction is off until a turn "
@@ -102,11 +104,11 @@ static const struct {
      "with these coefficients the corrected angle could turn back: |d error/d angle| is "
      "1 or more, at some temperature of the file's range"},
     {"worse_prediction",
-     "the captured turn contradicts the set; load status names the order that differs, if one "
-     "order does; is the file of this table, and is its index the same?"},
+     "the captured turn contradicts the set; load status names the order that differs, if a "
+     "single order does; is the file from this table, and is the index unchanged?"},
     {"other_heads",
-     "the set's mean is for other heads than this core's, or they stand elsewhere than its offsets "
-     "say: capture and calibrate again; was a head moved?"},
+     "the set's mean has another number of heads than this core, or a head is not where its offset "
+     "states: capture and calibrate again; was a head moved?"},
     {"other_delays",
      "the set was made with other delays: set head_delays as the set states, then capture anew"},
     {"unseen_order",
@@ -118,7 +120,7 @@ static const struct {
     {"unstable_speed",
      "the lanes that follow the speed move the corrected angle by more than 3/8 of the travel in "
      "2^14 "
-     "clocks at the nominal speed, so the measured speed would swing: leave them out"},
+     "clocks at the nominal speed, so the measured speed would oscillate: leave them out"},
     {"no_failover",
      "the file has sets for a missing head, and this gateware is built without FAILOVER: export "
      "without them, or build it with FAILOVER=true"},
@@ -139,10 +141,10 @@ static const struct {
                        "gateware, and 48 more: leave "
                        "it out, or build fewer lanes"},
     {"not_read_back", "the gateware does not hold what was written to it: do not use this board"},
-    {"lost", "a fault has cleared the settings: the parameters are as they were saved, else "
-             "preset, and the switches are preset; set what differs, then bypass off"},
-    {"held", "the third fault in a row, or the settings are lost: the core goes on with the "
-             "coefficients that it has and processes no turn; note reset and reset_instruction, "
+    {"lost", "a fault has cleared the settings: the parameters are as they were saved, or "
+             "preset, and the switches are preset; set those that differ, then bypass off"},
+    {"held", "the third fault in a row, or the settings are lost: the core goes on with its "
+             "coefficients, and no turn is processed; note reset and reset_instruction, "
              "then rearm, which takes the correction off until the next index"},
     {"began_anew", "the processor had a fault and began anew; the correction went on with the last "
                    "coefficients; note reset and reset_instruction"},
@@ -154,7 +156,7 @@ static const struct {
     {"flash_silent", "the flash's controller does not answer: nothing is saved"},
     {"flash_stuck", "an operation of the flash does not end: what was saved before stays"},
     {"flash_not_erased", "the flash was not erased; is it protected? What was saved before stays"},
-    {"flash_not_read_back", "the flash holds something else than was written; is it protected? "
+    {"flash_not_read_back", "the flash does not hold what was written; is it protected? "
                             "What was saved before stays; save "
                             "again"},
     {"unread", "the flash did not answer at the start: what was saved is not in use; start again"},
@@ -167,8 +169,9 @@ static const struct {
     {"table_not_held",
      "the gateware lost the points of the loaded local table, maybe to a load that was aborted: "
      "load the table again, then save; or forget first"},
-    {"golden_stays", "the golden image is never written again: the board starts it if the other is "
-                     "not whole"},
+    {"golden_stays",
+     "the golden image is never written again: the board starts it if the first image is "
+     "not whole"},
     {"zero_lost", "a head lost counts: the zero of head 1 is moved to its index or searched again, "
                   "and the counts of head 2 are corrected; check cables and terminations"},
 };

@@ -12,7 +12,7 @@
 
 enum { CONSOLE_LINE_MOST = 80, CONSOLE_WORDS_MOST = 9 };
 
-/* Returns the name of a state that the caller of the console knows. */
+/* Returns the name of a state; the caller of the console supplies this function. */
 typedef const char *console_word(void);
 
 struct console {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Uses any bytes as the two records of the flash; two bits of the first byte select which of them get a correct head
+/* Uses any bytes as the two records of the flash; two bits of the first byte select the records that get a correct head
    and check sum. Accepted parameters must be values that the console would accept, and an accepted record that is
    written and read again must have the same words. */
 

@@ -25,7 +25,7 @@ enum { WORD_BYTES = 4 };
 #define LEVEL_SHIFTERS_TO_FABRIC 0xAU
 #define LEVEL_SHIFTERS_ON 0xFU
 #define FABRIC_RESETS_ALL 0xFU
-/* Setting of the linear mode: fast read (0x0B) on one wire with one dummy byte, a command that every flash knows. */
+/* Setting of the linear mode: fast read (0x0B) on one wire with one dummy byte, which every flash supports. */
 #define LINEAR_FAST_READ 0x8000010BU
 
 static const struct {

@@ -41,7 +41,7 @@ static const struct {
     uint32_t id;
     uint32_t sector_bytes;
 } chips[] = {
-    /* S25FL128S; its fifth byte tells which of the two sector sizes it has. */
+    /* S25FL128S; its fifth byte states which of the two sector sizes it has. */
     {0x012018U, 64 * KB},
     /* N25Q128, W25Q128, MX25L128, IS25LP128, GD25Q128. */
     {0x20BA18U, 64 * KB},

@@ -28,7 +28,7 @@
 -- `write_acknowledge`, 3 clocks later, ends the write. While a swap waits or the idle bank is being filled, the write
 -- waits too: it ends at most (largest delay + 4 * LANES + 5) clocks after the swap took place. Start no other write
 -- before the acknowledge. A swap takes over all acknowledged writes and no part of a pending write. `swap_busy` is high
--- from the clock after `swap` until the idle bank is filled; a further `swap` is allowed at any time; it waits until
+-- from the clock after `swap` until the idle bank is filled. A further `swap` is allowed at any time; it waits until
 -- the idle bank is filled and a write in progress has ended.
 --
 -- **Latency.** 1 clock from an immediate `swap` to the new phase steps; 2 clocks from `read_address` to `read_data`.

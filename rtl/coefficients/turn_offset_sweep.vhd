@@ -3,16 +3,16 @@
 -- # turn_offset_sweep
 --
 -- Prepares the phase offsets of lanes whose order n need not be an integer: within a turn a lane's phase is Φ + n·θ,
--- and from turn to turn it advances by the fractional part ν of n. The offset of turn m is Φ + frac(m·ν); one
--- multiplier computes it for turn m, the turn before and the turn after, for all lanes of both banks, one after the
--- other (a sweep), and then begins again. The entity stores the turn steps ν and the offsets Φ of both banks. If the
--- order is an integer, ν is 0, and the offset is Φ in every turn.
+-- and from turn to turn it advances by the fractional part ν of n. The offset of turn m is Φ + frac(m·ν). One
+-- multiplier computes it for turn m, the turn before and the turn after, for all lanes of both banks one after the
+-- other (a sweep); then the next sweep begins. The entity stores the turn steps ν and the offsets Φ of both banks. If
+-- the order is an integer, ν is 0, and the offset is Φ in every turn.
 --
 -- **Turns.** The offset of turn m is written to place m modulo 4 of its lane. A sweep takes 18 · LANES clocks. It uses
 -- the turn at its start as m throughout, so that it writes the offsets of three neighbouring turns even if the angle
 -- moves to another turn meanwhile. While the angle crosses a wrap back and forth, these offsets do not change. After a
--- wrap the offsets of the next turn are complete within two sweeps, 36 · LANES + 12 clocks after the first angle behind
--- the wrap. Before the next wrap in the same direction the angle moves at least half a turn, even if the zero moves,
+-- wrap the offsets of the next turn are complete within two sweeps, 36 · LANES + 12 clocks after the first angle of the
+-- new turn. Before the next wrap in the same direction the angle moves at least half a turn, even if the zero moves,
 -- and at most one count per clock. Therefore a turn of 72 · LANES + 48 counts or more is long enough at every speed.
 --
 -- **Limits.** m has 24 bits: beyond ±2²³ turns it wraps, and the phase then steps by frac(2²⁴·ν). Prepared sets of

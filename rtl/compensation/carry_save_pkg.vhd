@@ -32,9 +32,9 @@ package carry_save_pkg is
     more : std_ulogic
   ) return u_signed;
 
-  -- Tells whether a < b, for numbers of the same width, by the sign of a - b: the carry chain of this difference has
-  -- one bit of each number per LUT. For "<" Yosys builds a chain with two or three bits in two LUTs, and nextpnr places
-  -- these LUTs apart from the chain.
+  -- Returns whether a < b, for numbers of the same width, from the sign of a - b. The carry chain of this difference
+  -- takes one bit of each number per LUT. For "<" Yosys builds a chain with two or three bits in two LUTs, and nextpnr
+  -- places these LUTs apart from the chain.
   function is_less (
     a, b : u_signed
   ) return std_ulogic;

@@ -11,27 +11,27 @@
 -- **Velocity.** The decay of r begins and ends with velocity 0 (ramp_velocity): every 256 clocks the velocity of r
 -- changes by at most 256 clocks · `ramp_acceleration`; its magnitude is at most `ramp_rate`. A marker changes r but not
 -- the velocity of r, so the velocity of the total steps only by the change of the velocity of ε. After a marker the
--- total keeps its value for three clocks; r keeps its value for two clocks more. r is latched in the second of the
--- three clocks, so at their end the total steps by as much as ε changes in two clocks. At the end of the ramp r steps
--- to 0 from less than 2⁻¹⁰ count. With a rate of 0, r stops and keeps its value.
+-- total keeps its value for three clocks, and r for two further clocks. r is latched in the second of the three clocks,
+-- so at their end the total steps by as much as ε changes in two clocks. At the end of the ramp r steps to 0 from less
+-- than 2⁻¹⁰ count. With a rate of 0, r stops and keeps its value.
 --
 -- **Acceleration 0** sets the velocity to `ramp_rate` at once: k ≥ 5 clocks after the marker |r| has decreased by
 -- floor((k − 5)·rate), in 2⁻ᶠ count, and r stops at 0 exactly. Change the acceleration to or from 0, or reduce it, only
 -- while r is 0: otherwise r may pass 0 and return.
 --
 -- **Inserted counts.** If the reading jumps by whole counts in the clock of a marker (lost counts that are put back),
--- `withdrawn` is the negative of that jump: the total jumps with the reading and r absorbs the jump, so that reading -
--- total makes no step and gains these counts as r decays. If counts are put back much faster than r decays, the total
--- reaches the end of its range, 2¹⁹ counts. Then the total stays at its limit, `limited` is high, and further counts
--- appear in reading - total at once.
+-- `withdrawn` is the negative of that jump: the total jumps with the reading and r absorbs the jump. So reading - total
+-- makes no step; it gains these counts as r decays. If counts are put back much faster than r decays, the total reaches
+-- the end of its range, 2¹⁹ counts. Then the total stays at its limit, `limited` is high, and further counts appear in
+-- reading - total at once.
 --
 -- **Limit.** The total is clipped at `limit` and at -`limit` - 2⁻ᶠ; `limited` is high in the clock of each total that
 -- would exceed ±`limit` without the clipping. A marker holds the clipped total, so r stays bounded however often the
 -- bank is swapped. A change of `limit` acts two clocks later.
 --
 -- **One carry chain per clock.** The entity computes r one clock ahead (`next_excess`), and from it the bounds -r ±
--- limit, with which ε is compared in the next clock. When the ramp ends, r becomes 0 and the bounds ±limit. -`limit` -
--- 2⁻ᶠ is the complement of `limit`, so that one look-up table chooses a bit of the total.
+-- limit, with which ε is compared in the next clock. When the ramp ends, r becomes 0 and the bounds become ±limit.
+-- -`limit` - 2⁻ᶠ is the complement of `limit`, so that one look-up table chooses a bit of the total.
 --
 -- **Latency.** 1 clock from `correction` and `marker` to `total`, `limited` and `busy`.
 --

@@ -17,8 +17,8 @@
 -- negative remainder) must then set the excess to 0 when a step would make it pass 0; `stops_at_zero` requests this,
 -- from the second clock after a marker on.
 --
--- **Rate 0**, or with an acceleration other than 0 a rate below one step, brings the velocity down to 0 and keeps the
--- remainder (a remainder below 2⁻¹⁰ count may become 0).
+-- **Rate 0** brings the velocity down to 0 and keeps the remainder (a remainder below 2⁻¹⁰ count may become 0). A rate
+-- below one step does the same, unless the acceleration is 0.
 --
 -- **Latency.** `step`, `ends` and `falling` belong to the clock in which they are output. The remainder is read once in
 -- 256 clocks, 15 clocks before the velocity changes. The braking distance has a margin for these 15 clocks: an eighth

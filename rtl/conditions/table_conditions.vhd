@@ -248,7 +248,8 @@ begin
     variable place_was_down   : std_ulogic := '0';
     variable place_was_known  : std_ulogic := '0';
     variable serves           : condition  := OF_DIRECTION;
-    -- Travel and clocks to which the speed belongs, and those that are being judged
+    -- Travel and clocks to which the speed belongs, and the travel and clocks from which the next speed is being
+    -- computed
     variable travel_taken     : u_unsigned(TRAVEL_WIDTH - 1 downto 0)  := (others => '0');
     variable elapsed_taken    : u_unsigned(ELAPSED_WIDTH - 1 downto 0) := (others => '0');
     variable travel_judged    : u_unsigned(TRAVEL_WIDTH - 1 downto 0)  := (others => '0');

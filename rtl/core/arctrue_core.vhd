@@ -49,9 +49,9 @@
 --
 -- **Reset** is synchronous. It stops and clears everything, with these exceptions. Both banks of all words that a swap
 -- activates (coefficients, turn steps, mean, local table, conditions), the prepared sets, and the levels of out_a and
--- out_b keep their values; `driver_enable` keeps its value for 2²⁰ clocks (10 ms at 100 MHz) or until the processor
--- enables the output (fault_outputs). Hold the reset for at least 64 clocks, so that the pipeline contains no angle from
--- before the reset.
+-- out_b keep their values. `driver_enable` keeps its value for 2²⁰ clocks (10 ms at 100 MHz) or until the processor
+-- enables the output (fault_outputs). Hold the reset for at least 64 clocks, so that the pipeline contains no angle
+-- from before the reset.
 
 library ieee;
   use ieee.std_logic_1164.all;

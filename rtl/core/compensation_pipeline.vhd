@@ -18,10 +18,11 @@
 -- which the output belongs is at most 29 + 2 * (FOLD - 1) clocks old. The sums are exact, so every FOLD gives the same
 -- correction of an angle; with a cosine of more than 18 bits this requires an even LANES / FOLD. If the position moves
 -- faster than one count in FOLD clocks, the corrected position makes steps of 2 to FOLD counts; quadrature_output sends
--- these counts at its own spacing. Below this speed (clock / FOLD counts per second: 12.5 million for FOLD = 8 at 100
--- MHz) the pipeline reads every count, but 0 to FOLD - 1 clocks later than with FOLD = 1. Therefore counts that come at
--- equal distances leave with a jitter of FOLD - 1 clocks, and their distances are multiples of FOLD clocks. With FOLD =
--- 8 a motion of one count in 11 clocks gives edges 8 or 16 clocks apart. FOLD = 1 is the paper's fully parallel form.
+-- these counts at least `minimum_spacing` clocks apart. Below this speed (clock / FOLD counts per second: 12.5 million
+-- for FOLD = 8 at 100 MHz) the pipeline reads every count, but 0 to FOLD - 1 clocks later than with FOLD = 1. Therefore
+-- counts that come at equal distances leave with a jitter of FOLD - 1 clocks, and their distances are multiples of FOLD
+-- clocks. With FOLD = 8 a motion of one count in 11 clocks gives edges 8 or 16 clocks apart. FOLD = 1 is the paper's
+-- fully parallel form.
 --
 -- **Rotation.** With ROTATION = table the lanes find their cosine in a table (table_rotation) instead of by CORDIC:
 -- latency and formats do not change; the last bits of the cosine differ.
@@ -35,9 +36,9 @@
 -- angle and leaves as `corrected_referenced`, so that quadrature_output gives no Z for an angle without a zero.
 --
 -- **Put back.** `position` contains `put_back` counts, which replace the counts that head 1 (or the carrier) lost. A
--- change of `zero_moved` marks the first angle from another zero; both travel with the angle, and the change of the
--- correction decays at the ramp rate. With FOLD > 1, `zero_moved` may toggle in any clock, also several times between
--- two accepted angles: the next accepted angle then counts from another zero.
+-- change of `zero_moved` marks the first angle from another zero. `put_back` and `zero_moved` travel with the angle,
+-- and the change of the correction decays at the ramp rate. With FOLD > 1, `zero_moved` may toggle in any clock, also
+-- several times between two accepted angles: the next accepted angle then counts from another zero.
 --
 -- **Mean.** With MEAN, `angle` and `position` belong to the carrier; `mean_term`, `jumped` and `jump` must come
 -- MEAN_LATENCY clocks after the reading to which they belong, as head_mean gives them. `swap_comes` is high in the

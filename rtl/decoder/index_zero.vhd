@@ -23,17 +23,17 @@
 -- **Index.** The zero is one edge of Z: the rising edge while counting up, which is the falling edge while counting
 -- down. Each change of Z is assigned to the step of A or B that is at most INDEX_SKEW clocks before or after it: the
 -- level of Z is sampled INDEX_SKEW clocks after the step, or just before the next step, and compared with the level
--- sampled for the step before. Counting up, the entity latches the position after the step, counting down the position
--- before it, so that both directions give the same count. If Z changes within a count, more than INDEX_SKEW clocks from
--- both edges of the count, the entity latches this count, with the direction of the step that leaves the count; so a
--- reversal within the count has no effect, and the direction is always that of the present motion. Neither skewed pins
--- nor a vibration at one edge of the mark make the entity confuse the two edges of the mark, provided that the time
--- between two opposite steps is longer than the time between a change of Z and its step; a `filter_length` above
--- INDEX_SKEW ensures this. The first index after reset or rearm defines the zero of angle and turn_position; later
--- indices do not change this zero, except by `zero_again`. Each later index must lie 0 or +-counts_per_rev from the
--- index before it, within +-`index_tolerance`; otherwise `index_error` is set, because counts or an index were lost or
--- added. The position of a true mark repeats within +-1 count, so two of its positions differ by up to 2 counts; a slip
--- by one period of A and B adds 4 counts. `index_interval` reads 0 while there are fewer than two marks.
+-- sampled for the step before. While counting up, the entity latches the position after the step; while counting down,
+-- it latches the position before the step. So both directions give the same count. If Z changes within a count, more
+-- than INDEX_SKEW clocks from both edges of the count, the entity latches this count and the direction of the step that
+-- leaves it. So a reversal within the count has no effect, and the direction is always that of the present motion.
+-- Even with skewed pins or a vibration at one edge of the mark, the entity distinguishes the two edges of the mark if
+-- the time between two opposite steps is longer than the time between a change of Z and its step. A `filter_length`
+-- above INDEX_SKEW ensures this. The first index after reset or rearm defines the zero of angle and turn_position;
+-- later indices do not change this zero, except by `zero_again`. Each later index must lie 0 or +-counts_per_rev from
+-- the index before it, within +-`index_tolerance`; otherwise `index_error` is set, because counts or an index were lost
+-- or added. The position of a true mark repeats within +-1 count, so two of its positions differ by up to 2 counts; a
+-- slip by one period of A and B adds 4 counts. `index_interval` reads 0 while there are fewer than two marks.
 --
 -- **Moving the zero.** With `zero_again` high the zero moves 3 clocks after the `index_strobe` of a mark that proves
 -- the zero wrong. A mark proves this in two cases. Either it is misplaced and `other_head_agrees` is high (see
@@ -245,8 +245,8 @@ architecture rtl of index_zero is
   -- is_latest is high if the checked mark is the latest mark.
   signal is_old_enough : std_ulogic                    := '0';
   signal is_latest     : std_ulogic;
-  -- High from a misplaced mark until the zero moves or is confirmed (`moves_zero`), which needs `zero_again`, or until a
-  -- rearm.
+  -- High from a misplaced mark until a rearm or, if `zero_again` is high, until the zero moves or is confirmed
+  -- (`moves_zero`).
   signal is_in_doubt   : std_ulogic                    := '0';
   -- High if the angle of the mark is neither 0 nor a whole turn.
   signal has_slip      : std_ulogic                    := '0';
@@ -323,7 +323,7 @@ begin
     -- Position of an index that is detected in this clock: the position after the step if counting up, before the step
     -- if counting down
     variable zero_now        : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
-    -- Stage 3. index_before: an index has been latched. repeats: the latest index has a previous one.
+    -- Stage 3. index_before: an index has been latched. repeats: an index came before the latest index.
     variable index_before    : std_ulogic                              := '0';
     variable repeats         : std_ulogic                              := '0';
     -- Stage 4: a turn, the interval, the interval minus a turn, and the interval plus a turn

@@ -37,7 +37,7 @@ entity plausibility_check is
   port (
     clock                : in    std_ulogic;
     reset                : in    std_ulogic;
-    settling             : in    std_ulogic;             -- level: the levels before the filter come from before the end of the reset
+    settling             : in    std_ulogic;             -- level: the unfiltered levels are from before the end of the reset
     a                    : in    std_ulogic;             -- before the filter
     b                    : in    std_ulogic;             -- before the filter
     edge                 : in    counted_edge;           -- steps of the filtered levels

@@ -41,7 +41,7 @@ library ieee;
 entity quadrature_decoder is
   generic (
     SYNCHRONISER_STAGES : positive range 2 to 4 := SYNCHRONISER_STAGES_DEFAULT; -- number of registers per pin
-    RESET_POSITION      : integer               := 0; -- counts; near +-2**31 to meet the wrap in a test
+    RESET_POSITION      : integer               := 0; -- counts; a test of the wrap sets it near +-2**31
     DELAYED             : boolean               := false -- the levels of the head may be delayed
   );
   port (

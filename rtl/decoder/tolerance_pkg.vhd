@@ -8,14 +8,14 @@ library ieee;
 
 package tolerance_pkg is
 
-  -- Tells whether -tolerance <= deviation <= tolerance. The comparison has only as many bits as the tolerance.
+  -- Returns whether -tolerance <= deviation <= tolerance. The comparison has only as many bits as the tolerance.
   function is_within (
     deviation : u_signed;
     tolerance : u_unsigned
   ) return std_ulogic;
 
-  -- Tells whether a number is at most `bound`. It uses logic for each bit, because Yosys would build a carry chain for
-  -- the comparison operator.
+  -- Returns whether a number is at most `bound`. It uses logic for each bit, because Yosys would build a carry chain
+  -- for the comparison operator.
   function is_at_most (
     number : u_unsigned;
     bound  : natural

@@ -141,8 +141,9 @@ package number_formats_pkg is
   -- Number of samples in one capture bank: 12,000 samples of a turn at 30 deg/s and 1 kHz, plus a margin.
   constant CAPTURE_DEPTH_DEFAULT      : positive := 12288;
 
-  -- Conditions: the amplitude of a lane is multiplied by a modulator s1.16 of magnitude at most 1. 18 bits are the width
-  -- of the B port of the DSP48E1; 16 fraction bits are what sign and the integer bit of the factor 1 leave.
+  -- Conditions: the amplitude of a lane is multiplied by a modulator s1.16 of magnitude at most 1. 18 bits are the
+  -- width of the B port of the DSP48E1. The sign and the integer bit of the factor 1 take 2 of them; 16 fraction bits
+  -- remain.
   constant MODULATOR_WIDTH            : positive := 18;
   constant MODULATOR_FRACTION         : positive := 16;
   -- Clocks in which amplitude_sweep gives all lanes of both banks a new amplitude: 2 * LANES_MAX steps, and 16 steps for
@@ -160,12 +161,12 @@ package number_formats_pkg is
   -- Binary logarithm of the clocks of a window of table_speed: 16,384 clocks. Each end of a window lies within a clock of
   -- its passage, so the relative error of the speed is at most 1 / 16,384 = 6E-5.
   constant SPEED_WINDOW_BITS          : positive := 14;
-  -- Limit, in eighths, of the change of the corrected angle that the lanes of the speed make when the measured speed
-  -- changes, over the change of the travel in a window. These lanes move the angle in which the speed is measured:
-  -- speed(n) = true + g * (speed(n - 1) - speed(n - 2)), which diverges from g = 1 on, and from g = -1/2 on for the other
-  -- sign. With |g| <= 3/8 an error is multiplied by at most 0.61 per window (0.83 for the other sign), and the rounding of
-  -- the speed, one clock per window, grows by at most 1 / (1 - 2 * |g|) = 4: it moves the correction by at most 4 * |g| =
-  -- 1.5 counts at one count per clock, and by 0.02 count at the paper's 30 deg/s.
+  -- Limit of |g| in eighths. When the measured speed changes, the lanes of the speed change the corrected angle; g is
+  -- this change divided by the change of the travel in a window. These lanes move the angle in which the speed is
+  -- measured: speed(n) = true + g * (speed(n - 1) - speed(n - 2)), which diverges from g = 1 on, and from g = -1/2 on
+  -- for the other sign. With |g| <= 3/8 an error is multiplied by at most 0.61 per window (0.83 for the other sign),
+  -- and the rounding of the speed, one clock per window, grows by at most 1 / (1 - 2 * |g|) = 4: it moves the
+  -- correction by at most 4 * |g| = 1.5 counts at one count per clock, and by 0.02 count at the paper's 30 deg/s.
   constant SPEED_FEEDBACK_EIGHTHS     : positive := 3;
   -- Binary logarithm of the clocks without an end of a window after which the speed is 0: 168 ms at 100 MHz.
   constant SPEED_LONGEST_BITS         : positive := 24;
@@ -204,7 +205,7 @@ package number_formats_pkg is
   constant WATCH_INTERVAL_BITS        : positive := 14;
   -- Number of readings that head_watch stores, addressed by 3 bits; a reading is compared with the oldest of them.
   constant WATCH_READINGS             : positive := 8;
-  -- Clocks after a restart until head_watch stores readings: more than DIFFERENCE_LATENCY + 1, after which every
+  -- Clocks after a restart until head_watch stores readings: more than DIFFERENCE_LATENCY + 1 clocks, so that every
   -- difference comes from readings after the restart.
   constant WATCH_SETTLE_CLOCKS        : positive := 16;
   -- Largest number of counts by which head_watch counts one head as ahead of another: the largest missing_counts, u8.0.

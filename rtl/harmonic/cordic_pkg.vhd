@@ -193,8 +193,9 @@ package body cordic_pkg is
 
   begin
 
-    -- -angle equals (not angle) + 1. So this is step + angle, or (not step) + angle + 1, of which the lowest bit provides
-    -- the 1. The constant step enters the carry chain without a LUT, which leaves the LUTs for a function of the angle.
+    -- -angle equals (not angle) + 1. So this is step + angle, or (not step) + angle + 1; the appended lowest bit
+    -- provides the 1. The constant step enters the carry chain without a LUT, which leaves the LUTs for a function of
+    -- the angle.
     difference := ((step & '0') xor (difference'range => left)) - ((not angle) & '1');
     return difference(angle'length downto 1);
 

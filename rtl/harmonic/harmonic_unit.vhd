@@ -44,7 +44,7 @@ architecture rtl of harmonic_unit is
   constant PRODUCT_WIDTH    : positive := AMPLITUDE_WIDTH + COSINE_WIDTH;
   constant PRODUCT_FRACTION : positive := AMPLITUDE_FRACTION + COSINE_WIDTH - 2;
 
-  -- Numbers of fraction bits by which a product has more, or fewer, than a pair sum.
+  -- Number of fraction bits that a product has more than a pair sum, and number that it has fewer; one of them is 0.
   constant CUT_OFF          : natural  := maximum(PRODUCT_FRACTION, PAIR_FRACTION) - PAIR_FRACTION;
   constant APPENDED         : natural  := maximum(PRODUCT_FRACTION, PAIR_FRACTION) - PRODUCT_FRACTION;
 

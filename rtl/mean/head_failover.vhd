@@ -10,28 +10,28 @@
 -- without this head is loaded, provided that `failover.enable` is set, the active words use all heads and no head is
 -- left out. Failures of other heads are then ignored, because only sets with one missing head are prepared. The head is
 -- left out from the first angle on to which the new set applies, and `rearm_heads` makes its decoder forget the index,
--- so that its next index defines its zero again. If the core refuses the set, the head stays in the mean, and its set is
--- loaded for no further failure before a write of `failover` or a swap; `heads_status.swap_refused` reports this.
--- A fault of a decoder while a set is being loaded, in the clock of a request for a set, or while `failover.enable` is
--- 0, leaves no head out; the head's next index shows the lost counts.
+-- so that its next index defines its zero again. If the core refuses the set, the head stays in the mean, and
+-- `heads_status.swap_refused` reports this; the set is not loaded at further failures until `failover` is written or a
+-- swap takes place. A fault of a decoder while a set is being loaded, in the clock of a request for a set, or while
+-- `failover.enable` is 0, leaves no head out; the head's next index shows the lost counts.
 --
 -- **Return.** A head that is left out comes back after its next index, either on request (`heads_command.come_back`) or
 -- after the time `failover.return_after` unless this is 0; the set of all heads is then loaded. A dead head gives no
 -- index, so it remains left out.
 --
 -- **Processor.** `heads_command.take_set` loads a set. A swap to words that the processor has written sets
--- `heads_status.set` to 7. Such a swap does not bring a left-out head back. Words that use this head are refused, and
--- so is a set that uses it before its index; a refusal sets `heads_status.swap_refused`, which a write of `failover`
--- clears, and the active words stay active. If the head comes back while the processor's words are active, it is no
--- longer left out, but no set is loaded: the processor must write words that use the head.
+-- `heads_status.set` to 7. Such a swap does not bring a left-out head back. The core refuses words that use this head,
+-- and a set that uses it before its index. After a refusal the active words stay active and `heads_status.swap_refused`
+-- is set, until `clear` or a write of `failover`. If the head comes back while the processor's words are active, it is
+-- no longer left out, but no set is loaded: the processor must write words that use the head.
 --
 -- **Allowed words.** `may_activate` is high while both conditions hold. First, the idle words do not use the barred
 -- head: while a set is being loaded, the head that is missing in this set, otherwise the left-out head. Second, while a
 -- set is being loaded or a head is left out, the carrier of the idle words (the head whose reading enters the pipeline)
 -- is a used head. `may_activate` follows its inputs by one clock.
 --
--- **Parity.** `parity_beyond` rises only while the active words use all heads, every head has seen its index and no head
--- is left out, and only when PARITY_CLOCKS clocks have passed since the readings settled: until then the parity may
+-- **Parity.** `parity_beyond` rises only while the active words use all heads, every head has seen its index and no
+-- head is left out. PARITY_CLOCKS clocks must also have passed since the readings settled: until then the parity may
 -- still come from the readings before a zero moved or the words were swapped.
 --
 -- **Latency.** The first angle to which the new set applies comes 2 clocks plus the latency of prepared_sets (`load` to
@@ -117,7 +117,7 @@ architecture rtl of head_failover is
 
   subtype heads_bits is std_ulogic_vector(HEADS - 1 downto 0);
 
-  -- Tells whether the set `set` uses a head whose bit in `chosen` is high.
+  -- Returns whether the set `set` uses a head whose bit in `chosen` is high.
   function uses_one (
     set    : u_unsigned(2 downto 0);
     chosen : heads_bits

@@ -10,9 +10,9 @@
 -- base. With the first angle of a new set of words, `position` and angle jump by the same number of counts, the shorter
 -- way round. `jump` is this number; the ramp uses it to absorb the jump, so that the corrected position makes no step.
 -- With two heads `jump` includes the counts that are put back for the new carrier exactly with this first angle; with
--- more heads no zero moves then.
--- A jump beyond ±32,767 counts comes from a head that was never set up; `position` then jumps only by this limit, and
--- from then on differs from the angle by the remainder, until the next reset.
+-- more heads no zero moves with this angle. A jump beyond ±32,767 counts comes from a head that was never set up;
+-- `position` then jumps only by this limit, and from then on differs from the angle by the remainder, until the next
+-- reset.
 --
 -- **Zero.** `zero_moved` toggles when the zero of a head moves, because each head's zero moves the mean; the ramp
 -- absorbs this change. If the zeros of several heads move in the same clock, it toggles once. `put_back` is the value
@@ -356,8 +356,8 @@ begin
       end if;
       count_1_to_4 := (own_count - next_count) & count_1_to_4(1 to JUMP_CLOCKS - 1);
 
-      -- may_swap excludes a zero that moves up to the clock of swap_comes. With more than two heads, the readings are a
-      -- clock older, so that this also excludes the first angle.
+      -- may_swap ensures that no zero moves up to the clock of swap_comes. With more than two heads the readings are a
+      -- clock older, so no zero moves with the first angle either.
       if is_first = '1' and not HAS_CLOCK then
         put_back_late := put_back - jump_count'(u_signed(word_at(put_backs_last, this_head, 16)));
       end if;

@@ -17,11 +17,11 @@
 -- reading and the carrier's reading with the value that this difference had 7 to 8 intervals of 2**INTERVAL_BITS clocks
 -- earlier (1.15 to 1.31 ms at 100 MHz). Head k has stepped if the changes of all other heads agree within less than
 -- `step_limit` counts, and if this is true for no other head in place of k. Choose step_limit larger than the change of
--- any difference of two heads that the motion of the axis causes in that time. Then this motion never counts as a step
--- and never leads to a wrong head, and the entity finds every step of one head by 2 * step_limit counts or more: the
--- other heads agree with each other, and differ from the stepping head by more than step_limit. If two of four heads
--- step, the entity reports no head. If two of three heads step, it reports the third head if the two steps are equal to
--- within step_limit, otherwise no head. The value 0 turns this check off.
+-- any difference of two heads that the motion of the axis causes in that time. Then this motion never makes the entity
+-- report a head that has not stepped. The entity finds every step of one head by 2 * step_limit counts or more: the
+-- other heads then agree with each other and differ from the stepping head by more than step_limit. If two of four
+-- heads step, the entity reports no head. If two of three heads step, it reports the third head if the two steps are
+-- equal to within step_limit, otherwise no head. The value 0 turns this check off.
 --
 -- **Restart.** While `restart` is high, and for 16 clocks after that, the entity does not search for steps; it then
 -- stores the readings anew and compares later readings with these. Hold `restart` high while readings jump without a

@@ -60,8 +60,8 @@
 -- `enable` does not clear the fault. Below the limit every count is sent, at most following_limit * minimum_spacing
 -- clocks late.
 --
--- **Reset** stops the output and clears the fault; Z is low. A and B keep their levels, so that no receiver
--- sees both fall together. At power-up they are low.
+-- **Reset** stops the output and clears the fault; Z is low. A and B keep their levels; otherwise a receiver could get
+-- a falling edge of both in the same clock. At power-up they are low.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -104,8 +104,8 @@ architecture rtl of quadrature_output is
   -- the last one in the decision on a step.
   constant STEPS_UNDER_WAY : positive := 2;
 
-  -- A small number in thermometer code: bit k is high if the number is k or more. To subtract a step is to shift the
-  -- bits by one place, so the decision on a step needs no adder.
+  -- A small number in thermometer code: bit k is high if the number is k or more. A shift of the bits by one place
+  -- subtracts a step, so the decision on a step needs no adder.
   type thermometer is array (4 downto -3) of std_ulogic;
 
   -- Width of a limit of the lag: -2 to +2 turns in counts.

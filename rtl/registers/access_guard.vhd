@@ -96,8 +96,8 @@ architecture rtl of access_guard is
   constant FURTHER_FIRST      : byte_address := to_unsigned(FURTHER_CAPTURE_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
 
   -- Returns bit number `place` of a table. Each bit of `place`, from the highest on, selects one half of the remaining
-  -- bits of the table. (If the code indexed the table, tools would build a memory, and a proof by induction does not
-  -- know the contents of a memory.)
+  -- bits of the table. (If the code indexed the table, tools would build a memory, and a proof by induction treats the
+  -- contents of a memory as unknown.)
   function bit_of (
     table : std_ulogic_vector;
     place : u_unsigned

@@ -3,8 +3,8 @@
 -- # fault_outputs
 --
 -- Reports faults at two pins, `alarm` and `driver_enable`. A fault that `release_sources` selects switches
--- `driver_enable` off: the drive that reads the encoder then detects a broken encoder; otherwise it could take signals
--- that do not change for a table that stands still.
+-- `driver_enable` off: the drive that reads the encoder then detects a broken encoder. Without this, the drive could
+-- interpret signals that no longer change as a table that stands still.
 --
 -- **Latency.** The outputs follow the inputs by 1 clock, except `clear`, which they follow by 2 clocks.
 --

@@ -13,8 +13,8 @@
 -- 2**31 counts.
 --
 -- **Arming.** A pulse of `arm` starts the comparison with new values of `first` and `interval`. The place `first` is
--- reached when the position comes to it, or passes it, from the side on which the position was in the clock of `arm`;
--- if the position was at `first`, this place is reached when the position leaves it in either direction. After that,
+-- reached when the position comes to it, or passes it, from the side on which the position was in the clock of `arm`.
+-- If the position was at `first`, this place is reached when the position leaves it in either direction. After that,
 -- the next place is reached when the position is a whole interval away from the last place reached, in either
 -- direction. So a position that vibrates at a place gives one strobe. If the position jumps by several intervals, a
 -- strobe comes every third clock until all places passed have had their strobe. A pulse of `disarm` ends the

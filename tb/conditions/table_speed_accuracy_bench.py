@@ -17,7 +17,7 @@ COUNTS = 1 << 24
 PACE = 30.0 / 360.0 * COUNTS / 100e6
 """Speed in counts per clock."""
 SWING = 8e-4
-"""Amplitude of the relative change of the speed of the reading, by the eccentricity of the disc."""
+"""Amplitude of the relative change of the reading's speed that the disc's eccentricity causes."""
 ECCENTRICITY = SWING * COUNTS / (2.0 * np.pi)
 """Amplitude of order 1 of the reading's error, counts."""
 WINDOW = 1 << SPEED_WINDOW_BITS
@@ -28,7 +28,7 @@ PLACES = 4
 turn later it is slower by SWING."""
 BOUND = 1.0 / WINDOW + 2.0 / UNIT / (PACE * WINDOW)
 """Largest relative error in the corrected angle: one clock and two units of the angle per window.
-It is 6.5·10⁻⁵; the issue allows 2·10⁻⁴."""
+It is 6.5·10⁻⁵; the limit is 2·10⁻⁴."""
 
 
 def edges(place: float, *, corrected: bool) -> Iterator[tuple[int, int, int]]:
@@ -41,7 +41,8 @@ def edges(place: float, *, corrected: bool) -> Iterator[tuple[int, int, int]]:
         now = float(reading[clock])
         true = now
         for _ in range(6):
-            # The equation of the reading is solved for the angle; each step gains a factor SWING.
+            # Solves the equation of the reading for the angle; each step multiplies the error by up
+            # to SWING.
             true = now - ECCENTRICITY * np.sin(turn * true)
         error = round((now - true) * UNIT) if corrected else 0
         yield clock, int(now) - ((error + UNIT // 2) // UNIT), error

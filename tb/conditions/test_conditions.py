@@ -18,8 +18,8 @@ def test_table_speed() -> None:
 
 
 def test_table_speed_on_an_eccentric_disc() -> None:
-    """The error of the speed stays below 2·10⁻⁴ while the speed of the reading swings by
-    8·10⁻⁴."""
+    """The error of the speed stays below 2·10⁻⁴ while the speed of the reading varies by
+    ±8·10⁻⁴."""
     simulate("table_speed", "tb.conditions.table_speed_accuracy_bench")
 
 

@@ -159,8 +159,8 @@ async def wait_for_interrupt(machine: Machine, clocks: int) -> None:
 
 @cocotb.test(skip=QUICK)
 async def from_edges_to_corrected_edges(dut):
-    """The core captures over AXI what the pins show, gets coefficients over AXI, and outputs
-    corrected edges."""
+    """The core captures the readings of the pins, which are read over AXI, gets coefficients over
+    AXI, and outputs corrected edges."""
     machine = await prepared(dut, stall=0.2, seed=1)
     names = machine.registers
     await clear_coefficients(machine)

@@ -235,13 +235,13 @@ async def a_head_that_is_too_fast_is_left_out(dut: Any) -> None:
 @cocotb.test()
 @cocotb.parametrize(acceleration=[0, 0xFFFF_FFFF])
 async def a_failover_obeys_the_limits_of_the_ramp(dut: Any, acceleration: int) -> None:
-    """The failover takes back what the slip of the failed head has added to the output, more than
-    10 counts, at most with the velocity and the acceleration of the ramp.
+    """The failover removes the error that the slip of the failed head has added to the output (more
+    than 10 counts), no faster than the velocity and the acceleration of the ramp permit.
 
     With acceleration 0 the velocity is `ramp_rate` at once. Otherwise the velocity changes every
-    256 clocks, and ½·a·(t + 256)² limits the change after t clocks: with the largest acceleration
-    less than 0.02 counts in this test. The bound is twice that of check_mean(), for the roundings
-    at the first and at each further clock.
+    256 clocks, and ½·a·(t + 256)² limits the change after t clocks; with the largest acceleration
+    this limit is below 0.02 counts in this test. The bound is twice that of check_mean(), for the
+    roundings at the first and at each further clock.
     """
     machine = await guarded(dut)
     await machine.registers.write("ramp_rate", RAMP_RATE)

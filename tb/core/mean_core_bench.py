@@ -1,8 +1,8 @@
 """Tests the core with the weighted mean in cocotb: drives all heads' pins and checks the position.
 
 The table has heads at known places, a disc with an error, and an axis that moves. Each head
-measures the motion of the axis in its own direction, so that no single reading is right, but the
-mean is.
+measures the motion of the axis in its own direction, so each single reading has an error, which
+cancels in the mean.
 """
 
 from __future__ import annotations

@@ -18,8 +18,9 @@ CLOCKS = 12_000
 
 
 def levels(random: np.random.Generator, chance: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return levels of A and B that count in either direction, in moving stretches by ``chance``
-    counts per clock on average; sometimes both change at once."""
+    """Return levels of A and B. In each stretch of 60 clocks they count up, count down or stand
+    still; when they count, it is by ``chance`` counts per clock on average. Sometimes both change
+    at once."""
     direction = np.repeat(random.integers(-1, 2, CLOCKS // 60), 60)
     place = np.cumsum(np.where(random.random(CLOCKS) < chance, direction, 0))
     place += 2 * np.cumsum(random.random(CLOCKS) < 0.03)

@@ -37,14 +37,13 @@ RECORDED_TURNS = 1.01
 
 
 class Clocks:
-    """Counts clocks; as in the file of edges, ``run`` is first high at the player in clock 0."""
+    """Counts clocks like the file of edges: ``run`` of edge_player is first high in clock 0."""
 
     def __init__(self) -> None:
         self._start_ns: float | None = None
 
     def start(self) -> None:
-        # This function is called at a rising edge; `run` is high at the player at the next rising
-        # edge.
+        # This function is called at a rising edge; edge_player samples `run` high at the next one.
         self._start_ns = float(get_sim_time("ns")) + CLOCK_NS
 
     def now(self) -> int:

@@ -55,5 +55,5 @@ def compare(
     inputs = json.loads((folder / "inputs.json").read_text(encoding="utf-8"))
     noted = json.loads((folder / "noted.json").read_text(encoding="utf-8"))
     outputs = {port.name for port in replay.ports if not port.is_input}
-    assert outputs == set(noted), "GHDL and the netlist have the same outputs"
+    assert outputs == set(noted), "GHDL and the netlist have different outputs"
     return differences(noted, replay.outputs(inputs, folder), settled, undefined)

@@ -30,8 +30,7 @@ ERROR_COMPENSATION = next(case for case in CASES if case.entity == "error_compen
 
 
 def wish_for_outputs(replay: Replay, folder: Path) -> None:
-    """Write the names of the netlist's outputs to a file, from which the bench knows what to
-    record."""
+    """Write the names of the netlist's outputs, which the bench records, to a file."""
     outputs = [port.name for port in replay.ports if not port.is_input]
     (folder / "outputs.json").write_text(json.dumps(outputs), encoding="utf-8")
 
@@ -124,7 +123,7 @@ def does_the_same_from_random_registers(
             cut = {name: noted[name][begin:]}
             reported = {name: other[name][begin:]}
             assert not differences(cut, reported, 0, undefined={"s_axil_rdata"}), f"seed {seed}"
-    assert len(begun) == len(POWER_UPS) + 1, "the registers began with other values"
+    assert len(begun) == len(POWER_UPS) + 1, "two power-ups gave the same outputs"
 
 
 def test_a_broken_netlist_is_noticed(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Tests that head_failover chooses sets, takes heads back and refuses words like its model."""
+"""Tests that head_failover chooses sets, readmits heads and refuses words like its model."""
 
 from __future__ import annotations
 

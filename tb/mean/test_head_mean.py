@@ -1,4 +1,4 @@
-"""Tests that head_mean and mean_words swap all words together, and that the position continues."""
+"""Tests that head_mean and mean_words swap all words together without a jump of the position."""
 
 from __future__ import annotations
 

@@ -50,8 +50,8 @@ TURN_PLACES = [
     model_map.TURN_STEPS + 4 * 127,
     *(model_map.TURN_NUMBER + 4 * word for word in (0, 1, 127)),
 ]
-"""Addresses of the turn number, of turn steps (even of lanes that are not built), and next to
-these."""
+"""Addresses of the turn number, of turn steps (also of lanes that are not built), and addresses
+next to these."""
 
 
 async def prepared(
@@ -334,7 +334,7 @@ async def answers_after_their_clocks_in_turn(dut):
     assert clocks_from(("awvalid", "wvalid"), "bvalid") == 3
     seen.clear()
     await bus.read(generated.COEFFICIENTS_ADDRESS + 16 * LANES)
-    assert clocks_from(("arvalid",), "rvalid") == 3, "of a refused access"
+    assert clocks_from(("arvalid",), "rvalid") == 3, "time of a refused access"
 
     seen.clear()
     first, words = 0x030, 7  # registers filter_length to following_limit

@@ -2,7 +2,7 @@
 of its accesses the gateware would refuse.
 
 On the device a refused access is a data abort, which restarts the processor. The test needs no
-simulator; it is in this folder because the map is.
+simulator; it is in this folder because the register map is here.
 """
 
 from __future__ import annotations
@@ -73,7 +73,8 @@ class CoreOfTheMap(FailoverCore):
     def hand_over(self, counts: Any, flags: int = BOTH_INDICES_SEEN, travel: int = 0) -> None:
         seen = FURTHER_INDICES_SEEN if self.heads > 2 else 0
         ModelCore.hand_over(self, counts[:2], flags | seen, travel)
-        # The words of head 4 are not built; the model holds others there, which nobody may use.
+        # The words of head 4 are not built; the model has other words there, which the firmware
+        # must not use.
         garbage = np.full((4 - len(counts), counts.shape[1]), -123_456_789)
         self.further = words_of_bank(np.vstack([counts[2:], garbage]))
         for head, row in enumerate(counts, start=1):

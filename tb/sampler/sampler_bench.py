@@ -90,8 +90,8 @@ class Processor:
         return self.release_in < 0
 
     def reads(self, bank: list[int]) -> tuple[int, int] | None:
-        """Return the address for a read in this clock and 1 for head 3 or 4, else 0; None for no
-        read.
+        """Return the address of a read in this clock, and 1 for head 3 or 4 or 0 for head 1 or 2.
+        Return None if no read starts in this clock.
 
         ``bank`` contains the samples of the READY bank.
         """

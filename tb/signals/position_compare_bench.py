@@ -117,8 +117,8 @@ async def armed_on_its_place_it_waits_until_that_is_left(dut, sense: int, interv
 @cocotb.test()
 @cocotb.parametrize(sense=[1, -1])
 async def catches_up_after_a_jump(dut, sense: int) -> None:
-    """After a jump over the first place and seven further places, one strobe comes for each place,
-    for the further places every third clock, and then no more."""
+    """After a jump over the first place and seven further places, one strobe comes for each place.
+    The strobes of the further places come every third clock; no strobe follows them."""
     Clock(dut.clock, 10, unit="ns", impl="gpi").start()
     dut.reset.value = 1
     dut.arm.value = 0

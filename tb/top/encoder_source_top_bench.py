@@ -22,8 +22,8 @@ CLOCKS = 18_000
 """Number of clocks; the last head has edges, with coefficients applied, from clock 14,000 on."""
 LEAST_EDGES = 30
 TAKEN_OVER = 4
-"""Number of the first edges that the test leaves out; up to 2 of them lead an output that is
-enabled to the levels of the position."""
+"""Number of first edges that the test leaves out; up to 2 of them bring the output, when it is
+enabled, to the levels of the position."""
 SLOPE = (1864 + 2 * 78) * 2 * np.pi / 2**24
 """Largest slope of ε of equation (2), in counts per count, for the amplitudes of encoder_source."""
 

@@ -121,7 +121,8 @@ def test_status_tells_what_to_do(running: Firmware) -> None:
     bad = turn(seed=2)
     bad[1] = -bad[1]
     assert running.turn(bad)["reason"] == "inconsistent_heads"
-    assert "advice the heads count in different senses: exchange A and B" in running.send("status")
+    advice = "advice the heads count in different directions: exchange A and B"
+    assert advice in running.send("status")
     running.send("set alarm_noise_arcsec 0.001")
     running.turn(turn(seed=3))
     assert "alarm noise\r\nadvice the turn is much noisier than usual" in running.send("status")

@@ -109,9 +109,7 @@ def test_lost_settings_leave_the_output_uncorrected() -> None:
     ffi.buffer(device.kept)[:] = bytes(ffi.sizeof(device.kept[0]))
     device.start(after_fault=True)
     assert device.firmware.status("settings") == ["lost"]
-    assert any(
-        "as they were saved, else preset" in line for line in device.firmware.status("advice")
-    )
+    assert any("as they were saved, or preset" in line for line in device.firmware.status("advice"))
     assert device.firmware.parameters()["separation_deg"] == "33.000000000"
     device.work(1)
     assert device.firmware.application.has_active
