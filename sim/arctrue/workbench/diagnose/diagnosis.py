@@ -226,14 +226,18 @@ def _with_the_found(
     and only the oscillation is searched again. A part of the effect, such as a phase that depends
     on the direction, may have looked like a resonance. If a product of parts describes the whole
     error, the jumps are searched again: an error that follows the speed differs from run to run and
-    may have looked like a jump.
+    may have looked like a jump. A slow change that the product describes has a known form.
     """
     item, product = found.named, found.described
-    if product is not None and found.verdict == "unknown" and found.decision.resembles is None:
-        if not findings.steps and findings.places is None:
+    if product is not None and found.verdict == "unknown":
+        if not findings.steps and findings.places is None and findings.slow is None:
             return findings
         left = findings_of(product.at_maximum, effects)
-        return replace(findings, steps=left.steps if findings.steps else (), places=left.places)
+        findings = replace(findings, slow=None if findings.slow is None else left.slow)
+        if found.decision.resembles is not None:
+            return findings
+        steps = left.steps if findings.steps else ()
+        return replace(findings, steps=steps, places=left.places)
     if item is None or findings.empty or case.with_best is None:
         return findings
     if item.regular is not None and findings.places is not None:

@@ -17,7 +17,7 @@ from arctrue.measurement.asked import MORE_TURNS, WARMER_K
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.planned import PLANS, PlannedMeasurement
 from arctrue.workbench.effects.base import Nonlinear
-from arctrue.workbench.effects.product_of_parts import ProductOfParts
+from arctrue.workbench.effects.product_of_parts import TRAVEL, ProductOfParts
 from arctrue.workbench.inference.design_matrix import Term, channel_sums, term_widths
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search import places_of
@@ -97,6 +97,11 @@ MORE_READINGS_THAN_COEFFICIENTS = NextMeasurement(
 TURN_THE_REFERENCE = NextMeasurement(
     "the same places once more, with the reference turned by a few of them: an error of the table "
     "stays at its place, an error of the reference moves with it",
+    None,
+)
+ANOTHER_REFERENCE = NextMeasurement(
+    "the same angles with another reference, or over whole turns at the same places: an error of "
+    "the table repeats in each turn, and an error of the reference's scale goes on growing",
     None,
 )
 TURN_THE_POLYGON = NextMeasurement(REINDEX, "polygon_reindexed")
@@ -227,6 +232,8 @@ def measurement_for_parts(product: ProductOfParts, observations: Observations) -
                 words += ". Record the temperature too: warming up, which this set cannot show"
                 words += ", looks the same"
             return NextMeasurement(words, kind)
+    if product.condition is TRAVEL:
+        return ANOTHER_REFERENCE
     if product.condition.column is not None:
         return NextMeasurement(
             f"the same measurement with another {product.condition.column}, all else equal: the "

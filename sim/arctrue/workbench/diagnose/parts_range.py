@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.effects.product_of_parts import ALWAYS, ProductOfParts
+from arctrue.workbench.effects.product_of_parts import ALWAYS, SHORT_ARC_RAD, ProductOfParts
 from arctrue.workbench.inference.design_matrix import measured_arcsec
 from arctrue.workbench.inference.residuals import Residuals, Score
 from arctrue.workbench.observations import ReferenceRows
@@ -19,6 +19,10 @@ Float = NDArray[np.float64]
 LEAST_WAVE = 0.75
 """Least number of periods of an order that a run must cover: an order with fewer periods is a slow
 curve or a bump."""
+LEAST_WAVE_OF_AN_ARC = 4.0
+"""Least number of periods of an order on an arc shorter than SHORT_ARC_RAD, where the model has no
+order of the disc: a wave with fewer periods is a slow curve of the angle, as in the search for
+lines."""
 HALF_REPEATS_TURNS = 2.0
 """Number of turns after which a half order repeats. On one turn, whole orders describe any error
 (Fourier), and a half order differs from them only by a step where the turn closes. The rows must
@@ -47,7 +51,8 @@ def resolved_orders(rows: ReferenceRows, factor: Float, orders: Float) -> NDArra
     passed = min(span_rad, float(of_run.max())) / (2.0 * np.pi)
     whole = orders % 1.0 == 0.0
     repeats = span_rad / (2.0 * np.pi) >= LEAST_WAVE * HALF_REPEATS_TURNS
-    return np.asarray((orders * passed >= LEAST_WAVE) & (whole | repeats))
+    least = LEAST_WAVE_OF_AN_ARC if span_rad < SHORT_ARC_RAD else LEAST_WAVE
+    return np.asarray((orders * passed >= least) & (whole | repeats))
 
 
 def passes_its_wave(residuals: Residuals, effect: ProductOfParts) -> bool:

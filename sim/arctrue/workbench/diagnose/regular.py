@@ -347,8 +347,8 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
 
     If the rows do not determine the model, there are no findings, because lines would only cancel
     the model's orders. The error of single places is subtracted before the other searches, because
-    a defect that every turn repeats looks like an oscillation or a line. An error that repeats at
-    equal places is no slow change.
+    a defect that every turn repeats looks like an oscillation or a line. A slow change must remain
+    without the error that repeats at equal places.
     """
     if undetermined(solution) is not None:
         return Findings()
@@ -359,12 +359,21 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
     observations = solution.observations
     rows = observations.reference
     assert rows is not None
-    if places.spots and observations.stored_reference is None:
-        error = rows.error_arcsec - visits.of_single_places
-        without = replace(observations, reference=replace(rows, error_arcsec=error))
-        return replace(_of_rows(fit(solution.terms, without), effects), places=places)
+
+    def of_rows_without(error_arcsec: Float) -> Findings:
+        left = replace(rows, error_arcsec=rows.error_arcsec - error_arcsec)
+        without = replace(observations, reference=left)
+        return _of_rows(fit(solution.terms, without), effects)
+
+    if observations.stored_reference is not None:
+        found = replace(_of_rows(solution, effects), places=places)
+        return replace(found, slow=None) if places.is_most else found
+    if places.spots:
+        return replace(of_rows_without(visits.of_single_places), places=places)
     found = replace(_of_rows(solution, effects), places=places)
-    return replace(found, slow=None) if places.is_most else found
+    if found.slow is None or places.is_most:
+        return replace(found, slow=None)
+    return replace(found, slow=of_rows_without(visits.of_all_places).slow)
 
 
 def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Findings:

@@ -207,7 +207,10 @@ def sentences(result: Diagnosis) -> list[str]:
             "remaining error: see the maps of arctrue compare."
         ]
     else:
-        said = [f"None of the known effects fits. Best description: {result.description}."]
+        said = [
+            f"None of the known effects fits. Best description: {result.description}.",
+            *_further_with_description(result),
+        ]
     found = [
         words
         for words in result.findings.sentences()
@@ -230,6 +233,20 @@ def sentences(result: Diagnosis) -> list[str]:
         names = ", ".join(item.name for item in result.negligible)
         said.append(f"Significant but too small to matter: {names}.")
     return said
+
+
+def _further_with_description(result: Diagnosis) -> list[str]:
+    """Return a sentence on the effect, or on the class of effects, that the diagnosis finds with
+    the description in the model."""
+    further = result.decision.further
+    if further is None or further.first is None:
+        return []
+    item = further.first
+    size = max(item.size_arcsec.values(), default=0.0)
+    words = item.effect.describe_data(item.nonlinear, result.observations)
+    names = " or ".join(further.effect_class)
+    said = f"With this description in the model, {names} explains a further {size:.2g}″ RMS."
+    return [" ".join([said, words] if words else [said])]
 
 
 def _further_line(result: Diagnosis) -> list[str]:

@@ -157,7 +157,11 @@ def described_by_parts(case: Case) -> Decision | None:
     """A product of parts leads the whole catalogue by more than ΔBIC 10."""
     if case.product is None or case.ahead <= PARTS_ADVANTAGE:
         return None
-    return Decision("unknown", described=case.product)
+    left = case.with_it(case.product) if case.depth == 1 else None
+    further = None if left is None else left.decision
+    if further is None or further.verdict not in ("named", "ambiguous"):
+        return Decision("unknown", described=case.product)
+    return Decision("unknown", described=case.product, further=further)
 
 
 def jumped_once(case: Case) -> Decision | None:

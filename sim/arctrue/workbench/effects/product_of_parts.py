@@ -48,8 +48,8 @@ class Condition:
     """A factor that depends on the conditions of a row."""
 
     part: str
-    """Name in the JSON: temperature, speed, speed^2, direction, time, settling, or a column of the
-    set; empty for the factor 1."""
+    """Name in the JSON: temperature, speed, speed^2, direction, time, settling, travel, or a column
+    of the set; empty for the factor 1."""
     words: str
     unit: str
     values: Callable[[Rows], Float | None]
@@ -98,6 +98,10 @@ def _time(rows: Rows) -> Float | None:
     return None if rows.time_s is None else (rows.time_s - rows.session_start_s) / 3600.0
 
 
+def _travel(rows: Rows) -> Float | None:
+    return np.degrees(rows.target_rad) if isinstance(rows, ReferenceRows) else None
+
+
 def _settling(time_constant_s: float, each_run: bool) -> Callable[[Rows], Float | None]:
     def values(rows: Rows) -> Float | None:
         if rows.time_s is None or rows.run_start_s is None:
@@ -120,6 +124,15 @@ SIMPLE_CONDITIONS = (
 )
 
 
+TRAVEL = Condition("travel", "angle of travel", "°", _travel)
+SHORT_ARC_RAD = np.pi
+"""On a shorter arc the default model has no order of the disc: an error that grows with the angle
+is then no eccentricity of the model."""
+LONG_TRAVEL_RAD = 4.0 * np.pi
+"""Two turns. Over more turns, the orders of the disc repeat and cannot follow an error that grows
+with the angle."""
+
+
 _BY_GATEWARE: Mapping[str, GatewareCondition] = {
     "direction": "direction",
     "speed": "speed",
@@ -130,7 +143,7 @@ _BY_GATEWARE: Mapping[str, GatewareCondition] = {
 
 CONDITIONS: Mapping[str, Condition] = {
     "|speed|" if condition.values is _speed_size else condition.part: condition
-    for condition in (ALWAYS, *SIMPLE_CONDITIONS)
+    for condition in (ALWAYS, *SIMPLE_CONDITIONS, TRAVEL)
 }
 """Conditions by their names in the setting ``condition``."""
 
@@ -201,12 +214,22 @@ def conditions(observations: Observations) -> list[Condition]:
     """Return the factor 1 and the conditions that vary in this set, the simpler first; of
     equivalent conditions, return the first only."""
     found = [ALWAYS, *recorded_conditions(observations)]
+    if _is_travelled(observations):
+        found.append(TRAVEL)
     longest = max(observations.longest_run_s, _reference_span(observations))
     shortest = 20.0 * max(observations.sample_period_s, 1e-9)
     if longest > 4.0 * shortest:
         for constant in np.geomspace(max(longest / 300.0, shortest), 3.0 * longest, 9):
             found += [settling_condition(float(constant), each) for each in (False, True)]
     return _distinct(found, observations)
+
+
+def _is_travelled(observations: Observations) -> bool:
+    """Tell whether a set has only a reference, over a short arc or over more than two turns."""
+    rows = observations.reference
+    if rows is None or observations.capture is not None:
+        return False
+    return not SHORT_ARC_RAD <= float(np.ptp(rows.target_rad)) <= LONG_TRAVEL_RAD
 
 
 def _reference_span(observations: Observations) -> float:

@@ -396,6 +396,13 @@ class Visits:
         error[found] = sizes
         return np.where(self.of_row >= 0, error[self.place[self.of_row]], 0.0)
 
+    @property
+    def of_all_places(self) -> Float:
+        """Mean error of the place in every row of the reference; 0 in rows that no second pass
+        repeats."""
+        error = np.bincount(self.place, self.left) / np.bincount(self.place)
+        return np.where(self.of_row >= 0, error[self.place[self.of_row]], 0.0)
+
     @cached_property
     def _single_places(self) -> tuple[Integer, Float, Float]:
         """Return the numbers of the single places that cause the repeated error, with their errors

@@ -5,6 +5,8 @@ The logs are computed in this module, with plain numpy.
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +26,8 @@ from arctrue.workbench.model.model import Model, ModelEffect, default_model
 from arctrue.workbench.model.stations import on_its_arc, warnings_of_the_arc
 from arctrue.workbench.observations.build import observations_of
 from tests.command_line import arctrue
+
+Float = NDArray[np.float64]
 
 EFFECTS = built_in()
 NOISE_ARCSEC = 0.08
@@ -149,3 +153,96 @@ def test_the_commands_state_it(tmp_path: Path) -> None:
         assert result.exit_code == 0
         assert "the reference covers 70° of the turn" in result.stderr
         assert "periodic_error" in result.stdout or command == "compare"
+
+
+PASSES, PLACES = 12, 41
+
+
+def _to_and_fro(
+    error_arcsec: Callable[[Float, Float], Float], arc_deg: float, seed: int
+) -> MeasurementSet:
+    """Return twelve passes to and fro over stations of an arc; the error is a function of the place
+    from −1 to 1 and of the direction, and a reading has 0.15″ of noise."""
+    random = np.random.default_rng(seed)
+    places = np.linspace(-1.0, 1.0, PLACES)
+    number = np.repeat(np.arange(PASSES), PLACES)
+    direction = np.where(number % 2 == 0, 1, -1)
+    place = np.where(direction > 0, np.tile(places, PASSES), np.tile(places[::-1], PASSES))
+    error = error_arcsec(place, direction) + random.normal(0.0, 0.15, place.size)
+    reference = Reference(
+        0.5 * arc_deg * place,
+        error,
+        run=number // 2,
+        time_s=1.8 * np.arange(place.size, dtype=np.float64) + 10.0 * number,
+        direction=direction,
+    )
+    return MeasurementSet(Table(), None, reference, title="to and fro")
+
+
+@pytest.mark.parametrize("arc_deg", [20.0, 150.0])
+def test_a_scale_on_an_arc_and_a_reversal_error(arc_deg: float) -> None:
+    """A scale of the reference of 6″ at each end, and a reversal error of ±0.4″."""
+    found = _diagnosed(_to_and_fro(lambda x, d: 6.0 * x + 0.4 * d, arc_deg, 1))
+    assert found.verdict == "unknown"
+    assert found.described is not None
+    assert found.described.effect.parts == ["travel", "reference"]
+    (slope,) = found.described.parameters().values()
+    # The standard uncertainty of the slope is 0.15″ over the root of 492 rows and 1/√3.
+    assert slope.value * 0.5 * arc_deg == pytest.approx(6.0, abs=5 * 0.15 * 3**0.5 / 492**0.5)
+    said = " ".join(sentences(found))
+    further = re.search(r"hysteresis( or latency)? explains a further (\S+)″ RMS", said)
+    assert further is not None
+    assert float(further[2]) == pytest.approx(0.4, abs=0.03)
+    assert "slow change" not in said
+
+
+def test_a_curve_of_the_angle_is_no_line_and_no_slow_change() -> None:
+    """A nonlinearity of 3″ at both ends, in proportion to the cube of the angle."""
+    found = _diagnosed(_to_and_fro(lambda x, d: 3.0 * x**3 + 0.0 * d, 20.0, 2))
+    assert found.described is not None
+    assert found.described.effect.parts == ["travel", "reference"]
+    # Least squares leaves 3·√(1/7 − 3/25) = 0.45″ of the cube, at every place again. The slope that
+    # is fitted with slow noise may differ.
+    assert found.findings.places is not None
+    assert found.findings.places.rms_arcsec == pytest.approx(0.45, abs=0.1)
+    assert found.findings.slow is None
+
+
+def test_noise_on_an_arc_has_no_scale() -> None:
+    found = _diagnosed(_to_and_fro(lambda x, d: 0.0 * x * d, 20.0, 3))
+    assert found.verdict in ("adequate", "cannot_tell")
+
+
+def test_a_drift_of_a_single_pass_is_of_the_time() -> None:
+    """In one pass the angle and the time are proportional; the time comes first."""
+    rows = 300
+    random = np.random.default_rng(4)
+    time_s = np.arange(rows, dtype=np.float64) * 2.0
+    reference = Reference(
+        np.linspace(0.0, 20.0, rows),
+        0.01 * time_s + random.normal(0.0, 0.15, rows),
+        run=np.zeros(rows, dtype=np.int64),
+        time_s=time_s,
+    )
+    found = _diagnosed(MeasurementSet(Table(), None, reference, title="one pass"))
+    assert "travel" not in " ".join(sentences(found))
+    assert found.effect_class[:1] == ["reference_drift"]
+
+
+def test_an_error_that_grows_over_ten_turns() -> None:
+    """A rope that winds over ten turns up and down three times: 4″ per turn."""
+    turns = np.concatenate([np.linspace(0.0, 10.0, 200), np.linspace(10.0, 0.0, 200)] * 3)
+    random = np.random.default_rng(5)
+    reference = Reference(
+        360.0 * turns,
+        4.0 * turns + random.normal(0.0, 2.0, turns.size),
+        run=np.zeros(turns.size, dtype=np.int64),
+        time_s=np.arange(turns.size, dtype=np.float64) * 2.0,
+        direction=np.repeat([1, -1] * 3, 200),
+    )
+    found = _diagnosed(MeasurementSet(Table(), None, reference, title="lift"))
+    assert found.described is not None
+    assert found.described.effect.parts == ["travel", "reference"]
+    (slope,) = found.described.parameters().values()
+    assert 360.0 * slope.value == pytest.approx(4.0, abs=0.2)
+    assert found.findings.slow is None
