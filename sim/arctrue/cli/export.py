@@ -32,6 +32,7 @@ from arctrue.cli._tables import number, table, words
 from arctrue.cli._terminal import tell_error, tell_objection, tell_warning
 from arctrue.gateware.capability import EVERYTHING
 from arctrue.gateware.coefficient_file import read_coefficient_file, write_coefficient_file
+from arctrue.gateware.phase_sources import with_phase_from_heads, with_phase_from_probe
 from arctrue.gateware.thermal import TIME_CONSTANT_MOST_S
 from arctrue.generated.number_formats import CLOCK_HZ, THERMAL_RANGE_K
 from arctrue.metrology.controllers import FORMATS, TableFormat
@@ -295,9 +296,9 @@ def export(
     if phase_from is not None:
         held = result.coefficients
         held = (
-            held.with_phase_from_probe(probe[0] / 360.0, probe[1])
+            with_phase_from_probe(held, probe[0] / 360.0, probe[1])
             if probe is not None
-            else held.with_phase_from_heads()
+            else with_phase_from_heads(held)
         )
         result = replace(result, coefficients=held)
     became = outcome(
