@@ -37,12 +37,12 @@ def slope_and_amplitude(coefficients: Coefficients) -> tuple[float, float]:
     """Return bounds of |dε/dR| and of a lane's largest amplitude in counts, valid at any
     temperature.
 
-    Each bound is the largest value at RANGE_STEPS + 1 temperatures of ``thermal``, plus the
-    largest excess of a lane over the chord between two of these temperatures, c₂h²/4, where h
-    is their distance. Phases are ignored: Σ n·|c_n| bounds the sum of all lanes anywhere in the
-    turn, whatever the modulators are, because they are at most 1. Lanes with the modulator
-    direction also change after a reversal. A set for a missing head can replace the lanes; the
-    slope of a local table adds to that of either.
+    Each bound is the largest value at RANGE_STEPS + 1 temperatures of ``thermal``, plus the largest
+    excess of a lane over the chord between two of these temperatures, c₂h²/4, where h is their
+    distance. Phases are ignored: Σ n·|c_n| bounds the sum of all lanes anywhere in the turn, also
+    with modulators, because these are at most 1. Lanes with the modulator direction also change
+    after a reversal. A set for a missing head can replace the lanes; the local table's slope is
+    added to the steeper of the two.
     """
     thermal, orders = coefficients.thermal, coefficients.real_orders
     written = coefficients.amplitudes_counts * np.exp(-1j * coefficients.phases_rad)
@@ -72,12 +72,12 @@ def slope_and_amplitude(coefficients: Coefficients) -> tuple[float, float]:
 
 
 def speed_feedback(coefficients: Coefficients, clock_hz: float = CLOCK_HZ) -> float:
-    """Return the change of the corrected angle, over the change of the travel in a window, that
-    the lanes of the speed make when the measured speed changes, whatever their phases.
+    """Return a bound of |g|, for any phases of the lanes that follow the speed.
 
-    ``table_speed`` measures ω in the corrected angle, so that
-    ωₙ = ω + g·(ωₙ₋₁ − ωₙ₋₂) with |g| up to this value. A window lasts 2¹⁴ clocks or a period
-    of A and B; the square of the ratio changes by up to twice the change of the ratio.
+    When the measured speed changes, these lanes change the corrected angle by g times the change of
+    the travel in a window. ``table_speed`` measures ω in the corrected angle, so that
+    ωₙ = ω + g·(ωₙ₋₁ − ωₙ₋₂). A window lasts 2¹⁴ clocks or a period of A and B; the square of the
+    ratio changes by up to twice the change of the ratio.
     """
     if coefficients.extension is None or coefficients.extension.conditions is None:
         return 0.0

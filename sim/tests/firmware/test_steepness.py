@@ -19,11 +19,8 @@ from sim.tests.firmware.test_save import Board
 from arctrue.calibration.acceptance import of_limits
 from arctrue.device.load import load_frames
 from arctrue.gateware.coefficient_bounds import slope_and_amplitude
-from arctrue.gateware.coefficient_file import (
-    coefficient_file_text,
-    read_coefficient_file,
-    write_coefficient_file,
-)
+from arctrue.gateware.coefficient_file import read_coefficient_file, write_coefficient_file
+from arctrue.gateware.coefficient_file_text import coefficient_file_text
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.thermal import ThermalLanes
 
