@@ -61,7 +61,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "saved_real_orders_on_any_core",
         "a saved lane of a real order is given to a core without them",
-        "firmware/application/calibrate.c",
+        "firmware/application/judge_sets.c",
         "if (followed->real_lanes != 0 && !origin.has_real_orders) {",
         "if (false) {",
         f"{_TESTS}/test_save.py::test_a_core_without_real_orders_does_not_take_the_saved_lanes",
@@ -197,10 +197,9 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "saved_is_not_judged",
         "saved coefficients are applied even if the captured turn contradicts them",
-        "firmware/application/calibrate.c",
-        "found == JUDGED_RIGHT) {\n        calibrate_take_candidate(application, OF_SAVED);",
-        "found == JUDGED_RIGHT || fits) {\n"
-        "        calibrate_take_candidate(application, OF_SAVED);",
+        "firmware/application/judge_sets.c",
+        "found == JUDGED_RIGHT) {\n        judge_sets_take(application, OF_SAVED);",
+        "found == JUDGED_RIGHT || fits) {\n        judge_sets_take(application, OF_SAVED);",
         f"{_TESTS}/test_save.py::test_another_table_does_not_get_them",
     ),
     Mutation(
@@ -214,7 +213,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "a_turn_without_times_has_the_speed_0",
         "a turn that sync_in sampled shows no lane that follows the speed",
-        "firmware/application/calibrate.c",
+        "firmware/application/turn_judge.c",
         "copysign(capture->mean_speed, turn->step_counts);",
         "copysign(0.0, turn->step_counts);",
         f"{_TESTS}/test_samples_without_times.py::test_the_mean_speed_of_the_turn_is_its_motion",
@@ -230,7 +229,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "a_saved_mean_on_any_core",
         "a saved mean is given to a core without MEAN",
-        "firmware/application/calibrate.c",
+        "firmware/application/judge_sets.c",
         "heads != 0 && (!configuration->has_mean || heads != configuration->heads)",
         "heads != 0 && heads != configuration->heads",
         f"{_TESTS}/test_save_mean.py::test_a_saved_mean_of_other_heads_is_not_taken",
@@ -313,7 +312,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "compare_begins_behind_the_table",
         "the compare is armed at a position that the table has passed",
-        "firmware/application/core.c",
+        "firmware/application/core_readings.c",
         "position + (uint32_t)(upwards ? counts : -counts)",
         "position + (uint32_t)(upwards ? -counts : counts)",
         f"{_TESTS}/test_pins.py::test_compare_begins_at_the_next_place_in_the_way_of_the_table",
@@ -361,7 +360,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "loaded_orders_are_not_reported",
         "active_arcsec omits the residual error of loaded orders",
-        "firmware/application/calibrate.c",
+        "firmware/application/compare_loaded.c",
         "double square = application->load.watch.mean_square;",
         "double square = 0.0 * application->load.watch.mean_square;",
         f"{_TESTS}/test_judged_orders.py::test_a_loaded_order_that_drifts_is_reported",
@@ -450,7 +449,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "conditions_are_not_read_back",
         "the firmware swaps although the conditions do not read back",
-        "firmware/application/core.c",
+        "firmware/application/core_bank.c",
         "    return followed->lanes == 0 ||\n",
         "    return true ||\n",
         f"{_TESTS}/test_load_followed.py"
@@ -517,7 +516,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "events_stay_in_the_queue",
         "an event is printed again and again, and the queue fills up",
-        "firmware/application/core.c",
+        "firmware/application/core_readings.c",
         "    core_write(core, AT(command), BIT(COMMAND__NEXT_EVENT));\n",
         "",
         f"{_TESTS}/test_pins.py::test_events_are_printed_once_and_as_they_are_in_the_queue",
@@ -525,7 +524,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "a_set_on_its_way_is_not_awaited",
         "the idle bank is written while a prepared set is being loaded into it",
-        "firmware/application/core.c",
+        "firmware/application/core_sets.c",
         "looks < FAILOVER_LOOKS_MOST",
         "looks >= FAILOVER_LOOKS_MOST",
         f"{_TESTS}/test_application.py::test_a_set_that_is_being_loaded_is_awaited",
@@ -557,7 +556,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "wrong_table_is_taken",
         "a turn that contradicts a local table does not refuse it",
-        "firmware/application/calibrate.c",
+        "firmware/application/judge_sets.c",
         "    if (load->table_evidence <= -EVIDENCE_ENOUGH) {\n",
         "    if (load->table_evidence <= -1e30) {\n",
         "sim/tests/firmware/test_load_table.py::test_a_wrong_table_is_refused",
@@ -565,15 +564,15 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "table_is_not_judged_after_rearm",
         "a turn after rearm that contradicts the local table does not reject it",
-        "firmware/application/calibrate.c",
-        "    if (calibrate_table_is_wrong(application, &load->loaded, &load->table, turn)) {\n",
+        "firmware/application/judge_sets.c",
+        "    if (judge_sets_table_is_wrong(application, &load->loaded, &load->table, turn)) {\n",
         "    if (false) {\n",
         "sim/tests/firmware/test_load_table.py::test_after_a_rearm_a_turn_that_contradicts_it_rejects_it",
     ),
     Mutation(
         "table_is_not_watched",
         "turns that contradict the active local table raise no alarm",
-        "firmware/application/calibrate.c",
+        "firmware/application/compare_loaded.c",
         "    if (load->table.place.choice != 0 && local_table_is_held",
         "    if (false && local_table_is_held",
         "sim/tests/firmware/test_load_table.py"
@@ -582,7 +581,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "windows_may_overlap",
         "windows of a local table that overlap are not refused",
-        "firmware/application/load.c",
+        "firmware/application/load_table.c",
         "away != 0 && (uint64_t)(away - 1)",
         "false && (uint64_t)(away - 1)",
         "sim/tests/firmware/test_load_table.py::test_windows_that_overlap_or_touch_are_refused",
@@ -598,7 +597,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "words_of_absent_heads",
         "the firmware accesses the words of the mean for heads that the core does not contain",
-        "firmware/application/core.c",
+        "firmware/application/core_words.c",
         "    return place == MEAN_CHOICE ||\n",
         "    return place <= MEAN_CHOICE ||\n",
         "tb/registers/test_firmware_on_the_map.py",
@@ -615,7 +614,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "set_beside_a_steep_table",
         "the slope of a set for a missing head is judged without the local table",
-        "firmware/application/load.c",
+        "firmware/application/load_end.c",
         "lanes > load->without.steepest ? lanes : load->without.steepest",
         "lanes > load->without.steepest ? lanes : lanes",
         f"{_TESTS}/test_prepared_sets.py::"
@@ -624,7 +623,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "turn_of_the_corrected_angle",
         "the corrected angle gets the turn of the reading, also if 0 lies between them",
-        "firmware/application/core.c",
+        "firmware/application/core_readings.c",
         "    place->turn = place->head1_turn + ahead;\n",
         "    place->turn = place->head1_turn + 0 * ahead;\n",
         f"{_TESTS}/test_turn_place.py",

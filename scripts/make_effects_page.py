@@ -13,7 +13,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from arctrue.gateware.coefficients import ORDER_MAX
+from arctrue.gateware.lane_words import ORDER_MAX
 from arctrue.report.taken_away_table import TAKEN, stored
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.registry import built_in

@@ -148,8 +148,11 @@ def _fields(kind: type) -> Iterator[tuple[str, str, str]]:
 
 
 def _methods(kind: type) -> Iterator[tuple[str, Any]]:
-    """Yield the public methods and properties that have docstrings, in the order of the source."""
-    for key, member in vars(kind).items():
+    """Yield the public methods and properties of a class and of its bases in the same package, if
+    they have docstrings; those of a base first, in the order of the source."""
+    package = kind.__module__.rpartition(".")[0]
+    bases = [one for one in reversed(kind.__mro__) if one.__module__.rpartition(".")[0] == package]
+    for key, member in {key: one for base in bases for key, one in vars(base).items()}.items():
         function = member.__func__ if isinstance(member, classmethod | staticmethod) else member
         callable_ = inspect.isfunction(function) or isinstance(function, property)
         if not key.startswith("_") and callable_ and function.__doc__:

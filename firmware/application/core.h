@@ -2,9 +2,7 @@
 
 /* Declares functions that operate the gateware (the core) through its registers. A lane is a unit of the core that adds
    one harmonic to the correction. The core has two coefficient banks, which hold the words of all lanes: one is active,
-   the idle one can be written, and a swap exchanges them. Two further banks hold captured samples of the heads. The
-   caller supplies the functions that read and write registers, which access memory on the device, a simulator's bus, or
-   a model on the host. */
+   the idle one can be written, and a swap exchanges them. Two further banks hold captured samples of the heads. */
 
 #ifndef ARCTRUE_CORE_H
 #define ARCTRUE_CORE_H
@@ -15,28 +13,9 @@
 #include "arctrue_number_formats.h"
 #include "capture.h"
 #include "coefficients.h"
+#include "core_access.h"
 #include "followed.h"
 #include "table_place.h"
-
-typedef uint32_t core_read_word(void *context, uint32_t offset);
-typedef void core_write_word(void *context, uint32_t offset, uint32_t word);
-/* Returns `number` words of the ready bank; they do not change until the bank is released. */
-typedef const volatile int32_t *core_capture_words(void *context, uint32_t number);
-
-/* Function that core_identify() calls before it accesses a core. On the device it checks whether the fabric has been
-   configured meanwhile, and searches for the thermometer. */
-typedef void core_look(void *context);
-
-struct core_access {
-    core_read_word *read;
-    core_write_word *write;
-    core_capture_words *capture;
-    void *context;
-    /* NULL if the core is always there. */
-    core_look *look;
-    /* Like `capture`, for heads 3 and 4; NULL if the device has two heads only. */
-    core_capture_words *further_capture;
-};
 
 struct core_configuration {
     uint32_t lanes;

@@ -240,6 +240,9 @@ struct load_place {
 enum load_answer load_end(struct load *load, const struct load_place *place,
                           const struct coefficients *active, uint32_t crc);
 
+/* Forgets what earlier turns have shown of the received set. */
+void load_begin_evidence(struct load *load);
+
 /* Refuses the received set, even if its reception has not ended, and stores the reason. */
 void load_refuse(struct load *load, enum load_answer reason);
 

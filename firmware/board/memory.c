@@ -33,7 +33,7 @@ OWN_LOOPS void *memset(void *to, int value, size_t bytes) {
     if (((uintptr_t)to & (sizeof(uint32_t) - 1)) == 0) {
         uint32_t *word_to = to;
         const uint32_t word = (unsigned char)value * 0x01010101U;
-        /* heads_fit.c clears its columns for each sample, so four words are written at a time. */
+        /* heads_residual.c clears its columns for each sample, so four words are written at a time. */
         for (; bytes >= 4 * sizeof(uint32_t); bytes -= 4 * sizeof(uint32_t), word_to += 4) {
             word_to[0] = word;
             word_to[1] = word;

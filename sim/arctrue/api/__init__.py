@@ -7,15 +7,10 @@ docs/python.md describes the functions.
 
 from arctrue.api.dataset import Dataset
 from arctrue.api.estimator import FitEstimator
-from arctrue.api.fit import (
-    FitParameter,
-    FitParameters,
-    FitResult,
-    ModelTest,
-    compare_models,
-    fit,
-)
+from arctrue.api.fit import fit
+from arctrue.api.fit_result import FitResult
 from arctrue.api.model import Model, add, drop
+from arctrue.api.parameters import FitParameter, FitParameters
 from arctrue.api.pictures import Pictures
 from arctrue.api.results import (
     Comparison,
@@ -27,6 +22,7 @@ from arctrue.api.results import (
 )
 from arctrue.api.sets import read_set, simulate, write_set
 from arctrue.api.transfer import ExportRefusedError, export, import_files
+from arctrue.api.two_models import ModelTest, compare_models
 
 __all__ = [
     "Comparison",

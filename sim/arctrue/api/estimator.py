@@ -8,7 +8,8 @@ from typing import Any, Self
 from numpy.typing import ArrayLike
 
 from arctrue.api.conditions import Tied
-from arctrue.api.fit import FitResult, fit
+from arctrue.api.fit import fit
+from arctrue.api.fit_result import FitResult
 from arctrue.api.model import ModelLike
 from arctrue.api.sets import SetOrFolder
 from arctrue.base.similar import did_you_mean

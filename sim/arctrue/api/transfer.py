@@ -9,8 +9,9 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Unpack
 
-from arctrue.api.dataset import Dataset, Metadata, keys_of
+from arctrue.api.dataset import Dataset
 from arctrue.api.fit import not_determined
+from arctrue.api.keywords import Metadata, keys_of
 from arctrue.api.model import ModelLike, model_of
 from arctrue.api.sets import SetOrFolder, set_of
 from arctrue.base.printable import one_line

@@ -14,14 +14,17 @@ from arctrue.base.units import ARCSEC_PER_RAD, arcsec_per_count
 from arctrue.calibration.comparison import ReferenceComparison, extent
 from arctrue.calibration.estimate import Estimate
 from arctrue.calibration.head_separation import BELIEVABLE_ARCSEC
-from arctrue.gateware.coefficients import (
-    AMPLITUDE_LIMIT_COUNTS,
+from arctrue.gateware.coefficient_bounds import (
     MOST_SPEED_FEEDBACK,
     STEEPEST,
     STEEPEST_REVERSAL,
-    Coefficients,
+    reversal_slope,
+    slope_and_amplitude,
+    speed_feedback,
 )
+from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.extension import FOLLOWED_LANES_MOST, REAL_LANES_MOST, Extension
+from arctrue.gateware.lane_words import AMPLITUDE_LIMIT_COUNTS
 from arctrue.generated.number_formats import CLOCK_HZ, SPEED_WINDOW_BITS
 
 
@@ -49,7 +52,7 @@ def of_limits(coefficients: Coefficients) -> list[str]:
     """Return an objection for each limit of the firmware that the coefficients exceed: the firmware
     would answer ``too_steep`` or ``out_of_range`` (at any temperature of the file's range),
     ``too_many_lanes``, or ``unstable_speed``."""
-    steepest, largest = coefficients.extent()
+    steepest, largest = slope_and_amplitude(coefficients)
     thermal = coefficients.thermal
     where = "" if thermal is None else f" between {thermal.least_c:g} and {thermal.most_c:g} °C"
     found = []
@@ -63,7 +66,7 @@ def of_limits(coefficients: Coefficients) -> list[str]:
             f"a lane reaches {largest:.0f} counts{where}, and the gateware holds no more than "
             f"{AMPLITUDE_LIMIT_COUNTS:g}"
         )
-    reversal = coefficients.reversal_slope()
+    reversal = reversal_slope(coefficients)
     if reversal >= STEEPEST_REVERSAL:
         found.append(
             f"after a reversal the correction would change by {reversal:.3g} counts per count; the "
@@ -82,7 +85,7 @@ def of_limits(coefficients: Coefficients) -> list[str]:
 def of_speed_feedback(coefficients: Coefficients, clock_hz: float = CLOCK_HZ) -> list[str]:
     """Return an objection if the lanes that follow the speed would make its measurement
     unstable."""
-    feedback = coefficients.speed_feedback(clock_hz)
+    feedback = speed_feedback(coefficients, clock_hz)
     if feedback <= MOST_SPEED_FEEDBACK:
         return []
     most_us = 1e6 * MOST_SPEED_FEEDBACK * (1 << SPEED_WINDOW_BITS) / clock_hz

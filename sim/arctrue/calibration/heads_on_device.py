@@ -12,7 +12,7 @@ for the disc's orders:
   dᵢ and radius ratio ρᵢ of each head, from the readings' lines at order 1 and from the priors.
 
 The firmware solves the same equations, but computes the normal matrix from a part of the samples
-and forms the sums differently: firmware/calibration/heads_fit.c.
+and forms the sums differently: firmware/calibration/heads_estimate.c.
 """
 
 from __future__ import annotations

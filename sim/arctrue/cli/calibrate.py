@@ -31,6 +31,7 @@ from arctrue.cli._numbers import Finite
 from arctrue.cli._options import lanes_option, refuse_given
 from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._reference_alone import ReferenceCalibration, calibrate_from_reference
+from arctrue.cli._refused import NOT_WRITTEN
 from arctrue.cli._tables import number, table, words
 from arctrue.cli._terminal import Console, say, tell_error, tell_objection, tell_warning
 from arctrue.gateware.coefficient_file import write_coefficient_file
@@ -39,7 +40,6 @@ from arctrue.measurement import MeasurementError, MeasurementSet, read_measureme
 if TYPE_CHECKING:
     from arctrue.report.charts.chart import Chart
 
-NOT_WRITTEN = 1
 BAD_INPUT = 2
 REFUSED = 3
 _REFUSED_FAULTS = ("not_a_number", "empty")

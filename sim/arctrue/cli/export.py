@@ -3,18 +3,15 @@ controller."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 
 import click
 
 from arctrue.base.figures import figure
-from arctrue.base.printable import one_line
-from arctrue.base.units import arcsec_per_count
-from arctrue.base.whole_file import write_whole_text
-from arctrue.calibration.acceptance import of_limits
 from arctrue.calibration.calibration import objections
+from arctrue.cli._controller_table import write_controller_table
+from arctrue.cli._export_printed import print_export
 from arctrue.cli._loaded_set import (
     LoadedSet,
     common_options,
@@ -28,30 +25,23 @@ from arctrue.cli._numbers import Finite
 from arctrue.cli._options import lanes_option, refuse_given
 from arctrue.cli._outputs import OutputFile
 from arctrue.cli._progress import Progress
-from arctrue.cli._tables import number, table, words
-from arctrue.cli._terminal import tell_error, tell_objection, tell_warning
-from arctrue.gateware.capability import EVERYTHING
-from arctrue.gateware.coefficient_file import read_coefficient_file, write_coefficient_file
+from arctrue.cli._refused import end_unless_written, may_write
+from arctrue.cli._table_of_mean import write_table_of_mean
+from arctrue.gateware.coefficient_file import write_coefficient_file
+from arctrue.gateware.phase_sources import with_phase_from_heads, with_phase_from_probe
 from arctrue.gateware.thermal import TIME_CONSTANT_MOST_S
 from arctrue.generated.number_formats import CLOCK_HZ, THERMAL_RANGE_K
-from arctrue.metrology.controllers import FORMATS, TableFormat
-from arctrue.metrology.correction import Correction, table_objections
+from arctrue.metrology.controllers import FORMATS
+from arctrue.metrology.correction import Correction
 from arctrue.workbench.model.export import export_model
 from arctrue.workbench.model.followed_lanes import USUAL_REVERSAL_WIDTH_DEG, ConditionSettings
 from arctrue.workbench.model.growth import fitted
-from arctrue.workbench.model.local_errors import at_heads_of_mean, local_errors, table_of
 from arctrue.workbench.model.model import Model
 from arctrue.workbench.model.sensor_lag import fitted_sensor_lag, set_without_lag
 from arctrue.workbench.model.stations import model_of_stations, require_whole_turn
-from arctrue.workbench.model.taken_away import (
-    Outcome,
-    TakenAway,
-    outcome,
-    without_reference_errors,
-)
+from arctrue.workbench.model.taken_away import outcome, without_reference_errors
 from arctrue.workbench.observations.build import observations_of
 
-NOT_WRITTEN = 1
 GATEWARE = "gateware"
 
 
@@ -265,18 +255,18 @@ def export(
                 model, loaded.observations, loaded.effects, temperature_c=temperature
             )
         )
-        name = coefficient_file or Path(form.file_name)
-        path = name if out is None else out / name.name
+        path = _path(coefficient_file or Path(form.file_name), out)
         judged = without_reference_errors(
             loaded.measurement_set, model, loaded.observations, loaded.effects
         )
         loaded = replace(loaded, measurement_set=judged)
-        _write_table(loaded, correction, form, points or form.points, path, json_file, force=force)
+        write_controller_table(
+            loaded, correction, form, points or form.points, path, json_file, force=force
+        )
         return
-    coefficient_file = coefficient_file or Path("coefficients.toml")
+    path = _path(coefficient_file or Path("coefficients.toml"), out)
     if mean_file is not None:
-        path = coefficient_file if out is None else out / coefficient_file.name
-        _write_table_of_mean(model, loaded, mean_file, path)
+        write_table_of_mean(model, loaded, mean_file, path)
         return
     captured = loaded.measurement_set.capture
     clock_hz = (captured.clock_hz if captured is not None else None) or float(CLOCK_HZ)
@@ -295,24 +285,19 @@ def export(
     if phase_from is not None:
         held = result.coefficients
         held = (
-            held.with_phase_from_probe(probe[0] / 360.0, probe[1])
+            with_phase_from_probe(held, probe[0] / 360.0, probe[1])
             if probe is not None
-            else held.with_phase_from_heads()
+            else with_phase_from_heads(held)
         )
         result = replace(result, coefficients=held)
     became = outcome(
         model, loaded.observations, loaded.effects, result.coefficients, temperature_c=temperature
     )
-    path = coefficient_file if out is None else out / coefficient_file.name
     judged = without_reference_errors(
         loaded.measurement_set, model, loaded.observations, loaded.effects
     )
     refused = objections(judged, result.coefficients)
-    for warning in result.warnings:
-        tell_warning(warning)
-    for objection in refused:
-        tell_objection(objection, forced=force)
-    written = force or not refused
+    written = may_write(result.warnings, refused, force=force)
     if written:
         path.parent.mkdir(parents=True, exist_ok=True)
         # The file also contains the scale of the words that the host writes; the gateware does not
@@ -320,40 +305,7 @@ def export(
         scales = [text for text in result.followed if " word " in text]
         title = "; ".join([loaded.measurement, *scales])
         write_coefficient_file(path, result.coefficients, title=title)
-    in_use = table(
-        f"Lanes, {len(result.orders)} of {lanes} in use",
-        number("order"),
-        number("amplitude ″"),
-        number("slope ″/K"),
-    )
-    thermal = result.coefficients.thermal
-    count = arcsec_per_count(result.coefficients.counts_per_rev)
-    for order, amplitude in zip(result.orders, result.amplitudes_arcsec, strict=True):
-        slope = ""
-        if thermal is not None and order in thermal.orders:
-            one = thermal.change_counts(order, thermal.reference_c + 1.0)
-            slope = figure(abs(one) * count, 4)
-        in_use.add_row(str(order), figure(amplitude, 4), slope)
-    console.print(in_use)
-    if thermal is not None:
-        console.print(
-            f"amplitudes at {thermal.reference_c:g} °C; orders with a slope follow the device's "
-            f"thermometer from {thermal.least_c:g} to {thermal.most_c:g} °C, whose lag is taken as "
-            f"{thermal.time_constant_s:g} s",
-            soft_wrap=True,
-        )
-    for text in result.followed:
-        console.print(f"follows its condition: {text}")
-    for text in result.local:
-        console.print(f"in the local table: {text}")
-    for text in result.real:
-        console.print(
-            f"lane of an order that is not an integer, phase in turn 0 of the set: {text}"
-        )
-    _tell_what_became(became)
-    for text in result.left_out:
-        console.print(f"not corrected: {text}")
-    _tell_not_judged(became.of_the_reference)
+    print_export(result, became, lanes)
     if written:
         console.print(f"wrote {path}")
     write_json(
@@ -374,43 +326,7 @@ def export(
             "left_arcsec": became.left_arcsec,
         },
     )
-    if not written:
-        tell_error(f"{path} was not written; --force writes it")
-        raise SystemExit(NOT_WRITTEN)
-
-
-def _write_table_of_mean(model: Model, loaded: LoadedSet, mean_file: Path, path: Path) -> None:
-    """Write the coefficient file of a mean, completed by a table of the model's local errors at all
-    heads.
-
-    Raises ValueError for a file that has no mean or belongs to another table, for a model without
-    such an error, and for a table that the firmware would refuse.
-    """
-    of_mean = read_coefficient_file(mean_file, EVERYTHING)
-    if of_mean.extension is None or of_mean.extension.mean is None:
-        raise ValueError(
-            f"{mean_file}: it has no mean of heads; write one by calibrate --angle mean"
-        )
-    counts = of_mean.counts_per_rev
-    if counts != loaded.observations.counts_per_rev:
-        raise ValueError(
-            f"{mean_file}: counts_per_rev is {counts}, the set has "
-            f"{loaded.observations.counts_per_rev}"
-        )
-    errors = list(local_errors(model, loaded.effects).values())
-    if not errors:
-        raise ValueError("--mean: no effect of the model is an error at one place of the turn")
-    made_table = table_of(at_heads_of_mean(errors, of_mean.extension.mean, counts), counts)
-    made = replace(of_mean, extension=replace(of_mean.extension, local_table=made_table))
-    refused = of_limits(made)
-    if refused:
-        raise ValueError(f"{path} is not written: {'; '.join(refused)}")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_coefficient_file(path, made, title=loaded.measurement)
-    console.print(
-        f"wrote {path}: the mean of {mean_file.name} with a local table of "
-        f"{len(made_table.starts_counts)} windows of 1/{2**made_table.width_exponent} turn"
-    )
+    end_unless_written(path, written=written)
 
 
 def _with_fitted_lag(model: Model, loaded: LoadedSet) -> tuple[Model, LoadedSet, float]:
@@ -431,95 +347,6 @@ def _with_fitted_lag(model: Model, loaded: LoadedSet) -> tuple[Model, LoadedSet,
     return model, replace(loaded, observations=observations, measurement_set=measurement), lag.value
 
 
-def _tell_what_became(became: Outcome) -> None:
-    """Print which part corrects each effect of the model, and the remaining error."""
-    effects_table = table(
-        "What corrects each effect of the model, RMS at head 1",
-        words("effect"),
-        number("size ″"),
-        words("corrected by"),
-        number("left ″"),
-    )
-    for item in became.effects:
-        of_table = item.by != "reference"
-        effects_table.add_row(
-            item.effect,
-            figure(item.part_arcsec, 3) if item.by != "not in the output" else "",
-            item.by if of_table else "(error of the reference)",
-            figure(item.left_arcsec, 3) if of_table and item.part_arcsec else "",
-        )
-    console.print(effects_table)
-    means = [item.effect for item in became.effects if item.by == "the mean"]
-    if means:
-        console.print(
-            f"{', '.join(means)}: the coefficients of arctrue calibrate --angle mean remove this "
-            "error; the exported coefficients correct head 1 alone",
-            soft_wrap=True,
-        )
-    console.print(
-        f"all effects that are not corrected: {figure(became.left_arcsec, 3)}″ RMS of the error "
-        "of head 1",
-        soft_wrap=True,
-    )
-
-
-def _tell_not_judged(errors: Sequence[TakenAway]) -> None:
-    for item in errors:
-        console.print(
-            f"not evaluated: {item.effect}, {figure(item.part_arcsec, 3)}″ RMS of the reference "
-            f"run: {item.note}",
-            soft_wrap=True,
-        )
-
-
-def _write_table(
-    loaded: LoadedSet,
-    correction: Correction,
-    form: TableFormat,
-    points: int,
-    path: Path,
-    json_file: Path | None,
-    *,
-    force: bool,
-) -> None:
-    text = form.text(correction, points, one_line(loaded.measurement))
-    left = form.left(text, correction)
-    refused = table_objections(
-        loaded.measurement_set.reference, correction, loaded.observations.counts_per_rev
-    )
-    for warning in correction.warnings:
-        tell_warning(warning)
-    for objection in refused:
-        tell_objection(objection, forced=force)
-    left_out = form.not_corrected(correction)
-    written = force or not refused
-    if written:
-        write_whole_text(path, text)
-    orders = ", ".join(map(str, correction.orders)) or "none"
-    console.print(f"orders in the table: {orders}", soft_wrap=True)
-    console.print(
-        f"{form.name}, {points} steps a turn: the controller's interpolation leaves at most "
-        f"{left.largest_arcsec:.3f}″ ({left.rms_arcsec:.3f}″ RMS) of what the model corrects",
-        soft_wrap=True,
-    )
-    for one in left_out:
-        console.print(f"not corrected: {one}", soft_wrap=True)
-    if written:
-        console.print(f"wrote {path}", soft_wrap=True)
-    write_json(
-        json_file,
-        {
-            "schema": 1,
-            "file": str(path) if written else None,
-            "format": form.name,
-            "points": points,
-            "refused": refused,
-            "orders": correction.orders,
-            "reversal_arcsec": correction.reversal_arcsec,
-            "left_arcsec": {"largest": left.largest_arcsec, "rms": left.rms_arcsec},
-            "not_corrected": left_out,
-        },
-    )
-    if not written:
-        tell_error(f"{path} was not written; --force writes it")
-        raise SystemExit(NOT_WRITTEN)
+def _path(file: Path, out: Path | None) -> Path:
+    """Return the path to write: ``file``, or its name in the folder ``out``."""
+    return file if out is None else out / file.name

@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from arctrue.gateware.coefficients import AMPLITUDE_WORD_MAX, Coefficients
+from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.lane_words import AMPLITUDE_WORD_MAX
 from arctrue.gateware.table_conditions import MODULATOR_ONE
 from arctrue.generated.number_formats import MODULATOR_FRACTION
 

@@ -8,58 +8,30 @@ import math
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from arctrue.gateware.extension import MODULATORS, WIDTH_ONE, Extension, PhaseSource
+from arctrue.gateware.extension import MODULATORS, Extension
+from arctrue.gateware.lane_words import (
+    AMPLITUDE_LSB_COUNTS,
+    AMPLITUDE_WORD_MAX,
+    ORDER_MAX,
+    amplitude_word,
+    check_counts_per_rev,
+    phase_step,
+    turn_step,
+)
 from arctrue.gateware.mean_set import OFFSET_ONE
-from arctrue.gateware.table_conditions import nominal_speed_word
 from arctrue.gateware.thermal import ThermalLanes, as_lane
 from arctrue.gateware.turn_offset_sweep import least_counts, turn_offsets
 from arctrue.generated.number_formats import (
-    AMPLITUDE_FRACTION,
-    AMPLITUDE_WIDTH,
-    CLOCK_HZ,
-    COUNTS_PER_PERIOD,
-    COUNTS_PER_REV_MAX,
-    COUNTS_PER_REV_MIN,
     LANES_DEFAULT,
     LANES_MAX,
-    ORDER_WIDTH,
     PHASE_STEP_WIDTH,
     PHASE_WIDTH,
-    SPEED_FEEDBACK_EIGHTHS,
-    SPEED_WINDOW_BITS,
-    STEEPEST_PERCENT,
 )
-
-ORDER_MAX = (1 << ORDER_WIDTH) - 1
-AMPLITUDE_LSB_COUNTS = 1.0 / (1 << AMPLITUDE_FRACTION)
-AMPLITUDE_WORD_MAX = (1 << (AMPLITUDE_WIDTH - 1)) - 1
-SIDE_MOST = 8
-"""Largest magnitude of the side that is tried for a lane whose phase comes from an index of the
-drive; :class:`PhaseSource` defines the side, a whole number."""
-SIDE_TOLERANCE = 0.005
-"""Largest distance, in periods per turn, between a fitted order minus its side and a multiple of
-the number of the drive's indices in a turn. It is five times the standard uncertainty of an order
-that is fitted to one turn of a reference."""
-RANGE_STEPS = 32
-"""Number of steps into which a temperature range is divided to compute bounds; the firmware uses
-the same number."""
-STEEPEST = STEEPEST_PERCENT / 100
-"""Limit of |dε/dR| of all parts together. The corrected angle R − ε(R) moves in the direction of
-the reading R if |dε/dR| < 1. The gateware calculates ε and the direction from R itself
-(``stop_operator``), not from the corrected angle, so that no feedback lowers this limit."""
-STEEPEST_REVERSAL = 0.5
-"""Limit of the slope of the lanes with the modulator direction after a reversal, as in the
-firmware: at least half of STEEPEST remains for the other parts, also of a later calibration."""
-MOST_SPEED_FEEDBACK = SPEED_FEEDBACK_EIGHTHS / 8
-"""Limit of :meth:`Coefficients.speed_feedback`: below 1/2, the measured speed settles whatever the
-phases of the lanes (derivation in the header of ``table_speed.vhd``)."""
-AMPLITUDE_LIMIT_COUNTS = float(1 << (AMPLITUDE_WIDTH - 1 - AMPLITUDE_FRACTION))
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,77 +174,10 @@ class Coefficients:
                 continue
             written = cmath.rect(float(self.amplitudes_counts[lane]), -float(self.phases_rad[lane]))
             amplitude, phase = as_lane(written + self.thermal.change_counts(order, celsius))
-            amplitudes[lane] = _amplitude_word(f"amplitude of order {order}", amplitude)
+            amplitudes[lane] = amplitude_word(f"amplitude of order {order}", amplitude)
             turns = phase / (2.0 * math.pi)
             offsets[lane] = round(turns % 1.0 * 2**PHASE_WIDTH) % 2**PHASE_WIDTH
         return dataclasses.replace(self, phase_offsets=offsets, amplitudes=amplitudes, thermal=None)
-
-    def extent(self) -> tuple[float, float]:
-        """Return bounds of |dε/dR| and of a lane's largest amplitude in counts, valid at any
-        temperature.
-
-        Each bound is the largest value at RANGE_STEPS + 1 temperatures of ``thermal``, plus the
-        largest excess of a lane over the chord between two of these temperatures, c₂h²/4, where h
-        is their distance. Phases are ignored: Σ n·|c_n| bounds the sum of all lanes anywhere in the
-        turn, whatever the modulators are, because they are at most 1. Lanes with the modulator
-        direction also change after a reversal. A set for a missing head can replace the lanes; the
-        slope of a local table adds to that of either.
-        """
-        thermal, orders = self.thermal, self.real_orders
-        written = self.amplitudes_counts * np.exp(-1j * self.phases_rad)
-        sizes: NDArray[np.float64]
-        if thermal is None:
-            sizes, bow = np.abs(written)[np.newaxis], np.zeros(self.lanes)
-        else:
-            celsius = np.linspace(thermal.least_c, thermal.most_c, RANGE_STEPS + 1)
-            gains = [
-                [thermal.change_counts(order, at) for order in self.orders.tolist()]
-                for at in celsius.tolist()
-            ]
-            sizes = np.abs(written + np.array(gains) * self.plain_lanes)
-            step = (thermal.most_c - thermal.least_c) / RANGE_STEPS
-            bow = np.array([thermal.curve_counts(order) for order in self.orders.tolist()])
-            bow *= step**2 / 4.0 * self.plain_lanes
-        largest = float((sizes + bow).max())
-        slope = float((sizes @ orders).max() + bow @ orders)
-        slope *= 2.0 * math.pi / self.counts_per_rev
-        slope += self.reversal_slope()
-        if self.extension is not None:
-            for extent in (one.extent() for one in self.extension.without):
-                slope, largest = max(slope, extent[0]), max(largest, extent[1])
-            if self.extension.local_table is not None:
-                slope += self.extension.local_table.steepest(self.counts_per_rev)
-        return slope, largest
-
-    def speed_feedback(self, clock_hz: float = CLOCK_HZ) -> float:
-        """Return the change of the corrected angle, over the change of the travel in a window, that
-        the lanes of the speed make when the measured speed changes, whatever their phases.
-
-        ``table_speed`` measures ω in the corrected angle, so that
-        ωₙ = ω + g·(ωₙ₋₁ − ωₙ₋₂) with |g| up to this value. A window lasts 2¹⁴ clocks or a period
-        of A and B; the square of the ratio changes by up to twice the change of the ratio.
-        """
-        if self.extension is None or self.extension.conditions is None:
-            return 0.0
-        weights = {"speed": 1.0, "speed_squared": 2.0}
-        sizes = np.abs(self.amplitudes_counts)
-        counts = sum(
-            weights.get(name, 0.0) * float(sizes[lane]) for lane, name in self.extension.modulators
-        )
-        nominal = nominal_speed_word(
-            self.extension.conditions.nominal_deg_per_s, self.counts_per_rev, clock_hz
-        )
-        return counts / max(nominal / 2.0 ** (32 - SPEED_WINDOW_BITS), float(COUNTS_PER_PERIOD))
-
-    def reversal_slope(self) -> float:
-        """Return a bound of |dε/dR| of the change of the direction after a reversal: Σ|A|/W over
-        the lanes with the modulator direction."""
-        extension = self.extension
-        if extension is None or extension.conditions is None:
-            return 0.0
-        named = [lane for lane, name in extension.modulators if name == "direction"]
-        width_counts = extension.conditions.width / WIDTH_ONE
-        return float(np.abs(self.amplitudes_counts[named]).sum()) / width_counts
 
     @property
     def plain_lanes(self) -> NDArray[np.bool_]:
@@ -319,37 +224,6 @@ class Coefficients:
         )
         extension = dataclasses.replace(self.extension or Extension(), turn_steps=turns)
         return dataclasses.replace(self, phase_steps=steps, extension=extension)
-
-    def with_phase_from_heads(self) -> Coefficients:
-        """Return the bank in which the device determines the phase of each lane of a real order
-        from the heads."""
-        return self._with_phase_sources(
-            {lane: PhaseSource("heads") for lane in np.flatnonzero(self.turn_steps).tolist()}
-        )
-
-    def with_phase_from_probe(self, edge_turns: float, edges_per_turn: float) -> Coefficients:
-        """Return the bank in which the device determines the phase of each lane of a real order
-        from an index of the drive.
-
-        ``edge_turns``: angle of the table at an index, in turns from the start of turn 0;
-        ``edges_per_turn``: number of indices in a turn of the table. A harmonic has the same phase
-        at every index if its order minus an integer, its side, is a multiple of ``edges_per_turn``.
-        Raises ValueError for a harmonic without such a side.
-        """
-        sources = {}
-        for lane in np.flatnonzero(self.turn_steps).tolist():
-            order = float(self.real_orders[lane])
-            side = _side_of(order, edges_per_turn)
-            turns = self.phases_rad[lane] / (2.0 * np.pi) + (order - side) * edge_turns
-            phase = round((turns % 1.0) * 2**PHASE_WIDTH) % 2**PHASE_WIDTH
-            sources[lane] = PhaseSource("probe", side, phase)
-        return self._with_phase_sources(sources)
-
-    def _with_phase_sources(self, sources: Mapping[int, PhaseSource]) -> Coefficients:
-        extension = dataclasses.replace(
-            self.extension or Extension(), phase_sources=tuple(sorted(sources.items()))
-        )
-        return dataclasses.replace(self, extension=extension)
 
     def from_turn(self, turn: int) -> Coefficients:
         """Return the bank whose lanes have, in turn ``turn``, the phases that the lanes of this
@@ -416,7 +290,7 @@ class Coefficients:
                 "leave out the smallest ones, or build the gateware with more lanes"
             )
         for order, amplitude, phase in zip(order_list, amplitudes, phases, strict=True):
-            _amplitude_word(f"amplitude of order {order}", float(amplitude))
+            amplitude_word(f"amplitude of order {order}", float(amplitude))
             if not math.isfinite(phase):
                 raise ValueError(f"phase of order {order}: {phase} is not a finite number")
             if 2 * order >= counts_per_rev:
@@ -437,7 +311,7 @@ class Coefficients:
             phase_steps,
             phase_offsets,
             words,
-            _amplitude_word("offset", offset_counts),
+            amplitude_word("offset", offset_counts),
             counts_per_rev,
         )
 
@@ -449,7 +323,7 @@ class Coefficients:
         """
         angle = np.asarray(angle_counts, dtype=np.int64)
         error = np.full(angle.shape, self.offset_counts)
-        for order, turn_step, amplitude, phase in zip(
+        for order, step, amplitude, phase in zip(
             self.orders.tolist(),
             self.turn_steps.tolist(),
             self.amplitudes_counts,
@@ -459,56 +333,18 @@ class Coefficients:
             # order · angle is still an exact whole number here, so that its reduction to one turn
             # is exact.
             turn_counts: NDArray[Any] = order * angle % self.counts_per_rev
-            if turn_step:
-                whole = _whole_part(order, turn_step)
-                beyond = turn_step / 2.0**PHASE_STEP_WIDTH
+            if step:
+                whole = _whole_part(order, step)
+                beyond = step / 2.0**PHASE_STEP_WIDTH
                 turn_counts = whole * angle % self.counts_per_rev + beyond * angle
             error += amplitude * np.cos(2.0 * math.pi * turn_counts / self.counts_per_rev + phase)
         return error
 
 
-def check_counts_per_rev(counts_per_rev: int) -> None:
-    """Raise ValueError unless the gateware supports this number of counts per turn."""
-    if not COUNTS_PER_REV_MIN <= counts_per_rev <= COUNTS_PER_REV_MAX:
-        raise ValueError(
-            f"counts_per_rev: {counts_per_rev}, the gateware counts "
-            f"{COUNTS_PER_REV_MIN} to {COUNTS_PER_REV_MAX} counts a turn"
-        )
-
-
-def phase_step(order: float, counts_per_rev: int) -> int:
-    """Return K = round(n·2⁴⁸ / counts_per_rev) mod 2⁴⁸, in 2⁻⁴⁸ turn per count."""
-    exact = Fraction(order) * (1 << (PHASE_STEP_WIDTH + 1))
-    rounded = (exact + counts_per_rev) // (2 * counts_per_rev)
-    return int(rounded) % (1 << PHASE_STEP_WIDTH)
-
-
-def turn_step(order: float) -> int:
-    """Return ν = round(n·2⁴⁸) mod 2⁴⁸, in 2⁻⁴⁸ turn per turn."""
-    return round(Fraction(order) * (1 << PHASE_STEP_WIDTH)) % (1 << PHASE_STEP_WIDTH)
-
-
-def _whole_part(nearest: int, turn_step: int) -> int:
+def _whole_part(nearest: int, step: int) -> int:
     """Return the largest whole number that does not exceed a real order, from the whole number
-    nearest to the order."""
-    return nearest - (turn_step >= 1 << (PHASE_STEP_WIDTH - 1))
-
-
-def _side_of(order: float, edges_per_turn: float) -> int:
-    """Return the s of smallest size for which order - s is a multiple of ``edges_per_turn``.
-
-    Raises ValueError if no s with |s| up to SIDE_MOST gives a multiple.
-    """
-    if not edges_per_turn > 0.0:
-        raise ValueError(f"edges in a turn: {edges_per_turn:g}, expected more than 0")
-    for side in sorted(range(-SIDE_MOST, SIDE_MOST + 1), key=abs):
-        multiple = (order - side) / edges_per_turn
-        if abs(multiple - round(multiple)) * edges_per_turn <= SIDE_TOLERANCE:
-            return side
-    raise ValueError(
-        f"order {order:.7g}: neither it nor one of its sides up to {SIDE_MOST} is a multiple of "
-        f"{edges_per_turn:.7g} edges in a turn, so that its phase differs from edge to edge"
-    )
+    nearest to the order and the turn step."""
+    return nearest - (step >= 1 << (PHASE_STEP_WIDTH - 1))
 
 
 def _whole_order(index: int, order: object) -> int:
@@ -516,15 +352,3 @@ def _whole_order(index: int, order: object) -> int:
     if not value.is_integer() or not 0 <= value <= ORDER_MAX:
         raise ValueError(f"orders[{index}]: {order}, expected a whole number 0 to {ORDER_MAX}")
     return int(value)
-
-
-def _amplitude_word(name: str, value_counts: float) -> int:
-    if not math.isfinite(value_counts):
-        raise ValueError(f"{name}: {value_counts} is not a finite number")
-    word = round(value_counts / AMPLITUDE_LSB_COUNTS)
-    if abs(word) > AMPLITUDE_WORD_MAX:
-        raise ValueError(
-            f"{name}: {value_counts:g} counts, the gateware holds less than "
-            f"{AMPLITUDE_LIMIT_COUNTS:g} counts; is it really an error of the table?"
-        )
-    return word

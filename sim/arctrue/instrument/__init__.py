@@ -6,7 +6,9 @@ from arctrue.instrument.build import build
 from arctrue.instrument.curves import Curves, TableCurves
 from arctrue.instrument.errors import BusError, InstrumentError
 from arctrue.instrument.firmware import Firmware
-from arctrue.instrument.instrument import (
+from arctrue.instrument.instrument import Instrument, clock_hz_for
+from arctrue.instrument.noise import ReadingNoise
+from arctrue.instrument.pins import (
     COMPARE_OUT,
     HEAD1_A,
     HEAD1_B,
@@ -23,14 +25,10 @@ from arctrue.instrument.instrument import (
     PROBE_IN,
     SYNC_IN,
     TRIGGER_OUT,
-    Instrument,
     PinFault,
-    ReportRun,
-    RunProgress,
-    clock_hz_for,
 )
-from arctrue.instrument.noise import ReadingNoise
 from arctrue.instrument.recording import EdgeTrack, Recording
+from arctrue.instrument.run_progress import ReportRun, RunProgress
 
 __all__ = [
     "COMPARE_OUT",

@@ -195,7 +195,18 @@ class _Rows:
             raise ValueError(f"the columns must be equally long, found {listed}")
 
     def where(self, kept: Boolean) -> Self:
-        """Return only the rows where ``kept``, shape (rows,), is True."""
+        """Return only some of the rows.
+
+        Parameters
+        ----------
+        kept : ndarray of bool, shape (rows,)
+            True in each row to return.
+
+        Returns
+        -------
+        Capture or Reference
+            The same kind of rows.
+        """
         values: dict[str, Any] = {}
         for item in fields(self):  # type: ignore[arg-type]
             value = getattr(self, item.name)

@@ -14,7 +14,7 @@ from typing import Any
 from arctrue.base.progress import ReportStep
 from arctrue.calibration.calibration import at_the_temperature_of, objections
 from arctrue.calibration.comparison import compare as compare_with_reference
-from arctrue.gateware.coefficient_file import coefficient_file_text
+from arctrue.gateware.coefficient_file_text import coefficient_file_text
 from arctrue.generated.number_formats import LANES_DEFAULT
 from arctrue.report.analysis import Analysis
 from arctrue.report.effect_amplitude import AmplitudeCurve, EffectAmplitude, effect_amplitude

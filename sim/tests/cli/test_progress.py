@@ -9,7 +9,7 @@ import pytest
 from arctrue.base.printable import time_left
 from arctrue.cli import _progress
 from arctrue.cli._progress import Progress
-from arctrue.instrument.instrument import RunProgress
+from arctrue.instrument.run_progress import RunProgress
 
 
 @pytest.mark.parametrize(

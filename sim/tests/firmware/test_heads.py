@@ -218,7 +218,7 @@ def test_c_equals_numpy(world: World) -> None:
     assert np.abs(circles - numpy.circles).max() < same
     # The C code estimates the noise in the last pass. The fit ends with a step d after this pass,
     # which reduces the variance by at most d²: d² <= 0.1·REFINED_SHARE·largest value·step before
-    # (heads_fit.c), which is < 1″.
+    # (heads_estimate.c), which is < 1″.
     last_step = 0.1 * 1e-11 * np.abs(numpy.disc).max()
     variance = numpy.noise_arcsec**2
     assert c.estimate.noise_arcsec**2 == pytest.approx(variance, rel=2e-8, abs=last_step)

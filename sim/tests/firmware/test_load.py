@@ -22,7 +22,8 @@ from sim.tests.firmware.test_application import (
 from sim.tests.firmware.test_estimates import counts_of
 
 from arctrue.device.load import load_frames
-from arctrue.gateware.coefficients import Coefficients, phase_step
+from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.lane_words import phase_step
 
 HIGH = 4096
 """Order that is higher than the orders of the calibration; one period of it has 4,096 counts."""

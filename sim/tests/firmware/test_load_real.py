@@ -12,7 +12,8 @@ from sim.tests.firmware.model_core import COEFFICIENTS, Firmware, address
 from sim.tests.firmware.test_load import SUBDIVISION, file_of, running, send, state, turn
 
 from arctrue.device.load import load_frames, phase_commands
-from arctrue.gateware.coefficients import Coefficients, phase_step, turn_step
+from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.lane_words import phase_step, turn_step
 from arctrue.gateware.register_access import coefficient_words
 from arctrue.gateware.turn_offset_sweep import turn_offsets
 

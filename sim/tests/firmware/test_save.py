@@ -40,7 +40,7 @@ from sim.tests.firmware.test_load_real import built as built_with_real_orders
 from sim.tests.firmware.test_load_real import status as real_order_status
 
 from arctrue.device.load import load_frames, phase_commands
-from arctrue.gateware.coefficients import turn_step
+from arctrue.gateware.lane_words import turn_step
 from arctrue.gateware.register_access import coefficient_words
 
 REGION = range(0xF0_0000, 0x100_0000)

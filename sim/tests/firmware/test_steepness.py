@@ -18,11 +18,9 @@ from sim.tests.firmware.test_save import Board
 
 from arctrue.calibration.acceptance import of_limits
 from arctrue.device.load import load_frames
-from arctrue.gateware.coefficient_file import (
-    coefficient_file_text,
-    read_coefficient_file,
-    write_coefficient_file,
-)
+from arctrue.gateware.coefficient_bounds import slope_and_amplitude
+from arctrue.gateware.coefficient_file import read_coefficient_file, write_coefficient_file
+from arctrue.gateware.coefficient_file_text import coefficient_file_text
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.thermal import ThermalLanes
 
@@ -57,14 +55,16 @@ range of a lane."""
 
 def test_a_slope_that_becomes_too_steep_is_refused_everywhere() -> None:
     steep = following(STEEP)
-    assert steep.extent()[0] > 1.9
+    assert slope_and_amplitude(steep)[0] > 1.9
     assert answer(steep) == "error: load too_steep"
     objections = of_limits(steep)
     assert "too steep: |dε/dR| reaches" in objections[0]
     assert "between 10 and 30 °C" in objections[0]
     # In a range of ± 0.5 kelvin the slope stays below 1 and the amplitude below 8,192 counts.
     narrow = following(STEEP, (19.5, 20.5))
-    assert narrow.extent()[0] == pytest.approx(40 * 841.0 * 2 * np.pi / COUNTS, rel=1e-3)
+    assert slope_and_amplitude(narrow)[0] == pytest.approx(
+        40 * 841.0 * 2 * np.pi / COUNTS, rel=1e-3
+    )
     assert of_limits(narrow) == []
     assert answer(narrow) == "ok"
 
@@ -75,7 +75,7 @@ def test_an_amplitude_that_no_lane_holds_at_some_temperature_is_refused() -> Non
     cold = Coefficients.from_harmonics([1], [7000.0], [0.0], COUNTS, 32)
     thermal = ThermalLanes.from_slopes({1: np.array([150.0, 0.0, 0.0, 0.0])}, COLD_C)
     warm = dataclasses.replace(cold, thermal=thermal)
-    assert warm.extent()[0] < 0.1
+    assert slope_and_amplitude(warm)[0] < 0.1
     assert answer(warm) == "error: load out_of_range"
     assert "a lane reaches 8500 counts between 10 and 30 °C" in of_limits(warm)[0]
 
@@ -101,7 +101,7 @@ def test_the_bounds_hold_and_both_languages_have_the_same(
     range_c = (COLD_C + reach[0], COLD_C + reach[1])
     thermal = ThermalLanes.from_slopes(slopes, COLD_C, 0.0, range_c)
     warm = dataclasses.replace(cold, thermal=thermal)
-    steepest, largest = warm.extent()
+    steepest, largest = slope_and_amplitude(warm)
     exact_slope = exact_size = 0.0
     written = cold.amplitudes_counts[: len(orders)] * np.exp(-1j * cold.phases_rad[: len(orders)])
     for celsius in np.linspace(thermal.least_c, thermal.most_c, 2001):

@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 from arctrue.gateware.coefficient_file import (
     CoefficientFileError,
-    coefficient_file_text,
     read_coefficient_file,
     write_coefficient_file,
 )
+from arctrue.gateware.coefficient_file_text import coefficient_file_text
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.thermal import ThermalLanes
 

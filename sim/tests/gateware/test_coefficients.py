@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from arctrue.gateware.coefficient_memory import CoefficientMemory
-from arctrue.gateware.coefficients import Coefficients, phase_step
+from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.lane_words import phase_step
 
 
 @pytest.mark.parametrize("counts_per_rev", [4, 1000, 65536, 12_345_677, 2**24])

@@ -11,11 +11,8 @@ import pytest
 
 from arctrue.device.load import load_frames
 from arctrue.gateware.capability import EVERYTHING, Capability
-from arctrue.gateware.coefficient_file import (
-    CoefficientFileError,
-    coefficient_file_text,
-    read_coefficient_file,
-)
+from arctrue.gateware.coefficient_file import CoefficientFileError, read_coefficient_file
+from arctrue.gateware.coefficient_file_text import coefficient_file_text
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.extension import Conditions, Extension, LocalTable, PhaseSource
 from arctrue.gateware.mean_set import MeanSet

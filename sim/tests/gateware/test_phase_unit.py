@@ -8,7 +8,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from arctrue.gateware.coefficients import phase_step
+from arctrue.gateware.lane_words import phase_step
 from arctrue.gateware.phase_lane import phase_lane
 from arctrue.gateware.phase_unit import phase_unit
 from arctrue.generated.number_formats import PHASE_WIDTH

@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from flask import Flask
 
 from arctrue.cli import main
-from arctrue.gateware.coefficient_file import coefficient_file_text
+from arctrue.gateware.coefficient_file_text import coefficient_file_text
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.page import device, server
 from arctrue.page.settings import PageSettings

@@ -123,7 +123,7 @@ PLACES = {
     "rtl/encoder_source/encoder_source_head.vhd": ["R = θ + ε(θ), equation (2)"],
     # ε is a sum of the cosines in equation (9).
     "sim/arctrue/workbench/effects/catalogue/graduation_harmonics.py": ["(4), (5) and (9)"],
-    "sim/arctrue/workbench/effects/base.py": ["equation (9)"],
+    "sim/arctrue/workbench/effects/fit_context.py": ["equation (9)"],
     "sim/arctrue/calibration/transfer_function.py": ["equation (6)"],
 }
 """Citations that each file must contain, because there the paper describes the subject of the

@@ -60,7 +60,8 @@ def entries(words: str) -> dict[str, str]:
 
 
 def public() -> Iterator[tuple[str, Any]]:
-    """Yield functions and classes of the packages, and the public methods of the classes."""
+    """Yield functions and classes of the packages, and the public methods of the classes, also
+    the inherited methods."""
     for package in PACKAGES:
         module = importlib.import_module(package)
         for name in module.__all__:
@@ -68,7 +69,8 @@ def public() -> Iterator[tuple[str, Any]]:
             place = f"{package}.{name}"
             if inspect.isclass(what):
                 yield place, what
-                for own, method in vars(what).items():
+                bases = [one for one in what.__mro__ if one.__module__.startswith("arctrue.")]
+                for own, method in (item for base in bases for item in vars(base).items()):
                     function = getattr(method, "__func__", method)
                     if not own.startswith("_") and inspect.isfunction(function):
                         yield f"{place}.{own}", function

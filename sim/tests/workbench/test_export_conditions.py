@@ -14,8 +14,9 @@ from arctrue.calibration.acceptance import of_limits
 from arctrue.device.load import load_frames
 from arctrue.gateware.amplitude_sweep import Modulators, modulated
 from arctrue.gateware.capability import EVERYTHING
+from arctrue.gateware.coefficient_bounds import MOST_SPEED_FEEDBACK, speed_feedback
 from arctrue.gateware.coefficient_file import CoefficientFileError, read_coefficient_file
-from arctrue.gateware.coefficients import MOST_SPEED_FEEDBACK, Coefficients
+from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.extension import FOLLOWED_LANES_MOST
 from arctrue.gateware.table_conditions import MODULATOR_ONE
 from arctrue.measurement import MeasurementSet, write_measurement_set
@@ -130,7 +131,7 @@ def test_a_latency_beyond_the_feedback_is_refused(
 
     if is_written:
         expected = abs(delay_us) * 1e-6 * clock_hz / (1 << 14)
-        assert written().speed_feedback(clock_hz) == pytest.approx(expected, rel=1e-3)
+        assert speed_feedback(written(), clock_hz) == pytest.approx(expected, rel=1e-3)
     else:
         limit = f"the limit is {MOST_SPEED_FEEDBACK:g} .a delay of 61 µs"
         with pytest.raises(ValueError, match=limit):

@@ -19,6 +19,7 @@ from arctrue.gateware.coefficient_file import (
 )
 from arctrue.gateware.compensation_pipeline import compensate
 from arctrue.gateware.extension import REAL_LANES_MOST
+from arctrue.gateware.phase_sources import with_phase_from_probe
 from arctrue.measurement import MeasurementSet, write_measurement_set
 from arctrue.workbench.effects.base import FitContext, RealLane
 from arctrue.workbench.effects.catalogue.bearing_ball_pass import BearingBallPass
@@ -143,7 +144,7 @@ def test_the_phase_at_an_index_of_the_drive(observations: Observations) -> None:
         with_real_orders=True,
     ).coefficients
     edge_turns = 0.7
-    held = gear.with_phase_from_probe(edge_turns, 3.4)
+    held = with_phase_from_probe(gear, edge_turns, 3.4)
     assert held.extension is not None
     values = {70.4: (2.0, 0.5), 71.4: (8.0, 6.0), 72.4: (-1.0, 3.0)}
     sides = {}
@@ -160,7 +161,7 @@ def test_the_phase_at_an_index_of_the_drive(observations: Observations) -> None:
             assert np.hypot(cosine, sine) * np.cos(phase) == pytest.approx(exact, abs=1e-5)
     assert sides == {70.4: -1, 71.4: 0, 72.4: 1}
     with pytest.raises(ValueError, match=r"order 0\.5: neither it nor one of its sides"):
-        exported(observations, with_real_orders=True).coefficients.with_phase_from_probe(0.7, 3.4)
+        with_phase_from_probe(exported(observations, with_real_orders=True).coefficients, 0.7, 3.4)
 
 
 def test_the_firmware_holds_eight_lanes_of_real_orders(observations: Observations) -> None:

@@ -19,7 +19,8 @@ from sim.tests.workbench.small_sets import (
 )
 
 from arctrue.measurement import MeasurementSet
-from arctrue.workbench.effects.product_of_parts import ALWAYS, ProductOfParts
+from arctrue.workbench.effects.part_conditions import ALWAYS
+from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
 from arctrue.workbench.inference.design_matrix import Term

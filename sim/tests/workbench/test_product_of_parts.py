@@ -9,16 +9,15 @@ import numpy as np
 import pytest
 
 from arctrue.workbench.effects.base import FitContext
-from arctrue.workbench.effects.product_of_parts import (
+from arctrue.workbench.effects.part_conditions import (
     ALWAYS,
     CONDITIONS,
     TEMPERATURE,
     Condition,
-    Frame,
-    ProductOfParts,
     column_condition,
     settling_condition,
 )
+from arctrue.workbench.effects.product_of_parts import Frame, ProductOfParts
 from arctrue.workbench.effects.registry import ORDER, absent_effects, catalogue
 from arctrue.workbench.model.growth import AlreadyThereError, add_effect
 from arctrue.workbench.model.model import default_model

@@ -10,7 +10,8 @@ import pytest
 from sim.tests.workbench.small_sets import Float, measurement_set, paper_error
 
 from arctrue.workbench.diagnose.parts_scan import best_parts
-from arctrue.workbench.effects.product_of_parts import TEMPERATURE, ProductOfParts
+from arctrue.workbench.effects.part_conditions import TEMPERATURE
+from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.design_matrix import Term, channel_columns
 from arctrue.workbench.inference.fit import fit

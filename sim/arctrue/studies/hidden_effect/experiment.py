@@ -14,6 +14,7 @@ import numpy as np
 from arctrue.base.progress import ReportStep
 from arctrue.gateware.coefficient_file import write_coefficient_file
 from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.phase_sources import with_phase_from_probe
 from arctrue.instrument import Instrument, InstrumentError, Recording, ReportRun
 from arctrue.instrument.turn_score import TurnScore, score_turn
 from arctrue.measurement import Reference
@@ -303,8 +304,8 @@ class _Run:
             rig.give_index_of_drive(case.probe)
             rig.instrument.firmware.send("freeze off")
             rig.load_with_index_of_drive(
-                export.coefficients.with_phase_from_probe(
-                    case.probe.first_turns, case.probe.per_turn
+                with_phase_from_probe(
+                    export.coefficients, case.probe.first_turns, case.probe.per_turn
                 ),
                 "an index of the drive gives the phases",
             )

@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.base.progress import ReportStep
-from arctrue.instrument.instrument import Instrument, ReportRun
+from arctrue.instrument.instrument import Instrument
 from arctrue.instrument.recording import EdgeTrack
+from arctrue.instrument.run_progress import ReportRun
 from arctrue.studies.paper.budget import UncertaintyBudget
 from arctrue.studies.paper.published import PUBLISHED, Published
 from arctrue.studies.paper.station_error import StationErrors, residual_orders, station_errors

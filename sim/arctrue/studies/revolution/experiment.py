@@ -17,8 +17,9 @@ import numpy as np
 from arctrue.base.progress import ReportStep
 from arctrue.instrument.errors import InstrumentError
 from arctrue.instrument.firmware import Firmware
-from arctrue.instrument.instrument import Instrument, ReportRun
+from arctrue.instrument.instrument import Instrument
 from arctrue.instrument.recording import Recording
+from arctrue.instrument.run_progress import ReportRun
 from arctrue.instrument.turn_score import FINE_BINS, TurnScore, score_turn
 from arctrue.studies.revolution.settings import (
     GRADUATION_ARCSEC,

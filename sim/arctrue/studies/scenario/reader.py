@@ -14,7 +14,7 @@ from arctrue.base.similar import similar
 from arctrue.base.toml_file import TomlContentError, read_toml
 from arctrue.base.typed_content import ContentError, NotNegative, Number, Positive, shown, typed
 from arctrue.gateware.coefficient_file import CoefficientFileError, read_coefficient_file
-from arctrue.instrument.instrument import (
+from arctrue.instrument.pins import (
     HEAD1_A,
     HEAD1_B,
     HEAD1_Z,

@@ -12,12 +12,8 @@ import numpy as np
 
 from arctrue.workbench.diagnose.candidate import Candidate, delta_bic
 from arctrue.workbench.effects.base import orders_of_parts
-from arctrue.workbench.effects.product_of_parts import (
-    FRAME_OF_HEAD,
-    Frame,
-    ProductOfParts,
-    recorded_conditions,
-)
+from arctrue.workbench.effects.part_conditions import recorded_conditions
+from arctrue.workbench.effects.product_of_parts import FRAME_OF_HEAD, Frame, ProductOfParts
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
 from arctrue.workbench.inference.design_matrix import Term
 

@@ -10,7 +10,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from arctrue.workbench.diagnose.candidate import RUNS_ARE_THE_SAMPLE, Candidate
-from arctrue.workbench.effects.product_of_parts import Condition, Frame, ProductOfParts, conditions
+from arctrue.workbench.effects.part_conditions import Condition, conditions
+from arctrue.workbench.effects.product_of_parts import Frame, ProductOfParts
 from arctrue.workbench.inference.channels import best_factor
 from arctrue.workbench.inference.detectable import (
     SIGNIFICANCE,

@@ -17,7 +17,8 @@ from arctrue.measurement.asked import MORE_TURNS, WARMER_K
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.planned import PLANS, PlannedMeasurement
 from arctrue.workbench.effects.base import Nonlinear
-from arctrue.workbench.effects.product_of_parts import TRAVEL, ProductOfParts
+from arctrue.workbench.effects.part_conditions import TRAVEL
+from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.inference.design_matrix import Term, channel_sums, term_widths
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search import places_of

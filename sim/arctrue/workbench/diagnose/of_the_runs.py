@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc, fdtrc
 
 from arctrue.workbench.effects.base import Effect, Nonlinear
-from arctrue.workbench.effects.product_of_parts import ProductOfParts, recorded_conditions
+from arctrue.workbench.effects.part_conditions import recorded_conditions
+from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.inference.likelihood_ratio import with_index_as_known
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.significance import SIGNIFICANCE, corrected_p_value

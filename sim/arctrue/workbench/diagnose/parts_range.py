@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.effects.product_of_parts import ALWAYS, SHORT_ARC_RAD, ProductOfParts
+from arctrue.workbench.effects.part_conditions import ALWAYS, SHORT_ARC_RAD
+from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.inference.design_matrix import measured_arcsec
 from arctrue.workbench.inference.residuals import Residuals, Score
 from arctrue.workbench.observations import ReferenceRows

@@ -12,15 +12,13 @@ from numpy.typing import NDArray
 
 from arctrue.workbench.diagnose.high_lines import gains_with, high_lines
 from arctrue.workbench.diagnose.parts_range import only_cancels, passes_its_wave, resolved_orders
-from arctrue.workbench.effects.product_of_parts import (
-    FRAME_OF_HEAD,
+from arctrue.workbench.effects.part_conditions import (
     Condition,
-    Frame,
-    ProductOfParts,
     column_condition,
     conditions,
     settling_condition,
 )
+from arctrue.workbench.effects.product_of_parts import FRAME_OF_HEAD, Frame, ProductOfParts
 from arctrue.workbench.inference.channels import channel_rows
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.scan import highest

@@ -1,5 +1,5 @@
-"""Defines the interface of a physical effect to the workbench, which every file in this folder
-implements.
+"""Defines the interface of a physical effect to the workbench, which every file of the catalogue
+implements. An effect imports all that it needs from this module.
 
 An effect turns the conditions of each measured row (angle, time, temperature, direction, ...) into
 columns of the design matrix; the fit finds one coefficient per column, common to the rows of the
@@ -10,19 +10,53 @@ them.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol
+from abc import abstractmethod
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, ClassVar, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.base.similar import did_you_mean
-from arctrue.base.units import RAD_PER_ARCSEC
+from arctrue.workbench.effects.effect_settings import EffectWithSettings
+from arctrue.workbench.effects.fit_context import FitContext
+from arctrue.workbench.effects.gateware_lanes import (
+    Condition,
+    ConditionedLane,
+    Lane,
+    LocalError,
+    RealLane,
+    paired_lanes,
+    paired_real_lanes,
+)
+from arctrue.workbench.effects.parameter import Parameter, amplitude_and_phase
+from arctrue.workbench.effects.search_parameter import SEARCHED, SearchKind, SearchParameter
 
 if TYPE_CHECKING:
     from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
+
+__all__ = [
+    "CONTRADICTED_P",
+    "SEARCHED",
+    "Columns",
+    "Compensation",
+    "Condition",
+    "ConditionedLane",
+    "Effect",
+    "FitContext",
+    "Gain",
+    "Lane",
+    "Leftover",
+    "LocalError",
+    "Nonlinear",
+    "Parameter",
+    "RealLane",
+    "SearchKind",
+    "SearchParameter",
+    "amplitude_and_phase",
+    "orders_of_parts",
+    "paired_lanes",
+    "paired_real_lanes",
+]
 
 Columns = NDArray[np.float64]
 """Columns of a design matrix, shape (rows, coefficients)."""
@@ -35,26 +69,6 @@ Compensation = Literal["lanes", "offset", "modulators", "local_table", "none", "
 ``offset`` (a constant), ``modulators`` (lanes whose amplitudes follow a condition) or
 ``local_table`` (an error at one place of the turn); ``none``: no part. ``reference``: the reference
 has the error, not the table, so every evaluation of the table excludes it."""
-
-
-SearchKind = Literal[
-    "grid", "disc_order", "unwrapped_order", "frequency", "line", "step", "disc_place"
-]
-"""Kinds of search for the parameters of an effect. In this order, they find: every point of the
-declared ranges; a whole order of the disc; an order over the unwrapped angle; a frequency in time;
-a line, which is an order or a frequency in either channel; the instant of a step in a run; place
-and width of a bump on the disc."""
-
-SEARCHED: Mapping[SearchKind, frozenset[str]] = {
-    "disc_order": frozenset({"order"}),
-    "unwrapped_order": frozenset({"order"}),
-    "frequency": frozenset({"frequency"}),
-    "line": frozenset({"order", "frequency", "in_time", "in_capture"}),
-    "step": frozenset({"run", "instant"}),
-    "disc_place": frozenset({"place", "width"}),
-}
-"""Names of the search parameters that each kind of search finds; a grid search finds all that an
-effect declares."""
 
 
 class Gain(Protocol):
@@ -74,157 +88,9 @@ class Leftover(Protocol):
         """Return the gain of all columns of an effect, fitted together with the model's columns."""
 
 
-@dataclass(frozen=True, slots=True)
-class Parameter:
-    """A fitted quantity that reports show: value, standard uncertainty, unit."""
-
-    value: float
-    sigma: float
-    unit: str
-
-
-@dataclass(frozen=True, slots=True)
-class Lane:
-    """A harmonic of head 1's error that a lane of the gateware can correct."""
-
-    order: int
-    cosine_arcsec: float
-    sine_arcsec: float
-
-
-Condition = Literal["direction", "speed", "speed_squared", "column"]
-"""The conditions that the amplitude of a lane may follow (the gateware's generic MODULATORS).
-
-``column``: a user's additional column of the set, whose present value the host measures and writes
-to a register of the gateware.
-"""
-
-
-@dataclass(frozen=True, slots=True)
-class ConditionedLane:
-    """A harmonic of head 1's error that is proportional to a condition; order 0: a constant.
-
-    Amplitudes are per unit of the condition: direction ±1, speed in rad/s or its square, or the
-    column's unit.
-    """
-
-    condition: Condition
-    lane: Lane
-    column: str = ""
-    """Name of the column, if the condition is a column."""
-    column_zero: float = 0.0
-    """Value of the column at which the condition is 0."""
-
-
-@dataclass(frozen=True, slots=True)
-class RealLane:
-    """A harmonic of head 1's error at an order that is not an integer; its phase continues from
-    turn to turn (the gateware's generic REAL_ORDERS)."""
-
-    order: float
-    cosine_arcsec: float
-    sine_arcsec: float
-
-
-@dataclass(frozen=True, slots=True)
-class LocalError:
-    """An error of head 1 at one place of the turn (the gateware's generic LOCAL_TABLE)."""
-
-    place_rad: float
-    """Reading of the head at the middle of the local error."""
-    half_width_rad: float
-    """Distance from the middle beyond which the error is negligible."""
-    error_arcsec: Callable[[NDArray[np.float64]], NDArray[np.float64]]
-    """Function of the head's readings in radians, shape (n,), that returns the error."""
-
-
-@dataclass(frozen=True, slots=True)
-class SearchParameter:
-    """A parameter that enters the columns nonlinearly and is therefore searched."""
-
-    name: str
-    unit: str
-    low: float
-    high: float
-    meaning: str
-    steps: int = 64
-    """Number of points of the grid that the default scan tries."""
-    integer: bool = False
-    """True if only integers have a meaning; the search does not refine such a parameter between its
-    grid points."""
-
-
 CONTRADICTED_P = 0.005
 """Largest probability with which a check of an effect's physics may refuse a true effect: half of
 the 1 % that the diagnosis allows for false names."""
-
-
-@dataclass(frozen=True)
-class FitContext:
-    """The fitted error function and coefficients, for effects whose columns depend on them.
-
-    The error function ε is the error of the graduation, equation (9): arcseconds as a function of
-    the disc angle in radians.
-    """
-
-    cosine_arcsec: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
-    sine_arcsec: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
-    orders: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    at_angle: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
-    """True for each order whose columns are evaluated at the true angle, which does not contain the
-    lag of the reading. Columns that are evaluated at the reading already contain the lag."""
-    coefficients: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
-    """Fitted coefficients of the effects that depend on the model, by name."""
-
-    def shifted_arcsec(
-        self, disc_rad: NDArray[np.float64], shift_rad: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
-        """Return ε(ψ + shift) − ε(ψ) in arcseconds, for the orders at the true angle; shapes
-        (rows,)."""
-        total = np.zeros_like(disc_rad, dtype=np.float64)
-        for order, cosine, sine, there in zip(
-            self.orders, self.cosine_arcsec, self.sine_arcsec, self.at_angle, strict=True
-        ):
-            if there:
-                # cos(a + s) − cos a = −2 sin(a + s/2) sin(s/2) avoids the difference of nearly
-                # equal numbers.
-                middle, half = order * (disc_rad + 0.5 * shift_rad), 0.5 * order * shift_rad
-                total += 2.0 * np.sin(half) * (sine * np.cos(middle) - cosine * np.sin(middle))
-        return total
-
-    def error_arcsec(self, disc_rad: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return ε(ψ) in arcseconds, in the shape of ``disc_rad``."""
-        total = np.zeros_like(disc_rad, dtype=np.float64)
-        for order, cosine, sine in zip(
-            self.orders, self.cosine_arcsec, self.sine_arcsec, strict=True
-        ):
-            phase = order * disc_rad
-            total += cosine * np.cos(phase) + sine * np.sin(phase)
-        return total
-
-    def error_slope(self, disc_rad: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return dε/dψ in arcseconds per arcsecond, in the shape of ``disc_rad``."""
-        total = np.zeros_like(disc_rad, dtype=np.float64)
-        for order, cosine, sine in zip(
-            self.orders, self.cosine_arcsec, self.sine_arcsec, strict=True
-        ):
-            phase = order * disc_rad
-            total += order * (sine * np.cos(phase) - cosine * np.sin(phase))
-        return total * RAD_PER_ARCSEC
-
-
-def _lists_integers(default: object) -> bool:
-    """Tell whether a setting with this default lists whole numbers."""
-    return (
-        isinstance(default, list)
-        and bool(default)
-        and all(isinstance(value, int) and not isinstance(value, bool) for value in default)
-    )
-
-
-FORMER_NAMES = {
-    "told_apart_by": "separated_by", "told": "describe_data", "seen": "describe_values",
-}  # fmt: skip
 
 
 def orders_of_parts(parts: Iterable[str]) -> tuple[float, ...]:
@@ -233,12 +99,10 @@ def orders_of_parts(parts: Iterable[str]) -> tuple[float, ...]:
     return tuple(float(order) for kind, _, order in found if kind == "order")
 
 
-class Effect(ABC):
+class Effect(EffectWithSettings):
     """Base class of a physical effect. Each subclass is in a file of its own; built-in effects use
     no other interface than users' effects."""
 
-    name: ClassVar[str]
-    """Public name, as used on the command line, in model files and in JSON."""
     physics: ClassVar[str]
     """Description of the physical cause, in two sentences."""
     equation: ClassVar[str]
@@ -257,8 +121,6 @@ class Effect(ABC):
     compensation_note: ClassVar[str] = ""
     search: ClassVar[tuple[SearchParameter, ...]] = ()
     search_kind: ClassVar[SearchKind] = "grid"
-    defaults: ClassVar[Mapping[str, object]] = {}
-    """Settings and their default values."""
     parameter_units: ClassVar[Mapping[str, str]] = {}
     """The main parameters that :meth:`parameters` returns, with their units."""
     depends_on_model: ClassVar[bool] = False
@@ -289,58 +151,6 @@ class Effect(ABC):
     fixed_to_polygon: ClassVar[bool] = False
     """Whether the effect moves with the polygon when the polygon is turned on the table by some
     faces."""
-
-    def __init_subclass__(cls, **of_class: Any) -> None:
-        """Accept declarations under their former names, for one release."""
-        super().__init_subclass__(**of_class)
-        for former, name in FORMER_NAMES.items():
-            if former in cls.__dict__ and name not in cls.__dict__:
-                setattr(cls, name, cls.__dict__[former])
-
-    def __init__(self, **settings: object) -> None:
-        """Check and store the settings.
-
-        Raises ValueError for a setting that this effect does not have, or of a wrong type.
-        """
-        unknown = sorted(set(settings) - set(self.defaults))
-        if unknown:
-            known = ", ".join(sorted(self.defaults)) or "none"
-            raise ValueError(
-                f"effect {self.name}: unknown setting {', '.join(unknown)}."
-                f"{did_you_mean(unknown[0], self.defaults)} It has: {known}"
-            )
-        for key, value in settings.items():
-            expected = self.defaults[key]
-            numbers = (int, float)
-            same = isinstance(value, type(expected)) or (
-                isinstance(expected, numbers) and isinstance(value, numbers)
-            )
-            if not same or (isinstance(value, bool) and not isinstance(expected, bool)):
-                raise ValueError(
-                    f"effect {self.name}: setting {key} must be like {expected!r}, found {value!r}"
-                )
-        self.settings: dict[str, object] = {**self.defaults, **settings}
-        for key in settings:
-            if _lists_integers(self.defaults[key]):
-                self.integers(key)
-
-    def integers(self, key: str) -> tuple[int, ...]:
-        """Return a setting that lists whole numbers above 0, each once. Raises ValueError if the
-        setting has other values."""
-        values = self.settings[key]
-        if (
-            not isinstance(values, Sequence)
-            or not all(
-                isinstance(value, int) and not isinstance(value, bool) and value > 0
-                for value in values
-            )
-            or len(set(values)) != len(values)
-        ):
-            raise ValueError(
-                f"effect {self.name}: setting {key} must list whole numbers above 0, each once, "
-                f"found {values!r}"
-            )
-        return tuple(values)
 
     def declared_order(self, observations: Observations) -> float | None:
         """Return the order, such as a tooth count, that the set states and whose multiples the
@@ -444,9 +254,9 @@ class Effect(ABC):
     ) -> str | None:
         """Explain in words why this effect cannot have the fitted values; return None if it can.
 
-        The check covers what the effect's physics requires of the values in addition to the shape
-        of its columns. An effect whose values contradict its physics is not named. A check should
-        refuse a true effect less often than :data:`CONTRADICTED_P`.
+        The shape of the columns does not express all that the effect's physics requires; the check
+        covers the other requirements. An effect whose values contradict its physics is not named. A
+        check should refuse a true effect less often than :data:`CONTRADICTED_P`.
         """
         return None
 
@@ -553,7 +363,7 @@ class Effect(ABC):
         """Return the parameters of the fitted effect that reports show. Default: coefficients in
         arcseconds.
 
-        The fit, which knows the tangents of the columns, inserts the σ of search parameters.
+        The fit inserts the σ of search parameters, because it has the tangents of the columns.
         """
         names = self.column_names(observations)
         sigma = np.sqrt(np.diag(covariance))
@@ -566,46 +376,3 @@ class Effect(ABC):
                 nonlinear[parameter.name], float("nan"), parameter.unit
             )
         return found
-
-
-def paired_real_lanes(orders: Sequence[float], coefficients: NDArray[np.float64]) -> list[RealLane]:
-    """Return one lane per order; ``coefficients`` are the cosine and sine of each order,
-    (2·orders,)."""
-    pairs = coefficients.reshape(-1, 2)
-    return [
-        RealLane(order, float(cosine), float(sine))
-        for order, (cosine, sine) in zip(orders, pairs, strict=True)
-    ]
-
-
-def paired_lanes(orders: Sequence[int], coefficients: NDArray[np.float64]) -> list[Lane]:
-    """Return one lane per order from the pairs of cosine and sine coefficients."""
-    return [
-        Lane(order, float(coefficients[2 * index]), float(coefficients[2 * index + 1]))
-        for index, order in enumerate(orders)
-    ]
-
-
-def amplitude_and_phase(
-    cosine: float, sine: float, covariance: NDArray[np.float64], prefix: str, unit: str = "arcsec"
-) -> dict[str, Parameter]:
-    """Convert c·cos x + s·sin x to amplitude·cos(x + phase), with standard uncertainties.
-
-    ``covariance`` is the 2 × 2 block of (c, s). The uncertainty of the phase is at most the
-    standard deviation of a uniform distribution (180°/√3).
-    """
-    amplitude = float(np.hypot(cosine, sine))
-    direction = np.array([cosine, sine]) / amplitude if amplitude > 0.0 else np.array([1.0, 0.0])
-    across = np.array([-direction[1], direction[0]])
-    along_sigma = float(np.sqrt(max(float(direction @ covariance @ direction), 0.0)))
-    across_sigma = float(np.sqrt(max(float(across @ covariance @ across), 0.0)))
-    limit = float(180.0 / np.sqrt(3.0))
-    phase_sigma = (
-        min(float(np.degrees(across_sigma / amplitude)), float(limit)) if amplitude > 0.0 else limit
-    )
-    return {
-        f"{prefix}amplitude": Parameter(amplitude, along_sigma, unit),
-        f"{prefix}phase": Parameter(
-            float(np.degrees(np.arctan2(-sine, cosine))), phase_sigma, "deg"
-        ),
-    }

@@ -13,7 +13,7 @@ from typing import TypeVar
 import numpy as np
 
 from arctrue.base.units import arcsec_per_count
-from arctrue.gateware.coefficients import ORDER_MAX, STEEPEST_REVERSAL
+from arctrue.gateware.coefficient_bounds import STEEPEST_REVERSAL
 from arctrue.gateware.extension import (
     FOLLOWED_LANES_MOST,
     REAL_LANES_MOST,
@@ -21,6 +21,7 @@ from arctrue.gateware.extension import (
     Conditions,
     Extension,
 )
+from arctrue.gateware.lane_words import ORDER_MAX
 from arctrue.generated.number_formats import CLOCK_HZ, LANES_MAX
 from arctrue.workbench.effects.base import ConditionedLane, Effect, Lane, RealLane
 from arctrue.workbench.model.model import Model

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from arctrue.base.units import RAD_PER_ARCSEC, arcsec_per_count
 from arctrue.calibration.harmonics import error_arcsec
 from arctrue.calibration.selection import significance_factor
-from arctrue.gateware.coefficients import ORDER_MAX
+from arctrue.gateware.lane_words import ORDER_MAX
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.model.model import Model, ModelEffect

@@ -34,7 +34,18 @@ class _Sliceable:
                 object.__setattr__(self, item.name, columns)
 
     def part(self, rows: slice | NDArray[np.bool_] | Integer) -> Self:
-        """Return the object with only the given rows."""
+        """Return the object with only the given rows.
+
+        Parameters
+        ----------
+        rows : slice or ndarray, shape (n,)
+            The rows: their indices, or one Boolean value per row.
+
+        Returns
+        -------
+        CaptureRows or ReferenceRows
+            The same kind of rows.
+        """
         values = {}
         for item in fields(self):  # type: ignore[arg-type]
             value = getattr(self, item.name)

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.diagnose.parts_range import only_cancels, resolved_orders
 from arctrue.workbench.diagnose.parts_scan import best_parts
-from arctrue.workbench.effects.product_of_parts import ALWAYS, ProductOfParts, column_condition
+from arctrue.workbench.effects.part_conditions import ALWAYS, column_condition
+from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.effects.registry import catalogue
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.residuals import Residuals

@@ -20,7 +20,7 @@ from arctrue.measurement import Capture, MeasurementSet, Reference, Table
 from arctrue.studies.benchmark.diagnosis import diagnosed
 from arctrue.workbench.diagnose.parts_scan import best_parts
 from arctrue.workbench.diagnose.report import sentences
-from arctrue.workbench.effects.product_of_parts import settling_condition
+from arctrue.workbench.effects.part_conditions import settling_condition
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit

@@ -30,7 +30,8 @@ from arctrue.workbench.diagnose.parts_scan import (
 )
 from arctrue.workbench.diagnose.regular import Findings
 from arctrue.workbench.diagnose.survey import FitOfChannel, Survey
-from arctrue.workbench.effects.product_of_parts import ALWAYS, TEMPERATURE, ProductOfParts
+from arctrue.workbench.effects.part_conditions import ALWAYS, TEMPERATURE
+from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit

@@ -14,12 +14,8 @@ from arctrue.table.registry import RECIPES
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
 from arctrue.workbench.diagnose.next_measurement import OF_PARTS, measurement_for_parts
 from arctrue.workbench.diagnose.planned import PLANS
-from arctrue.workbench.effects.product_of_parts import (
-    ALWAYS,
-    SIMPLE_CONDITIONS,
-    ProductOfParts,
-    settling_condition,
-)
+from arctrue.workbench.effects.part_conditions import ALWAYS, SIMPLE_CONDITIONS, settling_condition
+from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.model.growth import add_effect, as_stored

@@ -25,7 +25,8 @@ from arctrue.workbench.diagnose.rules import (
 )
 from arctrue.workbench.diagnose.second_finding import varies
 from arctrue.workbench.diagnose.survey import LEAST_HELD_OUT
-from arctrue.workbench.effects.product_of_parts import SIMPLE_CONDITIONS, ProductOfParts
+from arctrue.workbench.effects.part_conditions import SIMPLE_CONDITIONS
+from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.block_share import BLOCKS, block_share, share_of
 from arctrue.workbench.inference.design_matrix import Term

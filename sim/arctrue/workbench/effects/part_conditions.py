@@ -1,0 +1,235 @@
+"""Defines the conditions that a product of parts may have."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.workbench.effects.gateware_lanes import Condition as GatewareCondition
+from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
+from arctrue.workbench.observations.column_unit import column_unit
+
+Float = NDArray[np.float64]
+Rows = CaptureRows | ReferenceRows
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A factor that depends on the conditions of a row."""
+
+    part: str
+    """Name in the JSON: temperature, speed, speed^2, direction, time, settling, travel, or a column
+    of the set; empty for the factor 1."""
+    words: str
+    unit: str
+    values: Callable[[Rows], Float | None]
+    time_constant_s: float | None = None
+    each_run: bool = False
+    column: str | None = None
+    """Name of the column, if the condition is an additional column of the user."""
+    column_zero: float = 0.0
+    """Value of the column at which the condition is 0."""
+
+    @property
+    def settings(self) -> dict[str, object]:
+        """Return the settings with which a :class:`ProductOfParts` has this condition."""
+        if self.column is not None:
+            return {"column": self.column, "column_zero": self.column_zero}
+        if self.time_constant_s is not None:
+            return {"time_constant_s": self.time_constant_s, "each_run": self.each_run}
+        names = {condition.words: name for name, condition in CONDITIONS.items()}
+        return {"condition": names[self.words]}
+
+
+def _temperature(rows: Rows) -> Float | None:
+    warmth = rows.temperature_c
+    return None if warmth is None else warmth - rows.reference_temperature_c
+
+
+def _speed(rows: Rows) -> Float | None:
+    return rows.speed_rad_s
+
+
+def _speed_size(rows: Rows) -> Float | None:
+    return None if rows.speed_rad_s is None else np.abs(rows.speed_rad_s)
+
+
+def _speed_square(rows: Rows) -> Float | None:
+    return None if rows.speed_rad_s is None else rows.speed_rad_s**2
+
+
+def _direction(rows: Rows) -> Float | None:
+    return rows.direction
+
+
+def _time(rows: Rows) -> Float | None:
+    # The time counts from the start of the session: seconds since midnight or since 1970 would be
+    # nearly constant.
+    return None if rows.time_s is None else (rows.time_s - rows.session_start_s) / 3600.0
+
+
+def _travel(rows: Rows) -> Float | None:
+    return np.degrees(rows.target_rad) if isinstance(rows, ReferenceRows) else None
+
+
+def _settling(time_constant_s: float, each_run: bool) -> Callable[[Rows], Float | None]:
+    def values(rows: Rows) -> Float | None:
+        if rows.time_s is None or rows.run_start_s is None:
+            return None
+        since = rows.time_s - (rows.run_start_s if each_run else rows.session_start_s)
+        return np.asarray(np.exp(-np.maximum(since, 0.0) / time_constant_s))
+
+    return values
+
+
+ALWAYS = Condition("", "", "", lambda rows: np.ones(rows.run.size))
+TEMPERATURE = Condition("temperature", "(T − T₀)", "K", _temperature)
+SIMPLE_CONDITIONS = (
+    TEMPERATURE,
+    Condition("direction", "direction", "", _direction),
+    Condition("speed", "speed", "rad/s", _speed),
+    Condition("speed^2", "speed²", "(rad/s)²", _speed_square),
+    Condition("speed", "|speed|", "rad/s", _speed_size),
+    Condition("time", "time", "h", _time),
+)
+TRAVEL = Condition("travel", "angle of travel", "°", _travel)
+SHORT_ARC_RAD = np.pi
+"""On a shorter arc the default model has no order of the disc: an error that grows with the angle
+is then no eccentricity of the model."""
+LONG_TRAVEL_RAD = 4.0 * np.pi
+"""Two turns. Over more turns, the orders of the disc repeat and cannot follow an error that grows
+with the angle."""
+CONDITIONS: Mapping[str, Condition] = {
+    "|speed|" if condition.values is _speed_size else condition.part: condition
+    for condition in (ALWAYS, *SIMPLE_CONDITIONS, TRAVEL)
+}
+"""Conditions by their names in the setting ``condition``."""
+BY_GATEWARE: Mapping[str, GatewareCondition] = {
+    "direction": "direction",
+    "speed": "speed",
+    "speed²": "speed_squared",
+}
+"""Conditions of the gateware, by the names of the same conditions in the workbench."""
+
+
+def settling_condition(time_constant_s: float, each_run: bool) -> Condition:
+    """Make the condition exp(−t/τ), where t counts from the start of each run or of the whole
+    set."""
+    since = "each start" if each_run else "the start"
+    return Condition(
+        "settling",
+        f"exp(−t/{time_constant_s:.3g} s) from {since}",
+        "",
+        _settling(time_constant_s, each_run),
+        time_constant_s,
+        each_run,
+    )
+
+
+def column_condition(column: str, zero: float) -> Condition:
+    """Make the condition of a user's additional column, from which ``zero`` is subtracted."""
+
+    def values(rows: Rows) -> Float | None:
+        found = rows.conditions.get(column)
+        return None if found is None else found - zero
+
+    unit = column_unit(column)
+    away = f"({column} − {zero:g})" if zero > 0.0 else f"({column} + {-zero:g})"
+    words = column if zero == 0.0 else away
+    return Condition(column, words, unit, values, column=column, column_zero=zero)
+
+
+def condition_named(
+    words: str, time_constant_s: float | None = None, each_run: bool = False
+) -> Condition:
+    """Return the condition with this name or these words; if ``time_constant_s`` is given, return
+    the condition exp(−t/τ). The name "" is the factor 1.
+
+    Raises ValueError for unknown words.
+    """
+    if time_constant_s is not None:
+        return settling_condition(time_constant_s, each_run)
+    for name, condition in CONDITIONS.items():
+        if words in (name, condition.words):
+            return condition
+    known = ", ".join(repr(name) for name in CONDITIONS if name)
+    raise ValueError(f"no condition {words!r}; there are: {known}")
+
+
+def recorded_conditions(observations: Observations) -> list[Condition]:
+    """Return the simple conditions and the user's additional columns, even if some are equal or
+    missing in the set; exp(−t/τ) is not included."""
+    return [*SIMPLE_CONDITIONS, *_columns(observations)]
+
+
+def _columns(observations: Observations) -> list[Condition]:
+    """Return the user's additional columns of both files, each minus its median over the set."""
+    channels = [rows for rows in (observations.capture, observations.reference) if rows is not None]
+    names = dict.fromkeys(name for rows in channels for name in rows.conditions)
+    found = []
+    for name in names:
+        there = [rows.conditions[name] for rows in channels if name in rows.conditions]
+        # The value is rounded, so that descriptions and an adopted file state the value in use.
+        found.append(column_condition(name, float(f"{np.median(np.concatenate(there)):.4g}")))
+    return found
+
+
+def conditions(observations: Observations) -> list[Condition]:
+    """Return the factor 1 and the conditions that vary in this set, the simpler first; of
+    equivalent conditions, return the first only."""
+    found = [ALWAYS, *recorded_conditions(observations)]
+    if _is_travelled(observations):
+        found.append(TRAVEL)
+    longest = max(observations.longest_run_s, _reference_span(observations))
+    shortest = 20.0 * max(observations.sample_period_s, 1e-9)
+    if longest > 4.0 * shortest:
+        for constant in np.geomspace(max(longest / 300.0, shortest), 3.0 * longest, 9):
+            found += [settling_condition(float(constant), each) for each in (False, True)]
+    return _distinct(found, observations)
+
+
+def _is_travelled(observations: Observations) -> bool:
+    """Tell whether a set has only a reference, over a short arc or over more than two turns."""
+    rows = observations.reference
+    if rows is None or observations.capture is not None:
+        return False
+    return not SHORT_ARC_RAD <= float(np.ptp(rows.target_rad)) <= LONG_TRAVEL_RAD
+
+
+def _reference_span(observations: Observations) -> float:
+    rows = observations.reference
+    if rows is None or rows.time_s is None or rows.time_s.size == 0:
+        return 0.0
+    return float(np.ptp(rows.time_s))
+
+
+def _distinct(found: list[Condition], observations: Observations) -> list[Condition]:
+    kept: list[Condition] = []
+    shapes: list[Float] = []
+    for condition in found:
+        pieces = []
+        for rows in (observations.capture, observations.reference):
+            if rows is None:
+                continue
+            values = condition.values(rows)
+            thin = max(rows.run.size // 20_000, 1)
+            pieces.append(np.zeros(rows.run.size) if values is None else values)
+            pieces[-1] = pieces[-1][::thin]
+        shape = np.concatenate(pieces) if pieces else np.zeros(0)
+        centred = shape - shape.mean() if shape.size else shape
+        if condition is not ALWAYS:
+            scale = float(np.sqrt(np.mean(centred**2))) if centred.size else 0.0
+            if scale <= 1e-9 * max(float(np.abs(shape).max(initial=0.0)), 1e-30):
+                continue
+            alike = [
+                abs(float(centred @ other)) / (np.linalg.norm(centred) * np.linalg.norm(other))
+                for other in shapes
+            ]
+            if max(alike, default=0.0) > 0.9999:
+                continue
+            shapes.append(centred)
+        kept.append(condition)
+    return kept
