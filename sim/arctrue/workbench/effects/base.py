@@ -66,12 +66,16 @@ class Gain(Protocol):
 
 
 class Leftover(Protocol):
-    """Residuals of the model; :meth:`score` returns the gain of additional columns."""
+    """Residuals of the model; :meth:`score` returns the gain of additional columns, :meth:`scores`
+    the gains of several effects in less time than one by one."""
 
     observations: Observations
 
     def score(self, effect: Effect, nonlinear: Nonlinear) -> Gain:
         """Return the gain of all columns of an effect, fitted together with the model's columns."""
+
+    def scores(self, asked: Sequence[tuple[Effect, Nonlinear]]) -> Sequence[Gain]:
+        """Return the gain of each effect alone."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -410,7 +410,7 @@ class Residuals:
     ) -> tuple[Matrix | None, list[int], list[float]]:
         """Return whitened columns of one channel, and the numbers of the effects that have columns
         in it. Also return, for each of these effects, the sum of the squares of a wave (cosine and
-        sine) before whitening."""
+        sine) before whitening; 0 if it is no wave of the signal period."""
         noise = self.solution.noise.capture if capture else self.solution.noise.reference
         assert noise is not None
         blocks: list[Matrix] = []
@@ -423,7 +423,11 @@ class Residuals:
             if columns is not None:
                 blocks.append(columns)
                 numbers.append(number)
-                squares.append(2.0 * float(np.mean(np.sum(columns**2, axis=0))))
+                # Only the test of a wave of the signal period needs the squares.
+                of_phase = effect.electrical_orders(self.observations)
+                squares.append(
+                    2.0 * float(np.vdot(columns, columns)) / columns.shape[1] if of_phase else 0.0
+                )
         if not blocks:
             return None, numbers, squares
         if len(blocks) == 1:

@@ -105,10 +105,9 @@ class RadialErrorMotion(Effect):
         kept: list[int] = []
         gain = 0.0
         while waiting := [order for order in orders if order not in kept]:
-            gains = {
-                order: residuals.score(RadialErrorMotion(orders=sorted([*kept, order])), {}).gain
-                for order in waiting
-            }
+            forms = [RadialErrorMotion(orders=sorted([*kept, order])) for order in waiting]
+            scores = residuals.scores([(form, {}) for form in forms])
+            gains = {order: score.gain for order, score in zip(waiting, scores, strict=True)}
             best = max(gains, key=gains.__getitem__)
             if gains[best] <= gain + penalty:
                 break
