@@ -11,7 +11,7 @@ them.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol
 
@@ -76,6 +76,27 @@ class Leftover(Protocol):
 
     def scores(self, asked: Sequence[tuple[Effect, Nonlinear]]) -> Sequence[Gain]:
         """Return the gain of each effect alone."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wave:
+    """Columns on the rows of a capture that several effects have in common."""
+
+    key: Hashable
+    """Waves of the same rows with equal keys are equal, while their effects exist."""
+    width: int
+    """Number of columns."""
+    columns: Callable[[], Columns]
+
+
+@dataclass(frozen=True, slots=True)
+class OfWaves:
+    """The capture columns of an effect as linear combinations of waves."""
+
+    waves: Sequence[Wave]
+    factors: Columns
+    """Factor of each column of the waves in each column of the effect, (columns of the waves,
+    columns)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -345,6 +366,11 @@ class Effect(ABC):
                 f"found {values!r}"
             )
         return tuple(values)
+
+    def of_waves(self, rows: CaptureRows) -> OfWaves | None:
+        """Return :meth:`capture_columns` as combinations of waves, if other effects have the same
+        waves: a score test then whitens each wave once. Default: None."""
+        return None
 
     def declared_order(self, observations: Observations) -> float | None:
         """Return the order, such as a tooth count, that the set states and whose multiples the
