@@ -12,7 +12,7 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -153,7 +153,7 @@ class CsvFile:
                     column = batch.column(name)
                     if column.null_count:
                         self._explain()
-                    values = column.to_numpy(zero_copy_only=False)
+                    values = _numbers(column)
                     if name not in WHOLE_COLUMNS and not (np.abs(values) <= LARGEST_NUMBER).all():
                         self._explain()
                     block[name] = values
@@ -219,7 +219,7 @@ class CsvFile:
         """Return the numbers of a condition; None, with a warning, if one of its fields is no
         number."""
         try:
-            numbers = np.asarray(pc.cast(pc.utf8_trim_whitespace(texts), pa.float64()))
+            numbers = _numbers(pc.cast(pc.utf8_trim_whitespace(texts), pa.float64()))
             wrong = np.flatnonzero(~(np.abs(numbers) <= LARGEST_NUMBER))
         except pa.ArrowInvalid:
             fields = self._texts(texts)
@@ -386,3 +386,13 @@ class CsvFile:
                 row=row,
                 column=name,
             )
+
+
+def _numbers(column: pa.Array) -> NDArray[Any]:
+    """Return the numbers of a column; a missing number is nan.
+
+    ``to_numpy`` would import pandas if it is installed, which takes longer than a short file.
+    """
+    if column.null_count:
+        column = pc.fill_null(column, np.nan)
+    return np.asarray(np.from_dlpack(column))

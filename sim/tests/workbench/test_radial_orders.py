@@ -3,6 +3,7 @@ gains."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
 
@@ -38,6 +39,9 @@ class Leftover:
         assert columns is not None
         gain = self._left(ones) - self._left(np.hstack([ones, columns]))
         return SimpleNamespace(gain=gain / NOISE_ARCSEC**2)
+
+    def scores(self, asked: Sequence[tuple[Effect, Nonlinear]]) -> list[SimpleNamespace]:
+        return [self.score(effect, nonlinear) for effect, nonlinear in asked]
 
 
 def test_uneven_stations_add_no_order() -> None:

@@ -30,6 +30,12 @@ def capture_motion(rows: CaptureRows, orders: Sequence[float]) -> Columns:
     return np.hstack([waves * np.sin(alpha), waves * (np.cos(alpha) - 1.0)])
 
 
+def motion_of_waves(alpha_rad: float, columns: int) -> Columns:
+    """Return the factors of waves, (columns, 2·columns), in :func:`capture_motion` of two heads."""
+    unit = np.eye(columns)
+    return np.hstack([unit * np.sin(alpha_rad), unit * (np.cos(alpha_rad) - 1.0)])
+
+
 def reference_motion(rows: ReferenceRows, orders: Sequence[float]) -> Columns:
     """Return the columns of x, which are 0 because head 1 does not see x, then the columns of y."""
     waves = harmonic_columns(rows.angle_rad, orders)

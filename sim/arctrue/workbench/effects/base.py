@@ -11,7 +11,8 @@ them.
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Literal, Protocol
 
 import numpy as np
@@ -80,12 +81,37 @@ class Gain(Protocol):
 
 
 class Leftover(Protocol):
-    """Residuals of the model; :meth:`score` returns the gain of additional columns."""
+    """Residuals of the model; :meth:`score` returns the gain of additional columns, :meth:`scores`
+    the gains of several effects in less time than one by one."""
 
     observations: Observations
 
     def score(self, effect: Effect, nonlinear: Nonlinear) -> Gain:
         """Return the gain of all columns of an effect, fitted together with the model's columns."""
+
+    def scores(self, asked: Sequence[tuple[Effect, Nonlinear]]) -> Sequence[Gain]:
+        """Return the gain of each effect alone."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wave:
+    """Columns on the rows of a capture that several effects have in common."""
+
+    key: Hashable
+    """Waves of the same rows with equal keys are equal, while their effects exist."""
+    width: int
+    """Number of columns."""
+    columns: Callable[[], Columns]
+
+
+@dataclass(frozen=True, slots=True)
+class OfWaves:
+    """The capture columns of an effect as linear combinations of waves."""
+
+    waves: Sequence[Wave]
+    factors: Columns
+    """Factor of each column of the waves in each column of the effect, (columns of the waves,
+    columns)."""
 
 
 CONTRADICTED_P = 0.005
@@ -151,6 +177,11 @@ class Effect(EffectWithSettings):
     fixed_to_polygon: ClassVar[bool] = False
     """Whether the effect moves with the polygon when the polygon is turned on the table by some
     faces."""
+
+    def of_waves(self, rows: CaptureRows) -> OfWaves | None:
+        """Return :meth:`capture_columns` as combinations of waves, if other effects have the same
+        waves: a score test then whitens each wave once. Default: None."""
+        return None
 
     def declared_order(self, observations: Observations) -> float | None:
         """Return the order, such as a tooth count, that the set states and whose multiples the

@@ -13,7 +13,11 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.effects.axis_motion import capture_motion, reference_motion
+from arctrue.workbench.effects.axis_motion import (
+    capture_motion,
+    motion_of_waves,
+    reference_motion,
+)
 from arctrue.workbench.effects.base import (
     Columns,
     ConditionedLane,
@@ -21,8 +25,10 @@ from arctrue.workbench.effects.base import (
     FitContext,
     Lane,
     Nonlinear,
+    OfWaves,
     Parameter,
     RealLane,
+    Wave,
     amplitude_and_phase,
     paired_lanes,
     paired_real_lanes,
@@ -225,6 +231,25 @@ class ProductOfParts(Effect):
         if self.electrical_head is not None and self._phase(rows) is None:
             return None
         return factor[:, np.newaxis] * self._kept_wave(rows, lambda: self._capture_wave(rows))
+
+    def of_waves(self, rows: CaptureRows) -> OfWaves | None:
+        """Return the columns of the frames stator and head as multiples of the same wave."""
+        factor = self.condition.values(rows)
+        elsewhere = self.frame == "reference" or (self.frame == "disc" and self.orders)
+        if rows.heads > 2 or factor is None or self.electrical_head is not None or elsewhere:
+            return None
+        width = 2 * len(self.orders) or 1
+        angle_rad, orders = rows.angle_rad, tuple(self.orders)
+
+        def columns() -> Columns:
+            wave = harmonic_columns(angle_rad, orders) if orders else np.ones((angle_rad.size, 1))
+            return factor[:, np.newaxis] * wave
+
+        if self.frame == "stator":
+            factors = motion_of_waves(rows.head_separation_rad, width)
+        else:
+            factors = np.eye(width) * (1.0 if self._head is None else _share(self._head, rows))
+        return OfWaves([Wave((id(self.condition), orders), width, columns)], factors)
 
     def _phase(self, rows: CaptureRows) -> Float | None:
         return rows.electrical1_rad if self.electrical_head == 1 else rows.electrical2_rad

@@ -151,7 +151,7 @@ def undetermined_parameters(solution: Solution, directions: Directions) -> list[
     away = here + directions.undetermined.sum(axis=1) / directions.scale
     steps = STEP / directions.scale
     names = list(_values(solution, here))
-    first, second = (_slopes(solution, names, at, steps) for at in (here, away))
+    first, second = (_slopes(solution, names, at, steps, directions) for at in (here, away))
     share = np.maximum(directions.share(first), directions.share(second))
     instants = {
         f"{label}.{term.effect.step_at[1]}"
@@ -165,13 +165,22 @@ def undetermined_parameters(solution: Solution, directions: Directions) -> list[
     ]
 
 
-def _slopes(solution: Solution, names: Sequence[str], at: Float, steps: Float) -> Float:
-    """Return ∂(parameter)/∂(unknown), (parameters, unknowns), by central differences."""
+def _slopes(
+    solution: Solution, names: Sequence[str], at: Float, steps: Float, directions: Directions
+) -> Float:
+    """Return ∂(parameter)/∂(unknown), (parameters, unknowns), by central differences.
+
+    The slopes of a term are 0 if no undetermined direction moves its unknowns. The share of its
+    parameters is at most the norm of its rows in ``directions.undetermined``.
+    """
     widths = [*solution.widths, *(len(refined_names(term.effect)) for term in solution.terms)]
-    owners = np.repeat(np.tile(np.arange(len(solution.terms)), 2), widths).tolist()
+    owners = np.repeat(np.tile(np.arange(len(solution.terms)), 2), widths)
+    squares = np.sum(directions.undetermined**2, axis=1)
+    moves = np.bincount(owners, squares, len(solution.terms)) > MOST_UNDETERMINED**2
     rows = {name: row for row, name in enumerate(names)}
     found = np.zeros((len(names), at.size))
-    for place, (step, owner) in enumerate(zip(steps, owners, strict=True)):
+    for place in np.flatnonzero(moves[owners]).tolist():
+        step, owner = steps[place], int(owners[place])
         moved = np.zeros(at.size)
         moved[place] = step
         above = _values(solution, at + moved, owner)

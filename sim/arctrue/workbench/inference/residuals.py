@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.base.units import RAD_PER_ARCSEC
-from arctrue.workbench.effects.base import Effect, Nonlinear
+from arctrue.workbench.effects.base import Effect, Nonlinear, OfWaves
 from arctrue.workbench.inference.design_matrix import Term, term_columns, whitened_rows
 from arctrue.workbench.inference.same_place import Visits, visits_of
 from arctrue.workbench.inference.solution import Solution, context_of
@@ -110,6 +110,26 @@ def above_the_phase_noise(
     inside = vectors[:, kept]
     found = (inside * values[kept]) @ inside.T * np.outer(scale, scale)
     return found, scale * (inside @ (inside.T @ (moment / scale)))
+
+
+@dataclass(frozen=True)
+class _Inside:
+    """Place of an effect's columns among the whitened columns of a channel."""
+
+    number: int
+    """Number of the effect."""
+    columns: tuple[int, ...]
+    """Numbers of the whitened columns."""
+    factors: Matrix | None
+    """Factors of these columns in the columns of the effect; None if they are its columns."""
+    square: float
+    """Sum of the squares of a wave (cosine and sine) before whitening; 0 if it is no wave of the
+    signal period."""
+
+
+def _combined(gram: Matrix, factors: Matrix | None) -> Matrix:
+    """Return the Gram matrix of combinations of columns from the Gram matrix of these columns."""
+    return gram if factors is None else factors.T @ gram @ factors
 
 
 class Residuals:
@@ -317,14 +337,17 @@ class Residuals:
             key: item for key, item in zip(keys, asked, strict=True) if key not in self._scores
         }
         together: list[tuple[Hashable, Effect, Nonlinear]] = []
-        columns = 0
+        widths: dict[Hashable, int] = {}
         for key, (effect, place) in waiting.items():
-            width = len(effect.column_names(self.observations))
-            if together and columns + width > COLUMNS_TOGETHER:
+            of_waves = self._of_waves(effect)
+            own: dict[Hashable, int] = {key: len(effect.column_names(self.observations))}
+            if of_waves is not None:
+                own = {wave.key: wave.width for wave in of_waves.waves}
+            if together and sum((widths | own).values()) > COLUMNS_TOGETHER:
                 self._work_out(together)
-                together, columns = [], 0
+                together, widths = [], {}
             together.append((key, effect, place))
-            columns += width
+            widths |= own
         if together:
             self._work_out(together)
         return [self._scores[key][1] for key in keys]
@@ -347,18 +370,27 @@ class Residuals:
         ):
             if residual is None or design is None:
                 continue
-            found, numbers, of_waves = self._whitened_side_by_side(asked, capture=is_it)
+            found, inside = self._whitened_side_by_side(asked, capture=is_it)
             if found is None:
                 continue
-            squares[numbers] += of_waves
-            there = np.concatenate([np.arange(ends[-1])[parts[number]] for number in numbers])
-            moment[there] += found.T @ residual
-            cross[np.ix_(places, there)] += design.moment(found)
-            start = 0
-            for number in numbers:
-                block = found[:, start : start + widths[number]]
-                information[number] += block.T @ block
-                start += widths[number]
+            of_residual, of_design = found.T @ residual, design.moment(found)
+            grams: dict[tuple[int, ...], Matrix] = {}
+            for one in inside:
+                if one.columns not in grams:
+                    first, last = one.columns[0], one.columns[-1] + 1
+                    in_a_row = last - first == len(one.columns)
+                    block = found[:, first:last] if in_a_row else found[:, one.columns]
+                    grams[one.columns] = block.T @ block
+                squares[one.number] += one.square
+                part, at = parts[one.number], list(one.columns)
+                information[one.number] += _combined(grams[one.columns], one.factors)
+                moment[part] += (
+                    of_residual[at] if one.factors is None else one.factors.T @ of_residual[at]
+                )
+                of_columns = of_design[:, at]
+                cross[places, part] += (
+                    of_columns if one.factors is None else of_columns @ one.factors
+                )
         for (key, effect, _), part, own, square in zip(
             asked, parts, information, squares, strict=True
         ):
@@ -405,32 +437,52 @@ class Residuals:
                 found.append(row_noise_arcsec(self.observations, values, channel, rms))
         return max(found)
 
+    def _of_waves(self, effect: Effect) -> OfWaves | None:
+        rows = self.observations.capture
+        return None if rows is None else effect.of_waves(rows)
+
     def _whitened_side_by_side(
         self, asked: Sequence[tuple[Hashable, Effect, Nonlinear]], *, capture: bool
-    ) -> tuple[Matrix | None, list[int], list[float]]:
-        """Return whitened columns of one channel, and the numbers of the effects that have columns
-        in it. Also return, for each of these effects, the sum of the squares of a wave (cosine and
-        sine) before whitening."""
+    ) -> tuple[Matrix | None, list[_Inside]]:
+        """Return whitened columns of one channel, and the place of each effect that has columns in
+        it. A wave that several effects have in common is whitened once."""
         noise = self.solution.noise.capture if capture else self.solution.noise.reference
         assert noise is not None
         blocks: list[Matrix] = []
-        numbers: list[int] = []
-        squares: list[float] = []
+        there: dict[Hashable, tuple[int, ...]] = {}
+        inside: list[_Inside] = []
+
+        def place_of(key: Hashable, columns: Matrix) -> None:
+            start = sum(block.shape[1] for block in blocks)
+            there[key] = tuple(range(start, start + columns.shape[1]))
+            blocks.append(columns)
+
         for number, (_, effect, place) in enumerate(asked):
+            of_waves = self._of_waves(effect) if capture else None
+            if of_waves is not None:
+                for wave in of_waves.waves:
+                    if wave.key not in there:
+                        place_of(wave.key, wave.columns())
+                at = tuple(index for wave in of_waves.waves for index in there[wave.key])
+                inside.append(_Inside(number, at, of_waves.factors, 0.0))
+                continue
             columns = term_columns(
                 Term(effect, place), self.observations, self.solution.context, capture=capture
             )
             if columns is not None:
-                blocks.append(columns)
-                numbers.append(number)
-                squares.append(2.0 * float(np.mean(np.sum(columns**2, axis=0))))
+                # Only the test of a wave of the signal period needs the squares.
+                square = 0.0
+                if effect.electrical_orders(self.observations):
+                    square = 2.0 * float(np.vdot(columns, columns)) / columns.shape[1]
+                place_of(number, columns)
+                inside.append(_Inside(number, there[number], None, square))
         if not blocks:
-            return None, numbers, squares
+            return None, inside
         if len(blocks) == 1:
-            return noise.whiten(blocks[0]), numbers, squares
+            return noise.whiten(blocks[0]), inside
         found = np.ascontiguousarray(np.hstack(blocks), dtype=np.float64)
         noise.whiten_in_place(found)
-        return found, numbers, squares
+        return found, inside
 
     def _test(
         self, information: Matrix, moment: Matrix, cross: Matrix, least: float, noise: Matrix

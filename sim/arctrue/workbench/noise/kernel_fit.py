@@ -13,7 +13,6 @@ from arctrue.workbench.noise.kernel import (
     KernelFactor,
     KernelNoise,
     Part,
-    log_likelihood,
     with_slopes,
 )
 
@@ -105,9 +104,18 @@ def fit_from(rows: Rows, start: KernelNoise) -> KernelFit:
         every[free] = logs
         return start.with_logs(every)
 
+    known: dict[bytes, tuple[float, Float]] = {}
+
     def cost(logs: Float) -> tuple[float, Float]:
-        value, slopes = with_slopes(rows.clock, rows.readings, rows.values, noise_at(logs), free)
-        return -value, -slopes
+        # The tolerance, the optimiser and the result ask for the same costs.
+        key = logs.tobytes()
+        if key not in known:
+            value, slopes = with_slopes(
+                rows.clock, rows.readings, rows.values, noise_at(logs), free
+            )
+            known[key] = -value, -slopes
+        value, slopes = known[key]
+        return value, slopes.copy()
 
     scale = max(abs(cost(begin)[0]), 1.0)
     found = minimize(
@@ -118,14 +126,19 @@ def fit_from(rows: Rows, start: KernelNoise) -> KernelFit:
         bounds=list(zip(low, high, strict=True)),
         options={"maxiter": STEPS, "ftol": ENOUGH / scale, "gtol": 0.02},
     )
-    noise = noise_at(np.asarray(found.x))
-    return KernelFit(noise, log_likelihood(rows.clock, rows.readings, rows.values, noise))
+    best = np.asarray(found.x)
+    return KernelFit(noise_at(best), -cost(best)[0])
 
 
 def best_fit(rows: Rows, starts: Iterable[KernelNoise]) -> KernelFit:
-    """Return the fit with the highest score over several starts; the score of smooth noise is
-    reduced by SMOOTH_MUST_GAIN."""
-    return max((fit_from(rows, start) for start in starts), key=lambda found: found.score)
+    """Return the fit with the highest score over several starts."""
+    return best_of(fit_from(rows, start) for start in starts)
+
+
+def best_of(fits: Iterable[KernelFit]) -> KernelFit:
+    """Return the fit with the highest score; the score of smooth noise is reduced by
+    SMOOTH_MUST_GAIN."""
+    return max(fits, key=lambda found: found.score)
 
 
 def usual_starts(rows: Rows) -> list[KernelNoise]:

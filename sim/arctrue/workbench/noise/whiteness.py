@@ -164,7 +164,7 @@ def _moments(own: Float, lags: int) -> tuple[Float, Float]:
     traces = np.empty(lags)
     moved: list[Float] = []
     for lag in range(1, lags + 1):
-        traces[lag - 1] = -float(np.sum(own[lag:] * own[:-lag]))
+        traces[lag - 1] = -float(np.vdot(own[lag:], own[:-lag]))
         if exact:
             both = np.zeros_like(own)
             both[lag:] += 0.5 * own[:-lag]
@@ -202,7 +202,7 @@ def _von_neumann_p(values: Float, own: Float) -> float:
     inside = steps.T @ steps
     twice = np.diff(steps, axis=0, prepend=0.0, append=0.0)
     trace = 2.0 * (rows - 1.0) - float(np.trace(inside))
-    square = 6.0 * rows - 8.0 - 2.0 * float(np.sum(twice**2)) + float(np.sum(inside**2))
+    square = 6.0 * rows - 8.0 - 2.0 * float(np.vdot(twice, twice)) + float(np.sum(inside**2))
     variance = 2.0 * (square - trace**2 / free) / (free * (free + 2.0))
     return 2.0 * float(ndtr(-abs(ratio - trace / free) / np.sqrt(variance)))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from math import comb
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from arctrue.workbench.effects.axis_motion import (
     SEPARATING_HEADS,
     capture_motion,
+    motion_of_waves,
     reference_motion,
 )
 from arctrue.workbench.effects.base import (
@@ -20,10 +22,12 @@ from arctrue.workbench.effects.base import (
     Lane,
     Leftover,
     Nonlinear,
+    OfWaves,
     Parameter,
+    Wave,
     paired_lanes,
 )
-from arctrue.workbench.numeric.harmonics import harmonic_names
+from arctrue.workbench.numeric.harmonics import harmonic_columns, harmonic_names
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 
@@ -82,6 +86,15 @@ class RadialErrorMotion(Effect):
     ) -> Columns:
         return capture_motion(rows, self.integers("orders"))
 
+    def of_waves(self, rows: CaptureRows) -> OfWaves | None:
+        if rows.heads > 2:
+            return None
+        waves = [
+            Wave((type(self), order), 2, partial(harmonic_columns, rows.angle_rad, [order]))
+            for order in self.integers("orders")
+        ]
+        return OfWaves(waves, motion_of_waves(rows.head_separation_rad, 2 * len(waves)))
+
     def reference_columns(
         self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns:
@@ -105,10 +118,9 @@ class RadialErrorMotion(Effect):
         kept: list[int] = []
         gain = 0.0
         while waiting := [order for order in orders if order not in kept]:
-            gains = {
-                order: residuals.score(RadialErrorMotion(orders=sorted([*kept, order])), {}).gain
-                for order in waiting
-            }
+            forms = [RadialErrorMotion(orders=sorted([*kept, order])) for order in waiting]
+            scores = residuals.scores([(form, {}) for form in forms])
+            gains = {order: score.gain for order, score in zip(waiting, scores, strict=True)}
             best = max(gains, key=gains.__getitem__)
             if gains[best] <= gain + penalty:
                 break

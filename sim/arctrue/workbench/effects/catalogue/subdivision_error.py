@@ -120,10 +120,10 @@ class SubdivisionError(Effect):
         """
         tried = sorted({*self.integers("multiples"), 3})
         least = float(chdtri(2 * residuals.observations.heads, WORTH_P))
+        forms = [SubdivisionError(multiples=[multiple]) for multiple in tried]
+        scores = residuals.scores([(form, {}) for form in forms])
         kept = [
-            multiple
-            for multiple in tried
-            if residuals.score(SubdivisionError(multiples=[multiple]), {}).gain > least
+            multiple for multiple, score in zip(tried, scores, strict=True) if score.gain > least
         ]
         if not kept:
             return self, 1.0

@@ -31,6 +31,7 @@ from arctrue.workbench.noise.kernel_fit import (
     KernelFit,
     Rows,
     best_fit,
+    best_of,
     fit_from,
     usual_starts,
     with_oscillator,
@@ -196,10 +197,11 @@ def noise_with(record: Record, others: Float, near: KernelNoise | None = None) -
     starts = usual_starts(rows)
     if near is not None:
         starts.append(near.without_oscillators())
-    found = best_fit(rows, starts)
+    fits = [fit_from(rows, start) for start in starts]
+    found = best_of(fits)
     if whiteness_of(rows, found.noise) >= NOT_WHITE:
         return found
-    wider = best_fit(rows, _with_resonance(rows, [found, *(fit_from(rows, at) for at in starts)]))
+    wider = best_fit(rows, _with_resonance(rows, fits))
     # Variance, decay and frequency must each gain half a logarithm of the number of rows.
     worth = 1.5 * float(np.log(rows.clock.size))
     return wider if wider.score > found.score + worth else found
