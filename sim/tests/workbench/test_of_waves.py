@@ -7,7 +7,8 @@ import pytest
 
 from arctrue.workbench.effects.base import Effect, FitContext
 from arctrue.workbench.effects.catalogue.radial_error_motion import RadialErrorMotion
-from arctrue.workbench.effects.product_of_parts import ProductOfParts, conditions
+from arctrue.workbench.effects.part_conditions import conditions
+from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.residuals import Residuals
