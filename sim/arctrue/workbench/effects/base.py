@@ -114,6 +114,9 @@ class ConditionedLane:
     """Name of the column, if the condition is a column."""
     column_zero: float = 0.0
     """Value of the column at which the condition is 0."""
+    width_deg: float | None = None
+    """Travel after a reversal within which the direction changes from one end to the other; None if
+    it is not known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -536,6 +539,14 @@ class Effect(ABC):
         for the orders that the residuals show. Default: the effect as it is.
         """
         return self, 1.0
+
+    def forms(self) -> Sequence[Effect]:
+        """Return this effect, and forms of it with search parameters that only some sets need.
+
+        Where an effect is added without settings, the form with the best evidence is added.
+        Default: this effect only.
+        """
+        return [self]
 
     def at_place(
         self, residuals: Leftover, nonlinear: Nonlinear

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from arctrue.workbench.effects.base import Effect, Nonlinear
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.every_row import on_every_row
@@ -27,6 +29,7 @@ def added(effect: Effect, residuals: Residuals) -> Solution | None:
     the search parameters.
     """
     base = residuals.solution
+    effect = best_form(effect, residuals)
     place: dict[str, float] = {}
     if effect.search:
         found = likeliest_place(effect, residuals)
@@ -34,6 +37,27 @@ def added(effect: Effect, residuals: Residuals) -> Solution | None:
             return None
         effect, place = effect.at_place(residuals, found)
     return settled(fit([*base.terms, Term(effect, place)], base.observations))
+
+
+def best_form(effect: Effect, residuals: Residuals) -> Effect:
+    """Return the form of an effect with the best evidence, minus the BIC penalty of its parameters;
+    each form has the noise that is estimated with it."""
+    forms = effect.forms()
+    if len(forms) < 2:
+        return effect
+    null = Null(residuals, search_walk=False)
+    observations = residuals.observations
+    rows = sum(
+        part.run.size for part in (observations.capture, observations.reference) if part is not None
+    )
+    found: list[tuple[float, int]] = []
+    for index, form in enumerate(forms):
+        place = likeliest_place(form, residuals) if form.search else {}
+        if place is not None:
+            of_form = evidence(null, form, place)
+            penalty = (of_form.score.rank + len(form.search)) * float(np.log(max(rows, 2)))
+            found.append((of_form.gain - penalty, -index))
+    return forms[-max(found)[1]] if found else effect
 
 
 def likeliest_place(effect: Effect, residuals: Residuals) -> Nonlinear | None:
