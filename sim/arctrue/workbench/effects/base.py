@@ -73,6 +73,10 @@ class Leftover(Protocol):
     def score(self, effect: Effect, nonlinear: Nonlinear) -> Gain:
         """Return the gain of all columns of an effect, fitted together with the model's columns."""
 
+    def reference_excess_arcsec2(self, effect: Effect, nonlinear: Nonlinear) -> float:
+        """Return the mean square that the reference's residuals with an effect have above the noise
+        of the repeats."""
+
 
 @dataclass(frozen=True, slots=True)
 class Parameter:

@@ -41,6 +41,9 @@ TRIED_WIDTHS = np.geomspace(NARROWEST_DEG, WIDEST_DEG, 24)
 linear transition still removes more than nine tenths of the error of no transition."""
 FURTHER_COLUMNS = ("transition", "start")
 """Columns that a transition adds: its size after a reversal, and its size at the start."""
+MOST_LEFT = 0.5
+"""Largest share of the error above the noise of the repeats (mean square) that a transition may
+leave of what the effect without it leaves: a transition explains more of this than all else."""
 EQUAL_INTEGRAL = 2.0
 """Width of a linear transition with the same integral as an exponential one, in the travel over
 which the latter decays to 1/e."""
@@ -114,22 +117,27 @@ class Hysteresis(ScalarEffect):
 
     def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
         """Return the form of the effect with the largest gain, minus the BIC penalty of its further
-        parameters and of the widths that were tried."""
+        parameters and of the widths that were tried.
+
+        In most sets the reversals are at the same stations. A reversal error that differs from
+        place to place looks like a transition there, but it differs at the other stations too, so
+        that a transition leaves most of it.
+        """
         rows = residuals.observations.reference
         if self.transition != "none" or rows is None or rows.travel_rad is None:
             return self, 1.0
         best: Effect = self
         most, trials = residuals.score(self, {}).gain, 1.0
+        excess = residuals.reference_excess_arcsec2(self, {})
         for form in self.forms()[1:]:
-            widths = TRIED_WIDTHS if form.search else TRIED_WIDTHS[:1]
-            gain = max(
-                residuals.score(form, {"width": float(width)} if form.search else {}).gain
-                for width in widths
-            )
+            places = [{"width": float(width)} for width in TRIED_WIDTHS] if form.search else [{}]
+            gains = [residuals.score(form, place).gain for place in places]
+            place = places[int(np.argmax(gains))]
             further = len(FURTHER_COLUMNS) + len(form.search)
-            gain -= further * float(np.log(rows.run.size)) + 2.0 * float(np.log(widths.size))
-            if gain > most:
-                best, most, trials = form, gain, float(widths.size)
+            gain = max(gains) - further * float(np.log(rows.run.size))
+            gain -= 2.0 * float(np.log(len(places)))
+            if gain > most and residuals.reference_excess_arcsec2(form, place) < MOST_LEFT * excess:
+                best, most, trials = form, gain, float(len(places))
         return best, trials
 
     def forms(self) -> list[Effect]:
