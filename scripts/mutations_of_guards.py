@@ -643,4 +643,12 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "sim/tests/workbench/diagnose/test_cycle_offsets.py"
         "::test_friction_that_is_taken_up_after_a_reversal_is_no_offset_of_the_run",
     ),
+    Mutation(
+        "a_wave_of_a_head_moves_the_axis",
+        "a wave of the disc or of one head counts as a further order of an axis motion",
+        f"{DIAGNOSE}/own_tests.py",
+        "        if gains[0] > max(gains[1:]):\n",
+        "        if True:\n",
+        "sim/tests/workbench/heads/test_further_motion.py::test_a_wave_of_one_head_is_no_motion",
+    ),
 )

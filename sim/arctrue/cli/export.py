@@ -119,10 +119,8 @@ _NOT_OF_MEAN = (
 @click.option(
     "--reversal-width",
     type=Finite(min=1e-3, max=20.0),
-    default=USUAL_REVERSAL_WIDTH_DEG,
-    show_default=True,
     help="With --modulators: half the travel, in degrees, in which the correction changes over "
-    "after a reversal.",
+    f"after a reversal. Default: as the model's hysteresis, or {USUAL_REVERSAL_WIDTH_DEG:g}.",
 )
 @click.option(
     "--local-table",
@@ -188,7 +186,7 @@ def export(
     fit_sensor_lag: bool,
     range_c: tuple[float, float] | None,
     modulators: bool,
-    reversal_width: float,
+    reversal_width: float | None,
     local_table: bool,
     mean_file: Path | None,
     real_orders: bool,

@@ -79,8 +79,8 @@ INDEPENDENCE = {
         "the slope of the error."
     ),
     "hysteresis": (
-        "No. The generator twists the shaft on a loop of Dahl's friction, over a stroke after each "
-        "reversal; the effect is one constant for each direction."
+        "Yes for one of its transitions: both are Dahl's model after a reversal. The generator "
+        "twists the shaft; the effect has a size of its own for the transition."
     ),
     "timing_skew": (
         "To first order. The generator reads head 2 at the later position of the table, with the "

@@ -8,12 +8,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.diagnose.candidate import Candidate, delta_bic
+from arctrue.workbench.diagnose.candidate import Candidate, delta_bic, sizes_arcsec
 from arctrue.workbench.diagnose.regular import RegularCause
+from arctrue.workbench.effects.axis_motion import SEPARATING_HEADS
 from arctrue.workbench.effects.base import Columns, Effect, FitContext, Nonlinear
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.significance import corrected_p_value
-from arctrue.workbench.observations import ReferenceRows
+from arctrue.workbench.numeric.harmonics import disc_difference, harmonic_columns
+from arctrue.workbench.observations import CaptureRows, ReferenceRows
 
 SEVERAL = 3
 """Smallest number of orders of a pattern; it equals the number of effects that a diagnosis tests
@@ -27,6 +29,9 @@ orders, or both orders and the defect, have passed every other test.
 """
 
 
+HIGHEST_MOTION = 30
+"""Highest order at which a further motion of the axis is tested; it equals the highest order of the
+products of parts."""
 SURE_P = 1e-4
 """Largest p of a result that counts as sure; it equals the limit for a lack of fit, and the p is
 not corrected for the number of effects."""
@@ -123,6 +128,79 @@ class BentScale(Effect):
         error: NDArray[np.float64] = context.error_arcsec(rows.angle_rad)
         share = error / max(float(np.max(np.abs(error))), 1e-12)
         return np.stack([share**2, share**3], axis=1)
+
+
+class OneWave(Effect):
+    """A wave of an order of the disc, or of the reading of one head."""
+
+    name = "one_wave"
+
+    def __init__(self, order: int, head: int | None = None) -> None:
+        """Make the wave of a head, counted from 1, or of the disc."""
+        super().__init__()
+        self.order, self.head = order, head
+
+    def column_names(self, observations: object) -> list[str]:
+        """Return the names of cosine and sine."""
+        return ["cos", "sin"]
+
+    def capture_columns(
+        self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
+    ) -> Columns:
+        """Return the wave in the difference of a head and head 1."""
+        if self.head is None:
+            return disc_difference(rows.line1_rad, rows.line2_rad, [self.order])
+        share = -1.0 if self.head == 1 else float(self.head == rows.head)
+        return np.asarray(share * harmonic_columns(rows.angle_rad, [self.order]))
+
+    def reference_columns(
+        self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
+    ) -> Columns | None:
+        """Return the wave in the reading of head 1."""
+        if self.head is None:
+            return harmonic_columns(rows.line_rad, [self.order])
+        return harmonic_columns(rows.angle_rad, [self.order]) if self.head == 1 else None
+
+
+def further_motion(best: Candidate, left: Residuals, matters_arcsec: float) -> str | None:
+    """Explain in words why an axis motion of some orders is a part of a motion of further orders;
+    None if it may be the whole motion.
+
+    ``left``: residuals with the effect in the model. Two heads do not distinguish an order of the
+    axis from an order of the disc. A further order must be significant, larger than the negligible
+    size, and explain more than a wave of the disc or of a single head.
+    """
+    observations, effect = left.observations, best.effect
+    capture = observations.capture
+    if not effect.moves_axis or capture is None or observations.heads < SEPARATING_HEADS:
+        return None
+    own, usual = effect.settings.get("orders"), effect.defaults.get("orders")
+    if not isinstance(own, Sequence) or not isinstance(usual, Sequence):
+        return None
+    orders = range(max(usual) + 1, HIGHEST_MOTION + 1)
+    motions = [type(effect)(orders=[order]) for order in orders]
+    scores = left.scores([(motion, {}) for motion in motions])
+    rows, found = capture.run.size, []
+    for order, motion, score in zip(orders, motions, scores, strict=True):
+        if corrected_p_value(score.gain, score.rank, float(len(orders)), 1) >= SURE_P:
+            continue
+        moved = sizes_arcsec(left.solution, left.solution_with(motion, {}, score))
+        if max(moved.values(), default=0.0) < matters_arcsec:
+            continue
+        waves = [OneWave(order, head) for head in (None, *range(1, observations.heads + 1))]
+        gains = [
+            delta_bic(item.gain, item.rank, 1.0, rows)
+            for item in (score, *left.scores([(wave, {}) for wave in waves]))
+        ]
+        if gains[0] > max(gains[1:]):
+            found.append(order)
+    if not found:
+        return None
+    further, every = (", ".join(map(str, items)) for items in (found, sorted({*own, *found})))
+    return (
+        f"the axis also moves at order {further}: a translation of the axis that repeats at "
+        f"orders {every}"
+    )
 
 
 def follows_the_reading(residuals: Residuals, best: Candidate, near_tie: float) -> bool:

@@ -47,6 +47,7 @@ from arctrue.workbench.diagnose.of_the_runs import (
 )
 from arctrue.workbench.diagnose.own_tests import (
     follows_the_reading,
+    further_motion,
     one_pattern,
     shape_with_corners,
 )
@@ -531,6 +532,18 @@ def _channels_moved(item: Candidate, survey: Survey) -> list[str]:
     )[:1]
 
 
+def moves_at_further_orders(case: Case) -> Decision | None:
+    """With the best effect in the model, the axis still moves at orders that this effect lacks.
+
+    A cam or tooth moves the axis at the multiples of its order.
+    """
+    if case.best is None or case.with_best is None:
+        return None
+    left = case.with_best.survey
+    why = further_motion(case.best, left.residuals, left.matters_arcsec)
+    return None if why is None else _only_resembles(case, why)
+
+
 def leaves_its_own_kind(case: Case) -> Decision | None:
     """With the best effect in the model, an unknown error of about its size remains.
 
@@ -826,6 +839,7 @@ RULES = (
     Rule("unknown", contradicts_itself),
     Rule("unknown", makes_it_worse),
     Rule("unknown", takes_little),
+    Rule("unknown", moves_at_further_orders),
     Rule("unknown", leaves_its_own_kind),
     Rule("unknown", comes_again_and_again),
     Rule("unknown", fails_its_own_test),

@@ -92,6 +92,10 @@ class Leftover(Protocol):
     def scores(self, asked: Sequence[tuple[Effect, Nonlinear]]) -> Sequence[Gain]:
         """Return the gain of each effect alone."""
 
+    def reference_excess_arcsec2(self, effect: Effect, nonlinear: Nonlinear) -> float:
+        """Return the mean square that the reference's residuals with an effect have above the noise
+        of the repeats."""
+
 
 @dataclass(frozen=True, slots=True)
 class Wave:
@@ -377,6 +381,14 @@ class Effect(EffectWithSettings):
         for the orders that the residuals show. Default: the effect as it is.
         """
         return self, 1.0
+
+    def forms(self) -> Sequence[Effect]:
+        """Return this effect, and forms of it with search parameters that only some sets need.
+
+        Where an effect is added without settings, the form with the best evidence is added.
+        Default: this effect only.
+        """
+        return [self]
 
     def at_place(
         self, residuals: Leftover, nonlinear: Nonlinear

@@ -41,6 +41,9 @@ class ConditionedLane:
     """Name of the column, if the condition is a column."""
     column_zero: float = 0.0
     """Value of the column at which the condition is 0."""
+    width_deg: float | None = None
+    """Travel after a reversal within which the direction changes from one end to the other; None if
+    it is not known."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -276,6 +276,7 @@ CHECKS: Mapping[str, Check] = {
     "describe_values": _text,
     "derived": _parameters,
     "narrowed": _nothing,
+    "forms": _nothing,
     "parameters": _parameters,
 }
 

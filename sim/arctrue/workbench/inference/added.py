@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from arctrue.workbench.effects.base import Effect, Nonlinear
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.every_row import on_every_row
@@ -27,6 +29,7 @@ def added(effect: Effect, residuals: Residuals) -> Solution | None:
     the search parameters.
     """
     base = residuals.solution
+    effect = best_form(effect, residuals)
     place: dict[str, float] = {}
     if effect.search:
         found = likeliest_place(effect, residuals)
@@ -36,6 +39,31 @@ def added(effect: Effect, residuals: Residuals) -> Solution | None:
     return settled(fit([*base.terms, Term(effect, place)], base.observations))
 
 
+def best_form(effect: Effect, residuals: Residuals) -> Effect:
+    """Return the form of an effect with the best evidence, minus the BIC penalty of its parameters;
+    each form has the noise that is estimated with it.
+
+    Only the forms that fit best with the noise of the model, or with its white part, are compared.
+    """
+    if len(effect.forms()) < 2:
+        return effect
+    wanted = [effect.narrowed(seen)[0].settings for seen in (residuals, _white(residuals))]
+    forms = [form for form in effect.forms() if form.settings in [effect.settings, *wanted]]
+    if len(forms) < 2:
+        return effect
+    null = Null(residuals, search_walk=False)
+    found: list[tuple[float, int]] = []
+    for index, form in enumerate(forms):
+        place = likeliest_place(form, residuals) if form.search else {}
+        if place is not None:
+            of_form = evidence(null, form, place)
+            columns = residuals.whitened_columns(form, place)
+            rows = sum(item.shape[0] for item in columns if item is not None)
+            penalty = (of_form.score.rank + len(form.search)) * float(np.log(max(rows, 2)))
+            found.append((of_form.gain - penalty, -index))
+    return forms[-max(found)[1]] if found else effect
+
+
 def likeliest_place(effect: Effect, residuals: Residuals) -> Nonlinear | None:
     """Return the likeliest search parameters, with the noise estimated anew for each candidate.
 
@@ -43,6 +71,19 @@ def likeliest_place(effect: Effect, residuals: Residuals) -> Nonlinear | None:
     noise. The best search parameters with that noise are therefore compared with the best ones with
     only the white part of that noise.
     """
+    places = [
+        place.nonlinear
+        for seen in (residuals, _white(residuals))
+        for place in places_of(effect, seen)[:1]
+    ]
+    if len(places) < 2 or places[0] == places[1]:
+        return places[0] if places else None
+    null = Null(residuals, search_walk=False)
+    return max(places, key=lambda place: evidence(null, effect, place).gain)
+
+
+def _white(residuals: Residuals) -> Residuals:
+    """Return the residuals of the same model with only the white part of its noise."""
     base = residuals.solution
     noise = base.noise
     white = white_noise(
@@ -52,12 +93,4 @@ def likeliest_place(effect: Effect, residuals: Residuals) -> Nonlinear | None:
             None if noise.reference is None else noise.reference.white_rms_arcsec or None,
         ),
     )
-    places = [
-        place.nonlinear
-        for seen in (residuals, Residuals(fit(base.terms, base.observations, noise=white)))
-        for place in places_of(effect, seen)[:1]
-    ]
-    if len(places) < 2 or places[0] == places[1]:
-        return places[0] if places else None
-    null = Null(residuals, search_walk=False)
-    return max(places, key=lambda place: evidence(null, effect, place).gain)
+    return Residuals(fit(base.terms, base.observations, noise=white))

@@ -21,13 +21,15 @@ from arctrue.workbench.inference.design_matrix import (
     channel_prediction,
     keep_part,
     measured_arcsec,
+    term_columns,
 )
 from arctrue.workbench.inference.fit import fit
-from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.residuals import Residuals, Score
 from arctrue.workbench.inference.search import places_of
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.noise import Noise
 from arctrue.workbench.noise.row_noise import RowNoise
+from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 Float = NDArray[np.float64]
@@ -41,6 +43,10 @@ STANDARD_ERRORS = 2.0
 ENOUGH_ERRORS = 3.0
 """If a true effect would raise the log predictive density by less than this number of standard
 errors, the test does not require a rise."""
+LEAST_KEPT = 0.01
+"""Smallest share of the information of every row about a direction of an effect that the kept rows
+must have. Three quarters of the rows have about 0.75; below 0.01 only a row at the edge of the
+effect is kept."""
 SEED = 20_120_215
 """Seed of the order in which rows are left out; fixed, so that a set always has the same folds."""
 
@@ -198,10 +204,13 @@ def held_out_with(
     """Return the errors without and with the term ``further``, on the same folds and for the same
     noise.
 
-    Each fold searches the search parameters of the further term again.
+    Each fold searches the search parameters of the further term again. An omitted row counts with
+    the error 0 in both models if the kept rows do not determine the term there: if they predict it
+    with a variance above that of the row's noise.
     """
     folds = folds_of(observations)
     before, after = _Errors(observations, noise), _Errors(observations, noise)
+    every = Residuals(fit(terms, observations, context, noise=noise))
     for keep, train, of_kept in _trainings(observations, noise, folds):
         residuals = Residuals(fit(terms, train, context, noise=of_kept))
         before.judge(residuals.solution, keep)
@@ -211,7 +220,13 @@ def held_out_with(
             if found:
                 place = found[0].nonlinear
         score = residuals.score(further.effect, place)
+        whole = every.score(further.effect, place).information
+        score, covariance = _determined(score, whole)
         after.judge(residuals.solution_with(further.effect, place, score), keep)
+        term = Term(further.effect, place)
+        undetermined = _undetermined(term, covariance, every.solution, keep)
+        for errors in (before, after):
+            errors.omit(undetermined)
     return before.found(), after.found()
 
 
@@ -227,6 +242,53 @@ def _trainings(
             None if folds.reference is None else folds.reference != fold,
         )
         yield keep, without(observations, keep[0], keep[1]), noise.part(keep[0], keep[1])
+
+
+def _determined(score: Score, whole: Float) -> tuple[Score, Float]:
+    """Return the score of an effect on the kept rows without the directions that they do not
+    determine, and a covariance of the coefficients that is very large in these directions.
+
+    ``whole``: information of every row about the effect. Directions that not even all rows
+    determine are left out of both; in them the effect predicts nothing.
+    """
+    unit = 1.0 / np.sqrt(np.maximum(np.diag(whole), 1e-300))
+    values, vectors = np.linalg.eigh(whole * np.outer(unit, unit))
+    there = values > RANK_TOLERANCE * max(float(values[-1]), 1e-300)
+    into = unit[:, np.newaxis] * vectors[:, there] / np.sqrt(values[there])
+    shares, turned = np.linalg.eigh(into.T @ score.information @ into)
+    into = into @ turned
+    covariance = (into / np.maximum(shares, RANK_TOLERANCE)) @ into.T
+    kept = shares > LEAST_KEPT
+    if kept.all():
+        return score, covariance
+    inverse = (into[:, kept] / shares[kept]) @ into[:, kept].T
+    coefficients = inverse @ score.moment
+    gain = max(float(score.moment @ coefficients), 0.0)
+    rank = int(kept.sum())
+    found = replace(score, gain=gain, rank=rank, coefficients=coefficients, covariance=inverse)
+    return found, covariance
+
+
+def _undetermined(term: Term, covariance: Float, every: Solution, keep: Keep) -> Keep:
+    """Return, by channel, the omitted rows where the kept rows do not determine the term, whose
+    coefficients have this covariance."""
+    found: list[NDArray[np.bool_] | None] = []
+    for capture, of_rows, kept in (
+        (True, every.noise.capture, keep[0]),
+        (False, every.noise.reference, keep[1]),
+    ):
+        columns = None
+        if of_rows is not None and kept is not None:
+            columns = term_columns(term, every.observations, every.context, capture=capture)
+        if columns is None or of_rows is None or kept is None:
+            found.append(None)
+            continue
+        own = columns[~kept]
+        undetermined = np.zeros(kept.size, dtype=np.bool_)
+        spread = np.sum((own @ covariance) * own, axis=1)
+        undetermined[~kept] = spread > of_rows.variance_arcsec2[~kept]
+        found.append(undetermined)
+    return found[0], found[1]
 
 
 class _Errors:
@@ -257,6 +319,12 @@ class _Errors:
                     of_rows if self._by_neighbours else None,
                     capture=is_capture,
                 )
+
+    def omit(self, rows: Keep) -> None:
+        """Set the errors of these rows to 0."""
+        for total, chosen in zip((self._capture, self._reference), rows, strict=True):
+            if total is not None and chosen is not None:
+                total[chosen] = 0.0
 
     def found(self) -> HeldOut:
         """Return the errors collected from all folds."""

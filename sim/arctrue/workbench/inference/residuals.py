@@ -329,6 +329,16 @@ class Residuals:
         """
         return self.scores([(effect, nonlinear)])[0]
 
+    def reference_excess_arcsec2(self, effect: Effect, nonlinear: Nonlinear) -> float:
+        """Return the mean square that the reference's residuals with an effect have above the noise
+        of the repeats; 0 without a reference."""
+        grown = self.solution_with(effect, nonlinear, self.score(effect, nonlinear))
+        left = grown.reference_residual_arcsec()
+        if left is None:
+            return 0.0
+        rms = float(np.sqrt(np.mean(left**2)))
+        return rms**2 - row_noise_arcsec(self.observations, left, "reference", rms) ** 2
+
     def scores(self, asked: Sequence[tuple[Effect, Nonlinear]]) -> list[Score]:
         """Test several effects by their scores; testing them together takes less time than one by
         one."""

@@ -38,9 +38,9 @@ USUAL_REVERSAL_WIDTH_DEG = 1.0
 class ConditionSettings:
     """Settings for direction and speed in the gateware (generic MODULATORS)."""
 
-    reversal_width_deg: float = USUAL_REVERSAL_WIDTH_DEG
+    reversal_width_deg: float | None = None
     """After a reversal, the correction changes from one direction to the other over twice this
-    angle."""
+    angle; None: half the width of the largest lane with a width, or USUAL_REVERSAL_WIDTH_DEG."""
     dead_zone_counts: int = 4
     nominal_deg_per_s: float | None = None
     """Speed at which the modulator is 1; None: 1.5 times the largest speed in the set."""
@@ -294,12 +294,26 @@ class FollowedLanes:
             for one, size in zip(self.lanes, self.sizes_arcsec, strict=True)
         ]
 
+    @property
+    def reversal_width_deg(self) -> float:
+        """Half the travel after a reversal in which the correction changes over, W."""
+        assert self.settings is not None
+        if self.settings.reversal_width_deg is not None:
+            return self.settings.reversal_width_deg
+        widths = [
+            (size, one.width_deg)
+            for one, size in zip(self.lanes, self.sizes_arcsec, strict=True)
+            if one.width_deg is not None
+        ]
+        return 0.5 * max(widths)[1] if widths else USUAL_REVERSAL_WIDTH_DEG
+
     def extension(self, first_lane: int) -> Extension:
         """Make the coefficient file's extension for these lanes, which follow ``first_lane`` other
         lanes. Raises ValueError if the slope after a reversal exceeds STEEPEST_REVERSAL."""
         assert self.settings is not None
         assert self.observations.counts_per_rev is not None
-        width_counts = self.settings.reversal_width_deg / 360.0 * self.observations.counts_per_rev
+        width_deg = self.reversal_width_deg
+        width_counts = width_deg / 360.0 * self.observations.counts_per_rev
         reversal = sum(
             size
             for one, size in zip(self.lanes, self.sizes_arcsec, strict=True)
@@ -307,9 +321,9 @@ class FollowedLanes:
         )
         slope = reversal / arcsec_per_count(self.observations.counts_per_rev) / width_counts
         if slope >= STEEPEST_REVERSAL:
-            needed = slope / STEEPEST_REVERSAL * self.settings.reversal_width_deg
+            needed = slope / STEEPEST_REVERSAL * width_deg
             raise ValueError(
-                f"--reversal-width {self.settings.reversal_width_deg:g}: after a reversal the "
+                f"--reversal-width {width_deg:g}: after a reversal the "
                 f"correction would change by {slope:.3g} counts per count; the limit is "
                 f"{STEEPEST_REVERSAL:g}: choose more than {needed:.3g}°"
             )

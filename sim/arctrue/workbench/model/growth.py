@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from arctrue.workbench.effects.base import Effect
-from arctrue.workbench.inference.added import likeliest_place, settled
+from arctrue.workbench.inference.added import best_form, likeliest_place, settled
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.fixed import with_fixed_coefficients
@@ -152,6 +152,9 @@ def add_effect(
             raise AlreadyThereError(f"the model has {name} with these settings already")
     elif name in model.names() and not effect.search:
         entries, action = _with_settings(model, name, settings), "set"
+    elif not settings and len(effect.forms()) > 1 and not effect.missing(observations):
+        residuals = Residuals(fit(settle(model, observations, effects), observations))
+        entries[-1] = replace(entry, settings=_other_than_usual(best_form(effect, residuals)))
     history = list(model.history)
     if not history:
         _, before = fitted(model, observations, effects)

@@ -138,6 +138,14 @@ class RowNoise:
         return [slice(start, end) for start, end in zip(starts, ends, strict=True)]
 
     @cached_property
+    def variance_arcsec2(self) -> Float:
+        """Variance of each row, the sum over all parts of its spectrum."""
+        found = self.scale**2
+        for rows, spectrum in zip(self.stretches, self.spectra, strict=True):
+            found[rows] *= spectrum.variance
+        return found
+
+    @cached_property
     def _factors(self) -> list[Factor]:
         return [
             Factor(np.ascontiguousarray(self.clock[rows]), spectrum)

@@ -21,6 +21,7 @@ from arctrue.workbench.observations.reference_angle import reading_and_angle
 from arctrue.workbench.observations.reference_speed import reference_speed
 from arctrue.workbench.observations.rows import ReferenceRows
 from arctrue.workbench.observations.run_speed import run_speeds
+from arctrue.workbench.observations.since_reversal import since_reversal
 from arctrue.workbench.observations.stored import RunFacts, StoredCapture, electrical_rad
 from arctrue.workbench.observations.true_angle import true_angle
 from arctrue.workbench.observations.used_rows import (
@@ -311,6 +312,11 @@ def _reference_rows(
     electrical = electrical_rad(columns.head1_counts, facts)
     time = columns.time_s
     reading, angle = reading_and_angle(facts, columns)
+    reversals, travel, at_reversal = (
+        (None, None, None)
+        if columns.direction is None
+        else since_reversal(target, columns.direction)
+    )
     return ReferenceRows(
         run=run,
         cycle=columns.cycle,
@@ -337,6 +343,9 @@ def _reference_rows(
         reference_temperature_c=usual_c,
         error_arcsec=columns.error_arcsec - float(np.mean(columns.error_arcsec)),
         u_arcsec=columns.u_arcsec,
+        reversals=reversals,
+        travel_rad=travel,
+        at_reversal=at_reversal,
         conditions=columns.conditions,
     )
 

@@ -299,6 +299,14 @@ class ReferenceRows(_Sliceable):
     subtracted."""
     u_arcsec: Float | None = None
     """Standard uncertainty of ε, if the file gives one for each row."""
+    reversals: Integer | None = None
+    """Number of reversals of the direction in the rows before; None without directions."""
+    travel_rad: Float | None = None
+    """Travel of the targets since the last reversal, or since the first row; None without
+    directions."""
+    at_reversal: NDArray[np.bool_] | None = None
+    """True nearer to a reversal than the second place after each reversal; None without
+    directions."""
     row: Integer | None = None
     """Number of the row among all used rows; None if the rows are 0, 1, … without a gap."""
     capture_runs: int | None = None

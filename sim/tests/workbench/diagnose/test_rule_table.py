@@ -36,7 +36,10 @@ def _item(name: str, gain: float, *, p: float = 1e-12, real: bool = True, step: 
     """Return a candidate with the properties that the rules use; with ``real`` the held-out rows
     and all passes confirm it."""
     effect = SimpleNamespace(
-        unspecific=False, search_kind=None, step_at=("run", "instant") if step else None
+        unspecific=False,
+        search_kind=None,
+        step_at=("run", "instant") if step else None,
+        moves_axis=False,
     )
     return SimpleNamespace(
         name=name, gain=gain, delta_bic=gain, p_corrected=p, rank=1, evidence=object(), real=real,

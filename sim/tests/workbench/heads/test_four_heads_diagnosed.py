@@ -13,6 +13,7 @@ from tests.workbench.heads.four_heads import (
     DISC,
     PLACES_DEG,
     RADIUS_M,
+    Float,
     FourHeads,
     ball_pass,
     orders_2_and_3,
@@ -67,6 +68,28 @@ def test_synchronous_motion_is_named_without_a_reference(heads: int) -> None:
     }  # fmt: skip
     for name, value in expected.items():
         _close(values[name], value)
+
+
+@pytest.mark.parametrize(("order", "direction_rad"), [(4, 3.3), (3, 0.9)])
+def test_a_saw_tooth_of_the_axis_is_more_than_its_low_orders(
+    order: int, direction_rad: float
+) -> None:
+    """A cam moves the axis by ±0.15 µm in a saw tooth, of which radial_error_motion has the orders
+    up to 8 only: a tenth of the error's square remains at the multiples above."""
+
+    def motion(angle: Float) -> Float:
+        share = np.mod(order * angle / (2.0 * np.pi) + 0.2, 1.0)
+        wave = np.interp(share, [0.0, 0.9, 1.0], [-1.0, 1.0, -1.0])
+        return np.asarray(0.15e-6 * wave * np.exp(1j * direction_rad))
+
+    found = diagnosis_of(FourHeads(motion=motion).measured(7))
+    assert found.verdict == "unknown"
+    assert found.decision.resembles is not None
+    assert found.decision.resembles.name == "radial_error_motion"
+    multiples = f"{order}, {2 * order}, "
+    assert f"a translation of the axis that repeats at orders {multiples}" in str(
+        found.decision.unlike
+    )
 
 
 def test_a_backward_circle_of_order_1_is_no_eccentric_disc() -> None:

@@ -2,28 +2,77 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.effects.base import Columns, ConditionedLane, FitContext, Lane, Nonlinear
+from arctrue.workbench.effects.base import (
+    Columns,
+    ConditionedLane,
+    Effect,
+    FitContext,
+    Lane,
+    Leftover,
+    Nonlinear,
+    Parameter,
+    SearchParameter,
+)
 from arctrue.workbench.effects.scalar_effect import ScalarEffect
 from arctrue.workbench.observations import Observations, ReferenceRows
 
 LEAST_REVERSALS = 2
 """Smallest number of reversals. With one reversal only, all rows of one direction come before all
 rows of the other, so that any step or drift in time looks the same."""
+WIDEST_DEG = 45.0
+"""Largest width: twice the largest W, 22.5°, of the gateware's stop operator (u20.4 counts) at 2²⁴
+counts per turn."""
+NARROWEST_DEG = 0.05
+"""Smallest width: a twentieth of the width that an export assumes for an effect without one."""
+WITH_WIDTH = ("linear", "exponential")
+"""Forms of the transition after a reversal: Prandtl's stop operator (Dahl's model with the exponent
+0), and Dahl's model with the exponent 1 (P. R. Dahl, Aerospace Corporation TOR-0158(3107-18)-1,
+1968)."""
+TRANSITIONS = ("short", *WITH_WIDTH)
+"""Forms of the transition; a short one is complete at the second place after a reversal, so that
+the rows show only an upper limit of its width."""
+TRIED_WIDTHS = np.geomspace(NARROWEST_DEG, WIDEST_DEG, 24)
+"""Widths at which a transition is tried, in steps of a third: with a width that is a sixth wrong, a
+linear transition still removes more than nine tenths of the error of no transition."""
+FURTHER_COLUMNS = ("transition", "start")
+"""Columns that a transition adds: its size after a reversal, and its size at the start."""
+MOST_LEFT = 0.5
+"""Largest share of the error above the noise of the repeats (mean square) that a transition may
+leave of what the effect without it leaves: a transition explains more of this than all else."""
+EQUAL_INTEGRAL = 2.0
+"""Width of a linear transition with the same integral as an exponential one, in the travel over
+which the latter decays to 1/e."""
 
 
 class Hysteresis(ScalarEffect):
-    """Adds ± half the reversal error to the reference run, by direction."""
+    """Adds ± half the reversal error to the reference run, by direction.
+
+    With a setting ``transition``, friction takes up the error within a travel after each reversal.
+    The search parameter ``width`` is this travel: to the end of a linear transition, or to 1/e of
+    an exponential one. A table that moves beyond the last station before it reverses has moved a
+    part of the width before the first row; the transition therefore has a size of its own,
+    ``transition``, which equals ``reversal_error`` without such a way. The rows before the first
+    reversal have another size, ``start``.
+    """
 
     name = "hysteresis"
     physics = (
         "Friction twists the shaft between disc and table; the sign of the twist depends on the "
         "direction of motion. Both heads are at the disc and do not see the twist."
     )
-    equation = "ε = d·B/2, d = ±1 direction, B reversal error"
-    source = "ISO 230-2, reversal error of an axis"
+    equation = (
+        "ε = d·(B/2 − C·f(s/w)), d = ±1 direction, B reversal error; s travel since the reversal; "
+        "w width and C size of the transition, f(x) = max(1 − x, 0) or e^{−x}; C = 0 without it"
+    )
+    source = (
+        "ISO 230-2, reversal error of an axis; transition: Prandtl's stop operator, or Dahl's "
+        "model of friction"
+    )
     capture_sees = "almost nothing"
     reference_sees = "positive and negative approach differ by B at every station"
     separated_by = "a reference run in both directions"
@@ -37,6 +86,74 @@ class Hysteresis(ScalarEffect):
     parameter_name = "reversal_error"
     parameter_unit = "arcsec"
     in_parts = ("direction", "reference")
+    defaults = {"transition": "none"}
+
+    def __init__(self, **settings: object) -> None:
+        """Make the effect. Raises ValueError for a transition that does not exist."""
+        super().__init__(**settings)
+        if self.transition not in ("none", *TRANSITIONS):
+            raise ValueError(
+                f"effect {self.name}: setting transition must be none, {' or '.join(TRANSITIONS)}, "
+                f"found {self.transition!r}"
+            )
+        if self.transition in WITH_WIDTH:
+            width = SearchParameter(
+                "width",
+                "deg",
+                NARROWEST_DEG,
+                WIDEST_DEG,
+                "travel after a reversal within which friction takes up the error",
+            )
+            self.search = (width,)  # type: ignore[misc]
+
+    @property
+    def transition(self) -> str:
+        """The form of the transition after a reversal."""
+        return str(self.settings["transition"])
+
+    def column_names(self, observations: Observations) -> list[str]:
+        names = [self.parameter_name]
+        return names if self.transition == "none" else [*names, *FURTHER_COLUMNS]
+
+    def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
+        """Return the form of the effect with the largest gain, minus the BIC penalty of its further
+        parameters and of the widths that were tried.
+
+        In most sets the reversals are at the same stations. A reversal error that differs from
+        place to place looks like a transition there, but it differs at the other stations too, so
+        that a transition leaves most of it.
+        """
+        rows = residuals.observations.reference
+        if self.transition != "none" or rows is None or rows.travel_rad is None:
+            return self, 1.0
+        best: Effect = self
+        most, trials = residuals.score(self, {}).gain, 1.0
+        excess = residuals.reference_excess_arcsec2(self, {})
+        for form in self.forms()[1:]:
+            places = [{"width": float(width)} for width in TRIED_WIDTHS] if form.search else [{}]
+            gains = [residuals.score(form, place).gain for place in places]
+            place = places[int(np.argmax(gains))]
+            further = len(FURTHER_COLUMNS) + len(form.search)
+            gain = max(gains) - further * float(np.log(rows.run.size))
+            gain -= 2.0 * float(np.log(len(places)))
+            if gain > most and residuals.reference_excess_arcsec2(form, place) < MOST_LEFT * excess:
+                best, most, trials = form, gain, float(len(places))
+        return best, trials
+
+    def forms(self) -> list[Effect]:
+        if self.transition != "none":
+            return [self]
+        return [self, *(Hysteresis(transition=form) for form in TRANSITIONS)]
+
+    def describe_values(self, parameters: Mapping[str, Parameter]) -> str:
+        if self.transition == "none":
+            return ""
+        width = parameters["width"]
+        start = "After a reversal, the error changes its sign within"
+        if self.transition == "short":
+            return f"{start} less than {2.0 * width.value:.3g}° of travel, where the next row is."
+        form = "" if self.transition == "linear" else ", by an exponential to 1/e"
+        return f"{start} {width.value:.3g}° of travel (u {width.sigma:.2g}°){form}."
 
     def missing(self, observations: Observations) -> list[str]:
         rows = observations.reference
@@ -59,15 +176,76 @@ class Hysteresis(ScalarEffect):
             "looks the same"
         ]
 
+    def parameters(
+        self,
+        coefficients: NDArray[np.float64],
+        covariance: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+    ) -> dict[str, Parameter]:
+        found = super().parameters(coefficients, covariance, nonlinear, observations)
+        for item in self.search:
+            found[item.name] = Parameter(nonlinear[item.name], float("nan"), item.unit)
+        rows = observations.reference
+        if self.transition == "short" and rows is not None:
+            # A width below the travel to the first row is equally probable everywhere below it.
+            most = _second_travel_deg(rows)
+            found["width"] = Parameter(0.5 * most, most / float(np.sqrt(12.0)), "deg")
+        return found
+
     def conditioned_lanes(
         self,
         coefficients: NDArray[np.float64],
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> list[ConditionedLane]:
-        return [ConditionedLane("direction", Lane(0, 0.5 * float(coefficients[0]), 0.0))]
+        lane = Lane(0, 0.5 * float(coefficients[0]), 0.0)
+        width = self._whole_width_deg(coefficients, nonlinear)
+        return [ConditionedLane("direction", lane, width_deg=width)]
+
+    def _whole_width_deg(
+        self, coefficients: NDArray[np.float64], nonlinear: Nonlinear
+    ) -> float | None:
+        """Return the travel within which a stop operator changes from one end to the other, also if
+        a part of this travel is before the first row after a reversal; None if the
+        width is not known."""
+        if self.transition == "none":
+            return None
+        if self.transition == "short":
+            return None
+        if self.transition == "exponential":
+            return EQUAL_INTEGRAL * nonlinear["width"]
+        error, transition = (float(value) for value in coefficients[:2])
+        share = transition / error if error != 0.0 else 1.0
+        return nonlinear["width"] / share if 0.0 < share < 1.0 else nonlinear["width"]
 
     def reference_columns(
         self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns | None:
-        return None if rows.direction is None else 0.5 * rows.direction[:, None]
+        if rows.direction is None:
+            return None
+        columns = 0.5 * rows.direction[:, None]
+        if self.transition == "none":
+            return columns
+        if rows.travel_rad is None or rows.reversals is None or rows.at_reversal is None:
+            # Rows of which only the direction is known are far from the last reversal.
+            return np.hstack([columns, np.zeros((rows.direction.size, 2))])
+        travel = np.degrees(rows.travel_rad)
+        if self.transition == "short":
+            before = rows.at_reversal.astype(np.float64)
+        elif self.transition == "linear":
+            before = np.maximum(1.0 - travel / nonlinear["width"], 0.0)
+        else:
+            before = np.exp(-travel / nonlinear["width"])
+        after_reversal = rows.reversals > 0
+        sizes = np.stack([after_reversal, ~after_reversal], axis=1) * before[:, None]
+        return np.hstack([columns, -rows.direction[:, None] * sizes])
+
+
+def _second_travel_deg(rows: ReferenceRows) -> float:
+    """Return the smallest travel at the second place after a reversal, where a short transition is
+    complete."""
+    if rows.travel_rad is None or rows.at_reversal is None:
+        return WIDEST_DEG
+    beyond = ~rows.at_reversal
+    return float(np.degrees(np.min(rows.travel_rad, where=beyond, initial=np.radians(WIDEST_DEG))))
