@@ -19,7 +19,7 @@ from arctrue.workbench.diagnose.undetermined import undetermined
 from arctrue.workbench.effects.base import Effect, Nonlinear
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.forward.cycles import CycleChange, cycle_change, run_change
-from arctrue.workbench.inference.forward.events import Step, search_steps, step_column
+from arctrue.workbench.inference.forward.events import Step, columns_of_steps, search_steps
 from arctrue.workbench.inference.forward.of_solution import (
     records_of,
     records_of_events,
@@ -449,14 +449,14 @@ def _jump(step: Step, record: Record, *, timed: bool) -> Jump:
     found = Jump(step.size_arcsec, step.sigma_arcsec, None, step.place, None, step.gain)
     if not timed:
         return found
-    return replace(found, time_s=float(record.measured[step.row]), turns=None)
+    return replace(found, time_s=step.measured(record), turns=None)
 
 
 def _columns_of(found: LineSearch) -> Float:
     """Return the columns of the lines and steps that were found, shape (rows, k)."""
     record = found.record
     lines = record.columns(np.array([line.rate for line in found.lines]))
-    return np.hstack([lines, *(step_column(record, step.row) for step in found.steps)])
+    return np.hstack([lines, columns_of_steps(record, found.steps)])
 
 
 def _of_stations(solution: Solution, *, timed: bool) -> tuple[list[Jump], SlowChange | None]:
@@ -468,9 +468,7 @@ def _of_stations(solution: Solution, *, timed: bool) -> tuple[list[Jump], SlowCh
         none = np.zeros((record.clock.size, 0))
         steps = search_steps(record, none, noise_with(record, none))
         if timed and (steps or number == 0):
-            slow = slow_change(
-                record, np.hstack([none, *(step_column(record, step.row) for step in steps)])
-            )
+            slow = slow_change(record, columns_of_steps(record, steps))
         if steps:
             jumps = [_jump(step, record, timed=timed) for step in steps]
             break

@@ -75,6 +75,6 @@ def reference_outliers(rows: Reference, count_arcsec: float | None = None) -> tu
     turn = np.floor(rows.target_deg / 360.0).astype(np.int64)
     revolution = number * (int(np.ptp(turn)) + 1) + turn - int(turn.min(initial=0))
     real = repeats(candidates, away, scatter, np.radians(rows.target_deg), revolution)
-    real |= at_a_step(candidates, flat, scatter, number)
+    real |= at_a_step(candidates, flat, away, number)
     found[candidates[real]] = False
     return found, away

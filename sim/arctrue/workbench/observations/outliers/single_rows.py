@@ -41,6 +41,10 @@ rows."""
 LEAST_SIDE_ROWS = 5
 """Smallest number of rows in the median on a side near an end; two wrong rows change this median
 only a little."""
+OF_A_STEP = 0.5
+"""Largest distance of a row from the rows on one side, as a share of its distance from the rows on
+both sides, at which the row belongs to that side of a step: an outlier has about the same distance
+from both sides. Half is at least NEAR_SIGMA, because an outlier is FAR_SIGMA away."""
 TO_MIDDLE = SIDE_ROWS // 2 + 1
 """Distance, in rows, to the middle of the SIDE_ROWS rows before or after a row."""
 LEAST_ROWS = 3 * SIDE_ROWS
@@ -382,7 +386,7 @@ def capture_outliers(
         found[start:end] = lonely(away[start:end], scatter[start:end], threshold)
     rows = np.flatnonzero(found)
     real = repeats(rows, away, scatter, angle_rad, revolution)
-    real |= at_a_step(rows, flat, scatter, number)
+    real |= at_a_step(rows, flat, away, number)
     real |= seen_by_other_head(rows, away, scatter, angle_rad, revolution, separation_rad)
     found[rows[real]] = False
     return found, away
@@ -418,18 +422,18 @@ def station_outliers(
     found = lonely(np.where(known, away, 0.0), np.full(away.size, scatter), threshold)
     rows = np.flatnonzero(found)
     real = at_every_visit(rows, away, scatter, station, sense)
-    real |= at_a_step(rows, level, np.full(away.size, scatter), pass_of)
+    real |= at_a_step(rows, level, away, pass_of)
     found[rows[real]] = False
     return found, away
 
 
-def at_a_step(rows: Integer, values: Float, scatter: Float, piece: Integer) -> Boolean:
+def at_a_step(rows: Integer, values: Float, away: Float, piece: Integer) -> Boolean:
     """Tell for each of ``rows`` whether it agrees with the rows on one side, so that the values
     change there and stay.
 
-    ``values``, ``scatter``, ``piece`` (number of the pass): shapes (all rows,). The result is True
-    if most of the SIDE_ROWS rows before or after the row in its piece, and at least MOST_ROWS, are
-    at most NEAR_SIGMA standard deviations away from it. The rows of an outlier are MOST_ROWS with
+    ``values``, ``away``, ``piece`` (number of the pass): shapes (all rows,). The result is True if
+    the row differs by less than OF_A_STEP of ``away`` from most of the SIDE_ROWS rows before or
+    after it in its piece, and from at least MOST_ROWS. The rows of an outlier are MOST_ROWS with
     the row itself.
     """
     found = np.zeros(rows.size, dtype=bool)
@@ -437,7 +441,7 @@ def at_a_step(rows: Integer, values: Float, scatter: Float, piece: Integer) -> B
         for side in (slice(max(row - SIDE_ROWS, 0), row), slice(row + 1, row + 1 + SIDE_ROWS)):
             own = values[side][piece[side] == piece[row]]
             most = max(own.size // 2 + 1, MOST_ROWS)
-            near = np.abs(own - values[row]) <= NEAR_SIGMA * scatter[row]
+            near = np.abs(own - values[row]) < OF_A_STEP * abs(away[row])
             found[number] |= np.count_nonzero(near) >= most
     return found
 
