@@ -40,7 +40,7 @@ FREEDOMS = (1.5, 2.0, 3.0, 4.0, 6.0, 10.0, 20.0, 50.0, 200.0)
 
 @dataclass(frozen=True)
 class Step:
-    """A single jump of the readings."""
+    """A jump of the readings."""
 
     row: int
     """First averaged row after the step."""
@@ -171,8 +171,8 @@ def _explained_by_noise(
     without_all: KernelFit,
     with_all: KernelFit,
 ) -> int | None:
-    """Return the row of the step that the tails of the noise explain best, or of the first step that
-    a changing level explains; None if the noise explains no step."""
+    """Return the row of the step that the tails of the noise explain best, or of the first step
+    that a changing level explains; None if the noise explains no step."""
     found = [_p_of_tails(record, lines, rows, row, places, with_all) for row in rows]
     worst = int(np.argmax(found))
     if found[worst] > FAMILY_WISE * OF_TAILS:
