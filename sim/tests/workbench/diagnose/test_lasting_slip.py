@@ -35,4 +35,4 @@ def test_lost_counts_of_head_2(stays: bool) -> None:
     assert values["instant"].value == pytest.approx(SLIP_S, abs=0.02)
     # Half a count: the size must be this whole number of counts.
     assert values["counts"].value == pytest.approx(-COUNTS, abs=0.5)
-    assert any("stays in the runs after it" in text for text in sentences(found)) == stays
+    assert any("stays in the following runs" in text for text in sentences(found)) == stays

@@ -36,7 +36,7 @@ class CountSlip(Effect):
     )
     equation = (
         "δ₂₁ = m·(one count) after the instant, m an integer; with the setting stays, also in the "
-        "runs after it, because the head did not search its index between the runs"
+        "following runs"
     )
     source = "incremental counting"
     capture_sees = "a step between two samples"
@@ -92,7 +92,9 @@ class CountSlip(Effect):
     def describe_data(self, nonlinear: Nonlinear, observations: Observations) -> str:
         if not self._stays:
             return ""
-        return "The step stays in the runs after it: no head searched its index between the runs."
+        return (
+            "The step stays in the following runs: the head did not search its index between them."
+        )
 
     def contradiction(
         self,
