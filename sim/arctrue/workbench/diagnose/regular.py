@@ -15,11 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.workbench.diagnose.jumps import Jump, angle_words, list_of_jumps
 from arctrue.workbench.diagnose.undetermined import undetermined
 from arctrue.workbench.effects.base import Effect, Nonlinear
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.forward.cycles import CycleChange, cycle_change, run_change
-from arctrue.workbench.inference.forward.events import Step, search_steps, step_column
+from arctrue.workbench.inference.forward.events import Step, columns_of_steps, search_steps
 from arctrue.workbench.inference.forward.of_solution import (
     records_of,
     records_of_events,
@@ -51,53 +52,8 @@ this, in units of 1/span. At a nearly constant speed, a line over the angle has 
 time."""
 
 
-@dataclass(frozen=True)
-class Jump:
-    """A step in the error of the reference."""
-
-    size_arcsec: float
-    sigma_arcsec: float
-    """Standard uncertainty of the size."""
-    time_s: float | None
-    turns: float | None
-    """Angle of the jump, in turns, if the rows have no time."""
-    row: int | None
-    """Row of the file, from 0, that follows the last used row before the jump, for stations without
-    times; otherwise None."""
-    gain: float
-    """Gain in log likelihood by the step."""
-
-    def data(self) -> dict[str, float | int | None]:
-        """Return the jump as JSON."""
-        return {
-            "size_arcsec": self.size_arcsec,
-            "sigma_arcsec": self.sigma_arcsec,
-            "time_s": self.time_s,
-            "turns": self.turns,
-            "row": self.row,
-        }
-
-    def words(self) -> str:
-        """Return time (or row or angle) and size of the jump in words."""
-        if self.time_s is not None:
-            where = f"{self.time_s:.5g} s"
-        else:
-            where = f"row {self.row}" if self.row is not None else f"{self.turns:.5g} turns"
-        return (
-            f"something jumped at {where} by {_angle(self.size_arcsec)} "
-            f"(u {_angle(self.sigma_arcsec)})"
-        )
-
-
-def _angle(arcsec: float) -> str:
-    """Write an angle in arcseconds, or in degrees where it is large."""
-    return f"{arcsec:.3g}″" if abs(arcsec) < MANY_ARCSEC else f"{arcsec / 3600.0:.3g}°"
-
-
 COVERAGE = 2.0
 """Factor of the standard uncertainty of a jump, for a coverage of 95 %."""
-MANY_ARCSEC = 600.0
-"""Smallest angle that is written in degrees."""
 
 
 @dataclass(frozen=True)
@@ -180,7 +136,7 @@ class Findings:
     causes: tuple[RegularCause, ...] = ()
     """Regular causes, ordered by the error that they explain, the largest first."""
     steps: tuple[Jump, ...] = ()
-    """Single jumps, which are listed apart because no other block can confirm them."""
+    """Jumps, which are listed apart because no other block can confirm them."""
     whiteness_p: float | None = None
     """p of Ljung and Box with all lines and steps in the model; None without a search."""
     bands: tuple[Band, ...] = ()
@@ -297,7 +253,7 @@ class Findings:
             found.append(f"{words[0].upper()}{words[1:]}.")
         if self.slow is not None:
             found.append(
-                f"A slow change of unknown form, {_angle(self.slow.size_arcsec)} over "
+                f"A slow change of unknown form, {angle_words(self.slow.size_arcsec)} over "
                 f"{self.slow.length:.4g} s, is most of the remaining error of the reference."
             )
         if self.oscillation is not None:
@@ -323,21 +279,19 @@ class Findings:
             passes = f"{self.reversal.passes} passes"
             if sigma is None:
                 words = (
-                    f"Up and down differ by {_angle(size)}: {passes} cannot confirm that this is a "
-                    "reversal error, because a change in time looks the same."
+                    f"Up and down differ by {angle_words(size)}: {passes} cannot confirm that this "
+                    "is a reversal error, because a change in time looks the same."
                 )
             else:
                 words = (
-                    f"A reversal error: up and down differ by {_angle(size)} (u {_angle(sigma)}) "
-                    f"over {passes}."
+                    f"A reversal error: up and down differ by {angle_words(size)} "
+                    f"(u {angle_words(sigma)}) over {passes}."
                 )
             yield size / 2.0, words
         if self.steps:
-            words = "; ".join(step.words() for step in self.steps)
             yield (
                 max(abs(step.size_arcsec) for step in self.steps) / 2.0,
-                "The record contains a single event, which no other part of it can confirm: "
-                f"{words}.",
+                list_of_jumps(self.steps),
             )
 
 
@@ -458,14 +412,14 @@ def _jump(step: Step, record: Record, *, timed: bool) -> Jump:
     found = Jump(step.size_arcsec, step.sigma_arcsec, None, step.place, None, step.gain)
     if not timed:
         return found
-    return replace(found, time_s=float(record.measured[step.row]), turns=None)
+    return replace(found, time_s=step.measured(record), turns=None)
 
 
 def _columns_of(found: LineSearch) -> Float:
     """Return the columns of the lines and steps that were found, shape (rows, k)."""
     record = found.record
     lines = record.columns(np.array([line.rate for line in found.lines]))
-    return np.hstack([lines, *(step_column(record, step.row) for step in found.steps)])
+    return np.hstack([lines, columns_of_steps(record, found.steps)])
 
 
 def _of_stations(solution: Solution, *, timed: bool) -> tuple[list[Jump], SlowChange | None]:
@@ -477,9 +431,7 @@ def _of_stations(solution: Solution, *, timed: bool) -> tuple[list[Jump], SlowCh
         none = np.zeros((record.clock.size, 0))
         steps = search_steps(record, none, noise_with(record, none))
         if timed and (steps or number == 0):
-            slow = slow_change(
-                record, np.hstack([none, *(step_column(record, step.row) for step in steps)])
-            )
+            slow = slow_change(record, columns_of_steps(record, steps))
         if steps:
             jumps = [_jump(step, record, timed=timed) for step in steps]
             break

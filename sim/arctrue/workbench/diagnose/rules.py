@@ -25,6 +25,7 @@ from arctrue.workbench.diagnose.classes import (
 )
 from arctrue.workbench.diagnose.decision import Decision, Verdict
 from arctrue.workbench.diagnose.facts import Facts
+from arctrue.workbench.diagnose.jumps import jumps_in_words, whole_counts
 from arctrue.workbench.diagnose.next_measurement import (
     AT_ANOTHER_SPEED,
     AT_ONE_SPEED,
@@ -166,14 +167,25 @@ def described_by_parts(case: Case) -> Decision | None:
 
 
 def jumped_once(case: Case) -> Decision | None:
-    """A single jump explains more than any effect or product of parts."""
-    step = max(case.survey.findings.steps, key=lambda item: item.gain, default=None)
+    """A jump explains more than any effect or product of parts."""
+    steps = case.survey.findings.steps
+    step = max(steps, key=lambda item: item.gain, default=None)
     if step is None or (case.best is not None and case.best.regular is not None):
         return None
     rivals = [item.gain for item in (case.best, case.product) if item is not None]
     if any(gain > 2.0 * step.gain - NEAR_TIE for gain in rivals):
         return None
-    return Decision("unknown", seen=step.words(), next=LOOK_AT_THE_STAND)
+    count_arcsec = case.survey.base.observations.count_arcsec
+    alike = {}
+    if whole_counts(steps, count_arcsec):
+        untestable = case.survey.untestable.items()
+        alike = {name: lacking for name, lacking in untestable if case.effects[name].step_at}
+    return Decision(
+        "unknown",
+        seen=jumps_in_words(steps, count_arcsec),
+        look_alikes=alike,
+        next=LOOK_AT_THE_STAND,
+    )
 
 
 def moved_between_cycles(case: Case) -> Decision | None:
@@ -329,7 +341,7 @@ def _alike_at_places(case: Case, places: RepeatedError) -> dict[str, list[str]]:
 
 
 def jumped_or_not_white(case: Case) -> Decision | None:
-    """No effect is found, but something jumped once or the residuals are no known noise."""
+    """No effect is found, but something jumped or the residuals are no known noise."""
     if case.best is not None:
         return None
     found = set(case.not_white) | ({"reference"} if case.not_noise else set())

@@ -79,7 +79,12 @@ def likeliest_place(effect: Effect, residuals: Residuals) -> Nonlinear | None:
     if len(places) < 2 or places[0] == places[1]:
         return places[0] if places else None
     null = Null(residuals, search_walk=False)
-    return max(places, key=lambda place: evidence(null, effect, place).gain)
+
+    def gain(place: Nonlinear) -> float:
+        form = effect if effect.step_at is None else effect.at_place(residuals, place)[0]
+        return evidence(null, form, place).gain
+
+    return max(places, key=gain)
 
 
 def _white(residuals: Residuals) -> Residuals:

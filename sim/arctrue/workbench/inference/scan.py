@@ -518,7 +518,11 @@ def _normal_density(value: Float) -> Float:
 
 
 def step_scan(effect: Effect, residuals: Residuals) -> list[Place]:
-    """Search the instant after which a run's residual is higher or lower, by cumulative sums."""
+    """Search the instant after which a run's residual is higher or lower, by cumulative sums.
+
+    If the effect has the setting ``stays``, the instant after which a run and all later runs are
+    higher or lower is searched too.
+    """
     capture, precise = residuals.observations.capture, residuals.capture_precise
     noise = residuals.solution.noise.capture
     if capture is None or precise is None or noise is None:
@@ -526,7 +530,10 @@ def step_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     places: list[tuple[float, dict[str, float]]] = []
     sizes: list[int] = []
     known_information = 1.0 / residuals.solution.noise.index_variance
-    for part in noise.stretches:
+    # Moment and information of a constant in the later runs of the same channel.
+    later: dict[int, tuple[float, float]] = {}
+    either = "stays" in effect.settings
+    for part in reversed(noise.stretches):
         size = part.stop - part.start
         if size < 2 * LEAST_STEP_ROWS:
             continue
@@ -545,19 +552,40 @@ def step_scan(effect: Effect, residuals: Residuals) -> list[Place]:
         information = np.exp(np.interp(np.arange(1, size), tried, np.log(own)))
         information -= from_the_end[1:] ** 2 / (from_the_end[0] + known_information)
         power = moment**2 / np.maximum(information, 1e-6 * float(own.max()))
-        inner = power[LEAST_STEP_ROWS - 1 : size - LEAST_STEP_ROWS]
-        for index in peaks(inner, 2):
-            row = part.start + int(index) + LEAST_STEP_ROWS
-            instant = float(capture.time_s[row])
-            run = float(capture.run[row])
-            places.append((float(power[index]), {"run": run, "instant": instant}))
+        inside = slice(LEAST_STEP_ROWS - 1, size - LEAST_STEP_ROWS)
+        found_at = [(float(power[index]), int(index)) for index in peaks(power[inside], 2)]
+        if either:
+            channel = int(capture.run[part.start]) % capture.channels
+            of_later, known = later.get(channel, (0.0, 0.0))
+            both = np.maximum(information, 1e-6 * float(own.max())) + known
+            staying = ((moment + of_later) ** 2 / both)[inside]
+            found_at += [(float(staying[index]), int(index)) for index in peaks(staying, 2)]
+            whole = float(from_the_end[0])
+            later[channel] = (
+                of_later + float(precise[part].sum()),
+                known + whole * known_information / (whole + known_information),
+            )
+        for height, index in found_at:
+            row = part.start + index + LEAST_STEP_ROWS
+            place = {"run": float(capture.run[row]), "instant": float(capture.time_s[row])}
+            places.append((height, place))
         sizes.append(size)
     places.sort(key=lambda item: -item[0])
     best = [place for _, place in places[:BEST_PLACES]]
+    if either:
+        best = [place for number, place in enumerate(best) if place not in best[:number]]
     if capture.channels > 1:
         # A step of head 1 is in every channel of a run; the value of ``run`` is then −1, −2, …
         best += [{**place, "run": -(place["run"] // capture.channels) - 1.0} for place in best]
     found = scored(effect, residuals, best, 1.0)
+    if either:
+        # Each place counts with the form of the step that fits best there.
+        forms = [(effect.at_place(residuals, place.nonlinear)[0], place) for place in found]
+        found = [
+            replace(place, gain=residuals.score(form, place.nonlinear).gain)
+            for form, place in forms
+        ]
+        found.sort(key=lambda place: -place.gain)
     if not found:
         return found
     trials = sum(step_trials(found[0].gain, size) for size in sizes)

@@ -11,7 +11,8 @@ from sim.tests.workbench.small_sets import measurement_set
 
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.diagnose.diagnosis import diagnose
-from arctrue.workbench.diagnose.regular import Jump, _is_one_count
+from arctrue.workbench.diagnose.jumps import Jump
+from arctrue.workbench.diagnose.regular import _is_one_count
 from arctrue.workbench.diagnose.survey import Survey
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference import left as left_module

@@ -427,3 +427,30 @@ def test_missing_rows_with_their_time_stamps_are_no_fault() -> None:
     gone = replace(made, capture=made.capture.where(left))
     assert data_faults(observations_of(gone)) == []
     assert observations_of(gone).masked == ()
+
+
+def test_the_first_row_after_a_step_of_stations_is_kept() -> None:
+    """The readings of 24 stations, in passes up and down, rise by 2.5″ (noise 0.15″) within the
+    third pass and stay there: the first row after the step agrees with every row after it."""
+    random = np.random.default_rng(12)
+    up = np.arange(24) * 15.0
+    target = np.concatenate([up if half % 2 == 0 else up[::-1] for half in range(6)])
+    half = np.repeat(np.arange(6), 24)
+    for first in (53, 54, 55, 56, 64, 68):
+        error = 5.0 * np.cos(np.radians(target)) + random.normal(0.0, 0.15, target.size)
+        error[first:] += 2.5
+        rows = Reference(target, error, cycle=half // 2, direction=1 - 2 * np.mod(half, 2))
+        found, _ = reference_outliers(rows)
+        assert np.flatnonzero(found).tolist() == []
+
+
+def test_the_rows_of_lost_counts_in_a_log_at_the_same_angles_are_kept() -> None:
+    """Five turns of 400 angles: the readings rise three times by 79.1″ (noise 10″)."""
+    random = np.random.default_rng(13)
+    rows = np.arange(2000)
+    target = rows * 0.9
+    error = 100.0 * np.cos(np.radians(target)) + random.normal(0.0, 10.0, rows.size)
+    for first in (450, 1100, 1550):
+        error[first:] += 79.1
+    found, _ = reference_outliers(Reference(target, error))
+    assert np.flatnonzero(found).tolist() == []

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
@@ -11,15 +13,20 @@ from arctrue.workbench.effects.base import (
     Columns,
     Effect,
     FitContext,
+    Leftover,
     Nonlinear,
     Parameter,
     SearchParameter,
 )
 from arctrue.workbench.observations import CaptureRows, Observations
 
+STAYS = 10.0
+"""Smallest difference of the gains at which a step stays in the runs after its own. The odds of the
+two forms are e^(difference/2); ten, 150 to 1, are strong evidence."""
+
 
 class CountSlip(Effect):
-    """Adds a step to R₂ − R₁, from one instant to the end of that run."""
+    """Adds a step to R₂ − R₁, from one instant to the end of that run, or of all runs."""
 
     name = "count_slip"
     physics = (
@@ -27,7 +34,10 @@ class CountSlip(Effect):
         "From then until the next index pass, the reading of this head is wrong by a whole "
         "number of counts."
     )
-    equation = "δ₂₁ = m·(one count) after the instant, m an integer"
+    equation = (
+        "δ₂₁ = m·(one count) after the instant, m an integer; with the setting stays, also in the "
+        "following runs"
+    )
     source = "incremental counting"
     capture_sees = "a step between two samples"
     reference_sees = "a step if head 1 lost the counts"
@@ -37,6 +47,7 @@ class CountSlip(Effect):
     next_measurement = "a capture across several index passes, with the index counts recorded"
     plausible = "1 to 1,000 counts, often a multiple of 4"
     parameter_units = {"run": "1", "instant": "s", "step": "arcsec", "counts": "counts"}
+    defaults: ClassVar[dict[str, object]] = {"stays": False}
     step_at = ("run", "instant")
     compensation_note = "count again from the index"
     search_kind = "step"
@@ -44,6 +55,19 @@ class CountSlip(Effect):
         SearchParameter("run", "1", -1e12, 1e12, "run in which the step happens", integer=True),
         SearchParameter("instant", "s", -1e12, 1e12, "time of the step", integer=True),
     )
+
+    @property
+    def _stays(self) -> bool:
+        return bool(self.settings["stays"])
+
+    def at_place(
+        self, residuals: Leftover, nonlinear: Nonlinear
+    ) -> tuple[Effect, dict[str, float]]:
+        """Return the effect with a step that stays in the runs after its own if these runs show
+        it, otherwise with a step that ends with its run."""
+        ends, stays = CountSlip(), CountSlip(stays=True)
+        gained = [residuals.score(form, nonlinear).gain for form in (ends, stays)]
+        return stays if gained[1] - gained[0] > STAYS else ends, dict(nonlinear)
 
     def missing(self, observations: Observations) -> list[str]:
         return [] if observations.capture is not None else ["a capture of both heads"]
@@ -54,12 +78,23 @@ class CountSlip(Effect):
     def capture_columns(
         self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns:
-        run = round(nonlinear["run"])
+        run, channels = round(nonlinear["run"]), rows.heads - 1
         # A step of head 1 appears in the differences of all other heads; the search marks such a
         # step by a run number −1, −2, …
-        of_run = rows.run == run if run >= 0 else rows.run // (rows.heads - 1) == -run - 1
-        after = of_run & (rows.time_s >= nonlinear["instant"])
+        own_run = run // channels if run >= 0 else -run - 1
+        seen = rows.run % channels == run % channels if run >= 0 else np.ones(rows.run.size, bool)
+        after = (rows.run // channels == own_run) & (rows.time_s >= nonlinear["instant"])
+        if self._stays:
+            after |= rows.run // channels > own_run
+        after &= seen
         return np.asarray(after, dtype=np.float64)[:, np.newaxis]
+
+    def describe_data(self, nonlinear: Nonlinear, observations: Observations) -> str:
+        if not self._stays:
+            return ""
+        return (
+            "The step stays in the following runs: the head did not search its index between them."
+        )
 
     def contradiction(
         self,

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.inference.forward.events import Step, search_steps, step_column
+from arctrue.workbench.inference.forward.events import Step, columns_of_steps, search_steps
 from arctrue.workbench.inference.forward.record import Record, orthonormal
 from arctrue.workbench.inference.forward.tests_of_a_line import (
     FAMILY_WISE,
@@ -148,8 +148,7 @@ def search_record(record: Record) -> LineSearch:
     steps = search_steps(record, lines, found.noise)
     if not steps:
         return found
-    columns = np.hstack([step_column(record, step.row) for step in steps])
-    with_line = replace(record, base=orthonormal([record.base, columns]))
+    with_line = replace(record, base=orthonormal([record.base, columns_of_steps(record, steps)]))
     return replace(search_lines(with_line), steps=tuple(steps))
 
 

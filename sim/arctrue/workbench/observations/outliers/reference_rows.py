@@ -13,6 +13,7 @@ from arctrue.workbench.observations.outliers.single_rows import (
     LEAST_VISITS,
     NORMAL_MAD,
     SIDE_ROWS,
+    at_a_step,
     far_from_neighbours,
     far_threshold,
     lonely,
@@ -58,13 +59,14 @@ def reference_outliers(rows: Reference, count_arcsec: float | None = None) -> tu
     visited = np.bincount(place)[place]
     scatter = np.ones(away.size)
     dense = np.zeros(away.size, dtype=bool)
+    flat = rows.error_arcsec.copy()
     for part in passes:
         step = np.abs(np.diff(gone_deg[part]))
         near = step.size >= LEAST_ROWS and float(np.median(step)) <= DENSE_STEP_DEG
         if near and float(np.median(visited[part])) < LEAST_VISITS:
             pieces = pieces_between_gaps(gone_deg[part])
-            flat = without_wave(rows.error_arcsec[part], np.radians(gone_deg[part]))
-            away[part], scatter[part] = far_from_neighbours(flat, least, pieces=pieces)
+            flat[part] = without_wave(rows.error_arcsec[part], np.radians(gone_deg[part]))
+            away[part], scatter[part] = far_from_neighbours(flat[part], least, pieces=pieces)
             if np.median(scatter[part]) > 0.0:
                 threshold = far_threshold(away.size, away[part].size - 2 * SIDE_ROWS)
                 found[part] = lonely(away[part], scatter[part], threshold)
@@ -73,5 +75,6 @@ def reference_outliers(rows: Reference, count_arcsec: float | None = None) -> tu
     turn = np.floor(rows.target_deg / 360.0).astype(np.int64)
     revolution = number * (int(np.ptp(turn)) + 1) + turn - int(turn.min(initial=0))
     real = repeats(candidates, away, scatter, np.radians(rows.target_deg), revolution)
+    real |= at_a_step(candidates, flat, away, number)
     found[candidates[real]] = False
     return found, away

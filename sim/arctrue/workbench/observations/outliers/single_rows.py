@@ -1,9 +1,9 @@
 """Finds single rows that are wrong in a recording, before any model is fitted.
 
-A row is an outlier if its value is far from the values of the rows around it, alone or with at most
-two neighbours, and if no similar deviation occurs at the same angle in other revolutions. Real
-deviations differ from outliers: after a lost count the deviation stays, a scratch recurs at its
-angle in both heads, and a vibration continues.
+A row is an outlier if its value is far from the values of the rows before it and of the rows after
+it, alone or with at most two neighbours, and if no similar deviation occurs at the same angle in
+other revolutions. Real deviations differ from outliers: after a lost count the deviation stays, a
+scratch recurs at its angle in both heads, and a vibration continues.
 """
 
 from __future__ import annotations
@@ -41,6 +41,10 @@ rows."""
 LEAST_SIDE_ROWS = 5
 """Smallest number of rows in the median on a side near an end; two wrong rows change this median
 only a little."""
+OF_A_STEP = 0.5
+"""Largest distance of a row from the rows on one side, as a share of its distance from the rows on
+both sides, at which the row belongs to that side of a step: an outlier has about the same distance
+from both sides. Half is at least NEAR_SIGMA, because an outlier is FAR_SIGMA away."""
 TO_MIDDLE = SIDE_ROWS // 2 + 1
 """Distance, in rows, to the middle of the SIDE_ROWS rows before or after a row."""
 LEAST_ROWS = 3 * SIDE_ROWS
@@ -365,12 +369,15 @@ def capture_outliers(
     away = np.zeros(difference_arcsec.size)
     scatter = np.ones(difference_arcsec.size)
     found = np.zeros(difference_arcsec.size, dtype=bool)
-    for start, end in spans:
+    flat, number = difference_arcsec.copy(), np.zeros(difference_arcsec.size, dtype=np.int64)
+    for label, (start, end) in enumerate(spans):
         if end - start < LEAST_ROWS:
             continue
+        number[start:end] = label
         angle = angle_rad[start:end]
+        flat[start:end] = without_wave(difference_arcsec[start:end], angle)
         away[start:end], scatter[start:end] = far_from_neighbours(
-            without_wave(difference_arcsec[start:end], angle),
+            flat[start:end],
             count_arcsec,
             count_arcsec,
             pieces_between_gaps(angle),
@@ -379,6 +386,7 @@ def capture_outliers(
         found[start:end] = lonely(away[start:end], scatter[start:end], threshold)
     rows = np.flatnonzero(found)
     real = repeats(rows, away, scatter, angle_rad, revolution)
+    real |= at_a_step(rows, flat, away, number)
     real |= seen_by_other_head(rows, away, scatter, angle_rad, revolution, separation_rad)
     found[rows[real]] = False
     return found, away
@@ -404,6 +412,7 @@ def station_outliers(
     short = size[pass_of] < LEAST_PASS_ROWS
     station = np.where(short, int(station.max(initial=0)) + 1 + np.arange(station.size), station)
     away -= of_the_others(away, station)
+    level = away.copy()
     away -= _around(away, pass_of, size)
     known = (np.bincount(station)[station] >= LEAST_VISITS) & ~short
     if not known.any():
@@ -412,8 +421,29 @@ def station_outliers(
     threshold = far_threshold(away.size, int(known.sum()))
     found = lonely(np.where(known, away, 0.0), np.full(away.size, scatter), threshold)
     rows = np.flatnonzero(found)
-    found[rows[at_every_visit(rows, away, scatter, station, sense)]] = False
+    real = at_every_visit(rows, away, scatter, station, sense)
+    real |= at_a_step(rows, level, away, pass_of)
+    found[rows[real]] = False
     return found, away
+
+
+def at_a_step(rows: Integer, values: Float, away: Float, piece: Integer) -> Boolean:
+    """Tell for each of ``rows`` whether it agrees with the rows on one side, so that the values
+    change there and stay.
+
+    ``values``, ``away``, ``piece`` (number of the pass): shapes (all rows,). The result is True if
+    the row differs by less than OF_A_STEP of ``away`` from most of the SIDE_ROWS rows before or
+    after it in its piece, and from at least MOST_ROWS. The rows of an outlier are MOST_ROWS with
+    the row itself.
+    """
+    found = np.zeros(rows.size, dtype=bool)
+    for number, row in enumerate(rows.tolist()):
+        for side in (slice(max(row - SIDE_ROWS, 0), row), slice(row + 1, row + 1 + SIDE_ROWS)):
+            own = values[side][piece[side] == piece[row]]
+            most = max(own.size // 2 + 1, MOST_ROWS)
+            near = np.abs(own - values[row]) < OF_A_STEP * abs(away[row])
+            found[number] |= np.count_nonzero(near) >= most
+    return found
 
 
 def at_every_visit(

@@ -1,0 +1,38 @@
+"""Tests that lost counts of a head are named, whether or not the head searches its index before the
+next run."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from arctrue.workbench.diagnose.report import sentences
+from tests.workbench.base_diagnosis import diagnosis_of
+from tests.workbench.small_sets import COUNTS_PER_REV, measurement_set
+
+COUNTS = 3 * 1024
+COUNT_ARCSEC = 1_296_000.0 / COUNTS_PER_REV
+SLIP_S, RUN_ENDS_S = 26.0, 32.0
+"""Instant of the slip, in the second of four runs, and the end of that run."""
+
+
+@pytest.mark.parametrize("stays", [True, False])
+def test_lost_counts_of_head_2(stays: bool) -> None:
+    """Head 2 loses 3,072 counts (237″, noise 0.14″) in the second of four turns."""
+
+    def slipped(time_s: np.ndarray, speed: float) -> np.ndarray:
+        after = (time_s > SLIP_S) & ((time_s < RUN_ENDS_S + 1.0) | stays)
+        return np.asarray(-COUNTS * COUNT_ARCSEC * after)
+
+    found = diagnosis_of(measurement_set(head2_only=slipped, turns=1, reference=False))
+    assert found.verdict == "named"
+    assert found.named is not None
+    assert found.named.name == "count_slip"
+    assert found.named.effect.settings == {"stays": stays}
+    values = found.named.parameters()
+    assert values["run"].value == 1.0
+    # Samples are 10 ms apart; the step lies between two of them.
+    assert values["instant"].value == pytest.approx(SLIP_S, abs=0.02)
+    # Half a count: the size must be this whole number of counts.
+    assert values["counts"].value == pytest.approx(-COUNTS, abs=0.5)
+    assert any("stays in the following runs" in text for text in sentences(found)) == stays
