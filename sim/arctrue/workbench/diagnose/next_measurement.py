@@ -227,6 +227,8 @@ def measurement_for_parts(product: ProductOfParts, observations: Observations) -
                 words += ". Record the temperature too: warming up, which this set cannot show"
                 words += ", looks the same"
             return NextMeasurement(words, kind)
+    if product.condition.from_run is not None:
+        return LOOK_AT_THE_STAND
     if product.condition.column is not None:
         return NextMeasurement(
             f"the same measurement with another {product.condition.column}, all else equal: the "

@@ -175,7 +175,7 @@ def moved_between_cycles(case: Case) -> Decision | None:
     """The offset of the reference changes between cycles or runs; neither the best effect nor the
     best product of parts explains these changes better than chance."""
     change, best = case.survey.findings.cycles, case.best
-    if change is None or best is None:
+    if change is None or best is None or best.beside is not None:
         return None
     tried = [item for item in (best, case.product) if item is not None]
     if any(p_among_cycles(case.survey.base, item.solution) < SIGNIFICANCE for item in tried):
@@ -429,6 +429,8 @@ def _of_the_runs(case: Case) -> bool:
     best = case.best
     if best is None or best.evidence is None:
         return False
+    if best.beside is not None:
+        return True
     if best.solution.observations.runs - best.rank < LEAST_OFFSETS:
         return False
     return best.evidence.index_share >= RUNS_ARE_THE_SAMPLE
@@ -541,6 +543,11 @@ def leaves_its_own_kind(case: Case) -> Decision | None:
         return None
     left = case.further
     if left is None or not _unknown_within(left, case):
+        return None
+    if left.described is not None and set(case.best.effect.in_parts) < set(
+        left.described.effect.parts
+    ):
+        # The effect has no other shape: it grows with a condition.
         return None
     return _only_resembles(
         case,

@@ -7,7 +7,7 @@ phase, or nothing) and the frame to which it is fixed (the disc, the stator, a h
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, Self, get_args
 from weakref import WeakKeyDictionary
 
@@ -39,6 +39,12 @@ Frame = Literal["disc", "stator", "head1", "head2", "head3", "head4", "reference
 MOST_WAVES = 16
 """Largest number of waves that are kept for a set of rows: a search multiplies the waves of the
 best orders, in five frames, by one condition after another."""
+LEAST_RUNS_OF_A_STATE = 2
+"""Fewest runs before and after a change between two runs: a single run that differs from the others
+does not show that the new state lasts."""
+MOST_RUNS = 40
+"""Largest number of runs of a reference between which changes are searched, to limit cost: each
+boundary is one more factor of every order."""
 _WAVES: WeakKeyDictionary[Rows, dict[Hashable, Columns]] = WeakKeyDictionary()
 FRAME_OF_HEAD: Mapping[int, Frame] = {1: "head1", 2: "head2", 3: "head3", 4: "head4"}
 
@@ -59,12 +65,20 @@ class Condition:
     """Name of the column, if the condition is an additional column of the user."""
     column_zero: float = 0.0
     """Value of the column at which the condition is 0."""
+    by_direction: bool = False
+    """Whether the column is multiplied by the direction of approach."""
+    from_run: int | None = None
+    """First run of the reference in which the factor is 1, if it is 0 before and 1 from then
+    on."""
 
     @property
     def settings(self) -> dict[str, object]:
         """Return the settings with which a :class:`ProductOfParts` has this condition."""
         if self.column is not None:
-            return {"column": self.column, "column_zero": self.column_zero}
+            found: dict[str, object] = {"column": self.column, "column_zero": self.column_zero}
+            return found | ({"condition": "direction"} if self.by_direction else {})
+        if self.from_run is not None:
+            return {"from_run": self.from_run}
         if self.time_constant_s is not None:
             return {"time_constant_s": self.time_constant_s, "each_run": self.each_run}
         names = {condition.words: name for name, condition in CONDITIONS.items()}
@@ -162,6 +176,54 @@ def column_condition(column: str, zero: float) -> Condition:
     return Condition(column, words, unit, values, column=column, column_zero=zero)
 
 
+def run_condition(first: int) -> Condition:
+    """Make the condition that is 0 in the runs of the reference before run ``first``, and 1 from
+    this run on."""
+
+    def values(rows: Rows) -> Float | None:
+        return None if isinstance(rows, CaptureRows) else (rows.run >= first).astype(np.float64)
+
+    return Condition("run", f"from run {first} on", "", values, from_run=first)
+
+
+def _run_conditions(observations: Observations) -> list[Condition]:
+    """Return the changes between two runs of the reference, with LEAST_RUNS_OF_A_STATE or more runs
+    before and after each; none if the numbers of the runs do not increase through the rows."""
+    rows = observations.reference
+    if rows is None or np.any(np.diff(rows.run) < 0):
+        return []
+    runs = np.unique(rows.run)
+    if runs.size > MOST_RUNS:
+        return []
+    return [
+        run_condition(int(first))
+        for first in runs[LEAST_RUNS_OF_A_STATE : runs.size - LEAST_RUNS_OF_A_STATE + 1]
+        if first != 0  # The setting 0 means no change.
+    ]
+
+
+def _times_direction(condition: Condition) -> Condition:
+    """Return a column's condition times the direction of approach, which only a reference has."""
+
+    def values(rows: Rows) -> Float | None:
+        found = condition.values(rows)
+        if found is None or rows.direction is None or isinstance(rows, CaptureRows):
+            return None
+        return rows.direction * found
+
+    words = f"direction × {condition.words}"
+    return replace(condition, words=words, values=values, by_direction=True)
+
+
+def conditions_by_direction(observations: Observations) -> list[Condition]:
+    """Return every additional column times the direction, if the reference was read in both
+    directions: friction, and with it the reversal error, may grow with a load."""
+    rows = observations.reference
+    if rows is None or rows.direction is None or float(np.ptp(rows.direction)) == 0.0:
+        return []
+    return [_times_direction(item) for item in _columns(observations)]
+
+
 def _columns(observations: Observations) -> list[Condition]:
     """Return the user's additional columns of both files, each minus its median over the set."""
     channels = [rows for rows in (observations.capture, observations.reference) if rows is not None]
@@ -200,7 +262,12 @@ def recorded_conditions(observations: Observations) -> list[Condition]:
 def conditions(observations: Observations) -> list[Condition]:
     """Return the factor 1 and the conditions that vary in this set, the simpler first; of
     equivalent conditions, return the first only."""
-    found = [ALWAYS, *recorded_conditions(observations)]
+    found = [
+        ALWAYS,
+        *recorded_conditions(observations),
+        *conditions_by_direction(observations),
+        *_run_conditions(observations),
+    ]
     longest = max(observations.longest_run_s, _reference_span(observations))
     shortest = 20.0 * max(observations.sample_period_s, 1e-9)
     if longest > 4.0 * shortest:
@@ -270,6 +337,7 @@ class ProductOfParts(Effect):
         "each_run": False,
         "column": "",
         "column_zero": 0.0,
+        "from_run": 0,
         "orders": [],
         "fixed_to": "disc",
         "electrical_head": 0,
@@ -292,19 +360,28 @@ class ProductOfParts(Effect):
 
         ``condition`` is a name of CONDITIONS. In its place, ``time_constant_s`` > 0 sets the factor
         exp(−t/τ), with t from the start of each run (``each_run``) or of the set, or ``column``
-        sets a column minus ``column_zero``. ``orders``: an empty list is a constant.
+        sets a column minus ``column_zero``, which ``condition`` "direction" multiplies by the
+        direction of the reference, or ``from_run`` sets the factor to 1 from this run of the
+        reference on and to 0 before. ``orders``: an empty list is a constant.
         ``electrical_head``: 1 to 4 for multiples of that head's electrical phase. Raises ValueError
         for settings that define no product.
         """
         super().__init__(**settings)
         said = self.settings
         constant_s, column = float(str(said["time_constant_s"])), str(said["column"])
-        if sum([bool(said["condition"]), constant_s != 0.0, bool(column)]) > 1:
-            self._refuse("condition", "only one of condition, time_constant_s and column")
+        by_direction = bool(column) and said["condition"] == "direction"
+        condition = bool(said["condition"]) and not by_direction
+        from_run = int(str(said["from_run"]))
+        if sum([condition, constant_s != 0.0, bool(column), from_run != 0]) > 1:
+            self._refuse("condition", "only one of condition, time_constant_s, column and from_run")
         if constant_s < 0.0:
             self._refuse("time_constant_s", "seconds above 0, or 0 for no settling")
         if column:
             self.condition = column_condition(column, float(str(said["column_zero"])))
+            if by_direction:
+                self.condition = _times_direction(self.condition)
+        elif from_run:
+            self.condition = run_condition(from_run)
         else:
             self.condition = condition_named(
                 str(said["condition"]), constant_s or None, bool(said["each_run"])
@@ -332,6 +409,10 @@ class ProductOfParts(Effect):
         a condition. The empty string means no reason, or one that ``compensation_note`` states."""
         if self.condition is ALWAYS:
             return ""
+        if self.condition.by_direction:
+            return "the firmware loads no lane that follows a column and the direction"
+        if self.condition.from_run is not None:
+            return "no lane changes between two runs"
         if any(order != round(order) for order in self.orders):
             return (
                 "the firmware loads no lane that has both an order that is not an integer and a "
@@ -382,6 +463,8 @@ class ProductOfParts(Effect):
     def parts(self) -> list[str]:
         """Return the public names of the parts."""
         names = [self.condition.part] if self.condition.part else []
+        if self.condition.by_direction:
+            names.insert(0, "direction")
         if self.electrical_head is not None:
             return [*names, f"electrical:head{self.electrical_head}"]
         names += [f"order:{order:g}" for order in self.orders]
@@ -494,7 +577,7 @@ class ProductOfParts(Effect):
     ) -> list[ConditionedLane]:
         column = self.condition.column or ""
         condition = "column" if column else _BY_GATEWARE.get(self.condition.words)
-        if condition is None:
+        if condition is None or self.condition.by_direction:
             return []
         zero = self.condition.column_zero
         if not self.orders:
@@ -554,7 +637,8 @@ class ProductOfParts(Effect):
     def describe(self, parameters: Mapping[str, Parameter]) -> str:
         """Describe the product in words, for example ``(T − T₀) × order 2, disc-fixed,
         0.31″/K``."""
-        words = [self.condition.words] if self.condition.words else []
+        changes = self.condition.from_run is not None
+        words = [self.condition.words] if self.condition.words and not changes else []
         if self.electrical_head is not None:
             multiples = ", ".join(f"{order:g}" for order in self.orders)
             words.append(f"electrical phase of head {self.electrical_head} × {multiples}")
@@ -567,6 +651,11 @@ class ProductOfParts(Effect):
             **{name: f"head {head} only" for head, name in FRAME_OF_HEAD.items()},
         }
         size = parameters.get("amplitude") or parameters.get("size")
+        if changes and size is not None:
+            return (
+                f"{' × '.join(words) or 'the zero'} changes by {abs(size.value):.2g}″ between two "
+                f"runs, at the start of run {self.condition.from_run}, {frames[self.frame]}"
+            )
         text = " × ".join(words) if words else "constant"
         if self.electrical_head is None:
             text += f", {frames[self.frame]}"
