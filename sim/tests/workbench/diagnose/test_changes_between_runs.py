@@ -1,4 +1,4 @@
-"""Tests that an order that changes once, between two runs of a reference, is no growth with time."""
+"""Tests that an order that changes once, between two runs, is no growth with time."""
 
 from __future__ import annotations
 
