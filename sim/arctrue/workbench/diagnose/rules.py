@@ -544,16 +544,21 @@ def leaves_its_own_kind(case: Case) -> Decision | None:
     left = case.further
     if left is None or not _unknown_within(left, case):
         return None
-    if left.described is not None and set(case.best.effect.in_parts) < set(
-        left.described.effect.parts
-    ):
-        # The effect has no other shape: it grows with a condition.
+    if left.described is not None and _grows_with_a_column(case.best, left.described):
         return None
     return _only_resembles(
         case,
         "with it in the model an unknown error of about its size remains",
         left,
     )
+
+
+def _grows_with_a_column(best: Candidate, product: Candidate) -> bool:
+    """Tell whether the product is the best effect times a further column: the effect then has no
+    other shape."""
+    column = product.effect.settings.get("column")
+    own = set(best.effect.in_parts)
+    return bool(own and column) and set(product.effect.parts) == own | {column}
 
 
 def comes_again_and_again(case: Case) -> Decision | None:
