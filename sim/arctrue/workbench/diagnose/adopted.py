@@ -22,6 +22,7 @@ class AdoptedProduct(ProductOfParts):
     each_run: ClassVar[bool] = False
     column: ClassVar[str | None] = None
     column_zero: ClassVar[float] = 0.0
+    from_run: ClassVar[int | None] = None
     wave_orders: ClassVar[tuple[float, ...]] = ()
     fixed_to: ClassVar[Frame] = "disc"
     electrical: ClassVar[int | None] = None
@@ -39,6 +40,7 @@ class AdoptedProduct(ProductOfParts):
                 "each_run": cls.each_run,
                 "column": cls.column or "",
                 "column_zero": cls.column_zero,
+                "from_run": cls.from_run or 0,
                 "orders": list(cls.wave_orders),
                 "fixed_to": cls.fixed_to,
                 "electrical_head": cls.electrical or 0,

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from arctrue.workbench.diagnose.regular import RegularCause
 from arctrue.workbench.effects.base import Effect, Nonlinear, Parameter
+from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.inference.block_share import BlockShare
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.held_out import HeldOut, Improvement
@@ -26,6 +27,24 @@ RUNS_ARE_THE_SAMPLE = 0.5
 runs, not the rows, count as the sample."""
 MOVED_SHARE = 0.02
 """A change of a channel's prediction counts if it exceeds this share of the channel's noise."""
+
+
+@dataclass(frozen=True, eq=False)
+class Beside:
+    """The other effect with which an effect explains the offsets of the runs."""
+
+    effect: Effect
+    coefficient: float
+    """Size of the other effect, fitted to the offsets together with the first effect."""
+    p_value: float
+    """p of the first effect with the other one in the model, over all effects that were tried as
+    the other one."""
+
+    @property
+    def words(self) -> str:
+        """Name of the other effect, or its parts in words."""
+        effect = self.effect
+        return effect.condition.words if isinstance(effect, ProductOfParts) else effect.name
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +83,9 @@ class Candidate:
     share: BlockShare | None = None
     """Share of the effect's own error that other blocks of the rows predict; None where it is not
     known."""
+    beside: Beside | None = None
+    """The other effect that was subtracted from the rows, if only both together explain the offsets
+    of the runs."""
 
     @property
     def name(self) -> str:
@@ -115,8 +137,9 @@ class Candidate:
         return self.solution.parameters()[-1]
 
 
-ONCE = frozenset({"time", "settling"})
-"""Conditions of drifts, which change in one direction with time."""
+ONCE = frozenset({"time", "settling", "run"})
+"""Conditions of drifts, which change in one direction with time, and of changes between two
+runs."""
 
 
 def happens_once(item: Candidate) -> bool:

@@ -58,7 +58,7 @@ LEAST_COLOUR = 0.02
 """Smallest sum of the squares of 20 autocorrelations that counts as not white. With many rows, a
 smaller sum is significant as well: a noise model that is wrong by a fiftieth of the variance causes
 it. Such an error of the noise model changes no σ by more than 1 %."""
-OF_THE_TIME = frozenset({"time", "settling"})
+OF_THE_TIME = frozenset({"time", "settling", "run"})
 """Conditions of products of parts that are functions of the time alone."""
 AGAIN = 3
 """Smallest number of events in one set that count as recurring; two events may occur by chance."""

@@ -239,7 +239,8 @@ def _residual_unseen(
 
 
 def _simple(observations: Observations) -> list[Condition]:
-    return [item for item in conditions(observations) if item.time_constant_s is None]
+    found = conditions(observations)
+    return [item for item in found if item.time_constant_s is None and item.from_run is None]
 
 
 def _frames(observations: Observations) -> list[Frame]:

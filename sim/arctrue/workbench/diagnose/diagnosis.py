@@ -243,7 +243,11 @@ def _with_the_found(
     if item.regular is not None and findings.places is not None:
         findings = replace(findings, places=case.with_best.survey.findings.places)
     if item.regular is None:
-        return findings.further(item.name, case.with_best.survey.findings)
+        left = findings.further(item.name, case.with_best.survey.findings)
+        if item.beside is None or findings.cycles is None:
+            return left
+        both = (item.name, item.beside.words)
+        return replace(left, cycles=replace(findings.cycles, explained_by=both))
     if findings.oscillation is None:
         return findings
     return replace(findings, oscillation=findings_of(item.at_maximum, effects).oscillation)
@@ -289,14 +293,18 @@ def _case_of(
 
     def with_first(before: Survey, first: Candidate) -> Survey:
         report_step(f"diagnosing again with {first.name} in the model")
+        solution = first.at_maximum
+        if first.beside is not None:
+            # The solution of this effect is for rows from which the other effect is subtracted.
+            solution = fit(solution.terms, before.base.observations)
         left = before.findings.without(first.regular)
         if left.places is not None and first.regular is not None:
             visits = visits_of(first.at_maximum)
             left = replace(left, places=None if visits is None else visits.repeated())
         if first.regular is None and not left.empty:
-            left = findings_of(first.at_maximum, effects)
+            left = findings_of(solution, effects)
         return survey(
-            Residuals(first.at_maximum),
+            Residuals(solution),
             effects,
             matters,
             lambda text: None,

@@ -13,8 +13,10 @@ from dataclasses import replace
 import numpy as np
 
 from arctrue.base.progress import ReportStep
+from arctrue.workbench.diagnose.beside import beside, without
 from arctrue.workbench.diagnose.candidate import (
     RUNS_ARE_THE_SAMPLE,
+    Beside,
     Candidate,
     delta_bic,
     explained_arcsec,
@@ -149,6 +151,9 @@ def weighed(tried: Survey, report_step: ReportStep, *, negligible: bool) -> Surv
     if not negligible:
         waiting = [item for item in waiting if tried.may_matter(item)]
         products = [item for item in products if tried.may_matter(item)]
+    together = _beside(tried)
+    named = {item.name for item in waiting}
+    waiting += [item for item in tried.candidates if item.name in together.keys() - named]
     judged: dict[str, Candidate] = {}
     real: Candidate | None = None
     for _ in range(MOST_WEIGHED):
@@ -157,7 +162,9 @@ def weighed(tried: Survey, report_step: ReportStep, *, negligible: bool) -> Surv
         if not waiting:
             break
         item = waiting.pop(0)
-        if item.regular is not None:
+        if item.name in together:
+            item = _judged_beside(item, together[item.name], tried, report_step)
+        elif item.regular is not None:
             item = _largest_sure(item, beyond, null_of_lines, report_step)
         else:
             item = _judged(item, tried, null, tried.absent, report_step)
@@ -170,7 +177,7 @@ def weighed(tried: Survey, report_step: ReportStep, *, negligible: bool) -> Surv
         ):
             real = item
             waiting = _best_with(waiting, real)
-    if real is not None:
+    if real is not None and real.beside is None:
         first = real
         judged = {
             name: _with_noise_of_another(item, first, tried, null, tried.absent, report_step)
@@ -182,8 +189,8 @@ def weighed(tried: Survey, report_step: ReportStep, *, negligible: bool) -> Surv
     ]
     candidates = [judged.get(item.name, item) for item in tried.candidates]
     if real is not None:
-        together = _with_noise_of([*candidates, *parts], real)
-        candidates, parts = together[: len(candidates)], together[len(candidates) :]
+        anew = _with_noise_of([*candidates, *parts], real)
+        candidates, parts = anew[: len(candidates)], anew[len(candidates) :]
     candidates.sort(key=lambda item: (-item.delta_bic, item.p_corrected))
     return replace(tried, candidates=candidates, parts=parts)
 
@@ -398,6 +405,27 @@ def _tested(
     return item
 
 
+def _beside(tried: Survey) -> dict[str, Beside]:
+    """Return the effects that explain the offsets of the runs only together with another effect."""
+    change = tried.findings.cycles
+    if change is None or not change.of_runs:
+        return {}
+    return beside(tried.residuals, tried.candidates, tried.absent * tried.looks)
+
+
+def _judged_beside(
+    item: Candidate, other: Beside, tried: Survey, report_step: ReportStep
+) -> Candidate:
+    """Return the candidate with its evidence from rows from which the other effect is subtracted.
+
+    p is at least that among the runs, with the other effect in the model.
+    """
+    beyond = replace(tried, residuals=without(tried.residuals, other))
+    judged = _judged(item, beyond, Null(beyond.residuals), tried.absent, report_step)
+    among = min(1.0, other.p_value * tried.absent * tried.looks)
+    return replace(judged, p_corrected=max(judged.p_corrected, among), beside=other)
+
+
 def _beyond_steps(residuals: Residuals, found: Findings) -> Residuals:
     """Return the residuals without the steps that the forward search found together with its lines;
     a line that is smaller than a step would be lost in them."""
@@ -490,7 +518,7 @@ def _judged_product(
         return item
     if real is None or not _same_columns(item, real):
         own = _judged(item, tried, null, 1, report_step)
-        if real is None:
+        if real is None or real.beside is not None:
             return own
         return _with_noise_of_another(own, real, tried, null, 1, report_step)
     assert real.evidence is not None

@@ -235,6 +235,8 @@ def measurement_for_parts(product: ProductOfParts, observations: Observations) -
             return NextMeasurement(words, kind)
     if product.condition is TRAVEL:
         return ANOTHER_REFERENCE
+    if product.condition.from_run is not None:
+        return LOOK_AT_THE_STAND
     if product.condition.column is not None:
         return NextMeasurement(
             f"the same measurement with another {product.condition.column}, all else equal: the "

@@ -32,6 +32,12 @@ MOSTLY_ITS_OWN = 0.5
 """Share of a part's variance that the model cannot reproduce (1/VIF). A part with a larger share is
 accepted, because the model could not cancel most of it.
 """
+CLEARLY_ITS_OWN = 0.1
+"""The same share for a recorded column. Marquardt calls a VIF of 10 too large (Technometrics 12
+(1970) 610). The share of a column that repeats with the angle, such as the torque of an unbalanced
+payload, changes the model's orders by as much as the column says, so that the model has to cancel
+this share even though the column is the cause.
+"""
 
 
 def resolved_orders(rows: ReferenceRows, factor: Float, orders: Float) -> NDArray[np.bool_]:
@@ -79,7 +85,8 @@ def only_cancels(residuals: Residuals, effect: ProductOfParts, score: Score) -> 
     subtracted before the sizes are compared: the model's wave absorbs the mean, and the zero of the
     condition is arbitrary.
     """
-    if score.own_share > MOSTLY_ITS_OWN or score.rank == 0:
+    least = MOSTLY_ITS_OWN if effect.condition.column is None else CLEARLY_ITS_OWN
+    if score.own_share > least or score.rank == 0:
         return False
     context, observations = residuals.solution.context, residuals.observations
     wave = ProductOfParts.of(ALWAYS, effect.orders, effect.frame, effect.electrical_head)

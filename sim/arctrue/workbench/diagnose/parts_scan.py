@@ -85,14 +85,18 @@ def condition_shares(found: Sequence[Condition]) -> list[float]:
     """Return the share of the false-alarm probability for each condition; the shares add up to 1.
 
     Each kind of condition gets the same share. The settlings exp(−t/τ) from one start (of the set
-    or of each run) divide one share among their time constants.
+    or of each run) divide one share among their time constants, and the changes between two runs
+    among the pairs of runs.
     """
-    kinds = [
-        ("settling", str(item.each_run)) if item.time_constant_s is not None else (item.words, "")
-        for item in found
-    ]
+    kinds = [_kind(item) for item in found]
     sizes = Counter(kinds)
     return [1.0 / (len(sizes) * sizes[kind]) for kind in kinds]
+
+
+def _kind(condition: Condition) -> tuple[str, str]:
+    if condition.time_constant_s is not None:
+        return "settling", str(condition.each_run)
+    return ("run", "") if condition.from_run is not None else (condition.words, "")
 
 
 def _waves(residuals: Residuals, factors: Sequence[Float], *, capture: bool) -> tuple[Float, Float]:
@@ -241,7 +245,9 @@ def best_parts(residuals: Residuals, *, look_alikes: bool = False) -> list[Parts
             ]
             # The residuals do not show a constant of each run, because the offsets of the runs were
             # subtracted: such a product is always scored exactly.
-            certain.append((float(constants[index]), condition, None, in_reference))
+            if condition.from_run is None:
+                # A change of the zero between two runs is a step, which has a search of its own.
+                certain.append((float(constants[index]), condition, None, in_reference))
     places.sort(key=lambda place: -place[0])
     scored: list[PartsCandidate] = []
     chosen = [
@@ -265,7 +271,7 @@ def best_parts(residuals: Residuals, *, look_alikes: bool = False) -> list[Parts
             rows = observations.capture
             if rows is None or rows.electrical1_rad is None or not condition.part:
                 continue
-            if condition.part == "settling":
+            if condition.part in ("settling", "run"):
                 continue
             effect = ProductOfParts.of(condition, ELECTRICAL_MULTIPLES, FRAME_OF_HEAD[head], head)
             scored.append(_scored(residuals, effect, tried, shares[found.index(condition)]))

@@ -192,7 +192,7 @@ def moved_between_cycles(case: Case) -> Decision | None:
     """The offset of the reference changes between cycles or runs; neither the best effect nor the
     best product of parts explains these changes better than chance."""
     change, best = case.survey.findings.cycles, case.best
-    if change is None or best is None:
+    if change is None or best is None or best.beside is not None:
         return None
     tried = [item for item in (best, case.product) if item is not None]
     if any(p_among_cycles(case.survey.base, item.solution) < SIGNIFICANCE for item in tried):
@@ -446,6 +446,8 @@ def _of_the_runs(case: Case) -> bool:
     best = case.best
     if best is None or best.evidence is None:
         return False
+    if best.beside is not None:
+        return True
     if best.solution.observations.runs - best.rank < LEAST_OFFSETS:
         return False
     return best.evidence.index_share >= RUNS_ARE_THE_SAMPLE
@@ -571,11 +573,21 @@ def leaves_its_own_kind(case: Case) -> Decision | None:
     left = case.further
     if left is None or not _unknown_within(left, case):
         return None
+    if left.described is not None and _grows_with_a_column(case.best, left.described):
+        return None
     return _only_resembles(
         case,
         "with it in the model an unknown error of about its size remains",
         left,
     )
+
+
+def _grows_with_a_column(best: Candidate, product: Candidate) -> bool:
+    """Tell whether the product is the best effect times a further column: the effect then has no
+    other shape."""
+    column = product.effect.settings.get("column")
+    own = set(best.effect.in_parts)
+    return bool(own and column) and set(product.effect.parts) == own | {column}
 
 
 def comes_again_and_again(case: Case) -> Decision | None:

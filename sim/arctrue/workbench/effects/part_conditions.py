@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,12 @@ from arctrue.workbench.observations.column_unit import column_unit
 
 Float = NDArray[np.float64]
 Rows = CaptureRows | ReferenceRows
+LEAST_RUNS_OF_A_STATE = 2
+"""Fewest runs before and after a change between two runs: a single run that differs from the others
+does not show that the new state lasts."""
+MOST_RUNS = 40
+"""Largest number of runs of a reference between which changes are searched, to limit cost: each
+boundary is one more factor of every order."""
 
 
 @dataclass(frozen=True)
@@ -32,12 +38,20 @@ class Condition:
     """Name of the column, if the condition is an additional column of the user."""
     column_zero: float = 0.0
     """Value of the column at which the condition is 0."""
+    by_direction: bool = False
+    """Whether the column is multiplied by the direction of approach."""
+    from_run: int | None = None
+    """First run of the reference in which the factor is 1, if it is 0 before and 1 from then
+    on."""
 
     @property
     def settings(self) -> dict[str, object]:
         """Return the settings with which a :class:`ProductOfParts` has this condition."""
         if self.column is not None:
-            return {"column": self.column, "column_zero": self.column_zero}
+            found: dict[str, object] = {"column": self.column, "column_zero": self.column_zero}
+            return found | ({"condition": "direction"} if self.by_direction else {})
+        if self.from_run is not None:
+            return {"from_run": self.from_run}
         if self.time_constant_s is not None:
             return {"time_constant_s": self.time_constant_s, "each_run": self.each_run}
         names = {condition.words: name for name, condition in CONDITIONS.items()}
@@ -165,6 +179,54 @@ def recorded_conditions(observations: Observations) -> list[Condition]:
     return [*SIMPLE_CONDITIONS, *_columns(observations)]
 
 
+def run_condition(first: int) -> Condition:
+    """Make the condition that is 0 in the runs of the reference before run ``first``, and 1 from
+    this run on."""
+
+    def values(rows: Rows) -> Float | None:
+        return None if isinstance(rows, CaptureRows) else (rows.run >= first).astype(np.float64)
+
+    return Condition("run", f"from run {first} on", "", values, from_run=first)
+
+
+def _run_conditions(observations: Observations) -> list[Condition]:
+    """Return the changes between two runs of the reference, with LEAST_RUNS_OF_A_STATE or more runs
+    before and after each; none if the numbers of the runs do not increase through the rows."""
+    rows = observations.reference
+    if rows is None or np.any(np.diff(rows.run) < 0):
+        return []
+    runs = np.unique(rows.run)
+    if runs.size > MOST_RUNS:
+        return []
+    return [
+        run_condition(int(first))
+        for first in runs[LEAST_RUNS_OF_A_STATE : runs.size - LEAST_RUNS_OF_A_STATE + 1]
+        if first != 0  # The setting 0 means no change.
+    ]
+
+
+def times_direction(condition: Condition) -> Condition:
+    """Return a column's condition times the direction of approach, which only a reference has."""
+
+    def values(rows: Rows) -> Float | None:
+        found = condition.values(rows)
+        if found is None or rows.direction is None or isinstance(rows, CaptureRows):
+            return None
+        return rows.direction * found
+
+    words = f"direction × {condition.words}"
+    return replace(condition, words=words, values=values, by_direction=True)
+
+
+def conditions_by_direction(observations: Observations) -> list[Condition]:
+    """Return every additional column times the direction, if the reference was read in both
+    directions: friction, and with it the reversal error, may grow with a load."""
+    rows = observations.reference
+    if rows is None or rows.direction is None or float(np.ptp(rows.direction)) == 0.0:
+        return []
+    return [times_direction(item) for item in _columns(observations)]
+
+
 def _columns(observations: Observations) -> list[Condition]:
     """Return the user's additional columns of both files, each minus its median over the set."""
     channels = [rows for rows in (observations.capture, observations.reference) if rows is not None]
@@ -180,7 +242,12 @@ def _columns(observations: Observations) -> list[Condition]:
 def conditions(observations: Observations) -> list[Condition]:
     """Return the factor 1 and the conditions that vary in this set, the simpler first; of
     equivalent conditions, return the first only."""
-    found = [ALWAYS, *recorded_conditions(observations)]
+    found = [
+        ALWAYS,
+        *recorded_conditions(observations),
+        *conditions_by_direction(observations),
+        *_run_conditions(observations),
+    ]
     if _is_travelled(observations):
         found.append(TRAVEL)
     longest = max(observations.longest_run_s, _reference_span(observations))

@@ -42,6 +42,8 @@ from arctrue.workbench.effects.part_conditions import (
     Rows,
     column_condition,
     condition_named,
+    run_condition,
+    times_direction,
 )
 from arctrue.workbench.numeric.harmonics import disc_difference, harmonic_columns, harmonic_names
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
@@ -79,6 +81,7 @@ class ProductOfParts(Effect):
         "each_run": False,
         "column": "",
         "column_zero": 0.0,
+        "from_run": 0,
         "orders": [],
         "fixed_to": "disc",
         "electrical_head": 0,
@@ -101,19 +104,28 @@ class ProductOfParts(Effect):
 
         ``condition`` is a name of CONDITIONS. In its place, ``time_constant_s`` > 0 sets the factor
         exp(−t/τ), with t from the start of each run (``each_run``) or of the set, or ``column``
-        sets a column minus ``column_zero``. ``orders``: an empty list is a constant.
+        sets a column minus ``column_zero``, which ``condition`` "direction" multiplies by the
+        direction of the reference, or ``from_run`` sets the factor to 1 from this run of the
+        reference on and to 0 before. ``orders``: an empty list is a constant.
         ``electrical_head``: 1 to 4 for multiples of that head's electrical phase. Raises ValueError
         for settings that define no product.
         """
         super().__init__(**settings)
         said = self.settings
         constant_s, column = float(str(said["time_constant_s"])), str(said["column"])
-        if sum([bool(said["condition"]), constant_s != 0.0, bool(column)]) > 1:
-            self._refuse("condition", "only one of condition, time_constant_s and column")
+        by_direction = bool(column) and said["condition"] == "direction"
+        condition = bool(said["condition"]) and not by_direction
+        from_run = int(str(said["from_run"]))
+        if sum([condition, constant_s != 0.0, bool(column), from_run != 0]) > 1:
+            self._refuse("condition", "only one of condition, time_constant_s, column and from_run")
         if constant_s < 0.0:
             self._refuse("time_constant_s", "seconds above 0, or 0 for no settling")
         if column:
             self.condition = column_condition(column, float(str(said["column_zero"])))
+            if by_direction:
+                self.condition = times_direction(self.condition)
+        elif from_run:
+            self.condition = run_condition(from_run)
         else:
             self.condition = condition_named(
                 str(said["condition"]), constant_s or None, bool(said["each_run"])
@@ -141,6 +153,10 @@ class ProductOfParts(Effect):
         a condition. The empty string means no reason, or one that ``compensation_note`` states."""
         if self.condition is ALWAYS:
             return ""
+        if self.condition.by_direction:
+            return "the firmware loads no lane that follows a column and the direction"
+        if self.condition.from_run is not None:
+            return "no lane changes between two runs"
         if any(order != round(order) for order in self.orders):
             return (
                 "the firmware loads no lane that has both an order that is not an integer and a "
@@ -191,6 +207,8 @@ class ProductOfParts(Effect):
     def parts(self) -> list[str]:
         """Return the public names of the parts."""
         names = [self.condition.part] if self.condition.part else []
+        if self.condition.by_direction:
+            names.insert(0, "direction")
         if self.electrical_head is not None:
             return [*names, f"electrical:head{self.electrical_head}"]
         names += [f"order:{order:g}" for order in self.orders]
@@ -322,7 +340,7 @@ class ProductOfParts(Effect):
     ) -> list[ConditionedLane]:
         column = self.condition.column or ""
         condition = "column" if column else BY_GATEWARE.get(self.condition.words)
-        if condition is None:
+        if condition is None or self.condition.by_direction:
             return []
         zero = self.condition.column_zero
         if not self.orders:
@@ -382,7 +400,8 @@ class ProductOfParts(Effect):
     def describe(self, parameters: Mapping[str, Parameter]) -> str:
         """Describe the product in words, for example ``(T − T₀) × order 2, disc-fixed,
         0.31″/K``."""
-        words = [self.condition.words] if self.condition.words else []
+        changes = self.condition.from_run is not None
+        words = [self.condition.words] if self.condition.words and not changes else []
         if self.electrical_head is not None:
             multiples = ", ".join(f"{order:g}" for order in self.orders)
             words.append(f"electrical phase of head {self.electrical_head} × {multiples}")
@@ -395,6 +414,11 @@ class ProductOfParts(Effect):
             **{name: f"head {head} only" for head, name in FRAME_OF_HEAD.items()},
         }
         size = parameters.get("amplitude") or parameters.get("size")
+        if changes and size is not None:
+            return (
+                f"{' × '.join(words) or 'the zero'} changes by {abs(size.value):.2g}″ between two "
+                f"runs, at the start of run {self.condition.from_run}, {frames[self.frame]}"
+            )
         text = " × ".join(words) if words else "constant"
         if self.electrical_head is None:
             text += f", {frames[self.frame]}"

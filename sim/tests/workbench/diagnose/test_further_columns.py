@@ -117,6 +117,37 @@ def test_compare_bins_the_residual_by_every_column() -> None:
     assert seen.findings[0].follows in ("elevation_deg", "(elevation_deg − 40)")
 
 
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_torque_that_repeats_with_the_angle_is_described_by_its_column(seed: int) -> None:
+    """An arm with a payload twists by 1.2″/N·m; its torque is payload × sin θ. Six runs over 36
+    stations have payloads of 0, 0, 10, 10, 20 and 20 N·m, which also grow with the time. The disc's
+    order 1 cancels half of the mean twist, so that the twist exceeds the measured error."""
+    random = np.random.default_rng(seed)
+    run = np.repeat(np.arange(6), 36)
+    target = np.tile(np.arange(36) * 10.0, 6)
+    payload_nm = np.array([0.0, 0.0, 10.0, 10.0, 20.0, 20.0])
+    load = payload_nm[run] * np.sin(np.radians(target))
+    disc = -6.0 * np.sin(np.radians(target)) + np.cos(np.radians(2.0 * target))
+    error = disc + 1.2 * load
+    assert float(np.std(1.2 * load)) > float(np.std(error))
+    reference = Reference(
+        target_deg=target,
+        error_arcsec=error + random.normal(0.0, 1.0, run.size),
+        run=run,
+        time_s=5.0 * np.arange(run.size) + 30.0 * run,
+        direction=np.ones(run.size, dtype=np.int64),
+        conditions={"load_nm": load},
+    )
+    found = diagnose(observations_of(MeasurementSet(Table(), None, reference)), [_base()], EFFECTS)
+    assert found.described is not None
+    assert found.described.effect.parts == ["load_nm", "reference"]
+    # White noise: u = 1″ divided by the root of the sum of squares of the part of the column that
+    # the model does not explain, 40 % of sum(load²) = 216 · 83 N²m².
+    size = found.described.parameters()["size"]
+    assert size.value == pytest.approx(1.2, abs=4.0 / np.sqrt(0.4 * 216 * 83))
+    assert "another load_nm" in (found.next_measurement or "")
+
+
 @pytest.mark.parametrize(
     ("column", "unit"),
     [("load_nm", "N·m"), ("elevation_deg", "deg"), ("humidity", "[humidity]"), ("a", "[a]")],

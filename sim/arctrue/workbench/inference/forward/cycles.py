@@ -40,9 +40,16 @@ class CycleChange:
     rms_arcsec: float
     """Standard deviation of the means of the cycles or runs."""
     of_runs: bool = False
+    explained_by: tuple[str, ...] = ()
+    """Effects that explain the offsets together; empty if nothing explains them."""
 
     def words(self) -> str:
         """Return the finding in words."""
+        if self.explained_by:
+            return (
+                f"the offset of the reference changes from run to run by {self.rms_arcsec:.2g}″ "
+                f"RMS, which {' and '.join(self.explained_by)} explain together"
+            )
         if self.of_runs:
             return (
                 f"the offset of the reference changes from run to run by {self.rms_arcsec:.2g}″ "
@@ -163,27 +170,32 @@ def p_among_cycles(base: Solution, grown: Solution) -> float:
     ``grown``: solution of the same rows with the effect. The noise of this solution contains no
     jumps between the cycles, so that such a jump may look like the effect.
     """
-    rows, before = base.observations.reference, base.reference_residual_arcsec()
-    after = grown.reference_residual_arcsec()
-    if rows is None or before is None or after is None:
+    before, after = base.reference_residual_arcsec(), grown.reference_residual_arcsec()
+    if before is None or after is None:
         return 0.0
-    change = np.diff(rows.run) != 0
-    if rows.cycle is not None:
-        change |= np.diff(rows.cycle) != 0
-    ends = np.flatnonzero(change) + 1
-    taken = before - after
-    pieces = np.split(taken - taken.mean(), ends)
-    between = np.array([piece.mean() for piece in pieces])
-    within = sum(float(np.sum((piece - piece.mean()) ** 2)) for piece in pieces)
-    free = between.size - 2
-    if free < 1 or within > MOST_WITHIN * float(np.sum(taken**2)):
+    shape, only = between_cycles(base, before - after)
+    free = shape.size - 2
+    if free < 1 or not only:
         return 0.0
-    means = np.array([piece.mean() for piece in np.split(before, ends)])
-    means = means - means.mean()
-    shape = between - between.mean()
+    means = between_cycles(base, before)[0]
     explained = float(means @ shape) ** 2 / max(float(shape @ shape), 1e-300)
     left = max(float(means @ means) - explained, 1e-300)
     return float(fdtrc(1, free, explained * free / left))
+
+
+def between_cycles(base: Solution, values: Float) -> tuple[Float, bool]:
+    """Return the means of the cycles (or runs) of the reference, minus the mean of these means, and
+    whether ``values``, (rows,), change only between them."""
+    rows = base.observations.reference
+    assert rows is not None
+    change = np.diff(rows.run) != 0
+    if rows.cycle is not None:
+        change |= np.diff(rows.cycle) != 0
+    pieces = np.split(values - values.mean(), np.flatnonzero(change) + 1)
+    means = np.array([piece.mean() for piece in pieces])
+    within = sum(float(np.sum((piece - piece.mean()) ** 2)) for piece in pieces)
+    only = within <= MOST_WITHIN * float(np.sum(values**2))
+    return means - means.mean(), only
 
 
 def _change(values: Float) -> float:

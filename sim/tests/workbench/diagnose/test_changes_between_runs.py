@@ -1,0 +1,84 @@
+"""Tests that an order that changes once, between two runs, is no growth with time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from arctrue.measurement import MeasurementSet, Reference, Table
+from arctrue.workbench.diagnose.adopted import adopt
+from arctrue.workbench.diagnose.diagnosis import Diagnosis
+from arctrue.workbench.effects.product_of_parts import ProductOfParts
+from arctrue.workbench.effects.registry import catalogue
+from tests.workbench.base_diagnosis import diagnosis_of
+
+Float = NDArray[np.float64]
+STATIONS, RUNS, NOISE = 36, 6, 0.15
+
+
+def _with_order_1(factor: Callable[[NDArray[np.int64], Float], Float], seed: int) -> Diagnosis:
+    """Diagnose runs up and down over 36 stations, numbered from 1, with 3″ of order 1 times a
+    factor of run and time."""
+    random = np.random.default_rng(seed)
+    run = np.repeat(np.arange(1, RUNS + 1), STATIONS)
+    up = np.arange(STATIONS) * 360.0 / STATIONS
+    target = np.concatenate([up if number % 2 == 0 else up[::-1] for number in range(RUNS)])
+    angle = np.radians(target)
+    time_s = 5.0 * np.arange(run.size) + 30.0 * run
+    disc = 5.0 * np.cos(angle + 0.3) + np.cos(2.0 * angle)
+    error = disc + 3.0 * factor(run, time_s / time_s[-1]) * np.cos(angle - 2.0)
+    reference = Reference(
+        target,
+        error + random.normal(0.0, NOISE, run.size),
+        run=run,
+        time_s=time_s,
+        direction=np.where(run % 2 == 1, 1, -1),
+    )
+    return diagnosis_of(MeasurementSet(Table(), None, reference))
+
+
+@pytest.mark.parametrize("first", [3, 4, 5])
+def test_a_reference_that_was_clamped_again_between_two_runs(first: int, tmp_path: Path) -> None:
+    """The amplitude of a difference of two means of at least 72 readings of 0.15″ has
+    u = 0.15″ · √2 · √(1/72 + 1/144) = 0.03″."""
+    found = _with_order_1(lambda run, _: (run >= first).astype(np.float64), seed=first)
+    assert found.verdict == "unknown"
+    assert found.described is not None
+    effect = found.described.effect
+    assert isinstance(effect, ProductOfParts)
+    assert effect.parts == ["run", "order:1", "reference"]
+    size = found.described.parameters()["amplitude"].value
+    assert size == pytest.approx(3.0, abs=0.12)
+    assert found.description == (
+        f"order 1 changes by {size:.2g}″ between two runs, at the start of run {first}, "
+        "reference only"
+    )
+    assert "the stand, the mounts" in (found.next_measurement or "")
+    adopt(effect, "clamped_again", found.description, tmp_path)
+    again = catalogue([tmp_path])["clamped_again"]()
+    assert isinstance(again, ProductOfParts)
+    assert again.condition.from_run == first
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_growth_with_time_is_no_change_between_two_runs(seed: int) -> None:
+    found = _with_order_1(lambda _, time: time, seed)
+    assert found.described is not None
+    assert found.described.effect.parts == ["time", "order:1", "reference"]
+
+
+def test_an_order_that_follows_the_direction_is_no_change_between_two_runs() -> None:
+    found = _with_order_1(lambda run, _: np.where(run % 2 == 1, 1.0, -1.0), seed=1)
+    assert found.described is not None
+    assert found.described.effect.parts == ["direction", "order:1", "reference"]
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_white_noise_has_no_change_between_two_runs(seed: int) -> None:
+    found = _with_order_1(lambda run, _: np.zeros(run.size), seed)
+    assert found.described is None
+    assert found.effect_class == []
