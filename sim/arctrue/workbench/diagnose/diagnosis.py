@@ -187,7 +187,8 @@ def diagnose(
     found = _described_above(_stated(observations, base, facts), tried, report_step)
     report_step("adding the effect to the model")
     names = {item.name for item in (found.decision.spoken_of,) if item is not None}
-    after = {name: adding.after(name) for name in [*names, *found.effect_class]}
+    forms = {item.name: item.effect for item in found.candidates}
+    after = {name: adding.after(name, forms.get(name)) for name in [*names, *found.effect_class]}
     left = {name: item for name, item in after.items() if item is not None}
     second = _second(found.decision, left) if found.verdict == "named" else None
     findings = _with_the_found(findings, found, case, effects)
