@@ -23,7 +23,6 @@ class Adding:
     results."""
     effects: Mapping[str, type[Effect]]
     found: dict[str, Left | None] = field(default_factory=dict)
-    """Stored results, by the effect's name and settings."""
 
     @property
     def base(self) -> Solution:
@@ -35,19 +34,11 @@ class Adding:
         """Residual of the model without a further effect."""
         return left_by(settled(self.base))
 
-    def after(self, name: str, form: Effect | None = None) -> Left | None:
+    def after(self, name: str) -> Left | None:
         """Return the residual of the model with the effect of this name; None where that effect
-        cannot be added.
-
-        ``form`` is the effect with the settings that a survey found, such as the multiples of a
-        tooth count. An effect with a search is searched anew, with its default settings.
-        """
-        kind = self.effects.get(name)
-        effect = None if kind is None else kind()
-        if effect is not None and form is not None and not effect.search:
-            effect = form
-        key = name if effect is None else f"{name} {sorted(effect.settings.items())}"
-        if key not in self.found:
-            solution = None if effect is None else added(effect, self.residuals)
-            self.found[key] = None if solution is None else left_by(solution)
-        return self.found[key]
+        cannot be added."""
+        if name not in self.found:
+            kind = self.effects.get(name)
+            solution = None if kind is None else added(kind(), self.residuals)
+            self.found[name] = None if solution is None else left_by(solution)
+        return self.found[name]

@@ -379,8 +379,7 @@ class Case:
     def before_and_after(self) -> tuple[Left, Left] | None:
         """Residuals of the model without and with the best effect; None if the effect cannot be
         added."""
-        best = self.best
-        after = None if best is None else self._added.after(best.name, best.effect)
+        after = None if self.best is None else self._added.after(self.best.name)
         return None if after is None else (self.before, after)
 
     def once_more(self, event: Candidate) -> Candidate | None:

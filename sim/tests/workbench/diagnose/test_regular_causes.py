@@ -91,19 +91,6 @@ def test_a_gear_near_a_multiple_of_the_worm_is_not_the_worm() -> None:
     assert found.named.parameters()["period_time"].value == pytest.approx(period_s, rel=0.003)
 
 
-def test_the_stated_remainder_of_a_gear_belongs_to_its_multiples() -> None:
-    """The remaining error of a named gear is the error with the multiples that were found: half of
-    this gear's error is its second multiple, which the default settings lack."""
-    time_s, noise = _noise(9)
-    found = _diagnosed(
-        time_s, with_lines(time_s, [(4.0, WORM_S), (4.0, WORM_S / 2.0)]) + noise, teeth=TEETH
-    )
-    assert found.named is not None
-    assert found.named.name == "drive_gear_error"
-    # Both sines together have 4″ RMS; the noise has √(0.8² + 0.4²) = 0.9″ RMS.
-    assert found.left["drive_gear_error"].rms_arcsec["reference"] < 1.2
-
-
 def test_without_a_tooth_count_the_largest_line_is_named() -> None:
     time_s, noise = _noise(2)
     lines = [(3.6, 122.0), (1.2, 81.0), (0.5, 6.0)]
