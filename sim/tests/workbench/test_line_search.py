@@ -88,6 +88,32 @@ def test_three_periods_are_a_line_only_where_the_period_is_declared() -> None:
     assert [1.0 / line.rate for line in declared] == pytest.approx([450.0], rel=0.01)
 
 
+@pytest.mark.parametrize(
+    ("lines", "multiples"),
+    [
+        # One period in 3 x 478 s less than three worm periods' resolution: 157.5 s is 0.23 of 1/T
+        # from the third multiple, 159.3 s, in a log of seven worm periods.
+        ([(3.0, 157.5)], [None]),
+        ([(6.0, WORM_S), (3.0, 157.5)], [1, None]),
+        ([(6.0, WORM_S), (3.0, WORM_S / 3.0)], [1, 3]),
+        # A gear of which only the third multiple exists: this rate is exact.
+        ([(3.0, WORM_S / 3.0)], [3]),
+    ],
+)
+def test_a_line_is_a_multiple_only_within_its_uncertainty(
+    lines: list[tuple[float, float]], multiples: list[int | None]
+) -> None:
+    """A line near a multiple of the worm belongs to the worm only if its own rate, with its
+    standard uncertainty √6·σ/(π·T·A·√N) of 0.01 of 1/T (Rife and Boorstyn, as above; the noise is
+    coloured, so that it is about 0.03), agrees with the multiple."""
+    random = np.random.default_rng(21)
+    time_s = clock(random, 1400, 2.4, "jitter")
+    noise = 0.6 * ornstein_uhlenbeck(random, time_s, 60.0) + 0.8 * random.normal(size=1400)
+    found = search_lines(_record(time_s, with_lines(time_s, lines) + noise, declared_s=WORM_S))
+    assert _periods(found)[: len(lines)] == pytest.approx([one for _, one in lines], rel=0.01)
+    assert [line.multiple for line in found.lines[: len(lines)]] == multiples
+
+
 def test_a_line_that_is_there_in_half_of_the_log_is_none() -> None:
     """The search finds no line in an oscillation that lasts for only a part of the log, because the
     other blocks do not predict it."""

@@ -33,6 +33,7 @@ from arctrue.workbench.diagnose.excluded import look_alikes
 from arctrue.workbench.diagnose.survey import Survey
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
+from arctrue.workbench.inference.forward.of_solution import has_records
 from arctrue.workbench.inference.forward.oscillation import (
     Oscillation,
     oscillation_in_capture,
@@ -217,7 +218,8 @@ class Case:
         negligible size.
 
         Single rows of a channel are searched if its whitened residuals are not white, or if an
-        effect was found or refused.
+        effect was found or refused. Stations are not searched if every pass shows an error at the
+        same places: over time, such an error has many lines.
         """
         residuals = self.survey.residuals
         found = [self.survey.findings.oscillation]
@@ -226,6 +228,8 @@ class Case:
             (residuals.capture_whiteness, oscillation_in_capture),
             (residuals.reference_whiteness, oscillation_in_reference),
         ):
+            if search is oscillation_in_reference and self._repeats_at_stations:
+                continue
             if suspect or (tests is not None and tests.autocorrelation_p < NOT_WHITE):
                 found.append(search(residuals.solution))
         large = [
@@ -234,6 +238,11 @@ class Case:
             if item is not None and item.rms_arcsec >= self.survey.matters_arcsec
         ]
         return max(large, key=lambda item: item.gain, default=None)
+
+    @property
+    def _repeats_at_stations(self) -> bool:
+        """True if every pass of a reference at stations shows an error at the same places."""
+        return self.survey.findings.places is not None and not has_records(self.survey.base)
 
     @property
     def not_noise(self) -> bool:

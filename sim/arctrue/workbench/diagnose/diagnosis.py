@@ -26,6 +26,7 @@ from arctrue.workbench.diagnose.posterior import PARTS_ADVANTAGE
 from arctrue.workbench.diagnose.regular import Findings, findings_of
 from arctrue.workbench.diagnose.rules import LEAST_EXCESS, decide, said_of
 from arctrue.workbench.diagnose.second_finding import SecondFinding, second_finding
+from arctrue.workbench.diagnose.signal_period import SignalPeriod, signal_period
 from arctrue.workbench.diagnose.survey import FitOfChannel, Survey
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.design_matrix import Term
@@ -74,6 +75,8 @@ class Diagnosis:
     """Numbers on which the stated probability rests; None where nothing was tested."""
     second: SecondFinding | None = None
     """The error that remains with the named effect in the model, if that error is significant."""
+    signal_period: SignalPeriod | None = None
+    """The signal period, if the named line is a multiple of it."""
     covers: Coverage = field(default_factory=Coverage)
     instead: Candidate | None = None
     """Effect that the rules name if they set the refused effect aside; only :func:`diagnose` with
@@ -190,12 +193,15 @@ def diagnose(
     after = {name: adding.after(name) for name in [*names, *found.effect_class]}
     left = {name: item for name, item in after.items() if item is not None}
     second = _second(found.decision, left) if found.verdict == "named" else None
+    period = signal_period(found.named, tried.untestable, effects)
     findings = _with_the_found(findings, found, case, effects)
     return replace(
         found,
         before=adding.before,
         left=left,
         second=second,
+        signal_period=period,
+        measurement=found.measurement or (None if period is None else period.measurement),
         instead=case.instead if instead else None,
         findings=findings,
     )
@@ -225,19 +231,25 @@ def _with_the_found(
     these are no further findings. If the effect is a regular cause, its own lines stay in the list,
     and only the oscillation is searched again. A part of the effect, such as a phase that depends
     on the direction, may have looked like a resonance. If a product of parts describes the whole
-    error, the jumps are searched again: an error that follows the speed differs from run to run and
-    may have looked like a jump. A slow change that the product describes has a known form.
+    error, the lines and the jumps are searched again: an error that follows the speed differs from
+    run to run and may have looked like a jump, or like a line on each side of its own order. A slow
+    change that the product describes has a known form.
     """
     item, product = found.named, found.described
     if product is not None and found.verdict == "unknown":
-        if not findings.steps and findings.places is None and findings.slow is None:
+        kept = findings.steps or findings.causes or findings.places or findings.slow
+        if not kept:
             return findings
         left = findings_of(product.at_maximum, effects)
         findings = replace(findings, slow=None if findings.slow is None else left.slow)
         if found.decision.resembles is not None:
             return findings
-        steps = left.steps if findings.steps else ()
-        return replace(findings, steps=steps, places=left.places)
+        return replace(
+            findings,
+            causes=left.causes if findings.causes else (),
+            steps=left.steps if findings.steps else (),
+            places=left.places,
+        )
     if item is None or findings.empty or case.with_best is None:
         return findings
     if item.regular is not None and findings.places is not None:

@@ -58,6 +58,27 @@ OF_PARTS = {
     ),
 }
 """Kind and description of the measurement that tests each condition of a product of parts."""
+OTHER_VALUES = {
+    "temperature": (
+        "the same reference run at another temperature, outside the present range: the error grows "
+        "with the temperature"
+    ),
+    "speed": (
+        "the same reference run at further speeds, outside the present range: the error grows with "
+        "the speed"
+    ),
+    "speed^2": (
+        "the same reference run at further speeds, outside the present range: at twice the speed "
+        "the error is four times as large"
+    ),
+    "direction": (
+        "the same reference run with every station approached from one side, or at another speed "
+        "or load: an error that changes its sign with the direction comes from the approach, not "
+        "from the reference"
+    ),
+}
+"""Measurements of a product of parts in the reference, if the set already varies its condition: a
+polygon or other stations would not change such an error."""
 ANOTHER_SPEED = 1.5
 """Two speeds count as different if their ratio exceeds this value; a set with two such speeds
 already shows which errors grow with the speed."""
@@ -254,6 +275,10 @@ def measurement_for_parts(product: ProductOfParts, observations: Observations) -
             "one run with five times as many samples a turn: many samples in each signal period",
             "samples",
         )
+    if product.frame == "reference":
+        varied = next((part for part in product.parts if part in OTHER_VALUES), None)
+        if varied is not None:
+            return NextMeasurement(OTHER_VALUES[varied], None)
     if product.frame == "reference" and observations.faces is None:
         return NextMeasurement(
             "the same reference run at other stations, half a step further: an error of the place "

@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
+from arctrue.base.figures import with_uncertainty
 from arctrue.base.percent import probability_percent
 from arctrue.workbench.diagnose.aliases import aliases, in_capture
 from arctrue.workbench.diagnose.calibrated import LIKE_BENCHMARK
@@ -167,10 +170,11 @@ def sentences(result: Diagnosis) -> list[str]:
             *_index(result),
         ]
     elif result.verdict == "named" and result.named is not None:
-        said = [f"Missing: {result.named.name}. {result.named.effect.physics}"]
+        said = [f"Missing: {result.named.name}. {_physics(result)}"]
         effect = result.named.effect
         of_data = effect.describe_data(result.named.nonlinear, result.observations)
         of_values = effect.describe_values(result.named.parameters())
+        of_values = of_values or size_sentence(result.named)
         said += [words for words in (of_data, of_values, *_aliased(result)) if words]
         if len(result.effect_class) > 1:
             larger = ", ".join(result.effect_class[1:])
@@ -185,6 +189,7 @@ def sentences(result: Diagnosis) -> list[str]:
             said.append(
                 f"{more} explains a further part. Add {result.named.name} and diagnose again."
             )
+        said += _further_size(result)
     elif result.verdict == "ambiguous":
         said = [*_undecided(result), *_aliased(result), *_further_line(result)]
     elif result.decision.resembles is not None:
@@ -301,6 +306,54 @@ def _explains_more(result: Diagnosis) -> str | None:
     named = None if result.named is None else result.named.regular
     left = result.findings.without(named).causes
     return left[0].effect.name if left else None
+
+
+def _further_size(result: Diagnosis) -> list[str]:
+    """Return a sentence on the size of the effect that would be named next; a line has its order
+    or frequency too. There is no sentence for lines that the findings list."""
+    item = result.further[0] if result.further else None
+    listed = {cause.effect.name for cause in result.findings.causes}
+    if item is None or (is_line(item) and item.name in listed):
+        return []
+    words = size_sentence(item)
+    return [f"{item.name}: {words[0].lower()}{words[1:]}"] if words else []
+
+
+MOST_SIZES = 6
+"""Largest number of fitted values in a sentence; the JSON contains all values."""
+
+
+def size_sentence(item: Candidate) -> str:
+    """Return the fitted values of an effect with their standard uncertainties in a sentence; empty
+    if none has an uncertainty.
+
+    An effect with more than MOST_SIZES values has its RMS in place of them. Phases, and values that
+    follow from others, are in the JSON only.
+    """
+    every = item.parameters()
+    left_out = item.effect.derived(every, item.nonlinear, item.solution.observations)
+    known = [
+        (name, value)
+        for name, value in every.items()
+        if name not in left_out
+        and not name.endswith("phase")
+        and np.isfinite(value.sigma)
+        and value.sigma > 0.0
+    ]
+    if not known:
+        return ""
+    if len(known) > MOST_SIZES:
+        sizes = ", ".join(f"{size:.3g}″ RMS of the {name}" for name, size in _sizes(item))
+        return f"Fitted size: {sizes}." if sizes else ""
+    words = ", ".join(
+        f"{name.replace('_', ' ')} {with_uncertainty(value.value, value.sigma, value.unit)}"
+        for name, value in known
+    )
+    return f"Fitted values, with standard uncertainties: {words}."
+
+
+def _sizes(item: Candidate) -> list[tuple[str, float]]:
+    return [(name, size) for name, size in item.size_arcsec.items() if size > 0.0]
 
 
 def _index(result: Diagnosis) -> list[str]:
@@ -430,7 +483,31 @@ COMPENSATION_WORDS = {
 }
 
 
+IN_TIME = (
+    "A part of the machine or of its surroundings repeats its error in time: a fan, a pump, the "
+    "mains, a building that sways. The data show the period and the size of the error, not the "
+    "part."
+)
+"""Causes of a line that is fixed to time; gears, slots and steps are fixed to the angle."""
+
+
+def _in_time(item: Candidate) -> bool:
+    """Tell whether the candidate is a line of unknown cause that is fixed to time."""
+    return item.effect.unspecific and bool(item.nonlinear.get("in_time", 0.0))
+
+
+def _physics(result: Diagnosis) -> str:
+    """Return the causes of the named effect in words."""
+    item = result.named
+    assert item is not None
+    if result.signal_period is not None:
+        return " ".join(result.signal_period.sentences())
+    return IN_TIME if _in_time(item) else item.effect.physics
+
+
 def _compensation(item: Candidate) -> str:
+    if _in_time(item):
+        return f"{COMPENSATION_WORDS['none']}: a line fixed to time has no order of the angle."
     words = COMPENSATION_WORDS[item.effect.compensation]
     note = item.effect.compensation_note
     return f"{words}: {note}." if note else f"{words}."

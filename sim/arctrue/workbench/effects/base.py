@@ -173,6 +173,8 @@ class Effect(EffectWithSettings):
     such product."""
     local_on_disc: ClassVar[bool] = False
     """Whether the effect acts on a short arc of the disc, so that every turn must show it."""
+    of_the_signal: ClassVar[bool] = False
+    """Whether the effect repeats with the signal period of the grating."""
     multiples_setting: ClassVar[str | None] = None
     """Name of the setting that lists multiples of :meth:`declared_order`."""
     moves_axis: ClassVar[bool] = False

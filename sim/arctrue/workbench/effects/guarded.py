@@ -35,7 +35,7 @@ TEXTS = (
 """Names of the declarations of an effect that are texts for people."""
 SWITCHES = (
     "at_reading", "depends_on_model", "fixed_to_polygon", "local_on_disc", "needs_settings",
-    "unspecific",
+    "of_the_signal", "unspecific",
 )  # fmt: skip
 """Names of the declarations of an effect that are True or False."""
 

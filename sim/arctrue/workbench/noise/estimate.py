@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import chdtrc
+from scipy.special import chdtrc, fdtrc
 
 from arctrue.workbench.noise.law import ANGLE_BINS, NoiseLaw, angle_bins, like_steps
 from arctrue.workbench.noise.likelihood import FixedTerms, Stretch
@@ -25,6 +25,10 @@ differences of the scatter with a probability below this limit."""
 LEAST_ROWS_A_BIN = 40
 """Smallest number of rows in a bin; with this number, the scatter of the bin has an uncertainty of
 11 %, 1/√(2·40)."""
+LEAST_ROWS_A_CELL = 5
+"""Smallest number of rows of one pass in a part of the turn whose scatter is compared with that of
+other passes; the logarithm of a mean of five squares is nearly normal (Bartlett and Kendall, J. R.
+Stat. Soc. Suppl. 8 (1946) 128)."""
 ROBUST_LIMIT = 4.0
 """Limit of whitened residuals: larger residuals are clipped to this limit before their scatter is
 estimated."""
@@ -191,6 +195,8 @@ def _uneven(rows: ChannelRows, law: NoiseLaw) -> NoiseLaw | None:
         whitened = whitened / run_scale[run]
     bins = angle_bins(rows.angle_rad)
     angle_scale = _scales(whitened, bins, ANGLE_BINS)
+    if angle_scale is not None and not _repeats(whitened, bins, _passes(rows)):
+        angle_scale = None
     if run_scale is None and angle_scale is None:
         return None
     return NoiseLaw(
@@ -220,6 +226,38 @@ def _scales(whitened: Float, group: Integer, groups: int) -> Float | None:
         return None
     typical = float(np.exp(np.average(np.log(mean[full]), weights=counts[full])))
     return np.asarray(np.where(full, np.sqrt(mean / typical), 1.0))
+
+
+def _passes(rows: ChannelRows) -> Integer:
+    """Return the number of the pass over the turn of each row."""
+    turn = np.floor(rows.angle_rad / (2.0 * np.pi))
+    return np.unique(np.stack([rows.run, turn]), axis=1, return_inverse=True)[1].astype(np.int64)
+
+
+def _repeats(whitened: Float, part: Integer, passes: Integer) -> bool:
+    """Tell whether the scatter of the parts of the turn is the same in different passes.
+
+    If the level changes with time, as in gusts, some parts are louder in one pass only. A scale of
+    these parts would cut slow noise into pieces with jumps between them, and a drift would seem to
+    explain the jumps. The test is an F test of the logarithms of the mean squares, between the
+    parts against between the passes. With a single pass it cannot be made: the result is True.
+    """
+    cell = part * (int(passes.max(initial=0)) + 1) + passes
+    names, cell = np.unique(cell, return_inverse=True)
+    rows = np.bincount(cell).astype(np.float64)
+    squares = np.bincount(cell, weights=whitened**2)
+    there = (rows >= LEAST_ROWS_A_CELL) & (squares > 0.0)
+    rows, level = rows[there], np.log(squares[there] / rows[there])
+    _, part = np.unique(names[there] // (int(passes.max(initial=0)) + 1), return_inverse=True)
+    parts = int(part.max(initial=0)) + 1
+    free = rows.size - parts
+    if parts < 2 or free < parts:
+        return True
+    weight = np.bincount(part, weights=rows)
+    mean = np.bincount(part, weights=rows * level) / weight
+    between = float(np.sum(weight * (mean - np.average(mean, weights=weight)) ** 2)) / (parts - 1)
+    within = float(np.sum(rows * (level - mean[part]) ** 2)) / free
+    return bool(fdtrc(parts - 1, free, between / max(within, 1e-300)) < UNEVEN_P)
 
 
 __all__ = ["ChannelRows", "estimated_law", "row_noise"]

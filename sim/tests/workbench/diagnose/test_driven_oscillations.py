@@ -80,6 +80,36 @@ def test_faster_than_the_averaged_rows_of_short_runs() -> None:
     assert oscillation.rms_arcsec == pytest.approx(0.5, rel=0.3)
 
 
+def test_at_stations_that_each_turn_repeats() -> None:
+    """A product of parts must not describe an oscillation that noise drives: a table turns ten
+    times past 120 angles, one each second, so that every turn meets the same angles."""
+    random = np.random.default_rng(13)
+    time_s = np.arange(1200.0)
+    shaken = driven_oscillator(random, time_s, 23.0, 9.0)
+    made = _log(1.5 * shaken + 0.5 * random.normal(size=time_s.size), time_s)
+    assert made.reference is not None
+    made.reference.target_deg[:] = 3.0 * time_s
+    found = diagnosis_of(made)
+    assert found.description is None
+    oscillation = found.decision.oscillation
+    assert oscillation is not None
+    assert oscillation.hz * 23.0 == pytest.approx(1.0, abs=OF_A_FREQUENCY)
+    assert oscillation.rms_arcsec == pytest.approx(1.5, rel=0.3)
+
+
+def test_an_error_of_the_stations_is_no_oscillation() -> None:
+    """An error of 1″ that ten turns repeat at each of 120 stations is no oscillation."""
+    random = np.random.default_rng(14)
+    time_s = np.arange(1200.0)
+    of_places = np.tile(random.normal(size=120), 10)
+    made = _log(of_places + 0.5 * random.normal(size=time_s.size), time_s)
+    assert made.reference is not None
+    made.reference.target_deg[:] = 3.0 * time_s
+    found = diagnosis_of(made)
+    assert found.findings.places is not None
+    assert found.decision.oscillation is None
+
+
 @pytest.mark.parametrize(("hz", "quality", "turns"), [(6.0, 8.0, 3), (0.7, 6.0, 6), (3.0, 30.0, 3)])
 def test_in_a_capture(hz: float, quality: float, turns: int) -> None:
     """The diagnosis describes the oscillation of head 2's bracket in a run of 12 s a turn. The

@@ -77,6 +77,20 @@ def test_the_worm_is_named_before_smaller_lines() -> None:
     )
 
 
+def test_a_gear_near_a_multiple_of_the_worm_is_not_the_worm() -> None:
+    """The mount has a worm without error and a spur gear whose period is 1 % shorter than a third
+    of the worm's: the log of 4,200 s separates the two by seven standard uncertainties of the
+    order."""
+    teeth, period_s = 144.0, 197.3
+    random = np.random.default_rng(8)
+    time_s = clock(random, 1400, 3.0, "jitter")
+    noise = 0.6 * ornstein_uhlenbeck(random, time_s, 90.0) + 0.8 * random.normal(size=1400)
+    found = _diagnosed(time_s, with_lines(time_s, [(3.0, period_s)]) + noise, teeth=teeth)
+    assert found.named is not None
+    assert found.named.name == "periodic_error"
+    assert found.named.parameters()["period_time"].value == pytest.approx(period_s, rel=0.003)
+
+
 def test_without_a_tooth_count_the_largest_line_is_named() -> None:
     time_s, noise = _noise(2)
     lines = [(3.6, 122.0), (1.2, 81.0), (0.5, 6.0)]

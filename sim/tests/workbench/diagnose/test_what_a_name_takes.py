@@ -57,6 +57,8 @@ def test_a_reversal_error_that_differs_from_place_to_place_keeps_its_name(
     reported = " ".join(sentences(found))
     assert "differs by ±20 % from place to place" in reported
     assert diagnosis_data(found, [])["second_finding"]["variation"] == found.second.variation
+    # The size is printed with its uncertainty.
+    assert f"reversal error {size:.1f}"[:-1] in reported
     # The set already has both directions.
     assert "other direction" not in reported
 
@@ -94,6 +96,18 @@ def test_no_advice_asks_for_what_the_set_holds(condition) -> None:  # type: igno
         assert has_already(part, whole)
     advice = measurement_for_parts(ProductOfParts.of(condition, (2.0,), "disc"), whole)
     assert advice.kind not in ("direction", "speed", "warm")
+
+
+@pytest.mark.parametrize("condition", SIMPLE_CONDITIONS)
+def test_no_polygon_is_put_on_again_for_an_error_of_direction_temperature_or_speed(
+    condition,
+) -> None:  # type: ignore[no-untyped-def]
+    """The set already has both directions, several speeds and temperatures; an error that depends
+    on one of these cannot move with the polygon."""
+    whole = observations_of(measurement_set(turns=1, cycles=1))
+    advice = measurement_for_parts(ProductOfParts.of(condition, (2.0,), "reference"), whole)
+    if condition.part in ("direction", "speed", "speed^2", "temperature"):
+        assert "polygon" not in advice.words
 
 
 def _blocks(coefficients: np.ndarray, columns: np.ndarray, noise: float = 1.0, seed: int = 0):  # type: ignore[no-untyped-def]

@@ -7,11 +7,15 @@ import warnings
 import numpy as np
 import pytest
 
-from arctrue.workbench.noise.estimate import _scales
+from arctrue.workbench.noise.estimate import ChannelRows, _scales, estimated_law
+from arctrue.workbench.noise.likelihood import FixedTerms
 from arctrue.workbench.noise.row_noise import RowNoise
 from arctrue.workbench.noise.spectrum import Spectrum, time_constants
+from arctrue.workbench.noise.spectrum_fit import WhiteBounds
 
 SPECTRUM = Spectrum(0.5, np.array([0.1, 2.0]), np.array([0.7, 0.3]))
+SLOW = Spectrum(0.01, np.array([80.0]), np.array([16.0]))
+"""Slow noise of 4″ that keeps its value for 80 s."""
 BREAK = 120
 """Row at which a new stretch begins; the noise of different stretches is independent."""
 
@@ -89,3 +93,44 @@ def test_rows_without_any_scatter_have_no_uneven_noise() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert _scales(np.zeros(300), np.repeat([0, 1, 2], 100), 3) is None
+
+
+def _scale_of_the_parts(level: np.ndarray, turns: float, seed: int) -> np.ndarray | None:
+    """Return the scale of the parts of the turn that is estimated for slow noise with this level
+    at each row, in one run of several turns."""
+    rows = level.size
+    random = np.random.default_rng(seed)
+    clock = 2.0 * np.arange(rows)
+    whole = RowNoise(clock, np.array([0]), (SLOW,), np.ones(rows))
+    residual = level * whole.coloured(random.normal(size=rows))
+    channel = ChannelRows(
+        "reference",
+        clock,
+        np.zeros(rows, dtype=np.int64),
+        2.0 * np.pi * turns * np.arange(rows) / rows,
+        residual,
+        np.ones(rows),
+        np.zeros((rows, 0)),
+        own_constants=False,
+    )
+    law, _ = estimated_law(channel, FixedTerms(np.zeros((0, 0)), np.zeros(0)), WhiteBounds(0.0))
+    return law.angle_scale
+
+
+def test_a_level_that_changes_with_time_gives_the_parts_of_the_turn_no_scale() -> None:
+    """Gusts of 1,600 s triple the noise, in other parts of each turn of 720 s: the scatter does not
+    depend on the angle."""
+    time_s = 2.0 * np.arange(1500)
+    gusts = np.where(np.sin(time_s / 260.0) > 0.5, 3.0, 1.0)
+    assert _scale_of_the_parts(gusts, 1500.0 / 360.0, seed=5) is None
+
+
+def test_a_level_that_changes_with_the_angle_gives_the_parts_of_the_turn_their_scale() -> None:
+    """A third of the turn has three times the noise, in each of four turns."""
+    angle = (np.arange(1500) / 360.0) % 1.0
+    scale = _scale_of_the_parts(np.where(angle < 1.0 / 3.0, 3.0, 1.0), 1500.0 / 360.0, seed=6)
+    assert scale is not None
+    # 12 of the 36 parts have three times the scale of the others; a part has 40 rows, so that its
+    # scale is known to 1/√80 = 11 %, and the median of 12 parts to 4 %. The median leaves out the
+    # parts with the jumps where the level changes.
+    assert np.median(scale[:12]) / np.median(scale[12:]) == pytest.approx(3.0, rel=0.15)

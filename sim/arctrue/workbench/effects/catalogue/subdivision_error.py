@@ -55,6 +55,7 @@ class SubdivisionError(Effect):
         "head2_multiple_K_amplitude": "arcsec",
         "head2_multiple_K_phase": "deg",
     }
+    of_the_signal = True
     compensation = "lanes"
     at_reading = True
     compensation_note = (

@@ -87,12 +87,13 @@ def records_of(solution: Solution, declared: float | None) -> list[Record]:
 
 
 def longest_stretch(solution: Solution) -> tuple[Float, Float, int] | None:
-    """Return times and residuals of the longest stretch of closely spaced rows of the reference,
-    and the number of all its rows; None if there is no such stretch with times."""
+    """Return times and residuals of the longest stretch of successive rows of the reference, and
+    the number of all its rows; None if there is no such stretch with times.
+
+    The stretch may be a log, or one run over many stations.
+    """
     rows = solution.observations.every_reference_row
     if rows is None or rows.time_s is None or "reference" in solution.unknown_noise:
-        return None
-    if not _is_dense(rows):
         return None
     clock = reference_clock(rows)
     stretch = _stretches(rows, clock)
@@ -100,6 +101,12 @@ def longest_stretch(solution: Solution) -> tuple[Float, Float, int] | None:
     if kept.size < LEAST_ROWS or not np.all(np.diff(clock[kept]) > 0.0):
         return None
     return clock[kept], _left(solution, rows)[1][kept], clock.size
+
+
+def has_records(solution: Solution) -> bool:
+    """Tell whether the reference is a log, which :func:`records_of` averages to records."""
+    rows = solution.observations.every_reference_row
+    return rows is not None and _is_dense(rows)
 
 
 def _stretches(rows: ReferenceRows, clock: Float) -> NDArray[np.int64]:

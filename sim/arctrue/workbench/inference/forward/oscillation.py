@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from arctrue.workbench.inference.forward.of_solution import longest_stretch
+from arctrue.workbench.inference.forward.of_solution import has_records, longest_stretch
 from arctrue.workbench.inference.forward.record import MOST_ROWS, ROWS_A_PERIOD, Record, record_of
 from arctrue.workbench.inference.forward.search import LineSearch, search_lines, whitened_left
 from arctrue.workbench.inference.solution import Solution
@@ -51,8 +51,8 @@ WIDER = 4
 """Factor between the lengths of successive records. A record of averaged rows shows resonances up
 to 1/4 of its sampling rate, which is 1/16 of the sampling rate of the record before."""
 LEAST_ROWS = 400
-"""Smallest number of rows of a capture: the test of Ljung and Box over 20 lags, and a quality of 2,
-need some tens of periods. It is a quarter of MOST_ROWS."""
+"""Smallest number of rows of a capture or of a run over stations: the test of Ljung and Box over 20
+lags, and a quality of 2, need some tens of periods. It is a quarter of MOST_ROWS."""
 
 
 @dataclass(frozen=True)
@@ -208,15 +208,17 @@ def oscillation_in_capture(solution: Solution) -> Oscillation | None:
 
 
 def oscillation_in_reference(solution: Solution) -> Oscillation | None:
-    """Return the resonance in the longest stretch of the reference that is faster than the averaged
-    rows of :func:`records_of` can show; None if there is none."""
+    """Return the resonance in the longest stretch of the reference that the averaged rows of
+    :func:`records_of` do not show, because it is faster or the rows are stations; None if there is
+    none."""
     found = longest_stretch(solution)
     if found is None:
         return None
     time_s, left, rows = found
     records = [*_first_rows(time_s, left)]
-    if LEAST_ROWS <= time_s.size <= MOST_ROWS < rows:
-        # records_of averages the rows, because all stretches together have too many.
+    if LEAST_ROWS <= time_s.size <= MOST_ROWS and (rows > MOST_ROWS or not has_records(solution)):
+        # records_of averages the rows if all stretches together have too many, and makes no record
+        # of stations.
         records.append(_record(time_s, left))
     return _in_records(records, "reference", rows)
 
