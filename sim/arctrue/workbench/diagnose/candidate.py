@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -174,6 +174,33 @@ def changes_arcsec(before: Solution, after: Solution) -> dict[str, NDArray[np.fl
     if before.observations.reference is not None:
         change = after.reference_prediction_arcsec() - before.reference_prediction_arcsec()
         found["reference"] = change - change.mean()
+    return found
+
+
+SAME_SIZE = 0.8
+"""Smallest ratio of the largest change of the prediction to an amplitude that counts as the same
+size; rows that miss the largest deflection of a wave by a tenth of its period have 0.81."""
+
+
+def within_the_record(item: Candidate) -> dict[str, Parameter]:
+    """Return the parameters of a product of parts, with the largest change of the prediction of the
+    reference in place of a larger amplitude.
+
+    The amplitude of a settling exp(−t/τ) is its size at t = 0. The model explains a part of the
+    product, and the first rows may come later, so that no row may change by this amplitude. An
+    amplitude per unit of a condition is no size and stays.
+    """
+    found = item.parameters()
+    if item.evidence is None or item.evidence.base.observations.capture is not None:
+        return found
+    before = item.evidence.base.solution
+    if item.solution.observations is not before.observations:
+        return found
+    largest = float(np.abs(changes_arcsec(before, item.solution)["reference"]).max(initial=0.0))
+    for name in ("amplitude", "size"):
+        size = found.get(name)
+        if size is not None and size.unit == "arcsec" and largest < SAME_SIZE * abs(size.value):
+            found[name] = replace(size, value=largest, sigma=size.sigma * largest / abs(size.value))
     return found
 
 

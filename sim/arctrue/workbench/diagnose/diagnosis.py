@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 from arctrue.base.progress import ReportStep
 from arctrue.workbench.diagnose.adding import Adding
-from arctrue.workbench.diagnose.candidate import Candidate
+from arctrue.workbench.diagnose.candidate import Candidate, within_the_record
 from arctrue.workbench.diagnose.case import DEEPEST, REFUSED_P, Case
 from arctrue.workbench.diagnose.coverage import Coverage, coverage
 from arctrue.workbench.diagnose.data_faults import data_faults
@@ -113,7 +113,7 @@ class Diagnosis:
     def description(self) -> str | None:
         """Description of the product of parts in :attr:`described`, with its fitted size."""
         found = self.described
-        return None if found is None else found.effect.describe(found.parameters())
+        return None if found is None else found.effect.describe(within_the_record(found))
 
     @property
     def next_measurement(self) -> str | None:
@@ -275,8 +275,9 @@ def _second(found: Decision, left: Mapping[str, Left]) -> SecondFinding | None:
         return None
     after = left[found.first.name]
     product = None if further is None else further.described
-    words = None if product is None else product.effect.describe(product.parameters())
-    unknown = further is not None and further.verdict == "unknown"
+    words = None if product is None else product.effect.describe(within_the_record(product))
+    # An ambiguous further effect is not stated either.
+    unknown = further is not None and further.verdict in ("unknown", "ambiguous")
     if unknown and further is not None and product is None and further.seen is None:
         # A remainder of unknown form that is not much larger than the noise counts as noise; the
         # JSON contains the tests of the noise.

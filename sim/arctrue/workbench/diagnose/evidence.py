@@ -45,6 +45,7 @@ from arctrue.workbench.diagnose.survey import (
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.effects.registry import absent_effects
+from arctrue.workbench.inference.at_its_level import gains_at_its_level
 from arctrue.workbench.inference.block_share import block_share
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
 from arctrue.workbench.inference.fit import fit
@@ -556,6 +557,8 @@ def _settled(item: Candidate, found: Evidence, tried: Survey, candidates: int) -
         among = p_among_cycles(tried.base, solution)
         p_value = max(p_value, min(1.0, among * candidates * tried.looks))
     p_value = max(p_value, _p_among_places(item, found, solution, tried, candidates))
+    if isinstance(item.effect, ProductOfParts):
+        p_value = max(p_value, _p_at_its_level(item, found, solution, tried, candidates))
     return replace(
         item,
         evidence=found,
@@ -566,6 +569,30 @@ def _settled(item: Candidate, found: Evidence, tried: Survey, candidates: int) -
         p_corrected=p_value,
         rows=rows,
         delta_bic=delta_bic(found.gain, rank, item.trials, rows),
+    )
+
+
+def _p_at_its_level(
+    item: Candidate, found: Evidence, solution: Solution, tried: Survey, candidates: int
+) -> float:
+    """Return p of a product of parts in noise whose level changes with time; 0 in other noise.
+
+    The search chooses among so many products that one of them follows the first gust.
+    """
+    gains = gains_at_its_level(
+        found.base,
+        item.effect,
+        item.nonlinear,
+        found.score,
+        takes_most=takes_most(solution, tried.base),
+    )
+    tests, rank = candidates * tried.looks, found.score.rank
+    return max(
+        (
+            corrected_p_value(one.gain, rank, item.charged_trials, tests, one.freedom)
+            for one in gains
+        ),
+        default=0.0,
     )
 
 

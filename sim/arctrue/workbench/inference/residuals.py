@@ -215,6 +215,11 @@ class Residuals:
         )
         return capture, reference
 
+    @property
+    def reference_design(self) -> WhitenedRows | None:
+        """Whitened columns of the model in the reference; None without a reference."""
+        return self._designs[1]
+
     @cached_property
     def _layout(self) -> Layout:
         return Layout(sum(self.solution.widths), self.observations.runs)

@@ -62,18 +62,19 @@ def records_of(solution: Solution, declared: float | None) -> list[Record]:
     stretch = np.unique(stretch[kept], return_inverse=True)[1]
     clock, columns, residual = clock[kept], *(part[kept] for part in _left(solution, rows))
     found = []
-    for in_time in (False, True):
-        place = coordinate(rows, in_time=in_time)
-        if place is None or float(np.ptp(place)) <= 0.0:
+    places = [_moving(coordinate(rows, in_time=in_time), kept) for in_time in (False, True)]
+    for in_time, place, other in zip((False, True), places, places[::-1], strict=True):
+        if place is None:
             continue
         record = record_of(
             clock,
-            place[kept],
+            place,
             stretch,
             residual,
             columns,
             in_time=in_time,
             declared=None if in_time else declared,
+            also=() if other is None else (other,),
         )
         if record.span * record.highest < 1.0:
             continue
@@ -84,6 +85,12 @@ def records_of(solution: Solution, declared: float | None) -> list[Record]:
             # the orders of that turn.
             break
     return found
+
+
+def _moving(place: Float | None, kept: NDArray[np.bool_]) -> Float | None:
+    """Return the coordinate of the kept rows; None if it is not known or does not change."""
+    moves = place is not None and float(np.ptp(place)) > 0.0
+    return place[kept] if place is not None and moves else None
 
 
 def longest_stretch(solution: Solution) -> tuple[Float, Float, int] | None:
@@ -145,7 +152,9 @@ def records_of_events(solution: Solution) -> list[Record]:
         if (found and np.array_equal(stretch, goes_on)) or np.any((np.diff(clock) == 0.0) & same):
             # Rows with the same time have no order in time.
             continue
-        record = record_of(clock, clock, stretch, left, columns, in_time=True)
+        turns = coordinate(rows, in_time=False)
+        also = () if turns is None else (turns,)
+        record = record_of(clock, clock, stretch, left, columns, in_time=True, also=also)
         if record.clock.size - record.base.shape[1] > LEAST_FREE * record.clock.size:
             found.append(record)
     return found
@@ -168,7 +177,9 @@ def reversal_with_steps(solution: Solution, steps_s: Sequence[float]) -> Reversa
         return None
     columns, left = _left(solution, rows)
     one = np.zeros(clock.size, dtype=np.int64)
-    record = record_of(clock, clock, one, left, columns, in_time=True)
+    turns = coordinate(rows, in_time=False)
+    also = () if turns is None else (turns,)
+    record = record_of(clock, clock, one, left, columns, in_time=True, also=also)
     # An averaged row with a reversal within it gets the direction of its middle row.
     nearest_row = np.searchsorted(0.5 * (clock[1:] + clock[:-1]), record.measured)
     direction = np.sign(rows.direction)

@@ -11,6 +11,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.workbench.inference.forward.fast_lines import fast_columns
 from arctrue.workbench.noise.kernel_fit import Rows
 
 Float = NDArray[np.float64]
@@ -140,12 +141,20 @@ def record_of(
     *,
     in_time: bool,
     declared: float | None = None,
+    also: Sequence[Float] = (),
 ) -> Record:
     """Average consecutive rows of each stretch; ``columns`` are the columns of the model.
 
-    Rows must be sorted by stretch and, within a stretch, by the clock.
+    Rows must be sorted by stretch and, within a stretch, by the clock. Lines over ``place``, or
+    over a coordinate in ``also``, that are too fast for the averaged rows are added to the base,
+    because the averaged rows show their aliases.
     """
     block = -(-clock.size // MOST_ROWS)
+    if block > 1:
+        for over in (place, *also):
+            steps = np.abs(np.diff(over))[np.diff(stretch) == 0]
+            lowest = 1.0 / (ROWS_A_PERIOD * block * max(float(np.median(steps)), 1e-300))
+            columns = np.hstack([columns, fast_columns(over, stretch, residual_arcsec, lowest)])
     cuts = _blocks(stretch, block)
     count = np.diff(np.append(cuts, clock.size)).astype(np.float64)
 

@@ -23,8 +23,11 @@ LEAST_PASSES = 4
 reversal, a change in time looks the same as the direction."""
 MOST_OF_THE_RECORD = 0.75
 """Smallest share of the mean square beyond base and steps that the direction must remove in two or
-three passes. With an even drift in the base, none of 4,000 random walks over two passes reaches
-this share, and 0.2 % of those over three passes do."""
+three passes, from means over parts of the passes. With an even drift in the base, none of 4,000
+random walks over two passes reaches this share, and 0.3 % of those over three passes do."""
+PARTS_OF_A_PASS = 24
+"""Number of parts of a pass whose means are compared. The noise of single rows, which differs from
+a reversal error at a glance, then hardly counts; a random walk keeps its share."""
 LEAST_OWN = 1e-6
 """The reversal error is fitted only if the model leaves a larger share than this of the direction
 column's sum of squares; with a smaller share, the model already contains a reversal error."""
@@ -85,14 +88,22 @@ def reversal_of(record: Record, direction: Float, steps: Float) -> Reversal | No
 
 
 def _of_few_passes(record: Record, direction: Float, others: Float, passes: int) -> Reversal | None:
-    """Return the difference without an uncertainty if it has most of the record's mean square."""
-    own = direction - others @ (others.T @ direction)
-    left = record.residual_arcsec - others @ (others.T @ record.residual_arcsec)
+    """Return the difference without an uncertainty if it has most of the mean square of the means
+    over parts of the passes."""
+    own = _means(direction - others @ (others.T @ direction), direction)
+    left = _means(record.residual_arcsec - others @ (others.T @ record.residual_arcsec), direction)
     removed = float(own @ left) ** 2 / float(own @ own)
     if removed < MOST_OF_THE_RECORD * float(left @ left):
         return None
     columns = np.column_stack([direction, others])
     return Reversal(_size(record.residual_arcsec, columns, direction != 0.0), None, passes)
+
+
+def _means(values: Float, direction: Float) -> Float:
+    """Return the mean of the values over each of PARTS_OF_A_PASS parts of every pass."""
+    passes = np.split(values, np.flatnonzero(np.diff(direction) != 0.0) + 1)
+    parts = [part for one in passes for part in np.array_split(one, PARTS_OF_A_PASS) if part.size]
+    return np.array([part.mean() for part in parts])
 
 
 def _size(measured: Float, columns: Float, kept: NDArray[np.bool_]) -> float:

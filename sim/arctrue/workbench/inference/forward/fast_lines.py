@@ -1,0 +1,116 @@
+"""Finds lines that are too fast for the averaged rows of a record, in the single rows.
+
+A mean over several rows keeps a part of such a line, which then looks like a slower line: its alias
+about the rate of the averaged rows. A record therefore has the averaged columns of these lines in
+its base.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter
+from scipy.optimize import minimize_scalar
+from scipy.special import chdtrc, chdtri
+
+Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
+
+CHANCE = 0.01
+"""Probability with which white noise shows a fast line: the family-wise level of every search."""
+MOST_FAST = 16
+"""Largest number of fast lines, to limit cost; the search for lines has the same limit."""
+CELLS_A_ROW = 2.0
+"""Cells of the evenly spaced grid in a median step of the rows. A line at the highest rate keeps
+sinc² 1/4 = 81 % of its power in cells of half a step."""
+PADDED = 2
+"""Length of the transform, in lengths of the record: a line midway between two rates keeps sinc²
+1/4 = 81 % of its power."""
+MOST_CELLS = 2**23
+"""Largest number of cells, to limit cost; a transform then takes about a second. A record with more
+cells, such as two short runs with days between them, gets no search."""
+NEIGHBOURS = 41
+"""Number of independent rates in the median that gives the local level, as in the search for
+lines."""
+FINE = 0.005
+"""Accuracy of a rate, in units of 1/span: the phase at the ends of the record is then wrong by
+0.016 rad, and the alias of the error has 1 % of the alias of the line."""
+
+
+def fast_columns(place: Float, stretch: Integer, left_arcsec: Float, lowest: float) -> Float:
+    """Return cos and sin of every significant line above the rate ``lowest``, shape (rows, k).
+
+    Each line has one pair of columns for each sense of motion, because a lag or backlash gives the
+    line another phase on the way back.
+    """
+    senses = _senses(place, stretch)
+    found = np.zeros((place.size, 0))
+    while found.shape[1] < 2 * MOST_FAST * senses.shape[1]:
+        left = left_arcsec - found @ np.linalg.lstsq(found, left_arcsec, rcond=1e-10)[0]
+        rate = _highest_line(place, stretch, left, lowest, senses)
+        if rate is None:
+            break
+        phase = 2.0 * np.pi * rate * (place - place[0])
+        found = np.column_stack([found, *(
+            sense[:, np.newaxis] * np.column_stack([np.cos(phase), np.sin(phase)])
+            for sense in senses.T
+        )])  # fmt: skip
+    return found
+
+
+def _senses(place: Float, stretch: Integer) -> Float:
+    """Return a column of zeros and ones for each sense of motion, shape (rows, 1 or 2)."""
+    starts = np.flatnonzero(np.diff(stretch, prepend=stretch[0] - 1))
+    ends = np.append(starts[1:], stretch.size) - 1
+    back = np.repeat(place[ends] < place[starts], ends - starts + 1)
+    both = np.column_stack([~back, back]).astype(np.float64)
+    return both[:, both.any(axis=0)]
+
+
+def _highest_line(
+    place: Float, stretch: Integer, left_arcsec: Float, lowest: float, senses: Float
+) -> float | None:
+    """Return the rate whose power is highest above the level of its neighbours; None if noise may
+    have this power."""
+    steps = np.abs(np.diff(place))[np.diff(stretch) == 0]
+    step, span = float(np.median(steps)), float(np.ptp(place))
+    if step <= 0.0 or CELLS_A_ROW * PADDED * span / step > MOST_CELLS:
+        return None
+    cell = np.floor((place - place.min()) * (CELLS_A_ROW / step)).astype(np.int64)
+    cells = int(cell.max()) + 1
+    length = 2 ** int(np.ceil(np.log2(PADDED * cells)))
+    rates = np.arange(length // 2 + 1) * (CELLS_A_ROW / (step * length))
+    kept = (rates > lowest) & (rates < 0.5 / step)
+    if np.count_nonzero(kept) < NEIGHBOURS:
+        return None
+    power = np.zeros(np.count_nonzero(kept))
+    for sense in senses.T:
+        sums = np.bincount(cell, weights=sense * left_arcsec, minlength=cells)
+        power += (np.abs(np.fft.rfft(sums, length)) ** 2)[kept] / float(sense.sum())
+    freedom = 2 * senses.shape[1]
+    excess = power / _level(power, round(length / cells), freedom)
+    at = int(np.argmax(excess))
+    independent = max(float(np.ptp(rates[kept])) * span, 1.0)
+    if independent * float(chdtrc(freedom, 2.0 * excess[at])) > CHANCE:
+        return None
+    rate = float(rates[kept][at])
+
+    def cost(moved: float) -> float:
+        wave = np.exp(-2j * np.pi * moved * (place - place[0])) * left_arcsec
+        powers = [float(np.abs(wave @ sense) ** 2 / sense.sum()) for sense in senses.T]
+        return -sum(powers)
+
+    wide = 0.5 / span
+    found = minimize_scalar(
+        cost, bounds=(rate - wide, rate + wide), method="bounded", options={"xatol": FINE / span}
+    )
+    return float(found.x)
+
+
+def _level(power: Float, apart: int, freedom: int) -> Float:
+    """Return the level of the noise at each rate: the median of neighbours that are ``apart``
+    ordinates from each other and therefore independent, divided by that of noise of level 1."""
+    middle = median_filter(power[::apart], size=NEIGHBOURS, mode="reflect")
+    middle = middle / (0.5 * float(chdtri(freedom, 0.5)))
+    at = np.arange(power.size)
+    return np.asarray(np.maximum(np.interp(at, at[::apart], middle), 1e-300))

@@ -1,0 +1,104 @@
+"""Tests that a line which is too fast for the averaged rows of a search gives no finding at its
+alias. The logs are made in this module: a motor that turns to and fro, in coloured noise."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from arctrue.measurement import MeasurementSet, Reference, Table
+from arctrue.workbench.diagnose.report import sentences
+from arctrue.workbench.inference.forward.oscillation import oscillation_of
+from arctrue.workbench.inference.forward.record import MOST_ROWS, Record, record_of
+from arctrue.workbench.inference.forward.search import search_lines
+from tests.workbench.base_diagnosis import diagnosis_of
+from tests.workbench.noisy_logs import ornstein_uhlenbeck
+
+ROWS_A_TURN, TURNS, TURN_S = 400, 4, 4.0
+FAST = 110.0
+"""Order of the fast line: 3.6 rows a period, and 1.2 averaged rows a period."""
+SIZE_ARCSEC, NOISE_ARCSEC = 8.0, 2.0
+
+
+def _motor(
+    runs: int, order: float = FAST, turned_rad: float = 0.0
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return time, turns, run and error of runs to and fro; ``turned_rad`` changes the phase of the
+    line on the way back."""
+    random = np.random.default_rng((16, runs))
+    rows = ROWS_A_TURN * TURNS
+    run = np.repeat(np.arange(runs), rows)
+    time_s = TURN_S / ROWS_A_TURN * np.arange(runs * rows) + 20.0 * run
+    way = np.arange(rows) / ROWS_A_TURN
+    turns = np.concatenate([way if one % 2 == 0 else way[::-1] for one in range(runs)])
+    noise = NOISE_ARCSEC * ornstein_uhlenbeck(random, time_s, 0.03)
+    phase = 2.0 * np.pi * order * turns + 1.0 + turned_rad * (run % 2)
+    return time_s, turns, run, SIZE_ARCSEC * np.cos(phase) + noise
+
+
+def _record(runs: int, turned_rad: float, *, in_time: bool) -> Record:
+    time_s, turns, run, error = _motor(runs, turned_rad=turned_rad)
+    none = np.zeros((run.size, 0))
+    assert run.size > MOST_ROWS
+    place, other = (time_s, turns) if in_time else (turns, time_s)
+    return record_of(time_s, place, run, error, none, in_time=in_time, also=(other,))
+
+
+@pytest.mark.parametrize("in_time", [False, True])
+@pytest.mark.parametrize("turned_rad", [0.0, 2.0])
+def test_the_averaged_rows_show_no_alias(turned_rad: float, in_time: bool) -> None:
+    """A mean of three rows keeps sin(0.825π)/(3·sin(0.275π)) = 23 % of order 110, 1.8″, and shows
+    it at order 133.3 − 110 = 23.3. The base contains the line with the phase of each sense of
+    motion, so that neither a line nor an oscillation is found there."""
+    found = search_lines(_record(2, turned_rad, in_time=in_time))
+    assert found.lines == ()
+    assert oscillation_of(found, "reference") is None
+
+
+def test_the_fast_line_is_removed_from_the_averaged_rows() -> None:
+    """Only the noise remains: its mean over three rows, with a correlation of e^(−1/3) between
+    neighbours, has √((3 + 4·0.717 + 2·0.513)/9) = 0.87 of the RMS of a row."""
+    record = _record(2, 0.0, in_time=False)
+    left = record.rows().left()
+    assert float(np.sqrt(np.mean(left**2))) == pytest.approx(0.87 * NOISE_ARCSEC, rel=0.1)
+
+
+def test_a_slower_line_stays_in_the_search() -> None:
+    """Order 20 has 6.7 averaged rows a period and is found; nothing is removed from the record."""
+    time_s, turns, run, error = _motor(2, order=20.0)
+    none = np.zeros((run.size, 0))
+    record = record_of(time_s, turns, run, error, none, in_time=False, also=(time_s,))
+    found = search_lines(record)
+    assert [line.rate for line in found.lines] == pytest.approx([20.0], abs=0.01)
+    assert found.lines[0].amplitude_arcsec == pytest.approx(SIZE_ARCSEC, rel=0.05)
+
+
+def test_the_report_states_line_and_reversal_but_no_alias() -> None:
+    """The report names the line, states the reversal error of ±4″ (which two passes cannot confirm)
+    and the RMS that remains, but no oscillation.
+
+    With a drift in the model, a quarter of the squares of the direction is free: its size, twice
+    the coefficient, has the standard uncertainty 2·2″·√(6/3,200)/√(1/4) = 0.35″, where 6 rows are
+    the correlation length of the noise (3 rows on each side).
+    """
+    time_s, turns, run, error = _motor(2)
+    direction = np.where(run % 2 == 0, 1.0, -1.0)
+    table = 60.0 * np.cos(2.0 * np.pi * turns) + 12.0 * np.cos(4.0 * np.pi * turns + 0.5)
+    reference = Reference(
+        target_deg=360.0 * turns,
+        error_arcsec=error + table + 4.0 * direction,
+        run=run,
+        time_s=time_s,
+        direction=direction,
+    )
+    found = diagnosis_of(MeasurementSet(Table(), None, reference))
+    assert found.named is not None
+    assert found.named.name == "periodic_error"
+    words = " ".join(sentences(found))
+    assert "oscillation" not in words
+    assert "With the named effect in the model an error remains: reference 4." in words
+    assert "Up and down differ by" in words
+    reversal = found.findings.reversal
+    assert reversal is not None
+    assert not reversal.confirmed
+    assert reversal.size_arcsec == pytest.approx(8.0, abs=4.0 * 0.35)
