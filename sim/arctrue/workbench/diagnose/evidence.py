@@ -553,9 +553,12 @@ def _settled(item: Candidate, found: Evidence, tried: Survey, candidates: int) -
     if found.index_share >= RUNS_ARE_THE_SAMPLE and tried.residuals.observations.runs:
         among = p_among_the_runs(tried.residuals, item.effect, item.nonlinear)
         p_value = max(p_value, min(1.0, among * candidates * tried.looks))
-    if cycle_change(solution, SIGNIFICANCE) or run_change(solution, SIGNIFICANCE):
+    # A product of parts is the best of many and may hide the changes that the model showed.
+    offsets_decide = tried.findings.cycles is not None and item.level_trials is not None
+    if offsets_decide or cycle_change(solution, SIGNIFICANCE) or run_change(solution, SIGNIFICANCE):
         among = p_among_cycles(tried.base, solution)
-        p_value = max(p_value, min(1.0, among * candidates * tried.looks))
+        tests = candidates if item.level_trials is None else candidates * item.level_trials
+        p_value = max(p_value, min(1.0, among * tests * tried.looks))
     p_value = max(p_value, _p_among_places(item, found, solution, tried, candidates))
     if isinstance(item.effect, ProductOfParts):
         p_value = max(p_value, _p_at_its_level(item, found, solution, tried, candidates))

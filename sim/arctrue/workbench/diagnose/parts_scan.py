@@ -30,6 +30,9 @@ Float = NDArray[np.float64]
 
 HIGHEST_ORDER = 30
 """Highest order of the angle of a product; all half and whole orders up to it are tried."""
+STATION_DECIMALS = 3
+"""Decimals of a degree to which targets are rounded to count the different stations: 3.6″, more
+than the rounding of a file and less than the distance of two stations."""
 CONDITIONS_OF_A_LINE = 3
 """Number of conditions that are scored exactly with a line of a high order, after the constant
 one."""
@@ -153,10 +156,12 @@ def _reference_waves(residuals: Residuals, factors: Sequence[Float]) -> tuple[Fl
     assert rows is not None
     orders = _half_orders()
     power, constants = _waves(residuals, factors, capture=False)
-    if rows.faces is not None and keep_to_faces(rows.faces, rows.run, np.degrees(rows.target_rad)):
-        # An order n and its alias faces − n look the same at the faces, so that only the lower
-        # order is scored.
-        power[:, orders > rows.faces / 2.0] = 0.0
+    target_deg = np.degrees(rows.target_rad)
+    stations = rows.faces or np.unique(np.round(np.mod(target_deg, 360.0), STATION_DECIMALS)).size
+    if stations <= 2 * HIGHEST_ORDER and keep_to_faces(stations, rows.run, target_deg):
+        # An order n and its alias faces − n look the same at the faces (or at stations in equal
+        # steps), so that only the lower order is scored. The order of the faces is a constant.
+        power[:, orders > stations / 2.0] = 0.0
     arc = float(np.ptp(rows.target_rad))
     if arc < LEAST_ARC_RAD:
         # On an arc, an order that does not complete a period is only a slow curve.

@@ -82,3 +82,30 @@ def test_white_noise_has_no_change_between_two_runs(seed: int) -> None:
     found = _with_order_1(lambda run, _: np.zeros(run.size), seed)
     assert found.described is None
     assert found.effect_class == []
+
+
+@pytest.mark.parametrize("seed", [1019, 1020])
+def test_zeros_of_the_runs_are_no_product_of_parts(seed: int) -> None:
+    """Six zeros of 1″ and one of 34 products: order 24 of 24 stations is a constant, and one
+    of the conditions follows six random numbers with p of about 1/34."""
+    random = np.random.default_rng(seed)
+    run = np.repeat(np.arange(RUNS), 24)
+    up = np.arange(24) * 15.0
+    target = np.concatenate([up if number % 2 == 0 else up[::-1] for number in range(RUNS)])
+    if seed % 2:
+        load = random.choice([0.0, 10.0, 20.0], RUNS)[run]
+    else:
+        load = np.round(10.0 + 5.0 * random.normal(size=RUNS), 1)[run]
+    error = 5.0 * np.cos(np.radians(target)) + 1.5 * np.sin(np.radians(2.0 * target))
+    error = error + random.normal(0.0, NOISE, run.size) + random.normal(0.0, 1.0, RUNS)[run]
+    reference = Reference(
+        target,
+        error,
+        run=run,
+        time_s=5.0 * np.arange(run.size) + 35.0 * run,
+        direction=1 - 2 * (run % 2),
+        conditions={"load_nm": load},
+    )
+    found = diagnosis_of(MeasurementSet(Table(), None, reference))
+    assert found.described is None
+    assert found.effect_class == []
