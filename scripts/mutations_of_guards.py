@@ -325,8 +325,8 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "rows_between_gaps_are_far",
         "rows between two gaps are compared with rows beyond the gaps without removing the wave",
         "sim/arctrue/workbench/observations/outliers/single_rows.py",
-        "            without_wave(difference_arcsec[start:end], angle),\n",
-        "            difference_arcsec[start:end],\n",
+        "flat[start:end] = without_wave(difference_arcsec[start:end], angle)",
+        "flat[start:end] = difference_arcsec[start:end]",
         f"{OUTLIERS}::test_a_wrong_row_between_two_gaps_is_masked_and_the_rows_around_it_are_not",
     ),
     Mutation(

@@ -425,16 +425,19 @@ def _columns_of(found: LineSearch) -> Float:
 def _of_stations(solution: Solution, *, timed: bool) -> tuple[list[Jump], SlowChange | None]:
     """Search for steps, and also for a slow change, in a reference whose rows are not closely
     spaced."""
-    jumps: list[Jump] = []
-    slow: SlowChange | None = None
-    for number, record in enumerate(records_of_events(solution)):
+    found: list[tuple[Record, list[Step]]] = []
+    for record in records_of_events(solution):
         none = np.zeros((record.clock.size, 0))
         steps = search_steps(record, none, noise_with(record, none))
-        if timed and (steps or number == 0):
-            slow = slow_change(record, columns_of_steps(record, steps))
-        if steps:
-            jumps = [_jump(step, record, timed=timed) for step in steps]
+        found.append((record, steps))
+        if len(steps) == 1:
             break
+    if not found:
+        return [], None
+    # A step that ends with its run is one step if each run is a stretch, otherwise two.
+    record, steps = min(found, key=lambda item: len(item[1]) or np.inf)
+    slow = slow_change(record, columns_of_steps(record, steps)) if timed else None
+    jumps = [_jump(step, record, timed=timed) for step in steps]
     if not timed:
         jumps = [_at_its_row(jump, solution.observations) for jump in jumps]
     return jumps, slow

@@ -486,6 +486,9 @@ def highest(
 LEAST_STEP_ROWS = 4
 """Smallest number of rows of the run on either side of a step: one more than the largest number of
 consecutive wrong rows."""
+LEAST_LEAD = 10.0
+"""Smallest difference of the gains at which a step that stays in the later runs replaces one that
+ends with its run; ten, odds of 150 to 1, are strong evidence."""
 STEP_PLACES = 24
 """Number of places in a run at which the information about a step is computed; between these places
 the information changes slowly and is interpolated."""
@@ -532,7 +535,7 @@ def step_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     known_information = 1.0 / residuals.solution.noise.index_variance
     # Moment and information of a constant in the later runs of the same channel.
     later: dict[int, tuple[float, float]] = {}
-    either = "stays" in effect.settings
+    staying: list[tuple[float, dict[str, float]]] = []
     for part in reversed(noise.stretches):
         size = part.stop - part.start
         if size < 2 * LEAST_STEP_ROWS:
@@ -553,43 +556,48 @@ def step_scan(effect: Effect, residuals: Residuals) -> list[Place]:
         information -= from_the_end[1:] ** 2 / (from_the_end[0] + known_information)
         power = moment**2 / np.maximum(information, 1e-6 * float(own.max()))
         inside = slice(LEAST_STEP_ROWS - 1, size - LEAST_STEP_ROWS)
-        found_at = [(float(power[index]), int(index)) for index in peaks(power[inside], 2)]
-        if either:
+        of_run = [(places, power[inside])]
+        if "stays" in effect.settings:
             channel = int(capture.run[part.start]) % capture.channels
             of_later, known = later.get(channel, (0.0, 0.0))
             both = np.maximum(information, 1e-6 * float(own.max())) + known
-            staying = ((moment + of_later) ** 2 / both)[inside]
-            found_at += [(float(staying[index]), int(index)) for index in peaks(staying, 2)]
+            of_run.append((staying, ((moment + of_later) ** 2 / both)[inside]))
             whole = float(from_the_end[0])
             later[channel] = (
                 of_later + float(precise[part].sum()),
                 known + whole * known_information / (whole + known_information),
             )
-        for height, index in found_at:
-            row = part.start + index + LEAST_STEP_ROWS
-            place = {"run": float(capture.run[row]), "instant": float(capture.time_s[row])}
-            places.append((height, place))
+        for kind, heights in of_run:
+            for index in peaks(heights, 2):
+                row = part.start + int(index) + LEAST_STEP_ROWS
+                place = {"run": float(capture.run[row]), "instant": float(capture.time_s[row])}
+                kind.append((float(heights[index]), place))
         sizes.append(size)
-    places.sort(key=lambda item: -item[0])
-    best = [place for _, place in places[:BEST_PLACES]]
-    if either:
-        best = [place for number, place in enumerate(best) if place not in best[:number]]
-    if capture.channels > 1:
-        # A step of head 1 is in every channel of a run; the value of ``run`` is then −1, −2, …
-        best += [{**place, "run": -(place["run"] // capture.channels) - 1.0} for place in best]
-    found = scored(effect, residuals, best, 1.0)
-    if either:
-        # Each place counts with the form of the step that fits best there.
-        forms = [(effect.at_place(residuals, place.nonlinear)[0], place) for place in found]
-        found = [
-            replace(place, gain=residuals.score(form, place.nonlinear).gain)
-            for form, place in forms
-        ]
-        found.sort(key=lambda place: -place.gain)
+    if effect.settings.get("stays"):
+        found = _scored_steps(effect, residuals, staying)
+    else:
+        found = _scored_steps(effect, residuals, places)
+    if staying and not effect.settings["stays"]:
+        form = type(effect)(**{**effect.settings, "stays": True})
+        lasting = _scored_steps(form, residuals, staying)
+        if lasting and (not found or lasting[0].gain > found[0].gain + LEAST_LEAD):
+            found = lasting
     if not found:
         return found
     trials = sum(step_trials(found[0].gain, size) for size in sizes)
     return [replace(place, trials=trials) for place in found]
+
+
+def _scored_steps(
+    effect: Effect, residuals: Residuals, places: list[tuple[float, dict[str, float]]]
+) -> list[Place]:
+    """Return the exact gains of steps at the highest of ``places``, in one head or in head 1."""
+    channels = residuals.observations.channels_of_capture
+    best = [place for _, place in sorted(places, key=lambda item: -item[0])[:BEST_PLACES]]
+    if channels > 1:
+        # A step of head 1 is in every channel of a run; the value of ``run`` is then −1, −2, …
+        best += [{**place, "run": -(place["run"] // channels) - 1.0} for place in best]
+    return scored(effect, residuals, best, 1.0)
 
 
 BUMP_WIDTHS_DEG = 0.05 * 1.5 ** np.arange(14)
