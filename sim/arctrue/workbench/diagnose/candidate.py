@@ -30,7 +30,7 @@ MOVED_SHARE = 0.02
 
 
 @dataclass(frozen=True, eq=False)
-class Beside:
+class SecondRunEffect:
     """The other effect with which an effect explains the offsets of the runs."""
 
     effect: Effect
@@ -83,7 +83,7 @@ class Candidate:
     share: BlockShare | None = None
     """Share of the effect's own error that other blocks of the rows predict; None where it is not
     known."""
-    beside: Beside | None = None
+    second_of_runs: SecondRunEffect | None = None
     """The other effect that was subtracted from the rows, if only both together explain the offsets
     of the runs."""
 

@@ -256,9 +256,9 @@ def _with_the_found(
         findings = replace(findings, places=case.with_best.survey.findings.places)
     if item.regular is None:
         left = findings.further(item.name, case.with_best.survey.findings)
-        if item.beside is None or findings.cycles is None:
+        if item.second_of_runs is None or findings.cycles is None:
             return left
-        both = (item.name, item.beside.words)
+        both = (item.name, item.second_of_runs.words)
         return replace(left, cycles=replace(findings.cycles, explained_by=both))
     if findings.oscillation is None:
         return findings
@@ -307,7 +307,7 @@ def _case_of(
     def with_first(before: Survey, first: Candidate) -> Survey:
         report_step(f"diagnosing again with {first.name} in the model")
         solution = first.at_maximum
-        if first.beside is not None:
+        if first.second_of_runs is not None:
             # The solution of this effect is for rows from which the other effect is subtracted.
             solution = fit(solution.terms, before.base.observations)
         left = before.findings.without(first.regular)

@@ -13,11 +13,10 @@ from dataclasses import replace
 import numpy as np
 
 from arctrue.base.progress import ReportStep
-from arctrue.workbench.diagnose.beside import beside, without
 from arctrue.workbench.diagnose.candidate import (
     RUNS_ARE_THE_SAMPLE,
-    Beside,
     Candidate,
+    SecondRunEffect,
     delta_bic,
     explained_arcsec,
     happens_once,
@@ -37,6 +36,7 @@ from arctrue.workbench.diagnose.classes import of_its_order
 from arctrue.workbench.diagnose.every_pass import at_other_speeds
 from arctrue.workbench.diagnose.of_the_runs import leaves_the_index, p_among_the_runs
 from arctrue.workbench.diagnose.regular import Findings
+from arctrue.workbench.diagnose.second_run_effect import second_run_effects, without
 from arctrue.workbench.diagnose.survey import (
     Survey,
     fit_of_channels,
@@ -152,7 +152,7 @@ def weighed(tried: Survey, report_step: ReportStep, *, negligible: bool) -> Surv
     if not negligible:
         waiting = [item for item in waiting if tried.may_matter(item)]
         products = [item for item in products if tried.may_matter(item)]
-    together = _beside(tried)
+    together = _second_run_effects(tried)
     named = {item.name for item in waiting}
     waiting += [item for item in tried.candidates if item.name in together.keys() - named]
     judged: dict[str, Candidate] = {}
@@ -164,7 +164,7 @@ def weighed(tried: Survey, report_step: ReportStep, *, negligible: bool) -> Surv
             break
         item = waiting.pop(0)
         if item.name in together:
-            item = _judged_beside(item, together[item.name], tried, report_step)
+            item = _judged_with_second(item, together[item.name], tried, report_step)
         elif item.regular is not None:
             item = _largest_sure(item, beyond, null_of_lines, report_step)
         else:
@@ -178,7 +178,7 @@ def weighed(tried: Survey, report_step: ReportStep, *, negligible: bool) -> Surv
         ):
             real = item
             waiting = _best_with(waiting, real)
-    if real is not None and real.beside is None:
+    if real is not None and real.second_of_runs is None:
         first = real
         judged = {
             name: _with_noise_of_another(item, first, tried, null, tried.absent, report_step)
@@ -406,16 +406,16 @@ def _tested(
     return item
 
 
-def _beside(tried: Survey) -> dict[str, Beside]:
+def _second_run_effects(tried: Survey) -> dict[str, SecondRunEffect]:
     """Return the effects that explain the offsets of the runs only together with another effect."""
     change = tried.findings.cycles
     if change is None or not change.of_runs:
         return {}
-    return beside(tried.residuals, tried.candidates, tried.absent * tried.looks)
+    return second_run_effects(tried.residuals, tried.candidates, tried.absent * tried.looks)
 
 
-def _judged_beside(
-    item: Candidate, other: Beside, tried: Survey, report_step: ReportStep
+def _judged_with_second(
+    item: Candidate, other: SecondRunEffect, tried: Survey, report_step: ReportStep
 ) -> Candidate:
     """Return the candidate with its evidence from rows from which the other effect is subtracted.
 
@@ -424,7 +424,7 @@ def _judged_beside(
     beyond = replace(tried, residuals=without(tried.residuals, other))
     judged = _judged(item, beyond, Null(beyond.residuals), tried.absent, report_step)
     among = min(1.0, other.p_value * tried.absent * tried.looks)
-    return replace(judged, p_corrected=max(judged.p_corrected, among), beside=other)
+    return replace(judged, p_corrected=max(judged.p_corrected, among), second_of_runs=other)
 
 
 def _beyond_steps(residuals: Residuals, found: Findings) -> Residuals:
@@ -519,7 +519,7 @@ def _judged_product(
         return item
     if real is None or not _same_columns(item, real):
         own = _judged(item, tried, null, 1, report_step)
-        if real is None or real.beside is not None:
+        if real is None or real.second_of_runs is not None:
             return own
         return _with_noise_of_another(own, real, tried, null, 1, report_step)
     assert real.evidence is not None

@@ -192,7 +192,7 @@ def moved_between_cycles(case: Case) -> Decision | None:
     """The offset of the reference changes between cycles or runs; neither the best effect nor the
     best product of parts explains these changes better than chance."""
     change, best = case.survey.findings.cycles, case.best
-    if change is None or best is None or best.beside is not None:
+    if change is None or best is None or best.second_of_runs is not None:
         return None
     tried = [item for item in (best, case.product) if item is not None]
     if any(p_among_cycles(case.survey.base, item.solution) < SIGNIFICANCE for item in tried):
@@ -446,7 +446,7 @@ def _of_the_runs(case: Case) -> bool:
     best = case.best
     if best is None or best.evidence is None:
         return False
-    if best.beside is not None:
+    if best.second_of_runs is not None:
         return True
     if best.solution.observations.runs - best.rank < LEAST_OFFSETS:
         return False

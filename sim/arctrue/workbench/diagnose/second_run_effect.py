@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import fdtrc
 
-from arctrue.workbench.diagnose.candidate import Beside, Candidate
+from arctrue.workbench.diagnose.candidate import Candidate, SecondRunEffect
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.part_conditions import (
     conditions_by_direction,
@@ -47,7 +47,9 @@ class _Shape:
     offsets: Float
 
 
-def beside(residuals: Residuals, items: Sequence[Candidate], tests: float) -> dict[str, Beside]:
+def second_run_effects(
+    residuals: Residuals, items: Sequence[Candidate], tests: float
+) -> dict[str, SecondRunEffect]:
     """Return, for each effect of the catalogue that is significant among the runs only with another
     effect in the model, the best other effect.
 
@@ -75,7 +77,7 @@ def beside(residuals: Residuals, items: Sequence[Candidate], tests: float) -> di
     if not of_catalogue or not others:
         return {}
     left = between_cycles(base, np.asarray(base.reference_residual_arcsec()))[0]
-    found: dict[str, Beside] = {}
+    found: dict[str, SecondRunEffect] = {}
     for name, shape in shapes.items():
         if shape is None or tests * _p_given(left, shape, None) < SIGNIFICANCE:
             continue
@@ -87,11 +89,11 @@ def beside(residuals: Residuals, items: Sequence[Candidate], tests: float) -> di
             continue
         both = np.column_stack([other.offsets, shape.offsets])
         factor = float(np.linalg.lstsq(both, left, rcond=1e-10)[0][0])
-        found[name] = Beside(other.effect, factor * other.coefficient, p_value)
+        found[name] = SecondRunEffect(other.effect, factor * other.coefficient, p_value)
     return found
 
 
-def without(residuals: Residuals, other: Beside) -> Residuals:
+def without(residuals: Residuals, other: SecondRunEffect) -> Residuals:
     """Return the residuals of the model with the other effect subtracted from the reference."""
     solution = residuals.solution
 
