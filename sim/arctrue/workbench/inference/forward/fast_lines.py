@@ -7,6 +7,8 @@ its base.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
@@ -18,11 +20,14 @@ Integer = NDArray[np.int64]
 
 CHANCE = 0.01
 """Probability with which white noise shows a fast line: the family-wise level of every search."""
-MOST_FAST = 16
-"""Largest number of fast lines, to limit cost; the search for lines has the same limit."""
+MOST_LINES = 16
+"""Largest number of lines that are subtracted, to limit cost; the search for lines has the same
+limit."""
 CELLS_A_ROW = 2.0
 """Cells of the evenly spaced grid in a median step of the rows. A line at the highest rate keeps
 sinc² 1/4 = 81 % of its power in cells of half a step."""
+LEAST_PERIODS = 4.0
+"""Fewest periods of a line in a record, as in the search for lines."""
 PADDED = 2
 """Length of the transform, in lengths of the record: a line midway between two rates keeps sinc²
 1/4 = 81 % of its power."""
@@ -37,25 +42,27 @@ FINE = 0.005
 0.016 rad, and the alias of the error has 1 % of the alias of the line."""
 
 
-def fast_columns(place: Float, stretch: Integer, left_arcsec: Float, lowest: float) -> Float:
-    """Return cos and sin of every significant line above the rate ``lowest``, shape (rows, k).
+def fast_lines(
+    place: Float, stretch: Integer, left_arcsec: Float, lowest: float
+) -> Iterator[Float]:
+    """Yield cos and sin of every significant line above the rate ``lowest``, shape (rows, k).
 
     Each line has one pair of columns for each sense of motion, because a lag or backlash gives the
-    line another phase on the way back.
+    line another phase on the way back. Slower lines are subtracted too: uneven rows show them at
+    fast rates as well, with less power.
     """
     senses = _senses(place, stretch)
-    found = np.zeros((place.size, 0))
-    while found.shape[1] < 2 * MOST_FAST * senses.shape[1]:
-        left = left_arcsec - found @ np.linalg.lstsq(found, left_arcsec, rcond=1e-10)[0]
-        rate = _highest_line(place, stretch, left, lowest, senses)
+    left = left_arcsec
+    for _ in range(MOST_LINES):
+        rate = _largest_line(place, stretch, left, senses)
         if rate is None:
-            break
+            return
         phase = 2.0 * np.pi * rate * (place - place[0])
-        found = np.column_stack([found, *(
-            sense[:, np.newaxis] * np.column_stack([np.cos(phase), np.sin(phase)])
-            for sense in senses.T
-        )])  # fmt: skip
-    return found
+        waves = np.column_stack([np.cos(phase), np.sin(phase)])
+        columns = np.hstack([sense[:, np.newaxis] * waves for sense in senses.T])
+        left = left - columns @ np.linalg.lstsq(columns, left, rcond=1e-10)[0]
+        if rate > lowest:
+            yield columns
 
 
 def _senses(place: Float, stretch: Integer) -> Float:
@@ -67,11 +74,11 @@ def _senses(place: Float, stretch: Integer) -> Float:
     return both[:, both.any(axis=0)]
 
 
-def _highest_line(
-    place: Float, stretch: Integer, left_arcsec: Float, lowest: float, senses: Float
+def _largest_line(
+    place: Float, stretch: Integer, left_arcsec: Float, senses: Float
 ) -> float | None:
-    """Return the rate whose power is highest above the level of its neighbours; None if noise may
-    have this power."""
+    """Return the rate with the largest power among those whose power noise does not have; None if
+    there is none."""
     steps = np.abs(np.diff(place))[np.diff(stretch) == 0]
     step, span = float(np.median(steps)), float(np.ptp(place))
     if step <= 0.0 or CELLS_A_ROW * PADDED * span / step > MOST_CELLS:
@@ -80,7 +87,7 @@ def _highest_line(
     cells = int(cell.max()) + 1
     length = 2 ** int(np.ceil(np.log2(PADDED * cells)))
     rates = np.arange(length // 2 + 1) * (CELLS_A_ROW / (step * length))
-    kept = (rates > lowest) & (rates < 0.5 / step)
+    kept = (rates > LEAST_PERIODS / span) & (rates < 0.5 / step)
     if np.count_nonzero(kept) < NEIGHBOURS:
         return None
     power = np.zeros(np.count_nonzero(kept))
@@ -89,10 +96,11 @@ def _highest_line(
         power += (np.abs(np.fft.rfft(sums, length)) ** 2)[kept] / float(sense.sum())
     freedom = 2 * senses.shape[1]
     excess = power / _level(power, round(length / cells), freedom)
-    at = int(np.argmax(excess))
     independent = max(float(np.ptp(rates[kept])) * span, 1.0)
-    if independent * float(chdtrc(freedom, 2.0 * excess[at])) > CHANCE:
+    sure = independent * chdtrc(freedom, 2.0 * excess) < CHANCE
+    if not sure.any():
         return None
+    at = int(np.argmax(np.where(sure, power, 0.0)))
     rate = float(rates[kept][at])
 
     def cost(moved: float) -> float:

@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.inference.forward.fast_lines import fast_columns
+from arctrue.workbench.inference.forward.fast_lines import fast_lines
 from arctrue.workbench.noise.kernel_fit import Rows
 
 Float = NDArray[np.float64]
@@ -150,11 +150,6 @@ def record_of(
     because the averaged rows show their aliases.
     """
     block = -(-clock.size // MOST_ROWS)
-    if block > 1:
-        for over in (place, *also):
-            steps = np.abs(np.diff(over))[np.diff(stretch) == 0]
-            lowest = 1.0 / (ROWS_A_PERIOD * block * max(float(np.median(steps)), 1e-300))
-            columns = np.hstack([columns, fast_columns(over, stretch, residual_arcsec, lowest)])
     cuts = _blocks(stretch, block)
     count = np.diff(np.append(cuts, clock.size)).astype(np.float64)
 
@@ -162,6 +157,13 @@ def record_of(
         sums = np.add.reduceat(values, cuts, axis=0)
         return np.asarray(sums / (count if values.ndim == 1 else count[:, np.newaxis]))
 
+    averaged = [mean(columns)]
+    for over in (place, *also) if block > 1 else ():
+        steps = np.abs(np.diff(mean(over)))[np.diff(stretch[cuts]) == 0]
+        # Half the rate of the averaged rows: a slower line has no alias.
+        lowest = 0.5 / max(float(np.median(steps)), 1e-300)
+        lines = fast_lines(over, stretch, residual_arcsec, lowest)
+        averaged += [mean(line) for line in lines]
     number, middle, where = stretch[cuts], mean(clock), mean(place)
     within = np.diff(number) == 0
     steps = np.diff(middle)[within]
@@ -182,7 +184,7 @@ def record_of(
         width=width,
         readings=count,
         residual_arcsec=mean(residual_arcsec),
-        base=_base(mean(columns), number, middle),
+        base=_base(np.hstack(averaged), number, middle),
         stretch=number,
         step=float(np.median(steps)),
         clock_span=longest,
