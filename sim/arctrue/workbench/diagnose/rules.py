@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from arctrue.base.percent import probability_percent
-from arctrue.workbench.diagnose.candidate import RUNS_ARE_THE_SAMPLE, Candidate
+from arctrue.workbench.diagnose.candidate import RUNS_ARE_THE_SAMPLE, Candidate, happens_once
 from arctrue.workbench.diagnose.case import AGAIN, DEEPEST, LACK_OF_FIT, NEAR_TIE, Case
 from arctrue.workbench.diagnose.classes import (
     OF_THE_SAME_KIND,
@@ -582,6 +582,21 @@ def leaves_its_own_kind(case: Case) -> Decision | None:
     )
 
 
+def leaves_a_larger_slow_change(case: Case) -> Decision | None:
+    """The best effect is a drift, and with it in the model a larger slow change of unknown form
+    remains."""
+    best, left = case.best, case.with_best
+    assert best is not None
+    if left is None or left.survey.findings.slow is None:
+        return None
+    if best.effect.step_at is not None or not happens_once(best):
+        return None
+    # The ends of a straight line with the RMS 1 are √12 apart.
+    if left.survey.findings.slow.size_arcsec <= np.sqrt(12.0) * _largest(best):
+        return None
+    return _only_resembles(case, "with it in the model a larger slow change remains")
+
+
 def _grows_with_a_column(best: Candidate, product: Candidate) -> bool:
     """Tell whether the product is the best effect times a further column: the effect then has no
     other shape."""
@@ -865,6 +880,7 @@ RULES = (
     Rule("unknown", takes_little),
     Rule("unknown", moves_at_further_orders),
     Rule("unknown", leaves_its_own_kind),
+    Rule("unknown", leaves_a_larger_slow_change),
     Rule("unknown", comes_again_and_again),
     Rule("unknown", fails_its_own_test),
     Rule("ambiguous", cannot_be_split),
