@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.diagnose.report import diagnosis_data, sentences
+from arctrue.workbench.diagnose.rules import leaves_a_larger_slow_change
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.forward.slow import SlowChange
 from tests.workbench.base_diagnosis import diagnosis_of
 
 
@@ -58,3 +64,29 @@ def test_a_chirp_is_not_silent() -> None:
     found = diagnosis_of(_reference(error, 2.4, 0.01))
     assert found.verdict == "unknown"
     assert found.findings.causes == ()
+
+
+@pytest.mark.parametrize(
+    ("name", "slow_arcsec", "refused"),
+    [
+        # A straight line with an RMS of 1″ has ends √12″ = 3.46″ apart.
+        ("reference_drift", 3.6, True),
+        ("reference_drift", 3.3, False),
+        ("reference_drift", None, False),
+        ("count_slip", 3.6, False),
+        ("periodic_error", 3.6, False),
+    ],
+)
+def test_a_drift_is_not_named_where_a_larger_slow_change_remains(
+    name: str, slow_arcsec: float | None, refused: bool
+) -> None:
+    """A servo whose error wanders by 2.2° was named a drift of 1.3° over the record."""
+    slow = None if slow_arcsec is None else SlowChange(slow_arcsec, 100.0)
+    left = SimpleNamespace(survey=SimpleNamespace(findings=SimpleNamespace(slow=slow)))
+    best = SimpleNamespace(effect=built_in()[name](), moved_arcsec={"reference": 1.0})
+    case: Any = SimpleNamespace(best=best, with_best=left)
+    found = leaves_a_larger_slow_change(case)
+    assert (found is not None) is refused
+    if found is not None:
+        assert found.verdict == "unknown"
+        assert found.resembles is best
