@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from arctrue.workbench.diagnose.candidate import RUNS_ARE_THE_SAMPLE, Candidate
+from arctrue.workbench.effects.base import Effect, Nonlinear
 from arctrue.workbench.effects.part_conditions import Condition, conditions
 from arctrue.workbench.effects.product_of_parts import Frame, ProductOfParts
 from arctrue.workbench.inference.channels import best_factor
@@ -92,10 +93,11 @@ def coverage(
     """
     smallest = {}
     for item in candidates:
+        effect, nonlinear = _without_form(item)
         found = smallest_detectable(
             residuals,
-            item.effect,
-            item.nonlinear,
+            effect,
+            nonlinear,
             max(absent, 1) * max(item.charged_trials, 1.0),
             replace(refused, trials=item.trials, rows_by_themselves=RUNS_ARE_THE_SAMPLE),
         )
@@ -134,6 +136,14 @@ def blindness(
         or _slow_noise(residuals, matters)
         or _residual_unseen(residuals, residual_rms_arcsec)
     )
+
+
+def _without_form(item: Candidate) -> tuple[Effect, Nonlinear]:
+    """Return the effect in the form that has no further parameters; the size of a reversal error
+    says nothing about the width of its transition."""
+    if item.asked is not None and len(item.asked.forms()) > 1:
+        return item.asked, {}
+    return item.effect, item.nonlinear
 
 
 def effect_or_noise(

@@ -73,6 +73,12 @@ def test_a_width_of_friction(
     assert found.effect_class[0] == "hysteresis"
     assert found.second is None
     assert found.named is not None
+    assert found.covers is not None
+    # The smallest reversal error B that the set would show moves each row by ±B/2, whatever the
+    # form of the transition.
+    smallest = found.covers.smallest["hysteresis"]
+    assert smallest.size is not None
+    assert smallest.size.value == pytest.approx(2.0 * smallest.rms_arcsec["reference"], rel=0.1)
     parameters = found.named.at_maximum.parameters()[-1]
     error = parameters["reversal_error"]
     assert error.value == pytest.approx(2.0 * HALF_ARCSEC, abs=SIGMAS * error.sigma)
