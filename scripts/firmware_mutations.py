@@ -60,7 +60,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "saved_real_orders_on_any_core",
-        "a saved lane of a real order is given to a core without them",
+        "a saved lane of a real order is given to a core without real orders",
         "firmware/application/judge_sets.c",
         "if (followed->real_lanes != 0 && !origin.has_real_orders) {",
         "if (false) {",
@@ -132,7 +132,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "silence_allows_no_change",
-        "a thermometer that was silent may not have changed meanwhile",
+        "a change of temperature while the thermometer was silent counts as a jump",
         "firmware/application/table_temperature.c",
         "limits->jump_k + SILENT_K_S * (now_s - table->read_s);",
         "limits->jump_k;",
@@ -212,7 +212,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "a_turn_without_times_has_the_speed_0",
-        "a turn that sync_in sampled shows no lane that follows the speed",
+        "a turn that is sampled at edges of sync_in gets the speed 0",
         "firmware/application/turn_judge.c",
         "copysign(capture->mean_speed, turn->step_counts);",
         "copysign(0.0, turn->step_counts);",
@@ -439,7 +439,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "squares_feed_back_once",
-        "the lanes of the squared speed count only once for the stability of the speed",
+        "the check of the speed's feedback counts a lane of the squared speed once, not twice",
         "firmware/application/followed.c",
         "            counts += 2.0 * size;\n",
         "            counts += size;\n",
@@ -539,7 +539,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "index_of_the_drive_downwards",
-        "an edge of the drive's index is used while the readings fall, at the pulse's other end",
+        "an edge of the drive's index is used although the readings fall",
         "firmware/application/real_follow.c",
         "    if (since <= 0) {\n",
         "    if (since == 0) {\n",

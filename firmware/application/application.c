@@ -56,7 +56,8 @@ void application_use_flash(struct application *application, struct save *save) {
 }
 
 /* Sets the core up again if it was reset. A disabled output shows a reset, because the output of a core in use is
-   always enabled. After a reset the line drivers stay on for 2^20 clocks (10 ms) only. */
+   always enabled. The output must be enabled within 2^20 clocks (10 ms) of a reset; otherwise the core switches the
+   line drivers off. */
 static void watch_reset(struct application *application) {
     if (!core_output_enabled(&application->core)) {
         application_start(application);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
 /* Provides the functions on memory and texts that the firmware calls, and that the compiler calls to copy structures.
-   The library's versions take 1.9 KB, because they are made for speed, which is not needed here. */
+   The library's versions take 1.9 KB, because they are faster than the firmware needs. */
 
 #include <stddef.h>
 #include <stdint.h>

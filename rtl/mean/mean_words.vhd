@@ -8,9 +8,9 @@
 -- not copied: its active weight is 0.
 --
 -- **Words.** Words 0 to 3 are the offsets of heads 1 to 4, words 4 to 7 their weights. Word 8 is the choice: the
--- carrier (head number - 1) in bits 1 to 0 and one bit per used head from bit 4 on. Only the bits of the formats are
--- stored. Words of a head above HEADS are not stored and read as 0. If the carrier is above HEADS, head 1 is the
--- carrier.
+-- carrier (head number - 1) in bits 1 to 0 and one bit per head from bit 4 on (1: the head is used). Only the bits of
+-- the formats are stored. Words of a head above HEADS are not stored and read as 0. If the carrier is above HEADS, head
+-- 1 is the carrier.
 --
 -- **Writing.** Pulse `write_enable` with address and data. `write_acknowledge` pulses when the word is written: 2
 -- clocks later, or after `hold_writes` has fallen. Hold `hold_writes` high while a swap waits, so that the swap takes
@@ -21,7 +21,7 @@
 -- sign extended, follows `read_address` by 1 clock.
 --
 -- **Number formats.** offset u24.4 counts, weight s1.16. Each port with a whole set of words holds, from the low bits
--- on, the offsets of all heads, the weights of all heads, one bit per used head, and the carrier.
+-- on, the offsets of all heads, the weights of all heads, one bit per head (1: used), and the carrier.
 --
 -- **Reset** drops a pending write. The words keep their values, as the banks of the lanes do. At power-up head 1 is the
 -- carrier and the only used head, so the output follows head 1.

@@ -4,11 +4,11 @@
 --
 -- Computes the term by which the weighted mean of the heads differs from the reading of the carrier s (the head whose
 -- reading enters the pipeline). The output of the core is θ = r_s + Σ wᵢ·(rᵢ − r_s) − E(r_s) with rᵢ = Rᵢ − oᵢ: Rᵢ is
--- the reading of head i, oᵢ its offset, wᵢ its weight. The core subtracts the sum of the correction E and the term from
--- the carrier's reading that head_mean outputs. From this reading head_mean has subtracted the whole counts of o_s, but
--- not the fraction f_s; so the term is f_s − Σ wᵢ·(rᵢ − r_s). If Σ wᵢ·e^{jβᵢ} = 0, where βᵢ are the angles of the heads
--- around the axis, a translation of the axis does not change the mean. The carrier's weight has no effect, because the
--- carrier's difference is 0: the mean is formed as if this weight made the sum of all weights 1.
+-- the reading of head i, oᵢ its offset, wᵢ its weight. head_mean outputs R_s minus the whole counts of o_s; the core
+-- subtracts E and the term from this output. The fraction f_s of o_s is a part of the term, which is
+-- f_s − Σ wᵢ·(rᵢ − r_s). If Σ wᵢ·e^{jβᵢ} = 0, where βᵢ are the angles of the heads around the axis, a translation of the
+-- axis does not change the mean. The carrier's weight has no effect, because the carrier's difference is 0: the mean is
+-- formed as if this weight made the sum of all weights 1.
 --
 -- **Turn.** Differences are taken the shorter way round (turn_difference); the fractions of the offsets are applied
 -- after that.
@@ -50,7 +50,7 @@ entity weighted_mean is
     differences      : out   std_ulogic_vector(HEADS * (ANGLE_WIDTH + 1) - 1 downto 0);    -- counts, s24.0
     fine_differences : out   std_ulogic_vector(HEADS * HEAD_DIFFERENCE_WIDTH - 1 downto 0) := (others => '0'); -- counts, s16.4
     mean_term        : out   u_signed(MEAN_TERM_WIDTH - 1 downto 0) := (others => '0');    -- counts, s19.20
-    limited          : out   std_ulogic                             := '0'                 -- level: a difference in this term is limited
+    limited          : out   std_ulogic                             := '0'                 -- level: a used head's difference in this term is limited
   );
 end entity weighted_mean;
 

@@ -83,7 +83,7 @@ def import_files(
     ------
     AmbiguousError
         The files can be read in several ways. The text names the option of ``arctrue import`` that
-        decides; its ``--unit head1=deg`` is ``units={"head1": "deg"}`` here.
+        decides; for example, ``--unit head1=deg`` there is ``units={"head1": "deg"}`` here.
     MeasurementError
         A file is damaged; the text states row and column.
     MissingExtraError

@@ -1,5 +1,5 @@
-"""Records telemetry in an SQLite file: one row for each turn, each harmonic, each edge of the probe
-and each event."""
+"""Records telemetry in an SQLite file: one row for each turn, each harmonic, each event, and each
+edge of probe_in or pulse of compare_out."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _TURN = {
 }
 """SQL types of the columns of the table of turns, by column."""
 _FIELDS = tuple(name for name in _TURN if name not in ("recorded", "number", "alarms"))
-"""Columns that have the same name as a field of the telemetry."""
+"""Columns that contain the telemetry field of the same name, unchanged."""
 _KIND_OF_EDGE = "kind INTEGER NOT NULL DEFAULT 1"
 """Definition of a column that older files lack; its values are keys of
 arctrue.device.probe.KINDS."""

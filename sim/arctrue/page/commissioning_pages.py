@@ -20,7 +20,7 @@ from arctrue.page.device_commissioning import DeviceCommissioning
 
 
 def commissioning_pages(port: str) -> Blueprint:
-    """Add the routes for commissioning the device at ``port`` to the application."""
+    """Return the routes for commissioning the device at ``port``."""
     pages = Blueprint("commissioning", __name__, url_prefix="/device/commissioning")
     work = DeviceCommissioning(port)
 

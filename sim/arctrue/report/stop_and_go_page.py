@@ -79,7 +79,7 @@ def stop_and_go_page(found: Mapping[str, Any]) -> str:
             "- The offset common to all faces is a₀ of equation (9), the error at the index mark. "
             "Two heads do not determine a₀, and the autocollimator's zero",
             "  removes the offset. All moves have the same direction; therefore the offset also "
-            "contains the creep after a move, during which the integral action releases",
+            "contains the table's creep after a move, until the integral action balances",
             "  the friction.",
             "- The gateware's latency has no effect: it is 0.4 µs, the controller samples every "
             f"{1e6 / controller['rate_hz']:.0f} µs, and the table is at rest during a reading.",

@@ -350,7 +350,8 @@ RECORD = frozenset(name for name in vars(Cause) if not name.startswith("_"))
 
 
 def acts_on(cause: Cause | type[Cause]) -> frozenset[str]:
-    """Return the methods of :class:`Cause` that the cause overrides."""
+    """Return the methods of :class:`Cause` that the cause overrides, without
+    ``index_variance_counts2``."""
     kind = cause if isinstance(cause, type) else type(cause)
     overridden = {name for name in RECORD if getattr(kind, name) is not getattr(Cause, name)}
     return frozenset(overridden - {"index_variance_counts2"})

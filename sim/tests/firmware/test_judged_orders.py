@@ -68,8 +68,8 @@ def file_of(force: bool = False, **counts: float) -> list[str]:
 
 
 def exact_file_of(of: Disc, orders: list[int]) -> list[str]:
-    """Return the frames of a file with these orders of the disc as functions of the reading, from
-    geometry."""
+    """Return the frames of a file with the exact coefficients of these orders of the disc, computed
+    from its geometry as functions of the reading."""
     reading = np.arange(4096) * (2.0 * np.pi / 4096)
     error = np.rad2deg(reading - of.true_angle(reading)) * 3600.0 / ARCSEC
     lines = np.fft.rfft(error)[orders] * (2.0 / reading.size)

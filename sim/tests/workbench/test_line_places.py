@@ -93,12 +93,13 @@ def test_less_than_its_fewest_periods_is_no_line() -> None:
 
 
 def test_a_line_that_is_noise_still_is_found_up_to_where_the_model_takes_it() -> None:
-    """The search finds a line that the noise estimate still contains, up to the place where the
-    model absorbs it. In runs of three turns, the model absorbs 97 % of a line of order 13.041.
+    """The search finds a line that the noise estimate still contains, although the model absorbs
+    97 % of this line (order 13.041, runs of three turns). The found order is the first one that the
+    search allows.
 
-    The search begins at the place where the model leaves a twentieth of the power. This place is at
-    most 1/(4·turns) = 0.083 from the order (1 − sinc²(3δ) = 0.05 at δ = 0.042, more with the other
-    orders in the model).
+    At this order the model leaves a twentieth of the power. If the model had order 13 alone, this
+    would be δ = 0.042 from order 13 (1 − sinc²(3δ) = 0.05). The other orders of the model make δ
+    larger, but not larger than 1/(4·turns) = 0.083.
     """
 
     def error(disc: Float, temperature: Float, speed: float) -> Float:

@@ -1,5 +1,10 @@
-"""Lists the console lines that change nothing in the device (except that one of them switches
-telemetry on); a read-only daemon forwards only these lines."""
+"""Lists the console lines that change neither a setting nor the correction of the device; a
+read-only daemon forwards only these lines.
+
+Three of them have another effect: ``telemetry on``; ``dump``, after which a device that samples at
+equal angles samples at equal times again; ``probe events``, which removes the printed events from
+the gateware's queue.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +17,7 @@ _READS = re.compile(
 
 
 def refusal_of(line: bytes) -> str | None:
-    """Return None for a line that only reads; otherwise return the reason why the daemon refuses
+    """Return None for a line that the daemon forwards; otherwise return the reason why it refuses
     the line."""
     if _READS.fullmatch(line):
         return None

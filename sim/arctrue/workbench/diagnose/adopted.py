@@ -1,4 +1,4 @@
-"""Writes an effect file that makes a product of parts an effect with its own name."""
+"""Writes an effect file that defines a product of parts as an effect with its own name."""
 
 from __future__ import annotations
 

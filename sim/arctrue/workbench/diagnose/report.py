@@ -227,8 +227,8 @@ def sentences(result: Diagnosis) -> list[str]:
         )
         names = ", ".join(result.decision.look_alikes)
         found.append(f"{names} would look the same and cannot be tested: the set lacks {lacking}.")
-    # No single effect has the shape of a jump together with a reversal error, so that the sentences
-    # on these two come first.
+    # No single effect has the shape of a jump together with a reversal error. If an unknown error
+    # has both, the sentences on these two come first.
     findings = result.findings
     first = result.verdict == "unknown" and findings.reversal is not None and bool(findings.steps)
     said = [*found, *said] if first else [*said, *found]
@@ -255,8 +255,8 @@ def _further_with_description(result: Diagnosis) -> list[str]:
 
 
 def _further_line(result: Diagnosis) -> list[str]:
-    """Return a sentence on the line that the diagnosis names with the first effect of a class in
-    the model, if the findings do not list it."""
+    """With the first effect of a class in the model, the diagnosis may name a line: return a
+    sentence on this line if the findings do not list it."""
     first, further = result.decision.first, result.decision.further
     item = None if further is None or further.verdict != "named" else further.first
     if first is None or item is None or not is_line(item) or item.regular is not None:
@@ -309,8 +309,8 @@ def _explains_more(result: Diagnosis) -> str | None:
 
 
 def _further_size(result: Diagnosis) -> list[str]:
-    """Return a sentence on the size of the effect that would be named next; a line has its order
-    or frequency too. There is no sentence for lines that the findings list."""
+    """Return a sentence on the size of the effect that would be named next, for a line also on its
+    order or frequency. There is no sentence for lines that the findings list."""
     item = result.further[0] if result.further else None
     listed = {cause.effect.name for cause in result.findings.causes}
     if item is None or (is_line(item) and item.name in listed):
@@ -357,7 +357,8 @@ def _sizes(item: Candidate) -> list[tuple[str, float]]:
 
 
 def _index(result: Diagnosis) -> list[str]:
-    """Return a sentence if the runs' offsets scatter beyond the known index."""
+    """Return a sentence if the runs' offsets scatter by more than the known repeatability of the
+    index explains."""
     return [] if result.index_scatter is None else [result.index_scatter.sentence()]
 
 
@@ -461,7 +462,7 @@ def _undecided(result: Diagnosis) -> list[str]:
     if len(result.effect_class) > 1:
         said = [f"This data cannot distinguish between: {', '.join(result.effect_class)}."]
         if result.decision.look_alikes and why is not None:
-            said.append(f"In addition to {first}: {why}.")
+            said.append(f"This data is not enough to name {first}: {why}.")
     elif why is not None:
         said = [f"{first} fits best, but this data is not enough to name it: {why}."]
     else:
@@ -475,7 +476,7 @@ def _undecided(result: Diagnosis) -> list[str]:
 
 COMPENSATION_WORDS = {
     "lanes": "The gateware can compensate it with lanes",
-    "offset": "The gateware can compensate it with its offset",
+    "offset": "The gateware can compensate it with a constant offset",
     "modulators": "A bitstream with MODULATORS can compensate it",
     "local_table": "A bitstream with LOCAL_TABLE can compensate it",
     "none": "The gateware cannot compensate it",

@@ -52,9 +52,9 @@ def test_any_head_may_be_missing(found: dict[str, Any]) -> None:
     every, *three = found["missing"]
     assert [one["missing"] for one in three] == [1, 2, 3, 4]
     for one in (every, *three):
-        # The noise of 0.1″ and the counts of 0.077″ act through the weights. The reading of the
-        # carrier, the head whose counts the output follows, is rounded before the correction, which
-        # adds to this noise.
+        # The weights combine the noise of each head, 0.1″, and its rounding to counts of 0.077″,
+        # 0.0223″ RMS. The reading of the carrier (the head whose counts the output follows) is
+        # rounded before the correction; this rounding adds to the noise.
         expected = np.hypot(0.1, 0.0223) * one["noise"]
         assert one["rms_arcsec"] == pytest.approx(expected, rel=0.1)
         assert abs(one["zero_apart_arcsec"]) < 0.01
@@ -98,8 +98,8 @@ def test_the_committed_error_function_reaches_what_was_asked_for() -> None:
     every, rest = COMMITTED["error_function"]["rows"]
     assert (every["orders"], every["turns"]) == (500, 10)
     assert every["left_2_sigma_arcsec"] <= 0.045
-    # The RMS of 998 coefficients scatters by 1/√(2·998) = 2.2 %; the test allows twice this
-    # scatter.
+    # The RMS of 998 coefficients scatters by 1/√(2·998) = 2.2 %. The test allows four times
+    # this scatter about the expected value, and twice this scatter above the limit of 0.012″.
     assert rest["expected_2_sigma_arcsec"] <= 0.012
     for row in (every, rest):
         assert row["known_places_2_sigma_arcsec"] == pytest.approx(

@@ -32,12 +32,12 @@ class NoiseProcess(Protocol):
         """Return the same process with its standard deviation multiplied by ``factor``."""
 
     def with_white(self, sigma_arcsec: float) -> NoiseProcess:
-        """Return the process plus independent white noise that models the rounding; only whitening
-        uses this sum."""
+        """Return the process plus independent white noise that models the rounding; use this sum
+        for whitening and for the RMS, not for drawing."""
 
     def rms_arcsec(self, time_s: Float) -> float:
-        """Return the expected standard deviation of a row; a random walk counts about its mean over
-        all rows."""
+        """Return the expected standard deviation of a row; for a random walk, of its deviation from
+        its mean over all rows."""
 
     @property
     def oscillators(self) -> tuple[DrivenOscillator, ...]:
