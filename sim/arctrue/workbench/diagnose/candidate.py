@@ -138,8 +138,8 @@ class Candidate:
 
 
 ONCE = frozenset({"time", "settling", "run"})
-"""Conditions of drifts, which change in one direction with time, and of changes between two
-runs."""
+"""Conditions of products of parts that are functions of the time alone: of drifts, which change in
+one direction with time, and of changes between two runs."""
 
 
 def happens_once(item: Candidate) -> bool:
