@@ -395,7 +395,17 @@ def _without_idle_conditions(
     scored: Sequence[PartsCandidate], order: Sequence[Condition], rows: int
 ) -> list[PartsCandidate]:
     """Omit products that a simpler condition describes about as well, with the same wave. For
-    example, within a run of a minute, exp(−t/τ) with τ = 1 h is nearly constant."""
+    example, within a run of a minute, exp(−t/τ) with τ = 1 h is nearly constant. Of several changes
+    between two runs, none is simpler: only that with the largest gain is kept."""
+    changes: dict[tuple[float, ...], float] = {}
+    for item in scored:
+        if item.effect.condition.from_run is not None:
+            changes[item.effect.orders] = max(item.gain, changes.get(item.effect.orders, 0.0))
+    scored = [
+        item
+        for item in scored
+        if item.effect.condition.from_run is None or item.gain == changes[item.effect.orders]
+    ]
 
     def worth(item: PartsCandidate) -> float:
         return float(item.gain - item.rank * np.log(rows))
