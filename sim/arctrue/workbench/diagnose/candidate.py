@@ -138,8 +138,8 @@ class Candidate:
 
 
 ONCE = frozenset({"time", "settling", "run"})
-"""Conditions of drifts, which change in one direction with time, and of changes between two
-runs."""
+"""Conditions of products of parts that are functions of the time alone: of drifts, which change in
+one direction with time, and of changes between two runs."""
 
 
 def happens_once(item: Candidate) -> bool:
@@ -188,9 +188,12 @@ def within_the_record(item: Candidate) -> dict[str, Parameter]:
 
     The amplitude of a settling exp(−t/τ) is its size at t = 0. The model explains a part of the
     product, and the first rows may come later, so that no row may change by this amplitude. An
-    amplitude per unit of a condition is no size and stays.
+    amplitude per unit of a condition is no size and stays. The amplitude of a change between two
+    runs stays too: it is the difference of two states, of which the model explains the mean.
     """
     found = item.parameters()
+    if isinstance(item.effect, ProductOfParts) and item.effect.condition.from_run is not None:
+        return found
     if item.evidence is None or item.evidence.base.observations.capture is not None:
         return found
     before = item.evidence.base.solution

@@ -12,6 +12,7 @@ import numpy as np
 from arctrue.workbench.diagnose.adding import Adding
 from arctrue.workbench.diagnose.aliases import above_half_the_samples
 from arctrue.workbench.diagnose.candidate import (
+    ONCE,
     Candidate,
     explained_arcsec,
     happens_once,
@@ -59,8 +60,6 @@ LEAST_COLOUR = 0.02
 """Smallest sum of the squares of 20 autocorrelations that counts as not white. With many rows, a
 smaller sum is significant as well: a noise model that is wrong by a fiftieth of the variance causes
 it. Such an error of the noise model changes no σ by more than 1 %."""
-OF_THE_TIME = frozenset({"time", "settling", "run"})
-"""Conditions of products of parts that are functions of the time alone."""
 AGAIN = 3
 """Smallest number of events in one set that count as recurring; two events may occur by chance."""
 DEEPEST = 3
@@ -187,7 +186,7 @@ class Case:
         if found is None or found.p_corrected >= SIGNIFICANCE or not self.survey.confirmed(found):
             return None
         places = self.survey.findings.places
-        if places is not None and places.is_most and OF_THE_TIME & set(found.effect.parts):
+        if places is not None and places.is_most and ONCE & set(found.effect.parts):
             # Every pass shows most of the error at the same place, so the error is no function of
             # the time.
             return None

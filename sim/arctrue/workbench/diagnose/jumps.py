@@ -13,7 +13,7 @@ LISTED = 6
 """Largest number of jumps that are listed one by one; of more jumps, the largest are listed."""
 LEAST_EVEN, EVEN = 4, 0.05
 """Fewest jumps whose intervals count as equal, and largest relative difference between an interval
-and their median. Three intervals at random instants agree so well once in 300 records."""
+and their median. Three intervals at random instants agree so well once in 900 records."""
 OF_COUNTS = 3.0
 """Largest difference between a jump and a whole number of counts, in standard uncertainties of its
 size; a normal value exceeds it with a probability of 0.003."""
@@ -92,14 +92,14 @@ def list_of_jumps(jumps: Sequence[Jump]) -> str:
     largest."""
     if len(jumps) == 1:
         return (
-            "The record contains a single event, which no other part of it can confirm: "
-            f"{jumps[0].words()}."
+            "The record contains a single event, which no other part of the record can "
+            f"confirm: {jumps[0].words()}."
         )
     largest = sorted(jumps, key=lambda jump: -abs(jump.size_arcsec))[:LISTED]
     words = "; ".join(f"{jump.size} at {jump.where}" for jump in sorted(largest, key=_place))
     listed = "" if len(jumps) <= LISTED else "; the largest are "
     return (
-        f"The record contains {len(jumps)} jumps, which no other part of it can confirm"
+        f"The record contains {len(jumps)} jumps, which no other part of the record can confirm"
         f"{listed or ': '}{words}."
     )
 

@@ -157,7 +157,7 @@ def _reference_waves(residuals: Residuals, factors: Sequence[Float]) -> tuple[Fl
     orders = _half_orders()
     power, constants = _waves(residuals, factors, capture=False)
     target_deg = np.degrees(rows.target_rad)
-    stations = rows.faces or np.unique(np.round(np.mod(target_deg, 360.0), STATION_DECIMALS)).size
+    stations = rows.faces or _stations(target_deg)
     if stations <= 2 * HIGHEST_ORDER and keep_to_faces(stations, rows.run, target_deg):
         # An order n and its alias faces − n look the same at the faces (or at stations in equal
         # steps), so that only the lower order is scored. The order of the faces is a constant.
@@ -167,6 +167,11 @@ def _reference_waves(residuals: Residuals, factors: Sequence[Float]) -> tuple[Fl
         # On an arc, an order that does not complete a period is only a slow curve.
         power[:, orders * arc < 2.0 * np.pi] = 0.0
     return power, constants
+
+
+def _stations(target_deg: Float) -> int:
+    """Return the number of different stations; 359.9999° is the station 0°."""
+    return int(np.unique(np.mod(np.round(target_deg, STATION_DECIMALS), 360.0)).size)
 
 
 def _frames(order: float | None, observations: Observations, in_reference: bool) -> list[Frame]:
@@ -306,14 +311,7 @@ def parts_above(residuals: Residuals) -> list[PartsCandidate]:
     found = conditions(residuals.observations)
     channels = 1 + (residuals.observations.reference is not None)
     shares = [share / channels for share in condition_shares(found)]
-    named = [*zip(found, shares, strict=True)]
-    # Each column is also tried without subtraction of its zero: a torque or a current of zero
-    # causes no error, and the model has no high order that could explain the subtracted part.
-    named += [
-        (column_condition(item.column, 0.0), share)
-        for item, share in zip(found, shares, strict=True)
-        if item.column is not None and item.column_zero != 0.0
-    ]
+    named = _with_columns_from_zero([*zip(found, shares, strict=True)])
     usable: list[tuple[Condition, float]] = []
     factors: list[Float] = []
     for condition, share in named:
@@ -342,6 +340,22 @@ def parts_above(residuals: Residuals) -> list[PartsCandidate]:
     order_of = [condition for condition, _ in named]
     simple = _without_idle_conditions(kept, order_of, residuals.observations.rows)
     return sorted(simple, key=lambda item: -(item.gain - 2.0 * item.rank))
+
+
+def _with_columns_from_zero(
+    named: Sequence[tuple[Condition, float]],
+) -> list[tuple[Condition, float]]:
+    """Return the conditions and, after them, each column without subtraction of its zero: a torque
+    or a current of zero causes no error, and the model has no high order that could explain the
+    subtracted part."""
+    return [
+        *named,
+        *(
+            (column_condition(item.column, 0.0), share)
+            for item, share in named
+            if item.column is not None and item.column_zero != 0.0 and not item.by_direction
+        ),
+    ]
 
 
 def _best_of_each(scored: Sequence[PartsCandidate]) -> list[PartsCandidate]:
@@ -381,7 +395,17 @@ def _without_idle_conditions(
     scored: Sequence[PartsCandidate], order: Sequence[Condition], rows: int
 ) -> list[PartsCandidate]:
     """Omit products that a simpler condition describes about as well, with the same wave. For
-    example, within a run of a minute, exp(−t/τ) with τ = 1 h is nearly constant."""
+    example, within a run of a minute, exp(−t/τ) with τ = 1 h is nearly constant. Of several changes
+    between two runs, none is simpler: only that with the largest gain is kept."""
+    changes: dict[tuple[float, ...], float] = {}
+    for item in scored:
+        if item.effect.condition.from_run is not None:
+            changes[item.effect.orders] = max(item.gain, changes.get(item.effect.orders, 0.0))
+    scored = [
+        item
+        for item in scored
+        if item.effect.condition.from_run is None or item.gain == changes[item.effect.orders]
+    ]
 
     def worth(item: PartsCandidate) -> float:
         return float(item.gain - item.rank * np.log(rows))

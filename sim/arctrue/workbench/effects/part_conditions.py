@@ -27,8 +27,8 @@ class Condition:
     """A factor that depends on the conditions of a row."""
 
     part: str
-    """Name in the JSON: temperature, speed, speed^2, direction, time, settling, travel, or a column
-    of the set; empty for the factor 1."""
+    """Name in the JSON: temperature, speed, speed^2, direction, time, settling, run, travel, or a
+    column of the set; empty for the factor 1."""
     words: str
     unit: str
     values: Callable[[Rows], Float | None]

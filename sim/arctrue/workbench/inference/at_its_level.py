@@ -80,7 +80,10 @@ def _gain(values: Matrix, columns: Matrix, *, with_effect: bool) -> AtItsLevel:
     weighted = columns * scatter[:, np.newaxis]
     shifts, _, rank, _ = solve_symmetric(weighted.T @ weighted, moment)
     # The variance of the size is a sum over the rows: its degrees of freedom follow Satterthwaite.
+    # The fourth power of a normal value has the mean 3σ⁴, so that this ratio has the mean
+    # (n + 2)/3 for n rows of equal weight.
     of_rows = leverage * scatter**2
-    freedom = float(np.sum(of_rows)) ** 2 / max(float(np.sum(of_rows**2)), 1e-300)
+    ratio_of_squares = float(np.sum(of_rows)) ** 2 / max(float(np.sum(of_rows**2)), 1e-300)
+    freedom = max(3.0 * ratio_of_squares - 2.0, 1.0)
     ratio = max(float(moment @ shifts), 0.0) / max(rank, 1)
     return AtItsLevel(float((freedom + rank) * np.log1p(rank * ratio / freedom)), freedom)

@@ -8,6 +8,7 @@ import pytest
 
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.diagnose.report import sentences
+from arctrue.workbench.inference.forward.fast_lines import fast_lines
 from arctrue.workbench.inference.forward.oscillation import oscillation_of
 from arctrue.workbench.inference.forward.record import MOST_ROWS, Record, record_of
 from arctrue.workbench.inference.forward.search import search_lines
@@ -53,6 +54,20 @@ def test_the_averaged_rows_show_no_alias(turned_rad: float, in_time: bool) -> No
     found = search_lines(_record(2, turned_rad, in_time=in_time))
     assert found.lines == ()
     assert oscillation_of(found, "reference") is None
+
+
+@pytest.mark.parametrize("back", [False, True])
+def test_white_noise_has_no_fast_line(back: bool) -> None:
+    """One record in a hundred may show a line: more than three of 40 do so with a probability of
+    10⁻³."""
+    rows, found = 3000, 0
+    number = np.arange(rows) // (rows // 2) if back else np.zeros(rows, dtype=np.int64)
+    place = np.arange(rows) / 400.0
+    place = np.where(number == 1, place[-1] - place, place)
+    for seed in range(40):
+        noise = np.random.default_rng((17, seed)).normal(size=rows)
+        found += bool(list(fast_lines(place, number, noise, 5.0)))
+    assert found <= 3
 
 
 def test_the_fast_line_is_removed_from_the_averaged_rows() -> None:

@@ -12,8 +12,13 @@ from numpy.typing import NDArray
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.diagnose.adopted import adopt
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
+from arctrue.workbench.diagnose.parts_scan import best_parts
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
-from arctrue.workbench.effects.registry import catalogue
+from arctrue.workbench.effects.registry import built_in, catalogue
+from arctrue.workbench.inference.design_matrix import Term
+from arctrue.workbench.inference.fit import fit
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.observations.build import observations_of
 from tests.workbench.base_diagnosis import diagnosis_of
 
 Float = NDArray[np.float64]
@@ -109,3 +114,24 @@ def test_zeros_of_the_runs_are_no_product_of_parts(seed: int) -> None:
     found = diagnosis_of(MeasurementSet(Table(), None, reference))
     assert found.described is None
     assert found.effect_class == []
+
+
+def test_one_change_between_runs_is_listed_for_an_order() -> None:
+    """A change at the start of run 15 of 30 gains 300; a change some runs earlier gains
+    less, and is no second description."""
+    random = np.random.default_rng(1)
+    run = np.repeat(np.arange(30), 72)
+    target = np.tile(np.arange(72) * 5.0, 30)
+    angle = np.radians(target)
+    error = 5.0 * np.cos(angle) + 2.0 * (run >= 15) * np.cos(2.0 * angle + 1.0)
+    reference = Reference(
+        target,
+        error + random.normal(0.0, 0.3, run.size),
+        run=run,
+        time_s=5.0 * np.arange(run.size) + 30.0 * run,
+    )
+    observations = observations_of(MeasurementSet(Table(), None, reference))
+    graduation = Term(built_in()["graduation_harmonics"](), {})
+    found = best_parts(Residuals(fit([graduation], observations)))
+    changes = [item.effect.condition.from_run for item in found if "order:2" in item.effect.parts]
+    assert [first for first in changes if first is not None] == [15]

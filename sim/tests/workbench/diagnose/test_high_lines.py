@@ -9,7 +9,17 @@ import pytest
 from sim.tests.workbench.small_sets import COUNTS_PER_REV, Float, measurement_set
 
 from arctrue.workbench.diagnose.high_lines import high_lines
-from arctrue.workbench.diagnose.parts_scan import best_parts, parts_above
+from arctrue.workbench.diagnose.parts_scan import (
+    _stations,
+    _with_columns_from_zero,
+    best_parts,
+    parts_above,
+)
+from arctrue.workbench.effects.part_conditions import (
+    ALWAYS,
+    column_condition,
+    times_direction,
+)
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit
@@ -68,3 +78,15 @@ def test_the_products_of_the_survey_do_not_compete_with_high_orders() -> None:
 @pytest.mark.parametrize("seed", range(3))
 def test_noise_has_no_line(seed: int) -> None:
     assert high_lines(_residuals(np.zeros(4), seed=seed), 30.0)[0] == []
+
+
+def test_each_column_is_tried_once_without_its_zero() -> None:
+    """A column times the direction has no columns in a capture and adds none."""
+    load, current = column_condition("load_nm", 12.0), column_condition("current_a", 0.0)
+    given = [(item, 0.25) for item in (ALWAYS, load, current, times_direction(load))]
+    found = [condition.words for condition, _ in _with_columns_from_zero(given)[len(given) :]]
+    assert found == ["load_nm"]
+
+
+def test_a_station_at_the_end_of_the_turn_is_the_first() -> None:
+    assert _stations(np.array([0.0, 120.0, 240.0, 359.9999, 120.0001, -0.0001])) == 3

@@ -93,7 +93,7 @@ def test_a_line_fixed_to_time_has_no_lane_and_no_cause_of_the_angle() -> None:
     said = " ".join(sentences(found))
     assert "The gateware cannot compensate it: a line fixed to time has no order" in said
     assert OF_THE_ANGLE not in said
-    # A-9 in the report: the size is printed with its uncertainty.
+    # The report states the size, which has an uncertainty of 2″·√(2/3000) = 0.05″.
     assert "amplitude 5." in said or "amplitude 4." in said
 
 

@@ -207,11 +207,9 @@ class Hysteresis(ScalarEffect):
         self, coefficients: NDArray[np.float64], nonlinear: Nonlinear
     ) -> float | None:
         """Return the travel within which a stop operator changes from one end to the other, also if
-        a part of this travel is before the first row after a reversal; None if the
-        width is not known."""
-        if self.transition == "none":
-            return None
-        if self.transition == "short":
+        a part of this travel is before the first row after a reversal; None if the width is not
+        known."""
+        if self.transition not in WITH_WIDTH:
             return None
         if self.transition == "exponential":
             return EQUAL_INTEGRAL * nonlinear["width"]

@@ -233,8 +233,8 @@ def _within_their_rows(
             places += [(row - 1, float(share)) for share in before]
         squares = []
         for place in places:
-            rest = [item for other, item in enumerate(at) if other != number]
-            tried = record.rows(_with_shares(record, lines, [*rest, place]))
+            others = [item for other, item in enumerate(at) if other != number]
+            tried = record.rows(_with_shares(record, lines, [*others, place]))
             whitened = tried.factor(noise).whiten(tried.values)
             own, columns = whitened[:, 0], whitened[:, 1:]
             left = own - columns @ np.linalg.lstsq(columns, own, rcond=1e-10)[0]

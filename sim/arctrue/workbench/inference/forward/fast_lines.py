@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.optimize import minimize_scalar
-from scipy.special import chdtrc, chdtri
+from scipy.special import chdtri, fdtrc, gamma
 
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
@@ -97,7 +97,8 @@ def _largest_line(
     freedom = 2 * senses.shape[1]
     excess = power / _level(power, round(length / cells), freedom)
     independent = max(float(np.ptp(rates[kept])) * span, 1.0)
-    sure = independent * chdtrc(freedom, 2.0 * excess) < CHANCE
+    p_values = fdtrc(freedom, _freedom_of_level(freedom), 2.0 * excess / freedom)
+    sure = independent * p_values < CHANCE
     if not sure.any():
         return None
     at = int(np.argmax(np.where(sure, power, 0.0)))
@@ -122,3 +123,15 @@ def _level(power: Float, apart: int, freedom: int) -> Float:
     middle = middle / (0.5 * float(chdtri(freedom, 0.5)))
     at = np.arange(power.size)
     return np.asarray(np.maximum(np.interp(at, at[::apart], middle), 1e-300))
+
+
+def _freedom_of_level(freedom: int) -> float:
+    """Return the degrees of freedom of the level: those of the mean of squares with the same
+    relative variance as the median of NEIGHBOURS values of χ² with ``freedom``.
+
+    The median of m values with the density f at the median x has the variance 1/(4·m·f(x)²), and
+    the mean of squares with n degrees of freedom has the relative variance 2/n.
+    """
+    middle, half = float(chdtri(freedom, 0.5)), 0.5 * freedom
+    density = (0.5 * middle) ** (half - 1.0) * np.exp(-0.5 * middle) / (2.0 * float(gamma(half)))
+    return float(8.0 * NEIGHBOURS * (density * middle) ** 2)

@@ -487,7 +487,7 @@ def _multiples_of(record: Record, rates: Sequence[float], noise: KernelNoise) ->
     there, the multiples need closer agreement: a gear usually has its own rate too.
     """
     near = [_nearest_multiple(record, rate) for rate in rates]
-    worth = float(np.log(record.clock.size))
+    penalty = float(np.log(record.clock.size))
     lost: list[float] = []
     found: list[int | None] = []
     for rate, times in zip(rates, near, strict=True):
@@ -498,12 +498,12 @@ def _multiples_of(record: Record, rates: Sequence[float], noise: KernelNoise) ->
         others = record.columns(np.array([other for other in rates if other != rate]))
         gains = scan(record, np.array([rate, times * record.declared]), others, noise)
         lost.append(2.0 * float(gains[0] - gains[1]))
-        most = max(worth + AS_GOOD, 2.0 * MODULATED * float(gains[0]))
+        most = max(penalty + AS_GOOD, 2.0 * MODULATED * float(gains[0]))
         found.append(times if lost[-1] < most else None)
     own = record.declared is None or periods_in(record, record.declared) < DECLARED_PERIODS
     if own or 1 in found:
         return found
-    return [times if lost[at] < worth else None for at, times in enumerate(found)]
+    return [times if lost[at] < penalty else None for at, times in enumerate(found)]
 
 
 AS_GOOD = 6.0
