@@ -39,6 +39,10 @@ the rows show only an upper limit of its width."""
 TRIED_WIDTHS = np.geomspace(NARROWEST_DEG, WIDEST_DEG, 24)
 """Widths at which a transition is tried, in steps of a third: with a width that is a sixth wrong, a
 linear transition still removes more than nine tenths of the error of no transition."""
+MOST_OF_A_PASS = 0.125
+"""Largest width that is tried, as a share of the longest travel without a reversal: WIDEST_DEG is
+this share of a turn. A linear transition over a whole pass is a straight line of the angle, the
+same in both directions, as the scale of a reference gives it."""
 FURTHER_COLUMNS = ("transition", "start")
 """Columns that a transition adds: its size after a reversal, and its size at the start."""
 MOST_LEFT = 0.5
@@ -129,8 +133,12 @@ class Hysteresis(ScalarEffect):
         best: Effect = self
         most, trials = residuals.score(self, {}).gain, 1.0
         excess = residuals.reference_excess_arcsec2(self, {})
+        widest = MOST_OF_A_PASS * float(np.degrees(rows.travel_rad.max(initial=0.0)))
+        widths = [{"width": float(width)} for width in TRIED_WIDTHS if width <= widest]
         for form in self.forms()[1:]:
-            places = [{"width": float(width)} for width in TRIED_WIDTHS] if form.search else [{}]
+            places = widths if form.search else [{}]
+            if not places:
+                continue
             gains = [residuals.score(form, place).gain for place in places]
             place = places[int(np.argmax(gains))]
             further = len(FURTHER_COLUMNS) + len(form.search)
