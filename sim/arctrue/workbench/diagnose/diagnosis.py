@@ -233,7 +233,8 @@ def _with_the_found(
     on the direction, may have looked like a resonance. If a product of parts describes the whole
     error, the lines and the jumps are searched again: an error that follows the speed differs from
     run to run and may have looked like a jump, or like a line on each side of its own order. A slow
-    change that the product describes has a known form.
+    change that the product describes has a known form; if the product leaves a slow change, the
+    size of the whole change is stated.
     """
     item, product = found.named, found.described
     if product is not None and found.verdict == "unknown":
@@ -241,7 +242,8 @@ def _with_the_found(
         if not kept:
             return findings
         left = findings_of(product.at_maximum, effects)
-        findings = replace(findings, slow=None if findings.slow is None else left.slow)
+        if left.slow is None:
+            findings = replace(findings, slow=None)
         if found.decision.resembles is not None:
             return findings
         return replace(

@@ -67,10 +67,6 @@ def _found(measured: MeasurementSet) -> Candidate | None:
     return first
 
 
-def _settling(time_s: Float, angle: Float) -> Float:
-    return np.asarray(60.0 * np.exp(-time_s / 800.0))
-
-
 def _growing(time_s: Float, angle: Float) -> Float:
     return np.asarray(60.0 * time_s / time_s[-1] * np.cos(2.0 * angle))
 
@@ -88,12 +84,6 @@ def test_a_growing_order_is_described(gusts: bool) -> None:
     found = _found(_log(3, gusts=gusts, part=_growing))
     assert found is not None
     assert set(found.effect.parts) == {"time", "order:2", "reference"}
-
-
-def test_a_settling_in_gusts_is_described() -> None:
-    found = _found(_log(3, gusts=True, part=_settling))
-    assert found is not None
-    assert found.effect.parts == ["settling", "reference"]
 
 
 def test_a_growing_order_in_steady_noise_is_described() -> None:
