@@ -402,7 +402,7 @@ def test_grad_is_asked_for(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("head", "said"),
     [
-        (b"PK\x03\x04....", "save the sheet as CSV"),
+        (b"PK\x03\x04....", "save the sheet of a workbook as CSV"),
         (b"BZh91AY", "bunzip2"),
         (b"\x00\x01\x02\x03" * 50, "is neither text nor a format"),
     ],

@@ -463,7 +463,7 @@ def test_a_product_of_parts_needs_odds_of_150_to_1_over_a_name() -> None:
         solution=SimpleNamespace(observations=SimpleNamespace(has_temperature=True)),
     )
     for ahead, is_unknown in ((11.0, True), (9.0, False)):
-        case: Any = SimpleNamespace(product=product, ahead=ahead)
+        case: Any = SimpleNamespace(product=product, ahead=ahead, depth=2)
         assert (rules.described_by_parts(case) is not None) is is_unknown
 
 
