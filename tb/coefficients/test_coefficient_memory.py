@@ -11,12 +11,12 @@ from tb.support.simulation import simulate
 @pytest.mark.parametrize(
     ("lanes", "fold", "phase_offset_delay", "amplitude_delay", "offset_delay"),
     [
-        (5, 1, 4, 21, 25),
+        pytest.param(5, 1, 4, 21, 25, marks=pytest.mark.large),
         (1, 1, 1, 1, 1),
         pytest.param(64, 1, 4, 21, 25, marks=pytest.mark.large),
         (6, 2, 2, 21, 26),
         (4, 4, 2, 21, 28),
-        (16, 8, 3, 22, 32),
+        pytest.param(16, 8, 3, 22, 32, marks=pytest.mark.large),
     ],
 )
 def test_coefficient_memory(

@@ -5,7 +5,14 @@ import pytest
 from tb.support.simulation import simulate
 
 
-@pytest.mark.parametrize(("lanes", "fold"), [(4, 1), (6, 2), (32, 8)])
+@pytest.mark.parametrize(
+    ("lanes", "fold"),
+    [
+        (4, 1),
+        pytest.param(6, 2, marks=pytest.mark.large),
+        pytest.param(32, 8, marks=pytest.mark.large),
+    ],
+)
 def test_turn_offset_sweep(lanes: int, fold: int) -> None:
     simulate(
         "turn_offset_sweep",

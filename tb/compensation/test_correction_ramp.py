@@ -2,8 +2,23 @@
 
 from __future__ import annotations
 
+import pytest
+from sim.tests.gateware.correction_ramp_scenarios import SCENARIOS
+
 from tb.support.simulation import simulate
 
+LONG_CLOCKS = 13_000
+LONG = [scenario.correction.size > LONG_CLOCKS for scenario in SCENARIOS]
 
-def test_correction_ramp() -> None:
-    simulate("correction_ramp", "tb.compensation.correction_ramp_bench")
+
+@pytest.mark.parametrize(
+    "are_long", [False, pytest.param(True, marks=pytest.mark.large)], ids=["short", "long"]
+)
+def test_correction_ramp(are_long: bool) -> None:
+    """The long scenarios have markers in every tick, and steps that last many ticks."""
+    chosen = [place for place, is_long in enumerate(LONG) if is_long is are_long]
+    simulate(
+        "correction_ramp",
+        "tb.compensation.correction_ramp_bench",
+        testcase=[f"equals_the_model/scenario={place}" for place in chosen],
+    )

@@ -7,7 +7,16 @@ import pytest
 from tb.support.simulation import simulate
 
 
-@pytest.mark.parametrize("lanes", [1, 4, 9, 32, 64])
+@pytest.mark.parametrize(
+    "lanes",
+    [
+        1,
+        pytest.param(4, marks=pytest.mark.large),
+        9,
+        pytest.param(32, marks=pytest.mark.large),
+        pytest.param(64, marks=pytest.mark.large),
+    ],
+)
 def test_error_compensation(lanes: int) -> None:
     """The cases cover every number of groups in the adder tree, and an odd number of lanes."""
     simulate(
@@ -18,7 +27,15 @@ def test_error_compensation(lanes: int) -> None:
     )
 
 
-@pytest.mark.parametrize(("lanes", "fold"), [(1, 8), (16, 2), (8, 4), (32, 2)])
+@pytest.mark.parametrize(
+    ("lanes", "fold"),
+    [
+        pytest.param(1, 8, marks=pytest.mark.large),
+        (16, 2),
+        pytest.param(8, 4, marks=pytest.mark.large),
+        pytest.param(32, 2, marks=pytest.mark.large),
+    ],
+)
 def test_folded_sums(lanes: int, fold: int) -> None:
     simulate(
         "error_compensation",
@@ -29,7 +46,15 @@ def test_folded_sums(lanes: int, fold: int) -> None:
     )
 
 
-@pytest.mark.parametrize("lanes", [1, 9, 32, 64])
+@pytest.mark.parametrize(
+    "lanes",
+    [
+        pytest.param(1, marks=pytest.mark.large),
+        9,
+        pytest.param(32, marks=pytest.mark.large),
+        pytest.param(64, marks=pytest.mark.large),
+    ],
+)
 def test_mean_of_the_heads(lanes: int) -> None:
     """The adder tree adds the mean's term as one more addend; the cases cover every number of
     groups."""

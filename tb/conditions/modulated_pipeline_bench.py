@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 from typing import Any
 
@@ -36,6 +37,7 @@ from tb.core.compensation_pipeline_bench import (
 )
 
 ANGLES = 1200
+SWAPS = int(os.environ["SWAPS"])
 # WRITE_CLOCKS: number of clocks from a step of the sweep to the first read that returns the word
 # which this step writes.
 WRITE_CLOCKS = 6
@@ -208,7 +210,7 @@ async def a_swap_with_another_nominal_speed(dut: Any) -> None:
     dut.ramp_rate.value = RAMP_RATE
     dut.angle.value = dut.position.value = 777
     await sweep.settle()
-    for number in range(24):
+    for number in range(SWAPS):
         bank = bank_of(number)
         speed = sweep.random().speed
         sweep.put(sweep.now, idle_speed=speed)

@@ -17,6 +17,7 @@ def test_table_speed() -> None:
     )
 
 
+@pytest.mark.large
 def test_table_speed_on_an_eccentric_disc() -> None:
     """The error of the speed stays below 2·10⁻⁴ while the speed of the reading varies by
     ±8·10⁻⁴."""
@@ -39,12 +40,20 @@ def test_table_conditions() -> None:
     )
 
 
-@pytest.mark.parametrize("fold", [1, 2, 4, 8])
-def test_modulated_pipeline(fold: int) -> None:
+@pytest.mark.parametrize(
+    ("fold", "swaps"),
+    [(8, 4), *(pytest.param(fold, 24, marks=pytest.mark.large) for fold in (1, 2, 4, 8))],
+)
+def test_modulated_pipeline(fold: int, swaps: int) -> None:
     """A pipeline with modulated amplitudes equals its model in every clock, for each FOLD."""
     simulate(
         "compensation_pipeline",
         "tb.conditions.modulated_pipeline_bench",
         generics={"LANES": 8, "FOLD": fold, "MODULATORS": "true"},
-        environment={"LANES": "8", "FOLD": str(fold), "COUNTS_PER_REV": "65536"},
+        environment={
+            "LANES": "8",
+            "FOLD": str(fold),
+            "COUNTS_PER_REV": "65536",
+            "SWAPS": str(swaps),
+        },
     )

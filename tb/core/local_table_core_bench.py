@@ -6,7 +6,6 @@ accepted angle it equals the correction of the models.
 
 from __future__ import annotations
 
-import os
 from typing import Any
 
 import cocotb
@@ -102,7 +101,7 @@ async def scratches_are_taken_away(dut: Any) -> None:
     await names.command("swap")
     await names.update("control", output_enable=1, compensate=1)
     await machine.turn(machine.now + turns(1.5))
-    for sign in map(int, os.environ["SIGNS"].split()):
+    for sign in (1, -1):
         loaded = scratches(sign)
         await names.write_local_table(loaded)
         await names.command("swap")

@@ -10,11 +10,29 @@ UNFOLDED = ("illegal_accesses_are_refused", "interrupt_of_a_swap_and_its_ramp")
 
 ``tb/top/test_arctrue_zynq_top.py`` tests the path from edges to corrected edges through this core.
 """
+SHORTEST = (
+    "correction_waits_for_the_index",
+    "turn_length_and_rearm",
+    "polarity_and_direction_of_the_pins/swaps=1",
+    "alarm_and_release_of_the_drivers",
+    "one_clear_brings_an_output_back_that_could_not_keep_up",
+    "a_reset_of_the_core_does_not_drop_the_line_drivers",
+    "faults_reach_the_processor",
+    "illegal_accesses_are_refused",
+    "interrupt_of_a_swap_and_its_ramp",
+)
+"""Names of the tests that run without ``large``.
+
+Other benches cover what the others show: corrected edges (``test_core_with_a_table``), samples at
+equal angles and turns that a slow processor misses (``tb/sampler``), index marks that scatter or
+are out of their place (``tb/decoder``), probe and compare (``tb/signals``), and lost counts
+(``sim/tests/faults``).
+"""
 
 
 @pytest.mark.parametrize(
     "testcase",
-    [UNFOLDED, pytest.param(None, marks=pytest.mark.large)],
+    [pytest.param(UNFOLDED, marks=pytest.mark.large), pytest.param(None, marks=pytest.mark.large)],
     ids=["lanes_and_latency", "all"],
 )
 def test_core(testcase: tuple[str, ...] | None) -> None:
@@ -28,23 +46,23 @@ def test_core(testcase: tuple[str, ...] | None) -> None:
     )
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("tests", ["quick", pytest.param("all", marks=pytest.mark.large)])
-def test_folded_core(tests: str) -> None:
-    """A core with one pipeline for four lanes passes the tests, and a register states its fold.
-
-    Without ``large``, tests are left out that other benches cover: corrected edges
-    (``test_core_with_a_table``), turns that a slow processor misses (``tb/sampler``), and index
-    marks that scatter (``tb/decoder``).
-    """
+@pytest.mark.parametrize(
+    "testcase",
+    [SHORTEST, pytest.param(None, marks=pytest.mark.large)],
+    ids=["shortest", "all"],
+)
+def test_folded_core(testcase: tuple[str, ...] | None) -> None:
+    """A core with one pipeline for four lanes passes the tests, and a register states its fold."""
     simulate(
         "arctrue_core",
         "tb.core.arctrue_core_bench",
         generics={"LANES": LANES, "CAPTURE_DEPTH": CAPTURE_DEPTH, "FOLD": 4},
-        environment={"FOLD": "4", **({"QUICK": "yes"} if tests == "quick" else {})},
+        testcase=testcase,
+        environment={"FOLD": "4"},
     )
 
 
+@pytest.mark.large
 def test_core_with_events() -> None:
     """With EVENTS, events of probe and compare wait in a queue for the processor, and a register
     states that the queue is built."""

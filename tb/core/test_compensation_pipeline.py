@@ -92,7 +92,12 @@ def test_folds_give_the_same_corrections(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "fold",
-    [1, pytest.param(2, marks=pytest.mark.large), pytest.param(4, marks=pytest.mark.large), 8],
+    [
+        1,
+        pytest.param(2, marks=pytest.mark.large),
+        pytest.param(4, marks=pytest.mark.large),
+        pytest.param(8, marks=pytest.mark.large),
+    ],
 )
 def test_lanes_with_a_table(fold: int) -> None:
     """Lanes with ROTATION = table equal their model, and are within the table's bound of equation
@@ -100,7 +105,7 @@ def test_lanes_with_a_table(fold: int) -> None:
     run("a_turn_of_angles", lanes=8, angles=300, fold=fold, rotation="table")
 
 
-@pytest.mark.parametrize("fold", [1, 4])
+@pytest.mark.parametrize("fold", [pytest.param(1, marks=pytest.mark.large), 4])
 def test_swap_and_latencies_with_a_table(fold: int) -> None:
     """With ROTATION = table, swaps and latencies take as many clocks as with the CORDIC."""
     run("latencies_of_table_1", lanes=8, fold=fold, rotation="table")
@@ -123,7 +128,12 @@ def test_an_unknown_rotation_is_refused(capfd: pytest.CaptureFixture[str]) -> No
 
 @pytest.mark.parametrize(
     ("lanes", "fold", "cosine_width"),
-    [(2, 2, 18), (6, 2, 18), (4, 2, 20), pytest.param(64, 8, 18, marks=pytest.mark.large)],
+    [
+        pytest.param(2, 2, 18, marks=pytest.mark.large),
+        (6, 2, 18),
+        (4, 2, 20),
+        pytest.param(64, 8, 18, marks=pytest.mark.large),
+    ],
 )
 def test_other_folded_configurations(lanes: int, fold: int, cosine_width: int) -> None:
     """LANES / FOLD is 1 in the first case and odd in the second. The third case has truncated pair
@@ -164,7 +174,9 @@ def test_swap_and_bypass_under_load(counts_per_rev: int) -> None:
     run("swap_and_bypass_under_load", lanes=4, angles=6000, counts_per_rev=counts_per_rev)
 
 
-@pytest.mark.parametrize("fold", [2, pytest.param(4, marks=pytest.mark.large), 8])
+@pytest.mark.parametrize(
+    "fold", [pytest.param(2, marks=pytest.mark.large), pytest.param(4, marks=pytest.mark.large), 8]
+)
 def test_folded_swaps_are_atomic(fold: int) -> None:
     """Each angle is corrected with one bank in all FOLD clocks in which its lanes are computed, and
     the correction makes no step."""
@@ -176,14 +188,18 @@ def test_zeros_move_between_two_angles(fold: int) -> None:
     run("zeros_move_between_two_angles", lanes=8, fold=fold)
 
 
-@pytest.mark.parametrize("fold", [1, 2])
+@pytest.mark.parametrize("fold", [pytest.param(1, marks=pytest.mark.large), 2])
 def test_reset_under_load(fold: int) -> None:
     run("reset_under_load", lanes=2, fold=fold)
 
 
 @pytest.mark.parametrize(
     ("fold", "lanes", "counts_per_rev"),
-    [(1, 2, 1024), (4, 4, 2048), pytest.param(1, 4, 2048, marks=pytest.mark.large)],
+    [
+        pytest.param(1, 2, 1024, marks=pytest.mark.large),
+        (4, 4, 2048),
+        pytest.param(1, 4, 2048, marks=pytest.mark.large),
+    ],
 )
 def test_real_orders(fold: int, lanes: int, counts_per_rev: int) -> None:
     """Corrections by lanes of real orders (not integers), whose phases continue from turn to turn,

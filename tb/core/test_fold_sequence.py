@@ -8,7 +8,10 @@ import pytest
 from tb.support.simulation import simulate
 
 
-@pytest.mark.parametrize(("fold", "sums_clock"), [(1, 25), (2, 25), (4, 25), (8, 25), (8, 16)])
+@pytest.mark.parametrize(
+    ("fold", "sums_clock"),
+    [pytest.param(1, 25, marks=pytest.mark.large), (2, 25), (4, 25), (8, 25), (8, 16)],
+)
 def test_fold_sequence(fold: int, sums_clock: int) -> None:
     generics = {"FOLD": fold, "SUMS_CLOCK": sums_clock}
     simulate(

@@ -13,16 +13,16 @@ from tb.support.simulation import simulate
 
 
 @pytest.mark.parametrize(
-    ("fold", "signs"),
+    ("fold", "testcase"),
     [
-        (4, "1"),
-        pytest.param(1, "1 -1", marks=pytest.mark.large),
-        pytest.param(4, "1 -1", marks=pytest.mark.large),
+        (4, "words_of_the_table"),
+        pytest.param(1, None, marks=pytest.mark.large),
+        pytest.param(4, None, marks=pytest.mark.large),
     ],
 )
-def test_core_with_a_local_table(fold: int, signs: str) -> None:
-    """The core with a local table corrects scratches; ``signs`` has the signs of the tables that
-    are loaded one after the other. ``tb/local_table`` tests the table's banks."""
+def test_core_with_a_local_table(fold: int, testcase: str | None) -> None:
+    """The core holds the words of a local table and, in the large tests, corrects scratches with
+    it. ``tb/local_table`` compares the table and its banks with their models."""
     simulate(
         "arctrue_core",
         "tb.core.local_table_core_bench",
@@ -32,5 +32,6 @@ def test_core_with_a_local_table(fold: int, signs: str) -> None:
             "FOLD": fold,
             "LOCAL_TABLE": "true",
         },
-        environment={"FOLD": str(fold), "SIGNS": signs},
+        testcase=testcase,
+        environment={"FOLD": str(fold)},
     )

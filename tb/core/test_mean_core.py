@@ -9,15 +9,15 @@ from tb.support.simulation import simulate
 
 
 @pytest.mark.parametrize(
-    ("heads", "carriers"),
+    ("heads", "carriers", "testcase"),
     [
-        (4, "4"),
-        pytest.param(2, "1 2", marks=pytest.mark.large),
-        pytest.param(3, "1 2 3", marks=pytest.mark.large),
-        pytest.param(4, "1 2 3 4", marks=pytest.mark.large),
+        (4, "4", "the_mean_is_blind_to_the_axis"),
+        pytest.param(2, "1 2", None, marks=pytest.mark.large),
+        pytest.param(3, "1 2 3", None, marks=pytest.mark.large),
+        pytest.param(4, "1 2 3 4", None, marks=pytest.mark.large),
     ],
 )
-def test_mean_core(heads: int, carriers: str) -> None:
+def test_mean_core(heads: int, carriers: str, testcase: str | None) -> None:
     simulate(
         "arctrue_core",
         "tb.core.mean_core_bench",
@@ -27,5 +27,6 @@ def test_mean_core(heads: int, carriers: str) -> None:
             "HEADS": heads,
             "MEAN": "true",
         },
+        testcase=testcase,
         environment={"HEADS": str(heads), "CARRIERS": carriers},
     )

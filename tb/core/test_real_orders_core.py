@@ -12,8 +12,16 @@ from tb.core.arctrue_core_bench import CAPTURE_DEPTH, LANES
 from tb.support.simulation import simulate
 
 
-@pytest.mark.parametrize("fold", [pytest.param(1, marks=pytest.mark.large), 4])
-def test_core_with_real_orders(fold: int) -> None:
+@pytest.mark.parametrize(
+    ("fold", "testcase"),
+    [
+        (4, ("rearm_keeps_the_turn", "words_of_turn_steps")),
+        pytest.param(1, None, marks=pytest.mark.large),
+        pytest.param(4, None, marks=pytest.mark.large),
+    ],
+    ids=["4-turn", "1-all", "4-all"],
+)
+def test_core_with_real_orders(fold: int, testcase: tuple[str, ...] | None) -> None:
     simulate(
         "arctrue_core",
         "tb.core.real_orders_core_bench",
@@ -23,5 +31,6 @@ def test_core_with_real_orders(fold: int) -> None:
             "FOLD": fold,
             "REAL_ORDERS": "true",
         },
+        testcase=testcase,
         environment={"FOLD": str(fold)},
     )

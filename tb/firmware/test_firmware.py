@@ -41,7 +41,7 @@ def calibrate_in_numpy(counts: NDArray[np.int64]) -> Calibration:
     )
 
 
-@pytest.mark.slow
+@pytest.mark.large
 def test_the_firmware_corrects_the_real_core(tmp_path: Path) -> None:
     lines: list[str] = []
     result = run_demo(SETTINGS, tmp_path, lines.append)

@@ -8,7 +8,16 @@ from tb.support.simulation import simulate
 
 
 @pytest.mark.parametrize(
-    ("width", "iterations", "angles"), [(*DEFAULT, 20_000), *((*other, 3000) for other in OTHERS)]
+    ("width", "iterations", "angles"),
+    [
+        (*DEFAULT, 3000),
+        pytest.param(*DEFAULT, 20_000, marks=pytest.mark.large),
+        *((*other, 3000) for other in OTHERS[2:4]),
+        *(
+            pytest.param(*other, 3000, marks=pytest.mark.large)
+            for other in (*OTHERS[:2], *OTHERS[4:])
+        ),
+    ],
 )
 def test_cordic_rotation(width: int, iterations: int, angles: int) -> None:
     values = generics(width, iterations)

@@ -27,7 +27,7 @@ def test_other_generics(width: int, iterations: int, add_partner: str) -> None:
     )
 
 
-@pytest.mark.parametrize("add_partner", ["false", "true"])
+@pytest.mark.parametrize("add_partner", ["false", pytest.param("true", marks=pytest.mark.large)])
 def test_from_the_table(add_partner: str, tmp_path: Path) -> None:
     """The error of the cosine from the table stays within the sum of the errors that the header of
     table_rotation states."""
@@ -44,6 +44,7 @@ def test_from_the_table(add_partner: str, tmp_path: Path) -> None:
     assert np.abs(error).max() <= error_bound()
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("add_partner", ["false", "true"])
 def test_default_on_20000_phases(add_partner: str, tmp_path: Path) -> None:
     file = tmp_path / "cosines.npz"

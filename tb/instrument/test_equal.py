@@ -63,7 +63,7 @@ def test_unit(case: Case, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "generics",
     [
-        {"LANES": 2, "CAPTURE_DEPTH": 16},
+        pytest.param({"LANES": 2, "CAPTURE_DEPTH": 16}, marks=pytest.mark.large),
         {"LANES": 4, "CAPTURE_DEPTH": 16, "FOLD": 2, "ROTATION": "table"},
         pytest.param({"LANES": 2, "CAPTURE_DEPTH": 16, "HEADS": 4}, marks=pytest.mark.large),
     ],

@@ -5,7 +5,9 @@ import pytest
 from tb.support.simulation import simulate
 
 
-@pytest.mark.parametrize("counts_per_rev", [2**24, 1_234_567])
+@pytest.mark.parametrize(
+    "counts_per_rev", [2**24, pytest.param(1_234_567, marks=pytest.mark.large)]
+)
 def test_local_table(counts_per_rev: int) -> None:
     simulate(
         "local_table",
@@ -14,7 +16,9 @@ def test_local_table(counts_per_rev: int) -> None:
     )
 
 
-@pytest.mark.parametrize("counts_per_rev", [2**24, 1_234_567])
+@pytest.mark.parametrize(
+    "counts_per_rev", [2**24, pytest.param(1_234_567, marks=pytest.mark.large)]
+)
 def test_local_table_banks(counts_per_rev: int) -> None:
     simulate(
         "local_table_banks",

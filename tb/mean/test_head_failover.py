@@ -7,7 +7,7 @@ import pytest
 from tb.support.simulation import simulate
 
 
-@pytest.mark.parametrize("heads", [3, 4])
+@pytest.mark.parametrize("heads", [pytest.param(3, marks=pytest.mark.large), 4])
 def test_head_failover(heads: int) -> None:
     simulate(
         "head_failover",

@@ -7,7 +7,9 @@ import pytest
 from tb.support.simulation import simulate
 
 
-@pytest.mark.parametrize("heads", [2, 3, 4])
+@pytest.mark.parametrize(
+    "heads", [*(pytest.param(heads, marks=pytest.mark.large) for heads in (2, 3)), 4]
+)
 @pytest.mark.parametrize("entity", ["mean_words", "head_mean"])
 def test_mean(entity: str, heads: int) -> None:
     simulate(

@@ -8,7 +8,7 @@ import pytest
 from tb.support.simulation import simulate
 
 
-@pytest.mark.parametrize("heads", [3, 4])
+@pytest.mark.parametrize("heads", [pytest.param(3, marks=pytest.mark.large), 4])
 def test_head_watch(heads: int) -> None:
     simulate(
         "head_watch",
@@ -18,7 +18,7 @@ def test_head_watch(heads: int) -> None:
     )
 
 
-@pytest.mark.parametrize("heads", [3, 4])
+@pytest.mark.parametrize("heads", [pytest.param(3, marks=pytest.mark.large), 4])
 def test_parity_sum(heads: int) -> None:
     simulate(
         "parity_sum",

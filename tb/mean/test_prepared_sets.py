@@ -7,7 +7,7 @@ import pytest
 from tb.support.simulation import simulate
 
 
-@pytest.mark.parametrize(("heads", "lanes"), [(3, 3), (4, 4)])
+@pytest.mark.parametrize(("heads", "lanes"), [pytest.param(3, 3, marks=pytest.mark.large), (4, 4)])
 def test_prepared_sets(heads: int, lanes: int) -> None:
     simulate(
         "prepared_sets",

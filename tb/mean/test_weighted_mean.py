@@ -8,7 +8,9 @@ import pytest
 from tb.support.simulation import simulate
 
 
-@pytest.mark.parametrize("heads", [2, 3, 4])
+@pytest.mark.parametrize(
+    "heads", [pytest.param(2, marks=pytest.mark.large), pytest.param(3, marks=pytest.mark.large), 4]
+)
 def test_weighted_mean(heads: int) -> None:
     simulate(
         "weighted_mean",

@@ -5,7 +5,15 @@ import pytest
 from tb.support.simulation import simulate
 
 
-@pytest.mark.parametrize(("lanes", "angles"), [(1, 500), (3, 500), (32, 400), (64, 200)])
+@pytest.mark.parametrize(
+    ("lanes", "angles"),
+    [
+        (1, 500),
+        (3, 500),
+        pytest.param(32, 400, marks=pytest.mark.large),
+        pytest.param(64, 200, marks=pytest.mark.large),
+    ],
+)
 def test_phase_unit(lanes: int, angles: int) -> None:
     simulate(
         "phase_unit",

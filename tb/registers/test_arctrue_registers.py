@@ -11,7 +11,6 @@ from tb.registers import arctrue_registers_model as model_map
 from tb.support.simulation import ROOT, simulate
 
 
-@pytest.mark.slow
 def test_register_block() -> None:
     simulate("arctrue_registers_harness", "tb.registers.arctrue_registers_bench")
 
@@ -126,7 +125,7 @@ def check_windows(generics: dict[str, int | str], environment: dict[str, str]) -
         pytest.param(3, False, marks=pytest.mark.large),
         pytest.param(4, False, marks=pytest.mark.large),
         pytest.param(3, True, marks=pytest.mark.large),
-        (4, True),
+        pytest.param(4, True, marks=pytest.mark.large),
     ],
 )
 def test_windows_of_the_mean_and_of_further_heads(heads: int, failover: bool) -> None:

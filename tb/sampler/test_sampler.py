@@ -6,7 +6,15 @@ from arctrue.generated.number_formats import CAPTURE_DEPTH_DEFAULT
 from tb.support.simulation import simulate
 
 
-@pytest.mark.parametrize("depth", [2, 13, 16, CAPTURE_DEPTH_DEFAULT])
+@pytest.mark.parametrize(
+    "depth",
+    [
+        2,
+        13,
+        pytest.param(16, marks=pytest.mark.large),
+        pytest.param(CAPTURE_DEPTH_DEFAULT, marks=pytest.mark.large),
+    ],
+)
 def test_sampler(depth: int) -> None:
     simulate(
         "sampler",

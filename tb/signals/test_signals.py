@@ -23,7 +23,10 @@ def test_fault_outputs() -> None:
     )
 
 
-@pytest.mark.parametrize(("depth_log2", "delay", "compare_delay"), [(1, 2, 3), (3, 30, 35)])
+@pytest.mark.parametrize(
+    ("depth_log2", "delay", "compare_delay"),
+    [pytest.param(1, 2, 3, marks=pytest.mark.large), (3, 30, 35)],
+)
 def test_event_queue(depth_log2: int, delay: int, compare_delay: int) -> None:
     generics = {"DEPTH_LOG2": depth_log2, "DELAY": delay, "COMPARE_DELAY": compare_delay}
     simulate(
@@ -34,7 +37,7 @@ def test_event_queue(depth_log2: int, delay: int, compare_delay: int) -> None:
     )
 
 
-@pytest.mark.parametrize("delay", [2, 30])
+@pytest.mark.parametrize("delay", [pytest.param(2, marks=pytest.mark.large), 30])
 def test_position_latch(delay: int) -> None:
     simulate(
         "position_latch",

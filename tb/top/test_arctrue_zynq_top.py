@@ -13,12 +13,23 @@ GENERICS = {
 }
 
 
-@pytest.mark.slow
-def test_top_level() -> None:
-    simulate("arctrue_zynq_harness", "tb.top.arctrue_zynq_bench", generics=GENERICS)
+@pytest.mark.parametrize(
+    "tests",
+    [
+        "registers|from_edges|i2c|identified|leds",
+        pytest.param("interrupt|reset_in_the_middle", marks=pytest.mark.large),
+    ],
+    ids=["pins", "interrupt_and_reset"],
+)
+def test_top_level(tests: str) -> None:
+    simulate(
+        "arctrue_zynq_harness",
+        "tb.top.arctrue_zynq_bench",
+        generics=GENERICS,
+        environment={"COCOTB_TEST_FILTER": tests},
+    )
 
 
-@pytest.mark.slow
 def test_four_heads_reach_the_core() -> None:
     simulate(
         "arctrue_zynq_heads_harness",
@@ -28,7 +39,6 @@ def test_four_heads_reach_the_core() -> None:
     )
 
 
-@pytest.mark.slow
 def test_pairs_reach_the_top_level() -> None:
     simulate(
         "arctrue_zynq_differential_harness",
@@ -37,6 +47,6 @@ def test_pairs_reach_the_top_level() -> None:
         environment={
             "ARCTRUE_PAIRS": "1",
             "ARCTRUE_FOLD": "2",
-            "COCOTB_TEST_FILTER": "registers|from_edges|interrupt|i2c|identified",
+            "COCOTB_TEST_FILTER": "registers|from_edges|i2c|identified",
         },
     )

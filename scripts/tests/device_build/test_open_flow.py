@@ -20,6 +20,7 @@ from scripts.tests.device_build.small_top import SMALL_TOP, netlist_of_small_top
 from scripts.tests.synth.tools import tools_missing
 
 MISSING = tools_missing(find_ghdl, find_yosys)
+SHORTEST_TOPS = ("arctrue_zynq_top", "encoder_source_top")
 
 
 @pytest.fixture
@@ -346,7 +347,13 @@ def test_the_real_netlist_holds_the_processor(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(bool(MISSING), reason=MISSING)
-@pytest.mark.parametrize("top", TOPS.values(), ids=TOPS)
+@pytest.mark.parametrize(
+    "top",
+    [
+        pytest.param(top, id=name, marks=[pytest.mark.large] * (name not in SHORTEST_TOPS))
+        for name, top in TOPS.items()
+    ],
+)
 def test_yosys_reads_the_netlist_of_every_top(tmp_path: Path, top: Top) -> None:
     """Yosys reads the netlist of every top; it once rejected the netlist of one top, because the
     name of an instance was a keyword of Verilog."""

@@ -65,6 +65,7 @@ def _without_dates(model: at.Model) -> list[HistoryStep]:
     return [msgspec.structs.replace(step, date="") for step in model.content.history]
 
 
+@pytest.mark.large
 def test_a_folder_is_as_good_as_its_set() -> None:
     folder = DOCS / "data" / "worm_axis_telescope"
     table = at.read_set(folder)
@@ -157,6 +158,7 @@ def shown_by(notebook: Path) -> list[Any]:
     return shown
 
 
+@pytest.mark.large
 def test_the_notebook_of_the_metrologist() -> None:
     """The results in the notebook agree with its simulation: amplitudes of 2″ and 0.3″, a reversal
     error of 0.4″, and noise of 0.1″ a row."""
@@ -193,7 +195,7 @@ def test_the_notebook_of_the_beamline() -> None:
     np.testing.assert_allclose(correction.values, expected, atol=0.1)
 
 
-@pytest.mark.slow
+@pytest.mark.large
 def test_the_notebook_of_the_machine_builder() -> None:
     polygon, data, verdict, model, left = shown_by(NOTEBOOKS / "machine_builder.ipynb")
     assert list(polygon.columns) == ["angle", "error_arcsec", "direction", "cycle"]
@@ -206,7 +208,7 @@ def test_the_notebook_of_the_machine_builder() -> None:
     assert left["std"] < 0.2
 
 
-@pytest.mark.slow
+@pytest.mark.large
 def test_the_notebook_runs(tmp_path: Path) -> None:
     """All code cells of the notebook run in order, and the last expressions of the cells have the
     expected values."""

@@ -67,7 +67,14 @@ def test_nobody_takes_away_what_the_page_says_is_left() -> None:
             assert row["left_with_arcsec"] > 0.8 * row["part_arcsec"] > 0.0, name
 
 
-@pytest.mark.parametrize("name", ["thermal_eccentricity", "hysteresis", "latency"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param("thermal_eccentricity", marks=pytest.mark.large),
+        "hysteresis",
+        pytest.param("latency", marks=pytest.mark.large),
+    ],
+)
 def test_the_stored_figures_are_measured(name: str) -> None:
     """A new measurement gives the stored figures; on another processor the last digits may
     differ."""

@@ -59,6 +59,7 @@ def edited(folder: Path, path: Path, before: str, added: str) -> Path:
     return copy
 
 
+@pytest.mark.large
 def test_a_register_takes_two_files(tmp_path: Path) -> None:
     """A new register needs two edited files, from which the build makes block, Python names, bench
     and core."""

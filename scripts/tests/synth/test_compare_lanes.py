@@ -41,6 +41,7 @@ def _outputs(delay: int, *, wrong: float = 0.0) -> np.ndarray:
     return late
 
 
+@pytest.mark.large
 def test_latency_and_errors_are_those_of_the_outputs() -> None:
     latency, error, any_angle = latency_and_errors(_outputs(16))
     # The harness reads a value after the edge that takes its phase, which adds one register to the

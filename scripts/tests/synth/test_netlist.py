@@ -91,6 +91,7 @@ def test_folded_lanes_share_their_multipliers(tmp_path: Path) -> None:
     assert Design.read(synthesise(netlist, flatten=True)).total("compensation_pipeline").dsp == 4
 
 
+@pytest.mark.large
 @needs_tools
 def test_report_of_a_small_entity(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "made"
@@ -110,6 +111,7 @@ def test_a_latch_is_refused(tmp_path: Path) -> None:
         synthesise(write_netlist("latch", tmp_path / "made", folders=[tmp_path]), flatten=True)
 
 
+@pytest.mark.large
 @needs_tools
 def test_two_drivers_of_one_net_are_refused(tmp_path: Path) -> None:
     for name, text in (("inner", INNER), ("clash", CLASH)):

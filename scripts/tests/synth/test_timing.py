@@ -191,6 +191,7 @@ def test_an_exception_needs_its_name() -> None:
     assert timing.split_exceptions([entry], (("other", ""),)) == ([entry], [])
 
 
+@pytest.mark.large
 @needs_tools
 def test_two_adders_in_a_row_are_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -207,7 +208,9 @@ def test_two_adders_in_a_row_are_reported(
 
 
 @needs_tools
-@pytest.mark.parametrize("entity", ["phase_lane", "position_compare"])
+@pytest.mark.parametrize(
+    "entity", [pytest.param("phase_lane", marks=pytest.mark.large), "position_compare"]
+)
 def test_a_unit_keeps_to_one_adder_and_to_200_mhz(
     entity: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

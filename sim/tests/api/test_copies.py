@@ -23,6 +23,7 @@ def data() -> at.Dataset:
     )
 
 
+@pytest.mark.large
 def test_a_fit_survives_pickle_and_deepcopy(data: at.Dataset) -> None:
     found = at.fit(
         data,
@@ -50,7 +51,6 @@ def test_a_comparison_survives_pickle(data: at.Dataset) -> None:
     assert pickle.loads(pickle.dumps(found)).data == found.data
 
 
-@pytest.mark.slow
 def test_a_diagnosis_survives_pickle(data: at.Dataset) -> None:
     found = at.diagnose(data, MODEL)
     again = pickle.loads(pickle.dumps(found))

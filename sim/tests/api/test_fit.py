@@ -83,6 +83,7 @@ def test_values_and_uncertainties_are_those_of_least_squares() -> None:
     assert (amplitude.unit, size.unit) == ("arcsec", "arcsec")
 
 
+@pytest.mark.large
 def test_an_interval_in_white_noise_is_students() -> None:
     """In white noise the half-widths of a linear parameter's interval agree, within 15 %, with
     those of Student's t."""
@@ -97,6 +98,7 @@ def test_an_interval_in_white_noise_is_students() -> None:
         amplitude.interval(95)
 
 
+@pytest.mark.large
 def test_an_amplitude_within_its_noise_reaches_down_to_zero() -> None:
     found = at.fit(data(), harmonics(1, 2, 3))
     low, high = found.params["graduation_harmonics.order_2_amplitude"].interval(0.95)
@@ -311,7 +313,6 @@ def test_a_model_is_meant_in_several_ways(tmp_path: Any) -> None:
         at.fit(tmp_path / "set", 3)  # type: ignore[arg-type]
 
 
-@pytest.mark.slow
 def test_the_pictures_of_a_fit_are_those_of_its_comparison() -> None:
     pytest.importorskip("matplotlib")
     model = harmonics(1, 3).having("hysteresis")
@@ -320,7 +321,7 @@ def test_the_pictures_of_a_fit_are_those_of_its_comparison() -> None:
     assert all(image.startswith(b"\x89PNG") for image in found.images.values())
 
 
-@pytest.mark.slow
+@pytest.mark.large
 def test_an_explanation_names_the_cause_with_its_size() -> None:
     """The explanation names the simulated reversal error with its size, 0.25″ in each direction."""
     table = at.simulate("hysteresis", sizes=[0.5], experiment="short", seed=3)

@@ -101,6 +101,7 @@ def _compared(tmp_path: Path, places_deg: tuple[float, ...]) -> tuple[str, dict[
     return done.output, json.loads(file.read_text(encoding="utf-8"))["axis_orbit"]
 
 
+@pytest.mark.large
 def test_three_heads_state_no_synchronous_motion(tmp_path: Path) -> None:
     """The disc's calibration absorbs an unknown part of a motion that repeats in each turn."""
     output, found = _compared(tmp_path, PLACES_DEG[:3])
@@ -111,6 +112,7 @@ def test_three_heads_state_no_synchronous_motion(tmp_path: Path) -> None:
         assert 0.9 < found[direction]["asynchronous_arcsec"] < 1.91 + 8.0 * 0.2
 
 
+@pytest.mark.large
 def test_compare_draws_the_orbit(tmp_path: Path) -> None:
     """``arctrue compare`` prints the orbit's figures of ISO 230-7 for x and for y, and draws the
     orbit, for a set of four heads."""

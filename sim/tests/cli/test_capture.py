@@ -100,6 +100,7 @@ def device(monkeypatch: pytest.MonkeyPatch) -> Iterator[NoisyLine]:
         yield made
 
 
+@pytest.mark.large
 def test_changed_and_lost_rows_are_asked_for_again(device: NoisyLine, tmp_path: Path) -> None:
     arguments = [device.port, str(tmp_path / "set"), "--timeout", str(PATIENCE_S)]
     done = CliRunner().invoke(main, ["capture", *arguments])

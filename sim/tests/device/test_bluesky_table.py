@@ -153,6 +153,7 @@ def test_the_plan_runs_on_the_compiled_instrument(
     assert np.std(made_counts - error_counts) < 0.27
 
 
+@pytest.mark.large
 def test_what_is_wrong_or_not_allowed_fails_the_plan(
     ports: None, engine: RunEngine, device: Device, tmp_path: Path
 ) -> None:

@@ -329,6 +329,7 @@ def test_a_new_alarm_takes_one_capture(monkeypatch: pytest.MonkeyPatch, tmp_path
         assert path.name.endswith("-alarm")
 
 
+@pytest.mark.large
 def test_captures_are_taken_on_a_schedule(device: Device, tmp_path: Path) -> None:
     with daemon(device.port, tmp_path, "--capture-every", "0.001", "--no-alarm-capture") as running:
         running.heard("captured: ")

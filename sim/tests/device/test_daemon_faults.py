@@ -131,6 +131,7 @@ def test_an_error_of_usb_while_the_port_is_opened_again_is_retried(
     assert next(errors, None) is None
 
 
+@pytest.mark.large
 def test_ten_thousand_lines_of_600_bytes_a_minute(replay: Replay, tmp_path: Path) -> None:
     """For six seconds at the highest rate, the daemon records every line and sends it to a
     watcher. A terminal buffers only 4 KB, so that a slow daemon delays the test's writes."""

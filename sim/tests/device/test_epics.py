@@ -219,6 +219,7 @@ def asks_for_a_capture(replay: Replay) -> None:
         asked += replay.received.get(timeout=PATIENCE_S)
 
 
+@pytest.mark.large
 def test_nobody_writes_over_pvaccess_unless_it_is_allowed(
     replay: Replay, tmp_path: Path, ports: dict[str, str]
 ) -> None:

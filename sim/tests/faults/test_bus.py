@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import pytest
 from sim.tests.faults.conftest import MakeScene
 from sim.tests.faults.scene import Scene
 
 
+@pytest.mark.large
 def test_stalls_delay_and_change_nothing(make_scene: MakeScene) -> None:
     """A turn gives the same coefficients over a fast and over a slow bus."""
     banks = []

@@ -17,7 +17,7 @@ would be right again, and no index would show the fault."""
 HEAD2 = HEAD2_A | HEAD2_B | HEAD2_Z
 
 
-@pytest.mark.parametrize("level", ["low", "high"])
+@pytest.mark.parametrize("level", [pytest.param("low", marks=pytest.mark.large), "high"])
 def test_head_2_dead(scene: Scene, level: str) -> None:
     """While head 2 is dead, the correction continues with the active coefficients."""
     before, turns = scene.bank(), len(scene.firmware.telemetry)
@@ -38,7 +38,14 @@ def test_head_2_dead(scene: Scene, level: str) -> None:
     scene.knows_the_separation()
 
 
-@pytest.mark.parametrize("level", ["held", "low", "high"])
+@pytest.mark.parametrize(
+    "level",
+    [
+        pytest.param("held", marks=pytest.mark.large),
+        pytest.param("low", marks=pytest.mark.large),
+        "high",
+    ],
+)
 def test_head_1_dead(scene: Scene, level: str) -> None:
     """The output follows head 1: it stops when head 1 stops, and continues without a jump when head
     1 returns."""

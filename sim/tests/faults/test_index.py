@@ -10,7 +10,7 @@ from arctrue.instrument import HEAD1_Z, HEAD2_Z
 Z_OF = {"head1": HEAD1_Z, "head2": HEAD2_Z}
 
 
-@pytest.mark.parametrize("head", Z_OF)
+@pytest.mark.parametrize("head", ["head1", pytest.param("head2", marks=pytest.mark.large)])
 def test_lost_index(scene: Scene, head: str) -> None:
     """The gateware detects a missed index at the next index, two turns after the one before; no
     count is lost."""
@@ -33,7 +33,7 @@ def test_lost_index(scene: Scene, head: str) -> None:
     scene.recovers()
 
 
-@pytest.mark.parametrize("head", Z_OF)
+@pytest.mark.parametrize("head", [pytest.param("head1", marks=pytest.mark.large), "head2"])
 def test_false_index(scene: Scene, head: str) -> None:
     """A pulse of two counts on Z, in the middle of a turn, must not change the angle."""
     before = scene.bank()

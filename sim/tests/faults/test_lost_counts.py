@@ -11,7 +11,12 @@ SEPARATION_RAD = float(np.deg2rad(33.0))
 
 
 @pytest.mark.parametrize(
-    ("counts", "heal"), [(PERIOD_COUNTS, 0), (10 * PERIOD_COUNTS, 0), (10 * PERIOD_COUNTS, 1)]
+    ("counts", "heal"),
+    [
+        pytest.param(PERIOD_COUNTS, 0, marks=pytest.mark.large),
+        pytest.param(10 * PERIOD_COUNTS, 0, marks=pytest.mark.large),
+        (10 * PERIOD_COUNTS, 1),
+    ],
 )
 def test_dropped_counts(make_scene: MakeScene, counts: int, heal: int) -> None:
     """Head 2 proves the loss of head 1's counts at the next index; the correction is never switched
@@ -59,6 +64,7 @@ def test_dropped_counts(make_scene: MakeScene, counts: int, heal: int) -> None:
     scene.recovers()
 
 
+@pytest.mark.large
 def test_slip_that_its_turn_does_not_show(make_scene: MakeScene) -> None:
     """The firmware uses a turn with a slip that is too small to show as a step between two samples.
 

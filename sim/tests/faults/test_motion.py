@@ -49,7 +49,10 @@ def test_reversal(make_scene: MakeScene) -> None:
     assert scene.compare().most < scene.clean_bound + HYSTERESIS_COUNTS
 
 
-@pytest.mark.parametrize("speed", [2.5, 4.0, 8.0])
+@pytest.mark.parametrize(
+    "speed",
+    [2.5, pytest.param(4.0, marks=pytest.mark.large), pytest.param(8.0, marks=pytest.mark.large)],
+)
 def test_over_speed(make_scene: MakeScene, speed: float) -> None:
     """The core reports edges of head 1 that are closer than permitted, faster than the output, or
     more than one per clock.

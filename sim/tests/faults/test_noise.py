@@ -40,6 +40,7 @@ def test_burst_on_head_1(scene: Scene) -> None:
     scene.recovers()
 
 
+@pytest.mark.large
 def test_burst_on_head_2(scene: Scene) -> None:
     """A burst on head 2 does not change the output, which follows head 1."""
     before = scene.bank()
@@ -63,7 +64,7 @@ def spikes(scene: Scene) -> list[PinFault]:
     return [PinFault(int(clock), 1, invert=pins[random.integers(6)]) for clock in clocks]
 
 
-@pytest.mark.parametrize("filter_length", [1, 3])
+@pytest.mark.parametrize("filter_length", [pytest.param(1, marks=pytest.mark.large), 3])
 def test_spikes_end_in_the_filter(make_scene: MakeScene, filter_length: int) -> None:
     # The filter delays an edge next to a spike by up to three clocks, so that the next edge follows
     # it sooner; therefore the smallest permitted spacing is reduced to 2 clocks.

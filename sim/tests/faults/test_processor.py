@@ -3,6 +3,7 @@ capture."""
 
 from __future__ import annotations
 
+import pytest
 from sim.tests.faults.scene import Scene
 from sim.tests.faults.setting import POLL_CLOCKS, TURN_CLOCKS
 
@@ -21,6 +22,7 @@ def test_hung_for_three_turns(scene: Scene) -> None:
     scene.recovers()
 
 
+@pytest.mark.large
 def test_calculation_longer_than_a_turn(scene: Scene) -> None:
     """During a long calculation the sampler does not write into the bank that the firmware
     reads."""
@@ -63,6 +65,7 @@ def test_begins_anew_after_a_fault(scene: Scene) -> None:
     scene.recovers()
 
 
+@pytest.mark.large
 def test_begins_anew(scene: Scene) -> None:
     """After a re-arm the correction ramps to 0, until the firmware has calibrated again."""
     scene.firmware.start()
@@ -80,6 +83,7 @@ def test_begins_anew(scene: Scene) -> None:
     scene.recovers()
 
 
+@pytest.mark.large
 def test_capture_that_is_stuck(scene: Scene) -> None:
     """If the capture is switched off, the firmware starts it again after four turns without a
     bank."""

@@ -13,7 +13,7 @@ BYTES_MOST = 200_000
 TARGETS = ("console", "capture", "record")
 
 
-@pytest.mark.slow
+@pytest.mark.large
 def test_no_kept_input_harms() -> None:
     command = ["make", "-s", "-C", str(FIRMWARE), "fuzz-replay"]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=600)

@@ -291,6 +291,7 @@ def test_without_a_fabric_its_window_is_not_touched(tmp_path: Path) -> None:
         assert machine.read_register(control) == canary, "no bypass is written to an empty fabric"
 
 
+@pytest.mark.large
 def test_a_hang_is_noticed_and_reported(tmp_path: Path) -> None:
     """The interrupt handler of the global timer detects that the main program loops for ever,
     restarts the firmware and reports the address of the loop."""
@@ -320,7 +321,7 @@ def reset_by_the_watchdog(machine: Emulator, status: int) -> None:
     machine.machine_command("cont")
 
 
-@pytest.mark.parametrize("name", ["data_abort", "hang"])
+@pytest.mark.parametrize("name", ["data_abort", pytest.param("hang", marks=pytest.mark.large)])
 def test_a_faults_name_survives_a_reset_of_the_system(tmp_path: Path, name: str) -> None:
     """The name of a fault survives a reset: a fault restarts the firmware, the restart does not
     finish, and the watchdog resets the system."""
@@ -518,6 +519,7 @@ def test_an_interrupt_that_faults_does_not_block_the_next(tmp_path: Path) -> Non
         machine.ask("status", "reset undefined_instruction")
 
 
+@pytest.mark.large
 def test_the_watchdog_runs_out_where_nothing_else_helps(tmp_path: Path) -> None:
     """The processor's watchdog runs out if code without interrupts never restarts it. QEMU's
     watchdog counts but does not reset; therefore the test checks that its counter falls. Then the

@@ -80,6 +80,7 @@ def test_an_amplitude_that_no_lane_holds_at_some_temperature_is_refused() -> Non
     assert "a lane reaches 8500 counts between 10 and 30 °C" in of_limits(warm)[0]
 
 
+@pytest.mark.large
 @given(
     st.lists(st.integers(1, 300), min_size=1, max_size=16, unique=True),
     st.integers(0, 2**32 - 1),

@@ -40,7 +40,6 @@ def test_every_phase_of_20_bits_stays_within_the_bound() -> None:
     assert 5.2e-5 < error.max() < 5.4e-5
 
 
-@pytest.mark.slow
 def test_every_phase_of_24_bits_stays_within_the_bound() -> None:
     largest = 0.0
     for start in range(0, TURN, 1 << 20):

@@ -36,7 +36,7 @@ def _peak_bytes(path: Path, rows: int, out: Path) -> int:
     return int(done.stdout.split()[-1])
 
 
-@pytest.mark.slow
+@pytest.mark.large
 def test_the_memory_of_an_import(tmp_path: Path) -> None:
     few = _peak_bytes(tmp_path / "few.csv", 1000, tmp_path / "few")
     many = _peak_bytes(tmp_path / "many.csv", ROWS, tmp_path / "many")

@@ -64,7 +64,6 @@ def back_in(device: HeadsDevice) -> None:
 
 
 @pytest.mark.large
-@pytest.mark.slow
 def test_a_dead_head_is_left_out_and_comes_back(device: HeadsDevice) -> None:
     """The firmware leaves out head 3 while its pins are low for five turns; the output then follows
     the mean of the other heads, without ball motion."""
@@ -90,7 +89,7 @@ def test_a_dead_head_is_left_out_and_comes_back(device: HeadsDevice) -> None:
     assert abs(output.line(BALLS.order)) < LINE_ARCSEC
 
 
-@pytest.mark.slow
+@pytest.mark.large
 def test_a_head_that_slips_by_4000_counts_is_left_out(device: HeadsDevice) -> None:
     """The firmware leaves out head 3, which counts 4,000 counts too many because of added pulses,
     and later uses it again."""
@@ -112,7 +111,7 @@ def test_a_head_that_slips_by_4000_counts_is_left_out(device: HeadsDevice) -> No
     back_in(device)
 
 
-@pytest.mark.slow
+@pytest.mark.large
 def test_the_device_makes_its_own_sets() -> None:
     """The device calibrates four heads without a loaded file; then head 3 fails while the table
     turns.

@@ -57,7 +57,7 @@ def device() -> Iterator[HeadsDevice]:
         yield made
 
 
-@pytest.mark.slow
+@pytest.mark.large
 def test_capture_calibrate_load_and_fresh_turns(device: HeadsDevice, tmp_path: Path) -> None:
     """The device performs the steps of docs/heads.md, with counts that are 64 times coarser."""
     balls_arcsec = np.degrees(0.25e-6 / DISC_RADIUS_M) * 3600.0
@@ -109,7 +109,7 @@ def test_capture_calibrate_load_and_fresh_turns(device: HeadsDevice, tmp_path: P
     assert change == pytest.approx(hub_arcsec, abs=LINE_ARCSEC), "the change of head 1's reading"
 
 
-@pytest.mark.slow
+@pytest.mark.large
 def test_the_device_calibrates_the_mean_alone(device: HeadsDevice) -> None:
     """Without a host, the firmware fits the coefficients, computes the weights, writes both and
     swaps; further turns agree with the true angle."""
@@ -160,7 +160,7 @@ def mean_of(**changes: Any) -> Coefficients:
     return replace(lanes, extension=Extension(mean=replace(mean, **changes)))
 
 
-@pytest.mark.slow
+@pytest.mark.large
 def test_a_mean_of_other_heads_is_refused(device: HeadsDevice) -> None:
     """The firmware refuses at once a set for three heads, a set with other delays and a set without
     the frame of head 3. After a turn it refuses a set in which one head's angle is wrong by
@@ -184,7 +184,6 @@ def test_a_mean_of_other_heads_is_refused(device: HeadsDevice) -> None:
     assert "wrong_crc" in device.firmware.send(spoiled[-1])
 
 
-@pytest.mark.slow
 def test_faults_of_head_4_are_reported(device: HeadsDevice) -> None:
     """An illegal transition of head 4 raises the counter on the console and, if selected, switches
     the line drivers off."""
@@ -205,7 +204,7 @@ def test_faults_of_head_4_are_reported(device: HeadsDevice) -> None:
     device.firmware.send("set release_sources 0")
 
 
-@pytest.mark.slow
+@pytest.mark.large
 def test_a_dead_head_does_not_stop_the_calibration(device: HeadsDevice) -> None:
     """A head dies after the device has calibrated the mean; after ``rearm`` the device calibrates
     head 1, although the mean used the dead head."""
@@ -232,7 +231,6 @@ def test_a_dead_head_does_not_stop_the_calibration(device: HeadsDevice) -> None:
 
 
 @pytest.mark.large
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "micrometres"),
     [

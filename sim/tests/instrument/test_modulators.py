@@ -185,6 +185,7 @@ def changing_errors(instrument: Instrument, modulator: str | None) -> NDArray[np
     return np.asarray(error[at > 300_000] - error[(at > 300_000) & (at < 390_000)].mean())
 
 
+@pytest.mark.large
 def test_latency_at_the_papers_scale_while_the_speed_changes(modulated: Instrument) -> None:
     """At 2²⁴ counts per turn and changing speed, the lane leaves at most two counts plus τ·a·lag
     (delay, acceleration, lag of the measured speed); a constant lane leaves the whole change."""
@@ -204,7 +205,14 @@ twice the half count to which the step's error has fallen."""
 
 
 @pytest.mark.parametrize(
-    ("delay_us", "windows"), [(20.0, 12), (61.4, 12), (-61.4, 26), (100.0, 12), (-85.0, 26)]
+    ("delay_us", "windows"),
+    [
+        pytest.param(20.0, 12, marks=pytest.mark.large),
+        (61.4, 12),
+        pytest.param(-61.4, 26, marks=pytest.mark.large),
+        pytest.param(100.0, 12, marks=pytest.mark.large),
+        pytest.param(-85.0, 26, marks=pytest.mark.large),
+    ],
 )
 def test_the_measured_speed_settles_after_a_step(
     modulated: Instrument, delay_us: float, windows: int
@@ -245,6 +253,7 @@ def test_the_measured_speed_settles_after_a_step(
     assert has_settled == is_accepted
 
 
+@pytest.mark.large
 def test_a_swap_to_another_nominal_speed_makes_no_jump(modulated: Instrument) -> None:
     """A set with the same delay and another nominal speed replaces the present set while the table
     turns; the output does not move.

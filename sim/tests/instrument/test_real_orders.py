@@ -110,6 +110,7 @@ def run(
     return forwards, backwards
 
 
+@pytest.mark.large
 def test_lines_are_gone_after_some_turns_and_backwards(built: Instrument) -> None:
     """The lanes leave less than 0.5 count of each harmonic, also when the table goes back past its
     index into negative turns; with the lanes off, the harmonics have their amplitudes."""

@@ -17,7 +17,7 @@ SETTINGS = RevolutionSettings(
 )
 
 
-@pytest.mark.slow
+@pytest.mark.large
 def test_three_heads_calibrate_their_mean_and_fresh_turns_agree() -> None:
     """The firmware calibrates the mean of three heads by itself; in fresh turns the output differs
     from the true angle by its rounding.

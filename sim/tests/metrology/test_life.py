@@ -100,6 +100,7 @@ def test_many_series_and_short_intervals_hide_no_large_change(number: int, gap_d
     assert [(one.series.name, one.kind) for one in found] == [("e.p0", "step")]
 
 
+@pytest.mark.large
 def test_false_findings_are_as_frequent_as_stated() -> None:
     """Machines without a change get a false finding as often as stated. Each machine has several
     parameters, which scatter more than their stated uncertainty u."""
@@ -119,7 +120,7 @@ def test_false_findings_are_as_frequent_as_stated() -> None:
     assert false >= least
 
 
-@pytest.mark.parametrize("parts", [1, 2])
+@pytest.mark.parametrize("parts", [1, pytest.param(2, marks=pytest.mark.large)])
 def test_a_step_and_a_drift_are_found_with_date_and_size(parts: int) -> None:
     random, number = np.random.default_rng(4), 60
     held_day = held_size = 0
@@ -170,6 +171,7 @@ def test_parameters_without_uncertainty_have_no_series() -> None:
     assert [one.name for one in found] == ["a.size"]
 
 
+@pytest.mark.large
 def test_the_interval_of_a_forecast_holds_the_day() -> None:
     """The interval of a forecast contains the day at which a drift with constant rate passes the
     limit; the size is 0.2″ until day 140, and 1″ at day 420."""

@@ -121,6 +121,7 @@ def test_a_clamp_that_creeps_is_an_alarm(tmp_path: Path) -> None:
     assert forecast["latest"] is None or passes <= forecast["latest"]
 
 
+@pytest.mark.large
 def test_alarms_reach_the_daemon(
     bracket: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -149,6 +150,7 @@ def test_alarms_reach_the_daemon(
         running.heard(f"{name}: its alarm has ended")
 
 
+@pytest.mark.large
 def test_a_bearing_that_wears(tmp_path: Path) -> None:
     folder = write_life(tmp_path / "sets", worn_bearing)
     done = life(folder, "--effect", "radial_error_motion", "--json", tmp_path / "a.json")

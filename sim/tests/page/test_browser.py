@@ -67,7 +67,7 @@ def test_all_questions_of_an_import_are_answered_on_one_screen(
     expect(page.locator("#set")).to_contain_text("24")
 
 
-@pytest.mark.slow
+@pytest.mark.large
 def test_the_whole_story(server: str, page: Page) -> None:
     page.goto(server)
     picture(page, "start")
@@ -166,6 +166,7 @@ def cut_off(page: Page, outer: str, inner: str) -> list[str]:
     return found
 
 
+@pytest.mark.large
 def test_a_server_that_ended_is_said_and_nothing_counts(page: Page, tmp_path: Path) -> None:
     made = measurement_set(paper_error, runs=2, cycles=2, turns=1, reversal_arcsec=2.0)
     write_measurement_set(tmp_path / "sets" / "one", made)
@@ -193,6 +194,7 @@ def test_a_server_that_ended_is_said_and_nothing_counts(page: Page, tmp_path: Pa
         all_drawn(page)
 
 
+@pytest.mark.large
 def test_on_a_phone_the_header_is_one_line_and_the_ladder_is_whole(server: str, page: Page) -> None:
     page.set_viewport_size({"width": 360, "height": 780})
     page.goto(server)

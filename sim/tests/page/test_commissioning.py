@@ -61,6 +61,7 @@ def test_exchanged_cables_are_named_and_stop_the_walk(
             assert "needs the steps before it" in refused.get_data(as_text=True)
 
 
+@pytest.mark.large
 def test_a_step_that_is_repeated_forgets_those_after_it(client: FlaskClient) -> None:
     assert "All heads are connected as planned" in taken(client, "connection", PLAN)
     html = taken(client, "forward")

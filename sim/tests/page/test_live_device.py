@@ -162,6 +162,7 @@ def test_the_heads_of_a_mean_are_shown(replay: Replay, page: Page, tmp_path: Pat
         expect(rows.nth(2)).to_contain_text("left out")
 
 
+@pytest.mark.large
 def test_a_click_captures_and_diagnoses(device: Device, page: Page, tmp_path: Path) -> None:
     store, state = tmp_path / "store", tmp_path / "state"
     with (
@@ -183,6 +184,7 @@ def test_a_click_captures_and_diagnoses(device: Device, page: Page, tmp_path: Pa
         assert ours.head1_counts.tolist() == theirs.head1_counts.tolist()
 
 
+@pytest.mark.large
 def test_without_a_daemon_a_capture_is_refused_in_a_sentence(page: Page, tmp_path: Path) -> None:
     with page_server(tmp_path, tmp_path / "state", "--device", "/dev/nothing") as address:
         page.goto(f"{address}/device/")

@@ -31,7 +31,7 @@ from arctrue.table.causes.thermal_centre import ThermalCentre
 from arctrue.table.temperature import TemperatureCourse
 from tests.page.in_browser import needs_browser, picture
 
-pytestmark = [needs_browser, pytest.mark.slow]
+pytestmark = needs_browser
 
 SETTINGS = RevolutionSettings(
     lines=256, interpolation=256, lanes=4, samples=1200, orders=8, clocks_per_count=1.15

@@ -96,6 +96,7 @@ def open_evil(page: Page, server: str) -> None:
     page.wait_for_url(re.compile(r"/s/[0-9a-f]{16}/1/$"))
 
 
+@pytest.mark.large
 def test_the_page_shows_markup_as_text(server: str, page: Page, tmp_path: Path) -> None:
     open_evil(page, server)
     all_drawn(page)

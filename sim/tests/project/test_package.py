@@ -261,6 +261,7 @@ for needs in (found.plot, lambda: at.Dataset.from_hdf5("none.h5"), table):
 """
 
 
+@pytest.mark.large
 def test_the_library_works_in_the_core(core: Installed) -> None:
     """The core alone builds, writes and fits a set from arrays. For a missing extra, the message
     names the command that installs it."""

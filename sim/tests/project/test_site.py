@@ -41,7 +41,6 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.slow
 def test_every_page_is_on_the_site_and_its_pictures_too(site: Path) -> None:
     for page in [*DOCS.glob("*.md"), *(DOCS / "entities").glob("*.md")]:
         name = page.relative_to(DOCS).with_suffix(".html")
@@ -52,7 +51,6 @@ def test_every_page_is_on_the_site_and_its_pictures_too(site: Path) -> None:
     assert (site / "search" / "search_index.json").is_file()
 
 
-@pytest.mark.slow
 def test_a_page_asks_no_other_server_for_anything(site: Path) -> None:
     for made in site.rglob("*.html"):
         text = made.read_text(encoding="utf-8")
@@ -60,7 +58,6 @@ def test_a_page_asks_no_other_server_for_anything(site: Path) -> None:
             assert not source.startswith(("http:", "https:", "//")), f"{made.name}: {source}"
 
 
-@pytest.mark.slow
 def test_links_to_the_sources_are_shown_as_names(site: Path) -> None:
     text = (site / "own-effect.html").read_text(encoding="utf-8")
     assert "sim/arctrue/workbench/effects/base.py</code>" in text
@@ -81,7 +78,6 @@ def test_the_navigation_has_four_parts_and_every_page_once() -> None:
     )
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("page", "said"),
     [

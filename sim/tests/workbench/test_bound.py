@@ -159,7 +159,7 @@ def _residuals(made: MeasurementSet) -> Residuals:
     ("effect", "channel"),
     [
         pytest.param("head_angle_error", "capture", marks=pytest.mark.large),
-        ("timing_skew", "capture"),
+        pytest.param("timing_skew", "capture", marks=pytest.mark.large),
         pytest.param("thermal_head_drift", "capture", marks=pytest.mark.large),
         ("reference_drift", "reference"),
         pytest.param("hysteresis", "reference", marks=pytest.mark.large),

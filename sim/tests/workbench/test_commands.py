@@ -110,6 +110,7 @@ def test_the_loop_by_hand(warm_set: Path, same_table_again: Path, tmp_path: Path
     assert [step.action for step in read_model(model).history] == ["fit", "add", "drop"]
 
 
+@pytest.mark.large
 def test_an_unknown_effect_is_adopted_and_the_error_falls(tmp_path: Path) -> None:
     def error(disc, temperature, speed):  # type: ignore[no-untyped-def]
         return paper_error(disc, temperature, speed) + 0.4 * (temperature - 20.0) * np.cos(
@@ -208,6 +209,7 @@ def _bad_commands(good: Path, folder: Path) -> dict[str, tuple[object, ...]]:
     }
 
 
+@pytest.mark.large
 def test_bad_input_is_one_sentence_and_exit_code_2(warm_set: Path, tmp_path: Path) -> None:
     for said, arguments in _bad_commands(warm_set, tmp_path).items():
         result = _run(*arguments)

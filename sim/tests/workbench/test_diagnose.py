@@ -67,6 +67,7 @@ def test_an_effect_in_no_catalogue_is_unknown_with_its_parts() -> None:
     assert "order 2" in str(result.description)
 
 
+@pytest.mark.large
 def test_too_small_to_matter_is_said_not_named() -> None:
     # In 2,880 rows a reversal error of ±0.025″ is significant, although 0.025″ is less than half a
     # count; the diagnosis lists the error as negligible.
@@ -85,6 +86,7 @@ def test_a_jump_of_both_heads_is_bad_data() -> None:
     assert "run 1" in result.decision.faults[0]
 
 
+@pytest.mark.large
 def test_one_run_at_one_speed_does_not_choose_between_time_and_angle() -> None:
     # The oscillation has 39.75 periods per turn of 12 s. Three turns distinguish orders that differ
     # by 1/6, so that the oscillation is not taken for a half-integer order.
@@ -102,6 +104,7 @@ def test_one_run_at_one_speed_does_not_choose_between_time_and_angle() -> None:
     assert "speed" in result.next_measurement
 
 
+@pytest.mark.large
 def test_the_same_seed_gives_the_same_diagnosis() -> None:
     first, second = (
         diagnosis_of(measurement_set(reversal_arcsec=0.8, runs=2, cycles=3)) for _ in range(2)

@@ -64,6 +64,7 @@ def test_a_gear_that_the_faces_divide_shows_itself_by_its_side_lines() -> None:
     assert trials > 1.0
 
 
+@pytest.mark.large
 def test_side_lines_that_only_the_noise_with_the_gear_shows_are_taken() -> None:
     """The side lines are 18 times as large as their uncertainty from the rows' noise. With the
     noise that is estimated without the gear in the model they are not significant, because this

@@ -71,6 +71,7 @@ def test_columns_have_one_shape_in_both_channels(name: str) -> None:
     assert shown
 
 
+@pytest.mark.large
 def test_a_new_effect_works_as_written(tmp_path: Path) -> None:
     write_new_effect("warm_ovality", tmp_path)
     done = subprocess.run(

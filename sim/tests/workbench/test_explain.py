@@ -52,6 +52,7 @@ def _explained(folder: Path, *more: object) -> dict[str, Any]:
     return found
 
 
+@pytest.mark.large
 def test_two_regular_causes_are_added_and_listed_by_size(tmp_path: Path) -> None:
     folder, model = tmp_path / "log", tmp_path / "model.toml"
     noise = _log(folder, [(8.0, WORM_S), (3.0, 131.0)], 1)
@@ -81,6 +82,7 @@ def test_noise_alone_gets_nothing(tmp_path: Path) -> None:
     assert found["diagnosis"]["verdict"] != "named"
 
 
+@pytest.mark.large
 def test_a_table_that_warms_is_explained_and_what_is_left_is_adequate(tmp_path: Path) -> None:
     """The explanation of a warming table leaves an adequate model: the set has the paper's error,
     and order 1 changes by 0.4″/K while the temperature varies."""
@@ -100,6 +102,7 @@ def test_a_table_that_warms_is_explained_and_what_is_left_is_adequate(tmp_path: 
     assert found["diagnosis"]["verdict"] in {"adequate", "cannot_tell"}
 
 
+@pytest.mark.large
 def test_what_cannot_be_separated_is_said_with_the_measurement_that_would(tmp_path: Path) -> None:
     """The explanation names the measurement that separates two causes: at one speed, an oscillation
     of 3.3 Hz may depend on the time or on the angle."""

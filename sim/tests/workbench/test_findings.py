@@ -30,6 +30,7 @@ def _warm(disc, temperature, speed):  # type: ignore[no-untyped-def]
     return paper_error(disc, temperature, speed) + 0.4 * (temperature - 20.0) * np.cos(disc + 0.7)
 
 
+@pytest.mark.large
 def test_time_is_the_shadow_of_heat() -> None:
     found = [item for item in _findings(error=_warm) if item.channel == "capture"]
     first = found[0]

@@ -59,6 +59,7 @@ def test_noise_of_both_channels_and_the_truth_are_found() -> None:
     assert np.max(np.abs(left - left.mean())) < 0.05
 
 
+@pytest.mark.large
 def test_covariance_is_that_of_repetition() -> None:
     draws = []
     sigma = None

@@ -83,6 +83,7 @@ def test_half_a_turn_correlates_what_a_turn_keeps_apart() -> None:
     assert not identifiability(fit([_graduation(orders=orders)], whole)).correlated
 
 
+@pytest.mark.large
 def test_smallest_effect_is_found_in_nearly_all_sets_and_half_of_it_in_fewer() -> None:
     absent = {"hysteresis": EFFECTS["hysteresis"]}
     base = fit([_graduation()], observations_of(measurement_set(runs=1, cycles=2)))

@@ -85,6 +85,7 @@ def test_the_delay_takes_the_constant_and_its_coupling_to_every_order(delay_us: 
     assert found.value == pytest.approx(delay_us, abs=4.0 * found.sigma)
 
 
+@pytest.mark.large
 def test_ramps_tell_a_delay_from_a_reversal_error() -> None:
     """Ramps separate a delay from a reversal error, because the table accelerates in both
     directions. At one constant speed the two effects would look the same."""
@@ -114,6 +115,7 @@ def _fast_log(delay_s: float) -> Observations:
     return observations_of(MeasurementSet(Table(), None, reference, title="a fast log"))
 
 
+@pytest.mark.large
 def test_what_a_delay_leaves_is_judged_with_the_orders_that_it_bent() -> None:
     """A delay is judged with the orders of a fit that contains the delay: at 2,700 °/s a delay of
     100 µs is 970″, so that a fit without the delay gives wrong orders.

@@ -56,6 +56,7 @@ def test_a_half_order_is_no_ball_pass() -> None:
     assert abs(order - 2.5) > 1.0 / 24.0
 
 
+@pytest.mark.large
 def test_an_order_that_grows_is_no_vibration_with_it() -> None:
     """The diagnosis names no vibration for an order whose amplitude grows: θ·cos 6θ acts like a
     line next to order 6, and the graduation absorbs most of this line, whatever its size."""

@@ -51,7 +51,14 @@ def _mount(seed: int, rows: int = 3000, step_s: float = 0.65) -> tuple[np.ndarra
     return time_s, with_lines(time_s, MOUNT) + noise
 
 
-@pytest.mark.parametrize("size_arcsec", [3.0, 40.0, 400.0])
+@pytest.mark.parametrize(
+    "size_arcsec",
+    [
+        pytest.param(3.0, marks=pytest.mark.large),
+        pytest.param(40.0, marks=pytest.mark.large),
+        400.0,
+    ],
+)
 def test_a_rate_is_known_to_its_own_uncertainty(size_arcsec: float) -> None:
     """A sine in white noise has σ_f = √6·σ/(π·T·A·√N) (Rife and Boorstyn, IEEE Trans. Inf. Theory
     20 (1974) 591): the frequency of a line of 400 σ is known to 5·10⁻⁵ of 1/T."""
@@ -64,6 +71,7 @@ def test_a_rate_is_known_to_its_own_uncertainty(size_arcsec: float) -> None:
     assert found[0].rate == pytest.approx(rate, abs=4.0 * sigma)
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.large)])
 def test_the_largest_line_of_a_mount_is_first(seed: int) -> None:
     """The search finds the three largest of the mount's four lines in the order of their size; the
@@ -94,8 +102,8 @@ def test_three_periods_are_a_line_only_where_the_period_is_declared() -> None:
         # One period in 3 x 478 s less than three worm periods' resolution: 157.5 s is 0.23 of 1/T
         # from the third multiple, 159.3 s, in a log of seven worm periods.
         ([(3.0, 157.5)], [None]),
-        ([(6.0, WORM_S), (3.0, 157.5)], [1, None]),
-        ([(6.0, WORM_S), (3.0, WORM_S / 3.0)], [1, 3]),
+        pytest.param([(6.0, WORM_S), (3.0, 157.5)], [1, None], marks=pytest.mark.large),
+        pytest.param([(6.0, WORM_S), (3.0, WORM_S / 3.0)], [1, 3], marks=pytest.mark.large),
         # A gear of which only the third multiple exists: this rate is exact.
         ([(3.0, WORM_S / 3.0)], [3]),
     ],
@@ -126,7 +134,21 @@ def test_a_line_that_is_there_in_half_of_the_log_is_none() -> None:
     assert any(abs(item.rate * 50.0 - 1.0) < 0.05 for item in found.rejected)
 
 
-@pytest.mark.parametrize("kind", NULLS)
+FURTHER_NULLS = (
+    "OU 30 s",
+    "OU 20 s and 400 s",
+    "critically damped 60 s",
+    "moving mean of 12",
+    "resonance 90 s, Q 4",
+    "resonance 120 s, Q 15",
+)
+"""Kinds of noise that only ``make test-large`` runs; the search takes longest in them."""
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [pytest.param(kind, marks=[pytest.mark.large] * (kind in FURTHER_NULLS)) for kind in NULLS],
+)
 def test_noise_shows_no_line(kind: str) -> None:
     """The search finds no line in one log of each kind of noise; ``scripts.calibrate_line_search``
     searches many logs."""
@@ -140,8 +162,8 @@ def test_noise_shows_no_line(kind: str) -> None:
     [
         ("walk, t with 3 degrees", 600, 20, 7),
         ("smooth 1/f^3", 600, 20, 6),
-        ("moving mean of 12", 600, 20, 0),
-        ("walk, t with 2 degrees", 300, 6, 0),
+        pytest.param("moving mean of 12", 600, 20, 0, marks=pytest.mark.large),
+        pytest.param("walk, t with 2 degrees", 300, 6, 0, marks=pytest.mark.large),
         ("smooth 1/f^3", 300, 6, 6),
     ],
 )
@@ -159,6 +181,7 @@ def test_noise_shows_no_line_next_to_the_orders_of_the_model(
     assert search_lines(record).lines == ()
 
 
+@pytest.mark.large
 def test_a_long_log_is_averaged_before_the_search() -> None:
     random = np.random.default_rng(5)
     time_s = np.arange(72_000) * (HOUR_S / 72_000)

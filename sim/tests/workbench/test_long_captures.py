@@ -81,7 +81,7 @@ def test_the_part_is_whole_turns_of_every_run(warm: MeasurementSet, in_part: Non
     np.testing.assert_array_equal(rows.time_s, again.time_s)
 
 
-@pytest.mark.parametrize("block_rows", [BLOCK_ROWS, 10**6])
+@pytest.mark.parametrize("block_rows", [BLOCK_ROWS, pytest.param(10**6, marks=pytest.mark.large)])
 def test_every_row_gives_the_fit_of_the_whole(warm: MeasurementSet, block_rows: int) -> None:
     """The fit in blocks of rows equals one fit of all rows; both use the noise of the part.
 
@@ -149,6 +149,7 @@ def _with_slip(row: int, counts: int) -> MeasurementSet:
     return replace(made, capture=replace(capture, head2_counts=heads))
 
 
+@pytest.mark.large
 def test_a_slip_between_the_stretches_is_found_at_its_row(in_part: None) -> None:
     made = _with_slip(20_000, 16)
     assert made.capture is not None
@@ -238,6 +239,7 @@ def test_dense_turns_are_thinned_evenly() -> None:
     assert pieces == [(0, 200_000, 8)]
 
 
+@pytest.mark.large
 def test_progress_of_a_pass_is_reported(warm: MeasurementSet, in_part: None) -> None:
     reported: list[tuple[int, int]] = []
     observations = observations_of(warm)
@@ -249,6 +251,7 @@ def test_progress_of_a_pass_is_reported(warm: MeasurementSet, in_part: None) -> 
     assert len(reported) == -(-rows // BLOCK_ROWS)
 
 
+@pytest.mark.large
 def test_the_command_judges_all_rows_and_tells_how_far_it_is(
     warm: MeasurementSet, tmp_path: Path, in_part: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:

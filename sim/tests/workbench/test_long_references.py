@@ -106,7 +106,7 @@ def _estimator(whole: Solution, blocks: Iterable[slice]) -> Float:
     return np.asarray(np.linalg.solve(normal, precise.T)[:-1])
 
 
-@pytest.mark.parametrize("block_rows", [BLOCK_ROWS, 10**6])
+@pytest.mark.parametrize("block_rows", [BLOCK_ROWS, pytest.param(10**6, marks=pytest.mark.large)])
 def test_every_row_gives_the_fit_of_the_whole(block_rows: int) -> None:
     """With a single block, the fit in blocks equals the fit of all rows, because both compute the
     same sum. With more blocks, the correlation is cut at the end of each block.

@@ -111,6 +111,7 @@ def test_a_few_rows_leave_no_less_than_the_noise() -> None:
             assert step.noise_arcsec[channel] <= rms
 
 
+@pytest.mark.large
 def test_chart_table_and_json_have_one_figure(
     after: Analysis, hidden: MeasurementSet, tmp_path: Path
 ) -> None:

@@ -54,10 +54,9 @@ SETS = {
     "no reference": {"error": _warm, "reference": False},
 }
 """Twelve sets with at most 9,600 rows of the capture each, keyed by name."""
-LARGE = ("square wave", "order 30", "warm", "line", "subdivision", "reversal", "skew")
-"""Sets that only ``make test-large`` runs. Two of the other sets have one linear effect in the
-capture, one set has a linear effect in the reference, one set has an effect whose place is
-searched, and one set has no effect."""
+LARGE = tuple(name for name in SETS if name != "nothing")
+"""Sets that only ``make test-large`` runs. ``test_commands.py`` adds an effect to a set and
+compares the numbers of the commands."""
 
 
 def _made(name: str) -> MeasurementSet:

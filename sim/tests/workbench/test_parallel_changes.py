@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 from sim.tests.workbench.small_sets import measurement_set
 
 from arctrue.measurement import write_measurement_set
@@ -15,6 +16,7 @@ COMMAND = "from arctrue.cli import main; main()"
 ADDED = ("hysteresis", "subdivision_error", "timing_skew")
 
 
+@pytest.mark.large
 def test_three_parallel_additions_keep_three_effects(tmp_path: Path) -> None:
     folder, model = tmp_path / "set", tmp_path / "table.toml"
     write_measurement_set(folder, measurement_set(cycles=2, turns=1))

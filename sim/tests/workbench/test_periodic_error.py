@@ -83,6 +83,7 @@ def test_a_line_of_a_real_order_is_named_with_its_order() -> None:
     assert parameters["period"].sigma == pytest.approx(relative * 360.0 / order, rel=0.01)
 
 
+@pytest.mark.large
 def test_without_a_disc_nothing_is_said_of_one() -> None:
     """An integer order in a set with only a reference may come from the encoder, a gear or a motor,
     so that the answer must not name the disc."""
@@ -93,6 +94,7 @@ def test_without_a_disc_nothing_is_said_of_one() -> None:
     assert "one speed cannot show which" in said
 
 
+@pytest.mark.large
 def test_two_speeds_tell_an_order_from_a_frequency() -> None:
     fast_and_slow = (2.0, 3.4)
     in_angle = _diagnosed(_reference([(37.43, 0.6)], speeds_deg_s=fast_and_slow))
@@ -120,6 +122,7 @@ def test_it_is_added_again_for_the_next_line() -> None:
     assert float(np.sqrt(np.mean(left**2))) == pytest.approx(NOISE_ARCSEC, rel=0.06)
 
 
+@pytest.mark.large
 def test_a_drive_of_a_broken_tooth_count_has_its_own_name() -> None:
     """The diagnosis names the drive if the set states its 53.71 periods per turn, which worm, belt
     and motor together make."""

@@ -73,6 +73,7 @@ def test_motor_reversal_error(motor: Observations) -> None:
     assert abs(reversal) == pytest.approx(1200.0, rel=0.2)
 
 
+@pytest.mark.large
 def test_motor_orders_above_the_model(motor: Observations) -> None:
     """The search in the residual finds multiples of the 21 pole pairs and of 36, one after
     another."""
@@ -131,6 +132,7 @@ def test_one_head_cannot_know_a_line_of_the_disc(motor: Observations, axis: Obse
         assert EFFECTS["high_order_graduation"]().missing(observations)
 
 
+@pytest.mark.large
 @pytest.mark.parametrize(
     "start", [pytest.param("graduation_harmonics", marks=pytest.mark.large), "reference_drift"]
 )
@@ -153,6 +155,7 @@ def test_the_worm_takes_the_held_out_error(axis: Observations) -> None:
     assert 0.45 < after < 0.65
 
 
+@pytest.mark.large
 def test_with_the_worm_only_lines_of_its_gears_are_named(axis: Observations) -> None:
     """The diagnosis names only lines of the worm's gears.
 

@@ -24,6 +24,7 @@ SAMPLE = (0, 13, 22, 35)
 LARGE = (13, 22)
 
 
+@pytest.mark.large
 @pytest.mark.parametrize(
     "number", [pytest.param(one, marks=[pytest.mark.large] * (one in LARGE)) for one in SAMPLE]
 )

@@ -132,6 +132,7 @@ def test_noise_of_a_channel_that_an_effect_does_not_touch_stays() -> None:
     assert noise.reference.rms_arcsec < 0.5 * solution.noise.reference.rms_arcsec
 
 
+@pytest.mark.large
 def test_scales_that_a_missing_effect_made_go_with_it() -> None:
     """The scales that a missing effect caused become 1 with the effect in the model: an effect of
     2″/K increases the scatter of the only warm run.

@@ -53,6 +53,7 @@ def _found(seed: int) -> tuple[dict[str, Parameter], list[float]]:
     return parameters, [float(solution.coefficients[height]), float(spread[height])]
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("repeats", [12, pytest.param(40, marks=pytest.mark.large)])
 def test_scatter_is_what_the_linearised_jacobian_says(repeats: int) -> None:
     scaled: dict[str, list[float]] = {name: [] for name in [*TRUTH, "height"]}
@@ -99,6 +100,7 @@ def test_place_of_a_step_scatters_as_stated(ratio: float) -> None:
     assert position_sigma_samples(ratio, 1.0) == pytest.approx(np.std(places), rel=0.15)
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("repeats", [8, pytest.param(25, marks=pytest.mark.large)])
 def test_instant_of_a_slip_is_within_its_uncertainty(repeats: int) -> None:
     period = 12.0 / SAMPLES_A_TURN

@@ -57,11 +57,13 @@ def test_the_lag_is_found_within_its_uncertainty(lagging: SimulatedSet) -> None:
     assert lag.sigma < 0.05 * LAG_S
 
 
+@pytest.mark.large
 def test_a_thermometer_that_does_not_lag_is_reported_as_such() -> None:
     lag = _lag(_simulated([]))
     assert lag.value < 2.0 * lag.sigma < 0.1 * LAG_S
 
 
+@pytest.mark.large
 def test_one_temperature_tells_no_lag(lagging: SimulatedSet) -> None:
     capture = lagging.measurement.capture
     assert capture is not None
@@ -97,6 +99,7 @@ def test_the_lag_is_taken_off_against_the_exact_course() -> None:
     assert np.abs(shown - course.at(time_s)).max() > 1.0
 
 
+@pytest.mark.large
 def test_export_fits_the_lag_and_the_rate_with_it(lagging: SimulatedSet, tmp_path: Path) -> None:
     """The export fits the lag and the rate together: the file contains the lag for the firmware,
     and the rate in it refers to the temperature of the table, not to that of the thermometer."""

@@ -68,6 +68,7 @@ def _table(faces: int, head_angle_arcsec: float) -> MeasurementSet:
     return MeasurementSet(table, capture, reference, title="heads at 90 degrees")
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("faces", [12, 24])
 def test_a_head_that_is_a_minute_of_arc_off_is_named(faces: int) -> None:
     """In both runs, the mean of R₂ − R₁ differs from 90° by 60″, 777 counts."""

@@ -56,6 +56,7 @@ def test_nothing_of_it_is_left_in_the_reference() -> None:
     assert found == pytest.approx(FREQUENCY_HZ, abs=5.0 * sigma_hz)
 
 
+@pytest.mark.large
 def test_a_bracket_of_head_2_leaves_the_reference_alone() -> None:
     solution = _fitted(head1=False)
     reported = solution.terms[-1].effect.parameters(
@@ -85,6 +86,7 @@ def test_columns_of_a_run_act_in_that_run_alone() -> None:
     assert None in runs, "those of the reference belong to no run"
 
 
+@pytest.mark.large
 def test_a_reference_without_times_has_no_columns_of_it() -> None:
     solution = _fitted(head1=False, in_time=False)
     assert solution.widths[1] == 2 * 4

@@ -282,6 +282,7 @@ def test_a_stop_loses_nothing_and_the_same_command_goes_on(
     assert len({json.loads(line)["key"] for line in lines.read_text().splitlines()}) == done
 
 
+@pytest.mark.large
 def test_workers_end_with_their_parent(tmp_path: Path) -> None:
     place = tmp_path / "runs"
     place.mkdir()

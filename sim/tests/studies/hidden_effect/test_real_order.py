@@ -20,6 +20,7 @@ SIZE_ARCSEC = (1 << 24) / COUNTS
 proportion to the angle of a count."""
 
 
+@pytest.mark.large
 def test_a_line_of_no_whole_order_is_taken_away(tmp_path: Path) -> None:
     """The diagnosis finds the sine of non-integer order in one turn of the reference. The core then
     corrects this sine, so that some turns later the output no longer contains it."""

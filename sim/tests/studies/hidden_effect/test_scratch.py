@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import pytest
+
 from arctrue.gateware.capability import EVERYTHING
 from arctrue.gateware.coefficient_file import read_coefficient_file
 
@@ -16,6 +18,7 @@ HEIGHT_ARCSEC = 20.0 * math.sqrt((1 << 24) / COUNTS)
 slope at every scale, so that its height grows with the square root of the size of a count."""
 
 
+@pytest.mark.large
 def test_a_scratch_is_taken_away_to_a_tenth(tmp_path: Path) -> None:
     """The local table reduces the scratch to a tenth of its height: captures with a sample every
     0.3° show its place and width, and the test compares every edge of the output."""

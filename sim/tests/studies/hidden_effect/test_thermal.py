@@ -32,6 +32,7 @@ def lobes(tmp_path_factory: pytest.TempPathFactory) -> HiddenResult:
     return run_small("warm_ovality", tmp_path_factory.mktemp("lobes"))
 
 
+@pytest.mark.large
 def test_thermal_eccentricity_is_named_with_its_rate(centre: HiddenResult) -> None:
     assert centre.diagnosed.effect == "thermal_eccentricity"
     rate = centre.diagnosed.model.effects[-1].parameters["amplitude"]
@@ -56,7 +57,7 @@ def test_thermal_eccentricity_is_corrected_at_a_temperature_never_measured(
     assert np.abs(worked_out - at_once.error_counts(readings)).max() < 0.1
 
 
-@pytest.mark.parametrize("made", ["centre", "lobes"])
+@pytest.mark.parametrize("made", ["centre", pytest.param("lobes", marks=pytest.mark.large)])
 def test_the_model_tells_a_capture_at_a_temperature_never_measured(
     made: str, request: pytest.FixtureRequest
 ) -> None:

@@ -46,6 +46,7 @@ def left(name: str, motion_m: float = 0.1e-6) -> np.ndarray:
     return world.score(method.run(world)).amplitude_arcsec
 
 
+@pytest.mark.large
 def test_four_heads_separate_the_axis_from_the_disc_and_three_do_not() -> None:
     """Four heads separate the axis motion of order 2 from the disc, and three do not; the motion is
     0.1 µm, which is 0.38″ at the radius of 53.975 mm."""

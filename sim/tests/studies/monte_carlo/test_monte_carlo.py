@@ -157,6 +157,7 @@ def test_a_refused_capture_is_counted() -> None:
     assert only["all"] == {"trials": 1, "refused": {"jump": 1}}
 
 
+@pytest.mark.large
 def test_command_shards_resumes_and_writes_the_page(tmp_path: Path) -> None:
     folder, text = tmp_path / "mc", tmp_path / "page.md"
     usual = ["monte-carlo", str(folder), "--trials=2", "--samples=400", "--runs=1", "--workers=1"]

@@ -28,6 +28,7 @@ def result() -> RevolutionResult:
     return run_revolution(RevolutionSettings(lines=1024, lanes=LANES, samples=SAMPLES, orders=12))
 
 
+@pytest.mark.large
 def test_the_uncorrected_turn_is_the_tables_error(result: RevolutionResult) -> None:
     """The errors of the uncorrected output equal R1 − θ from the table's geometry."""
     table = result.settings.table()

@@ -6,6 +6,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 from sim.tests.instrument.sizes import LANES, SAMPLES
 
 from arctrue.studies.scenario import ScenarioResult, read_scenario, run_scenario
@@ -40,6 +41,7 @@ def run(folder: Path, run_s: float) -> ScenarioResult:
     return run_scenario(read_scenario(path))
 
 
+@pytest.mark.large
 def test_the_rest_of_a_pause_may_be_left_out(tmp_path: Path) -> None:
     short = run(tmp_path, SHORT_S)
     long = run(tmp_path, LONG_S)

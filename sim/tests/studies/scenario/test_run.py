@@ -200,6 +200,7 @@ def test_a_shipped_scenario_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert stalls[1][0] - stalls[0][0] == pytest.approx(2 * turn_clocks, abs=0.5 * turn_clocks)
 
 
+@pytest.mark.large
 def test_a_dead_head(tmp_path: Path) -> None:
     written = tmp_path / "dead.json"
     file = SCENARIOS / "fault_dead_head2.toml"

@@ -88,6 +88,7 @@ def test_a_slower_line_stays_in_the_search() -> None:
     assert found.lines[0].amplitude_arcsec == pytest.approx(SIZE_ARCSEC, rel=0.05)
 
 
+@pytest.mark.large
 def test_the_report_states_line_and_reversal_but_no_alias() -> None:
     """The report names the line, states the reversal error of ±4″ (which two passes cannot confirm)
     and the RMS that remains, but no oscillation.

@@ -63,7 +63,9 @@ def _diagnosed(order: float, samples_a_turn: float, *, starts_differ: bool) -> D
     return diagnosis_of(MeasurementSet(table, capture, None))
 
 
-@pytest.mark.parametrize(("order", "samples"), [(129.0, 233.3), (129.0, 234.0)])
+@pytest.mark.parametrize(
+    ("order", "samples"), [pytest.param(129.0, 233.3, marks=pytest.mark.large), (129.0, 234.0)]
+)
 def test_runs_from_other_angles_show_which_order_it_is(order: float, samples: float) -> None:
     """Runs that start at different angles determine the order. At N = 233.3 samples per turn, order
     129 looks like order 104.3 in each run, but the phase of this alias differs from run to run by
@@ -75,6 +77,7 @@ def test_runs_from_other_angles_show_which_order_it_is(order: float, samples: fl
     assert diagnosis_data(found, [])["aliases"] == []
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("samples", [233.3, 234.0])
 def test_runs_from_one_angle_leave_a_class(samples: float) -> None:
     """Order 129 and a line at N − 129 both remain possible: the class contains the graduation of

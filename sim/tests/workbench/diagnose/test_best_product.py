@@ -4,6 +4,7 @@ noise absorbs the error while no product is in the model."""
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from arctrue.measurement import Capture, MeasurementSet, Table
 from tests.workbench.base_diagnosis import diagnosis_of
@@ -43,6 +44,7 @@ def _with_order_3_of_the_speed(seed: int) -> MeasurementSet:
     return MeasurementSet(table, capture, None)
 
 
+@pytest.mark.large
 def test_the_speed_and_not_the_time_describes_an_error_of_the_speed() -> None:
     """The slowest run is the first, so that a settling from the start gains more than the speed
     while the noise contains the error; with the square of the speed only noise remains."""

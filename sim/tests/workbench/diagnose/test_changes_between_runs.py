@@ -46,6 +46,7 @@ def _with_order_1(factor: Callable[[NDArray[np.int64], Float], Float], seed: int
     return diagnosis_of(MeasurementSet(Table(), None, reference))
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("first", [3, 4, 5])
 def test_a_reference_that_was_clamped_again_between_two_runs(first: int, tmp_path: Path) -> None:
     """The amplitude of a difference of two means of at least 72 readings of 0.15″ has
@@ -69,7 +70,7 @@ def test_a_reference_that_was_clamped_again_between_two_runs(first: int, tmp_pat
     assert again.condition.from_run == first
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [pytest.param(1, marks=pytest.mark.large), 2])
 def test_a_growth_with_time_is_no_change_between_two_runs(seed: int) -> None:
     found = _with_order_1(lambda _, time: time, seed)
     assert found.described is not None

@@ -6,6 +6,7 @@ The logs are computed in this module, with plain numpy.
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
@@ -37,6 +38,7 @@ def _diagnosed(amplitude_arcsec: float, drift_arcsec: float) -> Diagnosis:
     return diagnose(observations, settle(default_model(), observations, EFFECTS), EFFECTS)
 
 
+@pytest.mark.large
 def test_a_line_that_no_rounding_can_cause_is_named() -> None:
     """The rounding error stays within half a step, so that none of its lines exceeds 2/π = 0.64
     steps (the fundamental of a square wave); this line has 1.1 steps."""

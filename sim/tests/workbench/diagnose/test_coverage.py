@@ -147,7 +147,12 @@ def test_a_residual_smaller_than_what_can_be_found_cannot_tell() -> None:
 
 
 @pytest.mark.parametrize(
-    ("drift_rms_arcsec", "verdict"), [(0.0, "adequate"), (0.06, "cannot_tell"), (0.1, "named")]
+    ("drift_rms_arcsec", "verdict"),
+    [
+        pytest.param(0.0, "adequate", marks=pytest.mark.large),
+        (0.06, "cannot_tell"),
+        pytest.param(0.1, "named", marks=pytest.mark.large),
+    ],
 )
 def test_a_drift_that_slow_noise_may_be_is_not_adequate(
     drift_rms_arcsec: float, verdict: str
@@ -195,6 +200,7 @@ def test_noise_with_many_columns_is_little_known(
     assert effect_or_noise([item], 19, 0.2) is None
 
 
+@pytest.mark.large
 def test_an_order_with_fewer_than_two_stations_a_period_has_aliases() -> None:
     """A gear with 90 teeth has aliases at 24 faces: the orders 18, 6, 42 and 30 have its cos and
     sin columns."""

@@ -35,7 +35,9 @@ def _with(added_arcsec: NDArray[np.float64]) -> MeasurementSet:
     return replace(made, reference=replace(reference, error_arcsec=error, cycle=cycle))
 
 
-@pytest.mark.parametrize("seed", [1, 2, 7])
+@pytest.mark.parametrize(
+    "seed", [pytest.param(1, marks=pytest.mark.large), 2, pytest.param(7, marks=pytest.mark.large)]
+)
 def test_a_mirror_that_moves_between_the_cycles(seed: int) -> None:
     """Offsets of 0.6″ between cycles, four times the noise of a reading. With seed 2, the change
     from one run to the other looks like a reversal error, but is no larger than the others."""
@@ -52,13 +54,16 @@ def test_a_mirror_that_moves_between_the_cycles(seed: int) -> None:
     assert "slow change" not in said
 
 
-@pytest.mark.parametrize("seed", [3, 4, 5])
+@pytest.mark.parametrize(
+    "seed", [pytest.param(3, marks=pytest.mark.large), 4, pytest.param(5, marks=pytest.mark.large)]
+)
 def test_a_walk_of_the_reference_is_no_change_between_cycles(seed: int) -> None:
     """A random walk moves within the cycles as much as between them."""
     walk = np.cumsum(np.random.default_rng(seed).normal(0.0, 0.12, STATIONS * CYCLES))
     assert diagnosis_of(_with(walk)).findings.cycles is None
 
 
+@pytest.mark.large
 def test_white_noise_is_no_change_between_cycles() -> None:
     assert diagnosis_of(_with(np.zeros(STATIONS * CYCLES))).findings.cycles is None
 
@@ -88,6 +93,7 @@ def _runs(
     )
 
 
+@pytest.mark.large
 def test_each_run_has_its_own_zero() -> None:
     """Six runs with different zeros, without a column cycle. The mean of 300 readings of 8″ has
     u = 0.46″."""

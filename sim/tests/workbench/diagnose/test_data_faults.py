@@ -136,6 +136,7 @@ def test_the_largest_effects_are_no_faults(name: str) -> None:
     assert data_faults(observations_of(made.measurement)) == []
 
 
+@pytest.mark.large
 def test_a_disturbance_of_one_turn_is_no_defect_of_the_disc() -> None:
     """The diagnosis names no defect of the disc if eight rows of one turn are off by 60 counts and
     the other eleven turns do not have this error."""

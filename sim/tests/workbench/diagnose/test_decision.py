@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from sim.tests.workbench.base_diagnosis import diagnosis_of
 from sim.tests.workbench.small_sets import ARCSEC, COUNTS_PER_REV, measurement_set, paper_error
 
@@ -17,6 +18,7 @@ EFFECTS = built_in()
 COUNT_ARCSEC = 2.0 * np.pi / COUNTS_PER_REV / ARCSEC
 
 
+@pytest.mark.large
 def test_a_head_that_knocks_again_and_again_has_not_slipped() -> None:
     """The diagnosis does not call repeated knocks a slip, although each knock is a step of whole
     counts. The residuals show the other steps only if the model contains the first step."""
@@ -47,6 +49,7 @@ def test_one_slip_of_whole_counts_keeps_its_name() -> None:
     assert found.further == []
 
 
+@pytest.mark.large
 def test_a_slip_that_is_no_whole_number_of_counts_is_none() -> None:
     def slip(time, speed):  # type: ignore[no-untyped-def]
         return 12.5 * COUNT_ARCSEC * ((time > 18.2) & (time < 60.0))
@@ -58,6 +61,7 @@ def test_a_slip_that_is_no_whole_number_of_counts_is_none() -> None:
     assert "12.5" in str(found.decision.unlike) or "12.4" in str(found.decision.unlike)
 
 
+@pytest.mark.large
 def test_a_small_second_matter_does_not_take_the_name_of_the_first() -> None:
     """The diagnosis names the reversal error of 1.6″ although order 2 grows with the temperature.
     The gain of order 2 is at most a hundredth of the gain of the reversal error."""
@@ -73,6 +77,7 @@ def test_a_small_second_matter_does_not_take_the_name_of_the_first() -> None:
     assert found.named.name == "hysteresis"
 
 
+@pytest.mark.large
 def test_what_only_the_reference_shows_is_not_asked_of_the_runs_of_the_capture() -> None:
     """The lean of the polygon needs no evidence from the runs of the capture. In the capture, it
     changes only order 1, which the graduation absorbs; only the reference shows the lean."""

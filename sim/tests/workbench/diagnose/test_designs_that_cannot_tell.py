@@ -56,7 +56,9 @@ def _warming(seed: int, *, cools: bool = False) -> MeasurementSet:
     return MeasurementSet(table, capture, None, title="one run")
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize(
+    "seed", [*(pytest.param(seed, marks=pytest.mark.large) for seed in range(3)), 3]
+)
 def test_a_run_that_warms_evenly_does_not_tell_temperature_from_time(seed: int) -> None:
     _, found = diagnosed(_warming(seed))
     assert found.verdict == "ambiguous"
@@ -73,6 +75,7 @@ def test_a_run_that_warms_evenly_does_not_tell_temperature_from_time(seed: int) 
     assert "time" in " ".join(sentences(found))
 
 
+@pytest.mark.large
 def test_a_run_that_warms_and_cools_tells_them_apart() -> None:
     _, found = diagnosed(_warming(0, cools=True))
     assert "thermal_head_drift" not in found.effect_class
@@ -99,7 +102,10 @@ def _displayed(seed: int, step: float, reversal: float) -> MeasurementSet:
     return MeasurementSet(Table(), None, reference, title="display")
 
 
-@pytest.mark.parametrize("step", [0.1, 0.5, 1.0])
+@pytest.mark.parametrize(
+    "step",
+    [pytest.param(0.1, marks=pytest.mark.large), pytest.param(0.5, marks=pytest.mark.large), 1.0],
+)
 def test_readings_that_a_display_rounds_are_no_faulty_rows(step: float) -> None:
     for seed in range(3):
         observations, found = diagnosed(_displayed(seed, step, 0.0))
@@ -188,6 +194,7 @@ def _on_a_display(faces_arcsec: float, seed: int) -> MeasurementSet:
     return replace(measured, reference=rows)
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("seed", [1, 2])
 def test_the_rounding_of_a_display_is_no_face_error(seed: int) -> None:
     """A step of 1″ leaves 0.29″ RMS at each face, which 0.1″ of noise does not average out."""

@@ -34,7 +34,7 @@ def _log(
     return MeasurementSet(Table(), None, reference)
 
 
-@pytest.mark.parametrize("period_s", [9.0, 40.0])
+@pytest.mark.parametrize("period_s", [9.0, pytest.param(40.0, marks=pytest.mark.large)])
 def test_in_a_log(period_s: float) -> None:
     """The diagnosis describes an oscillation of 0.5″ RMS in 0.4″ of white noise; the log of an hour
     contains at least 90 periods."""
@@ -52,6 +52,7 @@ def test_in_a_log(period_s: float) -> None:
     assert diagnosis_data(found, [])["findings"]["oscillation"]["channel"] == "reference"
 
 
+@pytest.mark.large
 def test_faster_than_the_averaged_rows() -> None:
     """An oscillation of 3 Hz and quality 4 in 9,000 rows of 0.05 s is found in single rows: the
     search for lines averages 6 rows, 0.3 s, in which it almost vanishes."""
@@ -66,6 +67,7 @@ def test_faster_than_the_averaged_rows() -> None:
     assert oscillation.rms_arcsec == pytest.approx(0.5, rel=0.3)
 
 
+@pytest.mark.large
 def test_faster_than_the_averaged_rows_of_short_runs() -> None:
     """The oscillation of the test above is found too in four runs of 1,000 rows, of which the
     search for lines averages 3 rows."""
@@ -110,7 +112,14 @@ def test_an_error_of_the_stations_is_no_oscillation() -> None:
     assert found.decision.oscillation is None
 
 
-@pytest.mark.parametrize(("hz", "quality", "turns"), [(6.0, 8.0, 3), (0.7, 6.0, 6), (3.0, 30.0, 3)])
+@pytest.mark.parametrize(
+    ("hz", "quality", "turns"),
+    [
+        (6.0, 8.0, 3),
+        pytest.param(0.7, 6.0, 6, marks=pytest.mark.large),
+        pytest.param(3.0, 30.0, 3, marks=pytest.mark.large),
+    ],
+)
 def test_in_a_capture(hz: float, quality: float, turns: int) -> None:
     """The diagnosis describes the oscillation of head 2's bracket in a run of 12 s a turn. The
     stated frequency is right within half the width at half power, hz/(2·quality), or a tenth of the
@@ -129,6 +138,7 @@ def test_in_a_capture(hz: float, quality: float, turns: int) -> None:
     assert near == pytest.approx(hz, rel=min(0.5 / quality, 0.1))
 
 
+@pytest.mark.large
 def test_a_line_in_time_is_no_oscillation() -> None:
     """A steady sine of 6 Hz in noise without a resonance is no driven oscillation."""
     found = diagnosis_of(
@@ -143,7 +153,10 @@ def test_a_line_in_time_is_no_oscillation() -> None:
     assert found.verdict != "adequate"
 
 
-@pytest.mark.parametrize("kind", ["white", "OU 30 s", "random walk", "flicker 1/f"])
+@pytest.mark.parametrize(
+    "kind",
+    ["white", "OU 30 s", pytest.param("random walk", marks=pytest.mark.large), "flicker 1/f"],
+)
 def test_noise_without_a_resonance_has_none(kind: str) -> None:
     """The diagnosis finds no resonance in noise that is white or wanders, in a log like those of
     the tests above."""
@@ -152,6 +165,7 @@ def test_noise_without_a_resonance_has_none(kind: str) -> None:
     assert diagnosis_of(_log(NULLS[kind](random, time_s), time_s)).findings.oscillation is None
 
 
+@pytest.mark.large
 def test_the_frequency_is_known_within_its_uncertainty() -> None:
     """The stated uncertainty u of the frequency is right: the deviations of ten records, divided by
     u, are compared with χ², and u is compared with the theory.

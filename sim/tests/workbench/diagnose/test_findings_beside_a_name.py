@@ -11,6 +11,7 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
+import pytest
 from sim.tests.workbench.base_diagnosis import diagnosis_of
 from sim.tests.workbench.small_sets import ALPHA, ARCSEC, COUNTS_PER_REV, LINES
 
@@ -99,6 +100,7 @@ def test_the_alias_is_stated_to_be_the_named_effect() -> None:
     assert "The reference shows the same error as subdivision_error" in " ".join(sentences(found))
 
 
+@pytest.mark.large
 def test_a_line_that_the_named_effect_does_not_make_stays_a_finding() -> None:
     """A sine of 0.5″ that the named effect does not explain stays a finding: 0.5″ are five standard
     uncertainties of one row, and 360 rows show the sine."""
@@ -108,6 +110,7 @@ def test_a_line_that_the_named_effect_does_not_make_stays_a_finding() -> None:
     assert any(abs(order - 61.3) < 1.0 for order in orders)
 
 
+@pytest.mark.large
 def test_an_error_that_follows_the_speed_does_not_jump_from_run_to_run() -> None:
     """An error that follows the speed is not reported as a jump from run to run; it grows with the
     speed squared, to 8″ in the fastest of four runs of a turn each."""

@@ -61,6 +61,7 @@ def loaded() -> Diagnosis:
     return diagnose(observations_of(_loaded()), [_base()], EFFECTS)
 
 
+@pytest.mark.large
 def test_an_effect_that_grows_with_a_column_is_described_by_it(loaded: Diagnosis) -> None:
     assert loaded.verdict == "unknown"
     assert loaded.described is not None
@@ -74,6 +75,7 @@ def test_an_effect_that_grows_with_a_column_is_described_by_it(loaded: Diagnosis
     assert "another load_nm" in (loaded.next_measurement or "")
 
 
+@pytest.mark.large
 def test_the_adopted_file_has_the_column_and_its_zero(loaded: Diagnosis, tmp_path: Path) -> None:
     assert loaded.described is not None
     product = loaded.described.effect
@@ -117,7 +119,7 @@ def test_compare_bins_the_residual_by_every_column() -> None:
     assert seen.findings[0].follows in ("elevation_deg", "(elevation_deg − 40)")
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.large)])
 def test_a_torque_that_repeats_with_the_angle_is_described_by_its_column(seed: int) -> None:
     """An arm with a payload twists by 1.2″/N·m; its torque is payload × sin θ. Six runs over 36
     stations have payloads of 0, 0, 10, 10, 20 and 20 N·m, which also grow with the time. The disc's

@@ -37,7 +37,14 @@ def _scattered(offsets: list[int]) -> MeasurementSet:
     return replace(made, capture=replace(capture, head2_counts=capture.head2_counts + shift))
 
 
-@pytest.mark.parametrize("offsets", [[-20, -15, -14, -5], [20, -14, 12, 18], [-5, -20, 19, -13]])
+@pytest.mark.parametrize(
+    "offsets",
+    [
+        pytest.param([-20, -15, -14, -5], marks=pytest.mark.large),
+        pytest.param([20, -14, 12, 18], marks=pytest.mark.large),
+        [-5, -20, 19, -13],
+    ],
+)
 def test_offsets_of_a_poor_index_have_no_name(offsets: list[int]) -> None:
     found = diagnosis_of(_scattered(offsets))
     assert found.named is None
@@ -136,6 +143,7 @@ def test_a_poor_index_is_stated_and_lowers_none() -> None:
     assert sum(found.probability.values()) == pytest.approx(1.0)
 
 
+@pytest.mark.large
 def test_a_good_index_is_not_mentioned() -> None:
     found = diagnosis_of(measurement_set())
     assert found.index_scatter is None

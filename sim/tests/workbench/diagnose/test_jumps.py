@@ -53,7 +53,14 @@ def _stations(
     )
 
 
-@pytest.mark.parametrize("size_arcsec", [1.0, -3.0, 1800.0])
+@pytest.mark.parametrize(
+    "size_arcsec",
+    [
+        1.0,
+        pytest.param(-3.0, marks=pytest.mark.large),
+        pytest.param(1800.0, marks=pytest.mark.large),
+    ],
+)
 def test_a_knock_of_the_stand_with_a_capture(size_arcsec: float) -> None:
     """The diagnosis finds a jump after 60 % of the 288 readings of a polygon; the tested sizes are
     7 σ of a reading, 20 σ, and half a degree."""
@@ -133,6 +140,7 @@ def test_the_row_of_a_jump_counts_the_rows_that_are_not_used() -> None:
     assert "something jumped at row 150 by" in jump.words()
 
 
+@pytest.mark.large
 def test_what_a_named_effect_makes_is_no_jump() -> None:
     """The steps of the residual that a delay causes, where the speed of the table changes, are no
     jumps."""
@@ -159,7 +167,7 @@ def test_a_reversal_error_of_one_reversal_is_no_jump() -> None:
     assert diagnosis_of(replace(measured, reference=changed)).findings.steps == ()
 
 
-@pytest.mark.slow
+@pytest.mark.large
 def test_an_excursion_of_slow_noise_is_no_jump() -> None:
     """In 30 logs with Ornstein-Uhlenbeck noise and white noise, a jump is found at most once.
 

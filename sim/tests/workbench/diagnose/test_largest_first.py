@@ -41,6 +41,7 @@ def _diagnosed(
     return diagnose(observations_of(measured), default_model().terms(EFFECTS), EFFECTS)
 
 
+@pytest.mark.large
 def test_a_reversal_error_is_stated_before_a_smaller_line() -> None:
     """Up and down differ by 20″, ten times the RMS of a line of 1.4″; four passes at one speed show
     both. A delay would look the same, and the line is stated too."""
@@ -53,6 +54,7 @@ def test_a_reversal_error_is_stated_before_a_smaller_line() -> None:
     assert "periodic_error explains a further part" in " ".join(sentences(found))
 
 
+@pytest.mark.large
 def test_the_difference_of_two_passes_is_stated_as_unconfirmed() -> None:
     time_s, direction, place = _sweeps(2)
     noise = 0.5 * np.random.default_rng(2).normal(size=time_s.size)

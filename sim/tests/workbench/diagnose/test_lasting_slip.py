@@ -16,7 +16,7 @@ SLIP_S, RUN_ENDS_S = 26.0, 32.0
 """Instant of the slip, in the second of four runs, and the end of that run."""
 
 
-@pytest.mark.parametrize("stays", [True, False])
+@pytest.mark.parametrize("stays", [True, pytest.param(False, marks=pytest.mark.large)])
 def test_lost_counts_of_head_2(stays: bool) -> None:
     """Head 2 loses 3,072 counts (237″, noise 0.14″) in the second of four turns."""
 

@@ -36,6 +36,7 @@ def _with_line(x_arcsec: float, y_arcsec: float, head2_arcsec: float) -> Measure
     return measured
 
 
+@pytest.mark.large
 def test_a_line_of_head_2_alone_is_no_motion_of_the_axis() -> None:
     """The line of 0.1″ would need a motion of 0.18″, of which head 1 shows 0 ± 0.02″."""
     found = diagnosis_of(_with_line(0.0, 0.0, 0.1))
@@ -43,6 +44,7 @@ def test_a_line_of_head_2_alone_is_no_motion_of_the_axis() -> None:
     assert found.effect_class[0] == "periodic_error"
 
 
+@pytest.mark.large
 def test_a_motion_that_head_1_shows_is_a_ball_pass() -> None:
     found = diagnosis_of(_with_line(0.2, 0.2, 0.0))
     assert (found.verdict, found.effect_class) == ("named", ["bearing_ball_pass"])

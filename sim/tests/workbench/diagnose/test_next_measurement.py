@@ -54,6 +54,7 @@ def asked(
     return first, found(first.next_measurement_kind)
 
 
+@pytest.mark.large
 @pytest.mark.parametrize(
     ("name", "experiment", "share", "seed", "rival", "kind"),
     [
@@ -79,6 +80,7 @@ def test_next_measurement_splits_the_pair(
     assert after.named.name == name
 
 
+@pytest.mark.large
 def test_one_line_asks_for_another_speed_though_it_has_no_rival() -> None:
     first, after = asked("vibration", "lean", 0.5, 3)
     assert first.effect_class == ["vibration"]
@@ -87,6 +89,7 @@ def test_one_line_asks_for_another_speed_though_it_has_no_rival() -> None:
     assert after.named.name == "vibration"
 
 
+@pytest.mark.large
 def test_a_half_order_of_one_run_is_no_line_of_any_frequency() -> None:
     """The diagnosis names no vibration for a half-integer order of one run: only one vibration in
     thousands would be within a thousandth of such an order. The diagnosis still requests another
@@ -109,7 +112,10 @@ def _reference_chi_square(model: Model, measurement: MeasurementSet) -> float:
 
 @pytest.mark.parametrize(
     ("hidden", "size", "moves"),
-    [("polygon_eccentricity", 0.5, True), ("autocollimator_gain", 0.45, False)],
+    [
+        ("polygon_eccentricity", 0.5, True),
+        pytest.param("autocollimator_gain", 0.45, False, marks=pytest.mark.large),
+    ],
 )
 def test_a_polygon_put_on_again_tells_its_own_error_from_a_gain(
     hidden: str, size: float, moves: bool

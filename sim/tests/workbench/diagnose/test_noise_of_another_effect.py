@@ -4,6 +4,7 @@ the model absorbs a part of the effect."""
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from sim.tests.workbench.base_diagnosis import diagnosis_of
 
 from arctrue.measurement import Capture, MeasurementSet, Table
@@ -46,6 +47,7 @@ def _warming_run() -> MeasurementSet:
     return MeasurementSet(table, capture, None, title="warming run")
 
 
+@pytest.mark.large
 def test_an_order_that_grows_with_warmth_is_no_line_next_to_the_order() -> None:
     """A sine 0.05 orders from order 2 fits three turns nearly as well, with one parameter more.
 

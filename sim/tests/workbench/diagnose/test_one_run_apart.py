@@ -34,7 +34,7 @@ def _four_runs(warm_arcsec: float, seed: int, scatter_counts: float = 0.5) -> Me
 
 
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.large)])
-@pytest.mark.parametrize("warm_arcsec", [3.4, -2.0])
+@pytest.mark.parametrize("warm_arcsec", [3.4, pytest.param(-2.0, marks=pytest.mark.large)])
 def test_a_drift_in_the_one_warm_run_is_found(warm_arcsec: float, seed: int) -> None:
     """The diagnosis finds the drift of head 2, which moves by 25 counts or more in the warm run,
     while the offsets of the four runs scatter by half a count."""
@@ -42,9 +42,8 @@ def test_a_drift_in_the_one_warm_run_is_found(warm_arcsec: float, seed: int) -> 
     assert found.effect_class[0] == "thermal_head_drift"
 
 
-@pytest.mark.parametrize(
-    "seed", [pytest.param(3, marks=pytest.mark.large), 4, pytest.param(5, marks=pytest.mark.large)]
-)
+@pytest.mark.large
+@pytest.mark.parametrize("seed", [3, 4, 5])
 def test_an_index_that_scatters_is_no_drift(seed: int) -> None:
     """The diagnosis finds no drift if head 2 begins each run at a random place, with a standard
     deviation of 20 counts."""

@@ -7,6 +7,7 @@ docs/benchmark.md lists such sets.
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 from sim.tests.workbench.base_diagnosis import diagnosis_of
 from sim.tests.workbench.small_sets import measurement_set, paper_error
@@ -22,6 +23,7 @@ def _lobes(disc: Float, temperature: Float, speed: float) -> Float:
     return paper_error(disc, temperature, speed) + LOBES_ARCSEC_S2 * speed**2 * np.cos(3.0 * disc)
 
 
+@pytest.mark.large
 def test_a_disc_that_stretches_with_the_speed_is_no_axis_motion() -> None:
     """The diagnosis names no axis motion for the stretched disc, because the last of three runs is
     three times as fast as the other two."""

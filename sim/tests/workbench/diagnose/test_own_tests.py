@@ -18,6 +18,7 @@ from tests.workbench.base_diagnosis import diagnosis_of
 from tests.workbench.small_sets import measurement_set, paper_error
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("pairs", [6, pytest.param(7, marks=pytest.mark.large)])
 def test_a_disc_written_in_sectors_is_no_single_order(pairs: int) -> None:
     """The diagnosis names no single order for a disc written in sectors, whose error alternates
@@ -33,6 +34,7 @@ def test_a_disc_written_in_sectors_is_no_single_order(pairs: int) -> None:
     assert "a pattern with corners that repeats each turn" in (found.decision.unlike or "")
 
 
+@pytest.mark.large
 def test_one_order_keeps_its_name() -> None:
     """The diagnosis names a single wave of an order above the orders of the model."""
 
@@ -67,6 +69,7 @@ def test_two_orders_and_a_local_defect(orders: list[float], is_one: bool) -> Non
     assert one_pattern(orders) is None
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("size_arcsec", [1.0, pytest.param(5.0, marks=pytest.mark.large)])
 def test_a_bracket_that_gives_way_to_the_root_of_speed(size_arcsec: float) -> None:
     """The diagnosis gives no name to a bracket that moves with the root of the speed. Runs at 30,
@@ -95,6 +98,7 @@ def _bent(size_arcsec: float, seed: int) -> MeasurementSet:
     return replace(measured, reference=replace(measured.reference, error_arcsec=bent))
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("size_arcsec", [pytest.param(0.5, marks=pytest.mark.large), -1.0])
 def test_a_bent_scale_of_the_autocollimator_has_no_name(size_arcsec: float) -> None:
     """The cubic part looks like face errors, an axis motion or a gain; the diagnosis must name none
@@ -126,6 +130,7 @@ def _log_that_divides_the_turn(extra: np.ndarray, turn: np.ndarray, noise: float
 UP_AND_DOWN = np.concatenate([np.arange(1800), np.arange(1799, -1, -1)]) / 900.0
 
 
+@pytest.mark.large
 def test_a_log_that_divides_the_turn_is_searched_for_lines() -> None:
     """The diagnosis searches a log for periodic errors although its samples fall on the same angles
     in each turn, as the readings of stations do."""
@@ -136,6 +141,7 @@ def test_a_log_that_divides_the_turn_is_searched_for_lines() -> None:
     assert found.named.name == "periodic_error"
 
 
+@pytest.mark.large
 def test_a_square_wave_over_the_turn_is_no_line() -> None:
     """The diagnosis names no periodic error for a square wave that jumps at six angles of the turn.
     The model contains its orders 3, 9 and 15; the orders 21, 27, … remain."""
@@ -182,7 +188,10 @@ def test_lines_of_one_shape(lines: dict[float, float], is_one: bool) -> None:
     assert (shape_with_corners(_causes(lines)) is not None) == is_one
 
 
-@pytest.mark.parametrize(("by_direction_arcsec", "is_named"), [(0.5, True), (15.0, False)])
+@pytest.mark.parametrize(
+    ("by_direction_arcsec", "is_named"),
+    [pytest.param(0.5, True, marks=pytest.mark.large), (15.0, False)],
+)
 def test_runs_that_differ_little_leave_a_constant_its_name(
     by_direction_arcsec: float, is_named: bool
 ) -> None:

@@ -39,7 +39,7 @@ def _polygon(stations: int, seed: int, *, counts: bool, cycles: int = 4) -> Meas
 
 
 @pytest.mark.parametrize("counts", [False, True])
-@pytest.mark.parametrize("stations", [3, 6, 12])
+@pytest.mark.parametrize("stations", [3, 6, pytest.param(12, marks=pytest.mark.large)])
 def test_nothing_is_taken_for_a_subdivision_error(stations: int, counts: bool) -> None:
     """The diagnosis names no subdivision error for noise of 0.1″, about 1/800 of a signal period. A
     wave that is computed from the phase of a noisy reading contains this noise too."""
@@ -79,6 +79,7 @@ def _capture_at_two_phases(seed: int) -> MeasurementSet:
     return MeasurementSet(table, Capture(run, time_s, one, two), None, title="two phases")
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("seed", range(3))
 def test_noise_at_two_phases_is_no_subdivision_error(seed: int) -> None:
     """Noise at two phases is no subdivision error: if ε is small, the model explains most of a wave

@@ -52,6 +52,7 @@ def _noise(seed: int) -> tuple[np.ndarray, np.ndarray]:
     return time_s, noise
 
 
+@pytest.mark.large
 def test_the_worm_is_named_before_smaller_lines() -> None:
     """The diagnosis names the worm before the smaller lines. The log contains the worm with 8″ and
     its second multiple with 1.5″, a gear in front of the worm with 3″, and a line of 0.5″ with a
@@ -91,6 +92,7 @@ def test_a_gear_near_a_multiple_of_the_worm_is_not_the_worm() -> None:
     assert found.named.parameters()["period_time"].value == pytest.approx(period_s, rel=0.003)
 
 
+@pytest.mark.large
 def test_without_a_tooth_count_the_largest_line_is_named() -> None:
     time_s, noise = _noise(2)
     lines = [(3.6, 122.0), (1.2, 81.0), (0.5, 6.0)]
@@ -101,6 +103,7 @@ def test_without_a_tooth_count_the_largest_line_is_named() -> None:
     assert period == pytest.approx(122.0, rel=0.01)
 
 
+@pytest.mark.large
 def test_a_small_line_with_a_slow_change_is_said_to_be_the_smaller_part() -> None:
     """The diagnosis says that the named line of 1″ is the smaller part of the error. The larger
     part is 9″, rises and falls three times, and is no line; its RMS is nine times as large.
@@ -115,6 +118,7 @@ def test_a_small_line_with_a_slow_change_is_said_to_be_the_smaller_part() -> Non
     assert smaller[0] < next(place for place, text in enumerate(said) if "Regular errors" in text)
 
 
+@pytest.mark.large
 def test_a_line_that_is_most_of_the_error_is_not_said_to_be_the_smaller_part() -> None:
     time_s, noise = _noise(4)
     found = _diagnosed(time_s, with_lines(time_s, [(3.6, 122.0)]) + noise)
@@ -122,6 +126,7 @@ def test_a_line_that_is_most_of_the_error_is_not_said_to_be_the_smaller_part() -
     assert not any("smaller part" in text for text in sentences(found))
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("seed", [3, pytest.param(4, marks=pytest.mark.large)])
 def test_a_resonance_that_noise_drives_is_no_line(seed: int) -> None:
     """The diagnosis names no line for a resonance of quality 15, which keeps its phase for a fifth
@@ -135,6 +140,7 @@ def test_a_resonance_that_noise_drives_is_no_line(seed: int) -> None:
     assert found.named is None
 
 
+@pytest.mark.large
 def test_a_slow_curve_is_no_line() -> None:
     """The diagnosis names no line for a slow curve with 1.4 periods in the log."""
     time_s, noise = _noise(5)

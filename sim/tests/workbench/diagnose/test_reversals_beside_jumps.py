@@ -97,6 +97,7 @@ def test_the_reversal_and_the_jump_are_said_by_size() -> None:
     assert "something jumped at 61" in said
 
 
+@pytest.mark.large
 def test_a_reversal_that_differs_from_place_to_place_is_said_with_a_line() -> None:
     """The set has a reversal error of ±650″ that varies by half, twice per turn, and a sine of
     order 32 with 460″; the diagnosis must report the reversal even if it names the sine."""

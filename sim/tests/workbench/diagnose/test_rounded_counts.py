@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from sim.tests.workbench.base_diagnosis import diagnosis_of
 
 from arctrue.measurement import Capture, MeasurementSet, Reference, Table
@@ -51,6 +52,7 @@ def _capture() -> MeasurementSet:
     return MeasurementSet(table, capture, reference, title="coarse counts")
 
 
+@pytest.mark.large
 def test_rounding_that_repeats_with_the_angle_is_no_unknown_effect() -> None:
     """Two rounded heads differ by √(2/12) = 0.41 counts RMS, below the negligible half count."""
     found = diagnosis_of(_capture())

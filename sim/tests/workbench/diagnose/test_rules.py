@@ -34,6 +34,7 @@ def _weak(name: str, size: float, seed: int) -> Diagnosis:
     return found
 
 
+@pytest.mark.large
 def test_two_orders_of_a_warm_run_are_no_vibration() -> None:
     """The diagnosis names no vibration for two orders that exist only in the warm run. A line with
     a free phase in every run could absorb such an order, but the other runs do not contain the
@@ -110,6 +111,7 @@ def test_rows_that_are_off_at_the_end_of_a_run_are_no_slip(rows: int) -> None:
         assert place.nonlinear["run"] != 3.0 or place.nonlinear["instant"] <= times[0]
 
 
+@pytest.mark.large
 def test_many_faces_win_over_the_one_order_that_they_contain() -> None:
     """The diagnosis names the faces of a polygon and not order 4, which by chance is the largest
     order of the face errors: noise does not explain the other orders of these errors."""
@@ -118,6 +120,7 @@ def test_many_faces_win_over_the_one_order_that_they_contain() -> None:
     assert found.named.name == "polygon_face_error"
 
 
+@pytest.mark.large
 def test_weak_distortions_are_not_charged_for_multiples_that_are_not_there() -> None:
     """Weak distortions get no penalty for multiples that the set does not contain.
 
@@ -140,6 +143,7 @@ def test_a_near_tie_between_a_step_and_a_settling_is_said() -> None:
     assert found.described.effect.parts == ["settling", "head2"]  # type: ignore[attr-defined]
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("seed", [3, pytest.param(4, marks=pytest.mark.large)])
 def test_the_time_constant_of_a_settling_is_between_the_grid_points(seed: int) -> None:
     made = simulate_set([Wanted("settling_bracket", 2.0)], full().smaller(2000, 10), seed)
@@ -153,6 +157,7 @@ def test_the_time_constant_of_a_settling_is_between_the_grid_points(seed: int) -
     assert condition.time_constant_s == pytest.approx(truth["time_constant_s"], rel=0.1)
 
 
+@pytest.mark.large
 def test_a_line_at_one_speed_only_may_be_an_alias() -> None:
     """The diagnosis states that a vibration at one speed may be an alias. A vibration of 101.5 Hz,
     sampled at 167 Hz in the slow runs, appears at 65.2 Hz, but not in the fast run at 500 Hz."""
@@ -166,6 +171,7 @@ def test_a_line_at_one_speed_only_may_be_an_alias() -> None:
     assert found.candidates[0].nonlinear["frequency"] == pytest.approx(rate - frequency, abs=0.05)
 
 
+@pytest.mark.large
 def test_what_is_missing_with_the_named_one_is_said() -> None:
     """The diagnosis names one of two causes and also reports the other: the set has 0.4″/K of order
     1 and a reversal error of 0.8″."""
@@ -212,7 +218,10 @@ def test_a_line_with_an_order_of_the_model_is_found_at_its_place() -> None:
     assert found[0].nonlinear["order"] == pytest.approx(order, abs=0.01)
 
 
-@pytest.mark.parametrize(("constant_arcsec", "confirmed"), [(0.5, False), (5.0, True)])
+@pytest.mark.parametrize(
+    ("constant_arcsec", "confirmed"),
+    [pytest.param(0.5, False, marks=pytest.mark.large), (5.0, True)],
+)
 def test_a_constant_that_the_interpolation_may_have_is_no_head_angle(
     constant_arcsec: float, confirmed: bool
 ) -> None:

@@ -127,7 +127,7 @@ def _walk(random: np.random.Generator, angle: Float) -> Float:
     return np.asarray(np.cumsum(random.normal(0.0, 0.2, angle.size)))
 
 
-@pytest.mark.parametrize("of_cycle", [_wander, _walk])
+@pytest.mark.parametrize("of_cycle", [pytest.param(_wander, marks=pytest.mark.large), _walk])
 def test_cycles_that_wander_show_no_repeated_error(
     of_cycle: Callable[[np.random.Generator, Float], Float],
 ) -> None:
@@ -172,6 +172,7 @@ def _sweeps(
     return MeasurementSet(Table(), None, reference)
 
 
+@pytest.mark.large
 def test_a_defect_that_every_turn_repeats_is_no_oscillation() -> None:
     """A defect of 120″, 4.7° wide at half its height, in five turns without a stop. Its highest
     reading is within a step of 0.3° of its middle."""
@@ -205,7 +206,7 @@ def _without_orders(made: MeasurementSet) -> Diagnosis:
     return diagnose(observations_of(made), [], built_in())
 
 
-@pytest.mark.parametrize("sweeps", [2, 6])
+@pytest.mark.parametrize("sweeps", [2, pytest.param(6, marks=pytest.mark.large)])
 def test_a_sag_over_an_arc_is_no_change_in_time(sweeps: int) -> None:
     angle = np.arange(10.0, 80.0, 0.5)
     made = _sweeps(angle, lambda at: 35.0 * np.cos(np.radians(at)), sweeps, 2.0, 1.0)
@@ -222,6 +223,7 @@ def test_a_sag_over_an_arc_is_no_change_in_time(sweeps: int) -> None:
     assert f"The error repeats at equal angle in {sweeps} passes" in _text(found)
 
 
+@pytest.mark.large
 def test_an_error_of_the_travel_is_no_change_in_time() -> None:
     """An error of 0.25″ a degree over four turns is the same at each angle on the way back."""
     angle = np.arange(0.0, 1440.0, 4.0)

@@ -88,6 +88,7 @@ def test_a_control_of_the_air_without_a_thermometer() -> None:
     assert seconds == pytest.approx(515.0, rel=0.02)
 
 
+@pytest.mark.large
 def test_a_settling_far_above_a_line() -> None:
     """The diagnosis states a settling of 25″ with its time constant, and not only a line of 1″."""
     time_s = np.arange(ROWS) * STEP_S
@@ -124,6 +125,7 @@ def test_a_whole_turn_and_most_of_one_keep_twenty_orders() -> None:
         assert on_its_arc(default_model(), observations) == default_model()
 
 
+@pytest.mark.large
 def test_the_python_interface_and_the_page_state_it_in_the_same_words() -> None:
     """One warning, in ``fit``, ``compare`` and ``diagnose`` of Python and in the page; a whole turn
     has none."""
@@ -179,7 +181,7 @@ def _to_and_fro(
     return MeasurementSet(Table(), None, reference, title="to and fro")
 
 
-@pytest.mark.parametrize("arc_deg", [20.0, 150.0])
+@pytest.mark.parametrize("arc_deg", [pytest.param(20.0, marks=pytest.mark.large), 150.0])
 def test_a_scale_on_an_arc_and_a_reversal_error(arc_deg: float) -> None:
     """A scale of the reference of 6″ at each end, and a reversal error of ±0.4″."""
     found = _diagnosed(_to_and_fro(lambda x, d: 6.0 * x + 0.4 * d, arc_deg, 1))
@@ -229,6 +231,7 @@ def test_a_drift_of_a_single_pass_is_of_the_time() -> None:
     assert found.effect_class[:1] == ["reference_drift"]
 
 
+@pytest.mark.large
 def test_an_error_that_grows_over_ten_turns() -> None:
     """A rope that winds over ten turns up and down three times: 4″ per turn."""
     turns = np.concatenate([np.linspace(0.0, 10.0, 200), np.linspace(10.0, 0.0, 200)] * 3)

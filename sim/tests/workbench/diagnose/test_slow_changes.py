@@ -27,7 +27,9 @@ def _reference(error_arcsec: np.ndarray, step_s: float, turns: float) -> Measure
     return MeasurementSet(Table(), None, reference)
 
 
-@pytest.mark.parametrize(("rows", "turns"), [(144, 4.0), (1500, 0.01)])
+@pytest.mark.parametrize(
+    ("rows", "turns"), [(144, 4.0), pytest.param(1500, 0.01, marks=pytest.mark.large)]
+)
 @pytest.mark.parametrize("periods", [1.6, 2.3])
 def test_of_stations_and_of_a_log(rows: int, turns: float, periods: float) -> None:
     """The diagnosis reports an error that rises and falls by 3″ in 0.3″ of noise, in a set of
@@ -47,13 +49,14 @@ def test_of_stations_and_of_a_log(rows: int, turns: float, periods: float) -> No
     assert diagnosis_data(found, [])["findings"]["slow_change"]["length_s"] == slow.length
 
 
-@pytest.mark.parametrize("rows", [144, 1500])
+@pytest.mark.parametrize("rows", [144, pytest.param(1500, marks=pytest.mark.large)])
 def test_white_noise_has_none(rows: int) -> None:
     random = np.random.default_rng(4)
     error = random.normal(size=rows)
     assert diagnosis_of(_reference(error, 3.0, 4.0)).findings.slow is None
 
 
+@pytest.mark.large
 def test_a_chirp_is_not_silent() -> None:
     """The diagnosis reports a chirp of 1″, from 12 to 36 periods per hour in 0.3″ of noise, as
     unknown; the chirp is neither a steady sine nor noise of a known kind."""

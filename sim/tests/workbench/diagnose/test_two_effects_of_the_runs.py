@@ -83,6 +83,7 @@ def _loaded(per_nm: float, seed: int, zero_arcsec: float = 0.0) -> MeasurementSe
     )
 
 
+@pytest.mark.large
 def test_a_delay_and_a_reversal_error_on_a_ladder_of_speeds() -> None:
     """The delay of 50 µs causes offsets of 11 to 65″ and is the larger; the reversal error is 25″
     in each direction. The mean of 400 readings has u = 4″ · √2/√400 = 0.28″ (the sum of all

@@ -46,6 +46,7 @@ def _diagnosed(
     return diagnosis_of(MeasurementSet(table or Table(), None, reference))
 
 
+@pytest.mark.large
 def test_a_line_of_the_signal_period_is_said_to_be_of_the_grating() -> None:
     """The grating has 256 lines; the subdivision has errors of 12″ and 4″ in the first and second
     harmonic of the signal. The search for lines averages the rows, so that it does not reach order
@@ -71,6 +72,7 @@ def test_a_line_of_the_signal_period_is_said_to_be_of_the_grating() -> None:
     assert "head1_counts" in found.next_measurement
 
 
+@pytest.mark.large
 def test_a_line_near_the_signal_period_is_not_of_the_grating() -> None:
     """Order 255 is 1.5 periods away from order 256 in a log of 1.5 turns, which separates them."""
     random = np.random.default_rng(32)
@@ -97,6 +99,7 @@ def test_a_line_fixed_to_time_has_no_lane_and_no_cause_of_the_angle() -> None:
     assert "amplitude 5." in said or "amplitude 4." in said
 
 
+@pytest.mark.large
 def test_an_order_that_follows_the_speed_has_no_side_lines() -> None:
     """Order 3 grows with the square of the speed. Over all runs it looks like two lines, one on
     each side of order 3, which are no errors of their own; another station would show nothing."""

@@ -281,6 +281,7 @@ def test_a_name_that_takes_a_tenth_of_the_excess_or_less_is_what_it_resembles() 
     assert takes_little(_case(little, little)) is None
 
 
+@pytest.mark.large
 def test_a_head_angle_keeps_its_name_with_an_order_that_does_not_matter() -> None:
     """A head angle of 40″ keeps its name: the offsets of the runs contain it, and the RMS of the
     rows does not show it.

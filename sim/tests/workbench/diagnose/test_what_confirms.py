@@ -131,6 +131,7 @@ def test_a_step_is_subtracted_to_the_end_of_its_stretch() -> None:
     assert np.ptp(left.error_arcsec) < 1e-9
 
 
+@pytest.mark.large
 def test_a_line_is_named_although_the_record_jumps() -> None:
     """A line of 7″ with twelve periods is named in a log that jumps once by 300″."""
     random = np.random.default_rng(8)

@@ -36,6 +36,7 @@ def explained(folder: Path) -> Path:
     return model
 
 
+@pytest.mark.large
 @pytest.mark.parametrize(
     "command", ["compare", "diagnose", pytest.param("report", marks=pytest.mark.large)]
 )
@@ -47,6 +48,7 @@ def test_the_command_reads_four_heads(command: str, folder: Path, tmp_path: Path
     assert "Traceback" not in answer.output
 
 
+@pytest.mark.large
 def test_a_fresh_set_is_judged_by_the_stored_model(explained: Path, tmp_path: Path) -> None:
     """The stored model leaves only the noise of the readings in a new set, to which it is not
     fitted."""

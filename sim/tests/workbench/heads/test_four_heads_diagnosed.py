@@ -43,6 +43,7 @@ def test_nothing_is_adequate() -> None:
     assert found.decision.first is None
 
 
+@pytest.mark.large
 def test_a_ball_pass_is_named_with_what_head_1_sees() -> None:
     """The diagnosis names a ball-pass motion of the axis by 0.25 µm without a reference."""
     _, values = _named(FourHeads(motion=ball_pass(0.25e-6, 4.37)), "bearing_ball_pass")
@@ -70,6 +71,7 @@ def test_synchronous_motion_is_named_without_a_reference(heads: int) -> None:
         _close(values[name], value)
 
 
+@pytest.mark.large
 @pytest.mark.parametrize(("order", "direction_rad"), [(4, 3.3), (3, 0.9)])
 def test_a_saw_tooth_of_the_axis_is_more_than_its_low_orders(
     order: int, direction_rad: float
@@ -92,6 +94,7 @@ def test_a_saw_tooth_of_the_axis_is_more_than_its_low_orders(
     )
 
 
+@pytest.mark.large
 def test_a_backward_circle_of_order_1_is_no_eccentric_disc() -> None:
     """The diagnosis names a backward circle of order 1; a forward circle would look like an
     eccentric disc."""
@@ -102,6 +105,7 @@ def test_a_backward_circle_of_order_1_is_no_eccentric_disc() -> None:
     assert diagnosis_of(forward.measured(7)).decision.verdict == "adequate"
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("head", [pytest.param(1, marks=pytest.mark.large), 3])
 def test_a_bracket_that_creeps_is_named_with_its_head(head: int) -> None:
     creep = tuple(0.5 if number == head else 0.0 for number in range(1, 5))
@@ -110,6 +114,7 @@ def test_a_bracket_that_creeps_is_named_with_its_head(head: int) -> None:
     _close(values[f"drift_head{head}"], 0.5)
 
 
+@pytest.mark.large
 def test_heads_that_are_read_one_after_the_other_are_named_together() -> None:
     """One head alone does not explain the offsets of the runs, which the estimated scatter of the
     index would hide."""
@@ -129,6 +134,7 @@ def test_lost_counts_are_named_with_their_head(head: int) -> None:
     _close(values["counts"], expected)
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("head", [pytest.param(1, marks=pytest.mark.large), 4])
 def test_what_has_no_name_is_described_with_its_head(head: int) -> None:
     found = diagnosis_of(FourHeads(settling=(head, 1.5, 8.0)).measured(7))
@@ -138,6 +144,7 @@ def test_what_has_no_name_is_described_with_its_head(head: int) -> None:
     assert found.decision.described.effect.parts[0].startswith("settling")
 
 
+@pytest.mark.large
 def test_an_order_that_two_heads_do_not_see_is_named() -> None:
     """The diagnosis names order 120, which two heads do not see: 120 · 33° are eleven turns, so
     that R₂ − R₁ does not show the order, but the other differences do."""
@@ -151,6 +158,7 @@ def test_an_order_that_two_heads_do_not_see_is_named() -> None:
     assert 120 in two.covers.blind_orders
 
 
+@pytest.mark.large
 @pytest.mark.parametrize(
     ("order", "size_arcsec"),
     [
@@ -178,6 +186,7 @@ def test_an_order_of_an_eccentric_disc_is_an_order_of_the_disc(
     assert line.gain > found.decision.first.gain  # type: ignore[union-attr]
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("order", [97.0, pytest.param(97.02, marks=pytest.mark.large)])
 def test_a_line_of_the_axis_is_no_order_of_the_disc(order: float) -> None:
     """The diagnosis names no order of the disc for an axis that oscillates by 0.2 µm along x: each
@@ -187,6 +196,7 @@ def test_a_line_of_the_axis_is_no_order_of_the_disc(order: float) -> None:
     assert values["order"].value == pytest.approx(order, abs=SIGMAS * values["order"].sigma)
 
 
+@pytest.mark.large
 def test_a_line_with_a_whole_order_is_not_the_whole_order() -> None:
     """The diagnosis names no integer order for a sine whose order differs by 0.02 from an integer:
     over the two turns of each run, the phase of the sine advances by 14°."""

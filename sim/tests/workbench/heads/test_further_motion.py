@@ -57,7 +57,7 @@ def test_an_order_of_the_disc_is_no_motion() -> None:
     assert _further(made) is None
 
 
-@pytest.mark.parametrize("head", [1, 3])
+@pytest.mark.parametrize("head", [1, pytest.param(3, marks=pytest.mark.large)])
 def test_a_wave_of_one_head_is_no_motion(head: int) -> None:
     made = _of_orders(4, 8).measured(3)
     assert made.capture is not None

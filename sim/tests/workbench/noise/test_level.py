@@ -54,6 +54,7 @@ def _log(error_arcsec: NDArray[np.float64]) -> MeasurementSet:
     )
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_gusts_give_no_jump(seed: int) -> None:
     observations = observations_of(_log(_gusts(seed)))
@@ -75,6 +76,7 @@ def test_the_verdict_on_gusts_names_nothing() -> None:
     assert any("noise level of the reference changes" in text for text in sentences(found))
 
 
+@pytest.mark.large
 def test_a_step_in_gusts_is_found() -> None:
     """A step of 9″ between two gusts, eighteen times the noise there."""
     error = _gusts(5) + 9.0 * (np.arange(ROWS) >= 560)

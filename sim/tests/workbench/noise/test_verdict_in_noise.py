@@ -50,6 +50,7 @@ def _with_wandering_reference(made: MeasurementSet, seed: int) -> MeasurementSet
     return replace(made, reference=replace(made.reference, error_arcsec=error + wander))
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.large)])
 def test_slow_noise_of_a_head_gets_no_name(seed: int) -> None:
     """The diagnosis gives no name to the slow noise of a head. In an earlier version, the noise was
@@ -58,12 +59,14 @@ def test_slow_noise_of_a_head_gets_no_name(seed: int) -> None:
     assert diagnosis_of(_with_slow_capture(measurement_set(seed=seed), seed)).verdict == "adequate"
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.large)])
 def test_a_wandering_reference_gets_no_name(seed: int) -> None:
     made = _with_wandering_reference(measurement_set(seed=seed, cycles=10), seed)
     assert diagnosis_of(made).verdict == "adequate"
 
 
+@pytest.mark.large
 def test_a_reversal_stands_out_of_a_wandering_reference() -> None:
     """The diagnosis names the reversal error although a pass over 24 stations takes half of the
     correlation time of the noise."""
@@ -73,6 +76,7 @@ def test_a_reversal_stands_out_of_a_wandering_reference() -> None:
     assert result.named.name == "hysteresis"
 
 
+@pytest.mark.large
 def test_a_slip_is_not_taken_for_slow_noise() -> None:
     """The diagnosis names a slip if 2,100 of the 3,600 rows of a run lie 12 counts higher. Slow
     noise that is estimated without the slip would also explain these rows."""
@@ -117,6 +121,7 @@ def _gusts(seed: int) -> MeasurementSet:
     return MeasurementSet(Table(), None, reference)
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("seed", [1, pytest.param(5, marks=pytest.mark.large)])
 def test_gusts_are_no_drift(seed: int) -> None:
     """Gusts get no name: other parts of each turn are loud, so that the parts have no scale. In an

@@ -20,7 +20,16 @@ def test_white_noise_fails_as_often_as_the_level_says() -> None:
         assert 9 < rare < 51, name
 
 
-@pytest.mark.parametrize(("rows", "turns"), [(60, 1), (120, 1), (400, 1), (1600, 1), (300, 2)])
+@pytest.mark.parametrize(
+    ("rows", "turns"),
+    [
+        (60, 1),
+        pytest.param(120, 1, marks=pytest.mark.large),
+        pytest.param(400, 1, marks=pytest.mark.large),
+        pytest.param(1600, 1, marks=pytest.mark.large),
+        (300, 2),
+    ],
+)
 def test_what_a_model_takes_is_no_colour(rows: int, turns: int) -> None:
     """Residuals of white noise pass the tests although the model has absorbed noise. In an evenly
     spaced log, orders 1 to 20 absorb the noise at their frequencies; in the shortest log they
@@ -41,7 +50,7 @@ def test_what_a_model_takes_is_no_colour(rows: int, turns: int) -> None:
         assert np.count_nonzero(p_values < 0.01 / 3.0) < 8, name
 
 
-@pytest.mark.parametrize("rows", [150, 300])
+@pytest.mark.parametrize("rows", [150, pytest.param(300, marks=pytest.mark.large)])
 def test_wild_rows_are_no_colour(rows: int) -> None:
     """Rows with large errors do not fail the tests of correlation: the fit distributes the error of
     such a row over its neighbours, and the tests must not take this for correlated noise."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from sim.tests.workbench.base_diagnosis import diagnosis_of
 
 from arctrue.measurement import MeasurementSet, Reference, Table
@@ -45,6 +46,7 @@ def _log(*, whole_seconds: bool) -> MeasurementSet:
     return MeasurementSet(Table(), None, reference, title="log")
 
 
+@pytest.mark.large
 def test_a_log_in_whole_seconds_has_the_verdict_of_the_log_with_finer_times() -> None:
     """The coarse clock does not change the sine of order 60, which depends only on the angle."""
     finer, coarse = (diagnosis_of(_log(whole_seconds=item)) for item in (False, True))

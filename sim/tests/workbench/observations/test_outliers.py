@@ -313,6 +313,7 @@ def test_white_noise_of_many_rows_has_no_outliers(stations: int | None) -> None:
     assert _masked(MeasurementSet(measurement_set().table, reference=reference), "reference") == []
 
 
+@pytest.mark.large
 def test_wrong_rows_that_a_larger_effect_hid_are_found_in_what_it_leaves() -> None:
     """Wrong rows are found after the effect that hid them is in the model: errors of 1.5″, ten
     times the noise of R₂ − R₁, are hidden by an interpolation error of 2.5″ per head.

@@ -87,6 +87,7 @@ def test_sets_without_a_bound_do_not_count() -> None:
     assert not bound_scores(results)[1].kept
 
 
+@pytest.mark.large
 def test_command(tmp_path: Path) -> None:
     arguments = ["benchmark", "bound", str(tmp_path / "bound"), "--effect=polygon_eccentricity"]
     file = tmp_path / "bound.json"
