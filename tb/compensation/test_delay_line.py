@@ -7,7 +7,9 @@ import pytest
 from tb.support.simulation import simulate
 
 
-@pytest.mark.parametrize(("width", "clocks"), [(58, 25), (1, 1), (24, 2)])
+@pytest.mark.parametrize(
+    ("width", "clocks"), [pytest.param(58, 25, marks=pytest.mark.large), (1, 1), (24, 2)]
+)
 def test_delay_line(width: int, clocks: int) -> None:
     simulate(
         "delay_line",

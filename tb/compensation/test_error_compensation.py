@@ -10,7 +10,7 @@ from tb.support.simulation import simulate
 @pytest.mark.parametrize(
     "lanes",
     [
-        1,
+        pytest.param(1, marks=pytest.mark.large),
         pytest.param(4, marks=pytest.mark.large),
         9,
         pytest.param(32, marks=pytest.mark.large),

@@ -76,6 +76,7 @@ def test_core_with_events() -> None:
     )
 
 
+@pytest.mark.large
 def test_core_with_a_table() -> None:
     """A core with ROTATION = table passes the tests of the data path, and a register states this
     rotation."""

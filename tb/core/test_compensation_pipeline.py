@@ -60,7 +60,7 @@ def test_a_turn_of_12000_angles_with_the_default_lanes() -> None:
         (3, 4, 0.4),
         pytest.param(4, 1000, 300.0, marks=pytest.mark.large),
         pytest.param(5, 65_536, 0.0, marks=pytest.mark.large),
-        (8, 12_345_677, 60_000.0),
+        pytest.param(8, 12_345_677, 60_000.0, marks=pytest.mark.large),
         pytest.param(64, 16_777_213, 0.0, marks=pytest.mark.large),
     ],
 )
@@ -78,6 +78,7 @@ def test_another_width_of_the_cosine() -> None:
     run("a_turn_of_angles", lanes=2, angles=500, cosine_width=14)
 
 
+@pytest.mark.large
 def test_folds_give_the_same_corrections(tmp_path: Path) -> None:
     """The corrections of every fold equal, bit for bit, the corrections of the model and of the
     unfolded pipeline."""
@@ -105,6 +106,7 @@ def test_lanes_with_a_table(fold: int) -> None:
     run("a_turn_of_angles", lanes=8, angles=300, fold=fold, rotation="table")
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("fold", [pytest.param(1, marks=pytest.mark.large), 4])
 def test_swap_and_latencies_with_a_table(fold: int) -> None:
     """With ROTATION = table, swaps and latencies take as many clocks as with the CORDIC."""
@@ -130,7 +132,7 @@ def test_an_unknown_rotation_is_refused(capfd: pytest.CaptureFixture[str]) -> No
     ("lanes", "fold", "cosine_width"),
     [
         pytest.param(2, 2, 18, marks=pytest.mark.large),
-        (6, 2, 18),
+        pytest.param(6, 2, 18, marks=pytest.mark.large),
         (4, 2, 20),
         pytest.param(64, 8, 18, marks=pytest.mark.large),
     ],
@@ -164,7 +166,9 @@ def test_folds_that_do_not_fit_are_refused(
     assert message in output.out + output.err
 
 
-@pytest.mark.parametrize("fold", FOLDS)
+@pytest.mark.parametrize(
+    "fold", [1, *(pytest.param(f, marks=pytest.mark.large) for f in (2, 4)), 8]
+)
 def test_latencies(fold: int) -> None:
     run("latencies_of_table_1", lanes=8, fold=fold)
 
@@ -183,7 +187,9 @@ def test_folded_swaps_are_atomic(fold: int) -> None:
     run("swap_and_bypass_under_load", lanes=8, angles=3000, counts_per_rev=5000, fold=fold)
 
 
-@pytest.mark.parametrize("fold", FOLDS)
+@pytest.mark.parametrize(
+    "fold", [*(pytest.param(f, marks=pytest.mark.large) for f in (1, 2, 4)), 8]
+)
 def test_zeros_move_between_two_angles(fold: int) -> None:
     run("zeros_move_between_two_angles", lanes=8, fold=fold)
 
@@ -194,20 +200,25 @@ def test_reset_under_load(fold: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("fold", "lanes", "counts_per_rev"),
+    ("fold", "lanes", "counts_per_rev", "testcase"),
     [
-        pytest.param(1, 2, 1024, marks=pytest.mark.large),
-        (4, 4, 2048),
-        pytest.param(1, 4, 2048, marks=pytest.mark.large),
+        (4, 4, 2048, ("both_ways_and_tremble", "read_back_and_fill")),
+        pytest.param(1, 2, 1024, None, marks=pytest.mark.large),
+        pytest.param(4, 4, 2048, None, marks=pytest.mark.large),
+        pytest.param(1, 4, 2048, None, marks=pytest.mark.large),
     ],
+    ids=["4-turn", "1-2-all", "4-4-all", "1-4-all"],
 )
-def test_real_orders(fold: int, lanes: int, counts_per_rev: int) -> None:
+def test_real_orders(
+    fold: int, lanes: int, counts_per_rev: int, testcase: tuple[str, ...] | None
+) -> None:
     """Corrections by lanes of real orders (not integers), whose phases continue from turn to turn,
     equal the model in every clock."""
     simulate(
         TOPLEVEL,
         "tb.core.real_orders_pipeline_bench",
         generics={"LANES": lanes, "FOLD": fold, "REAL_ORDERS": "true"},
+        testcase=testcase,
         environment={
             "LANES": str(lanes),
             "FOLD": str(fold),

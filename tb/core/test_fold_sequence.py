@@ -10,7 +10,13 @@ from tb.support.simulation import simulate
 
 @pytest.mark.parametrize(
     ("fold", "sums_clock"),
-    [pytest.param(1, 25, marks=pytest.mark.large), (2, 25), (4, 25), (8, 25), (8, 16)],
+    [
+        pytest.param(1, 25, marks=pytest.mark.large),
+        pytest.param(2, 25, marks=pytest.mark.large),
+        (4, 25),
+        pytest.param(8, 25, marks=pytest.mark.large),
+        (8, 16),
+    ],
 )
 def test_fold_sequence(fold: int, sums_clock: int) -> None:
     generics = {"FOLD": fold, "SUMS_CLOCK": sums_clock}

@@ -11,7 +11,7 @@ from arctrue.gateware.latency import pin_to_pin_clocks
 from tb.support.simulation import simulate
 
 
-@pytest.mark.parametrize("fold", [1, 8])
+@pytest.mark.parametrize("fold", [1, pytest.param(8, marks=pytest.mark.large)])
 def test_pin_to_pin(fold: int, tmp_path: Path) -> None:
     measured = tmp_path / "measured.json"
     simulate(

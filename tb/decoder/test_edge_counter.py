@@ -5,7 +5,7 @@ import pytest
 from tb.support.simulation import simulate
 
 
-@pytest.mark.parametrize("reset_position", [0, 2**31 - 100])
+@pytest.mark.parametrize("reset_position", [0, pytest.param(2**31 - 100, marks=pytest.mark.large)])
 def test_edge_counter(reset_position: int) -> None:
     generics = {"RESET_POSITION": reset_position}
     simulate(

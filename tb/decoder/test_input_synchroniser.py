@@ -5,7 +5,9 @@ import pytest
 from tb.support.simulation import simulate
 
 
-@pytest.mark.parametrize(("width", "stages"), [(3, 2), (1, 3), (5, 4)])
+@pytest.mark.parametrize(
+    ("width", "stages"), [(3, 2), (1, 3), pytest.param(5, 4, marks=pytest.mark.large)]
+)
 def test_input_synchroniser(width: int, stages: int) -> None:
     generics = {"WIDTH": width, "STAGES": stages}
     simulate(

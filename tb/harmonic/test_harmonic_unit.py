@@ -12,11 +12,11 @@ from tb.support.simulation import simulate
     [
         (1, 500, *DEFAULT),
         (2, 500, *DEFAULT),
-        (5, 500, *DEFAULT),
+        pytest.param(5, 500, *DEFAULT, marks=pytest.mark.large),
         pytest.param(32, 600, *DEFAULT, marks=pytest.mark.large),
         pytest.param(64, 100, *DEFAULT, marks=pytest.mark.large),
         (3, 500, 14, 12),
-        (4, 500, 20, 18),
+        pytest.param(4, 500, 20, 18, marks=pytest.mark.large),
     ],
 )
 def test_harmonic_unit(lanes: int, angles: int, width: int, iterations: int) -> None:
@@ -29,7 +29,15 @@ def test_harmonic_unit(lanes: int, angles: int, width: int, iterations: int) -> 
     )
 
 
-@pytest.mark.parametrize("lanes", [1, 2, 5, pytest.param(32, marks=pytest.mark.large)])
+@pytest.mark.parametrize(
+    "lanes",
+    [
+        1,
+        pytest.param(2, marks=pytest.mark.large),
+        pytest.param(5, marks=pytest.mark.large),
+        pytest.param(32, marks=pytest.mark.large),
+    ],
+)
 def test_from_the_table(lanes: int) -> None:
     values: dict[str, int | str] = {"LANES": lanes, "ROTATION": "table"}
     simulate(

@@ -26,6 +26,8 @@ CORE_FORGOTTEN = 3500
 POWER_UPS = range(1, 9)
 """Seeds for the random values that the registers have before the first reset."""
 
+SHORTEST = ("table_conditions-WINDOW7-LONGEST11", "sampler-DEPTH8-HEADS4")
+"""Units that are compared without ``large``; the core contains most of the others."""
 ERROR_COMPENSATION = next(case for case in CASES if case.entity == "error_compensation")
 
 
@@ -51,7 +53,10 @@ def simulated(case: Case, replay: Replay, folder: Path) -> None:
 
 @pytest.mark.parametrize(
     "case",
-    [pytest.param(case, marks=pytest.mark.large if case.in_core else ()) for case in CASES],
+    [
+        pytest.param(case, marks=pytest.mark.large if str(case) not in SHORTEST else ())
+        for case in CASES
+    ],
     ids=str,
 )
 def test_unit(case: Case, tmp_path: Path) -> None:
@@ -60,12 +65,13 @@ def test_unit(case: Case, tmp_path: Path) -> None:
     assert not compare(replay, tmp_path, case.settled)
 
 
+@pytest.mark.large
 @pytest.mark.parametrize(
     "generics",
     [
-        pytest.param({"LANES": 2, "CAPTURE_DEPTH": 16}, marks=pytest.mark.large),
+        {"LANES": 2, "CAPTURE_DEPTH": 16},
         {"LANES": 4, "CAPTURE_DEPTH": 16, "FOLD": 2, "ROTATION": "table"},
-        pytest.param({"LANES": 2, "CAPTURE_DEPTH": 16, "HEADS": 4}, marks=pytest.mark.large),
+        {"LANES": 2, "CAPTURE_DEPTH": 16, "HEADS": 4},
     ],
     ids=["parallel", "folded_table", "four_heads"],
 )

@@ -8,7 +8,7 @@ from tb.support.simulation import simulate
 @pytest.mark.parametrize(
     ("lanes", "angles"),
     [
-        (1, 500),
+        pytest.param(1, 500, marks=pytest.mark.large),
         (3, 500),
         pytest.param(32, 400, marks=pytest.mark.large),
         pytest.param(64, 200, marks=pytest.mark.large),

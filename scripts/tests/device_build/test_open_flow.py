@@ -57,6 +57,7 @@ def test_every_tool_is_called_with_what_the_one_before_made(
         assert (made / "reports" / log).exists()
 
 
+@pytest.mark.large
 def test_the_frames_are_the_same_by_a_program_that_is_named(bench: Bench) -> None:
     bench.add_open_tools()
     assert run(bench) == 0

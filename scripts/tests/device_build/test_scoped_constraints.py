@@ -96,7 +96,7 @@ def places() -> list[str]:
 
 
 @pytest.mark.parametrize("top", DEVICES)
-@pytest.mark.parametrize("change", [dict, relabelled])
+@pytest.mark.parametrize("change", [pytest.param(dict, marks=pytest.mark.large), relabelled])
 def test_labels_of_instances_do_not_matter(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,

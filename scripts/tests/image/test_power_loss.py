@@ -127,7 +127,9 @@ def test_a_save_that_is_cut_off_anywhere_leaves_the_record_before(
         assert number == (saved if content == whole else SECTORS), at
 
 
-@pytest.mark.parametrize("write", range(4))
+@pytest.mark.parametrize(
+    "write", [0, *(pytest.param(n, marks=pytest.mark.large) for n in (1, 2, 3))]
+)
 @pytest.mark.parametrize("order", ORDERS)
 def test_the_board_comes_up_and_saves_again(saved_everywhere: Chip, write: int, order: str) -> None:
     """After a power loss in the middle of the erase, or of one of three pages, the whole firmware

@@ -56,6 +56,7 @@ def test_latency_and_errors_are_those_of_the_outputs() -> None:
     assert error == pytest.approx(1e-3, abs=HALF_OF_LAST_BIT)
 
 
+@pytest.mark.large
 def test_what_is_not_a_cosine_is_refused() -> None:
     with pytest.raises(WrongOutputError, match="no cosine comes out"):
         latency_and_errors(_outputs(16, wrong=-1.0))

@@ -73,6 +73,7 @@ end architecture rtl;
 """
 
 
+@pytest.mark.large
 @needs_tools
 def test_phase_lane_takes_three_multipliers(tmp_path: Path) -> None:
     netlist = write_netlist("phase_lane", tmp_path / "made")

@@ -193,6 +193,7 @@ def test_a_reached_bound_is_no_certainty() -> None:
     assert (fixed.state, fixed.stderr, fixed.interval()) == ("fixed", 0.0, (fixed.value,) * 2)
 
 
+@pytest.mark.large
 def test_an_interval_ends_at_a_bound_that_the_value_does_not_reach() -> None:
     model = orders(1).having("hysteresis")
     free = at.fit(reversed_runs(), model).params[REVERSAL]

@@ -40,7 +40,7 @@ def white(random, shape):
     return random.normal(0.0, 0.4, shape)
 
 
-@pytest.mark.parametrize("method", [fourier, least_squares])
+@pytest.mark.parametrize("method", [fourier, pytest.param(least_squares, marks=pytest.mark.large)])
 def test_white_noise_within_ten_percent(method) -> None:
     """The predicted uncertainties are right to 10 %. 500 captures determine the standard deviation
     of two components to 2.2 %; the tolerance is 4.5 times as large."""

@@ -42,7 +42,10 @@ def assert_harmless(done: Result, *, shown: str = "\\x1b") -> None:
     assert shown in text
 
 
-@pytest.mark.parametrize("words", [("effects",), ("effects", "show", "hysteresis")])
+@pytest.mark.parametrize(
+    "words",
+    [pytest.param(("effects",), marks=pytest.mark.large), ("effects", "show", "hysteresis")],
+)
 def test_a_reader_that_closes_the_pipe_ends_the_command_quietly(words: tuple[str, ...]) -> None:
     """The exit code is the one that a shell reports for SIGPIPE, 128 + 13."""
     read, write = os.pipe()
@@ -117,7 +120,7 @@ def test_a_title_of_two_lines_cannot_pretend_a_verdict(small: Path) -> None:
     assert "\nVerdict" not in done.output
 
 
-@pytest.mark.parametrize("command", ["calibrate", "compare"])
+@pytest.mark.parametrize("command", ["calibrate", pytest.param("compare", marks=pytest.mark.large)])
 def test_unknown_keys_and_columns_are_warned_of_harmlessly(
     small: Path, command: str, tmp_path: Path
 ) -> None:

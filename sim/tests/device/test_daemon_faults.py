@@ -246,7 +246,7 @@ def test_a_client_that_never_reads_is_dropped(replay: Replay, tmp_path: Path) ->
         deaf.close()
 
 
-@pytest.mark.parametrize("after_s", [0.05, 0.21, 0.4])
+@pytest.mark.parametrize("after_s", [0.05, pytest.param(0.21, marks=pytest.mark.large), 0.4])
 def test_a_killed_daemon_loses_the_last_turn_at_most(
     replay: Replay, tmp_path: Path, after_s: float
 ) -> None:

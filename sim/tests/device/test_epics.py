@@ -155,6 +155,7 @@ class ProbedReplay(Replay):
                     self.send(answers[line].encode() + b"ok\r\n")
 
 
+@pytest.mark.large
 def test_edges_of_the_probe_count_from_the_zero_of_a_motor_record(
     tmp_path: Path, ports: dict[str, str]
 ) -> None:
@@ -268,6 +269,7 @@ def test_after_a_reconnection_values_are_valid_before_connected(
         shows("HeadSeparation", lambda found: found.data[0] == 33.5)
 
 
+@pytest.mark.large
 def test_alarms_of_the_machine_s_history_are_in_the_pv(
     replay: Replay, tmp_path: Path, ports: dict[str, str]
 ) -> None:

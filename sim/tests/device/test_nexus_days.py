@@ -338,6 +338,7 @@ def test_a_killed_daemon_s_days_come_back_from_the_record(replay: Replay, tmp_pa
     assert turns_of_file(path) == 31
 
 
+@pytest.mark.large
 def test_a_file_of_another_program_is_reported_and_the_days_go_on(
     replay: Replay, tmp_path: Path
 ) -> None:

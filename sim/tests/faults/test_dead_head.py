@@ -83,7 +83,13 @@ def test_head_1_dead(scene: Scene, level: str) -> None:
     scene.recovers()
 
 
-@pytest.mark.parametrize("back_after", range(PERIOD_COUNTS))
+@pytest.mark.parametrize(
+    "back_after",
+    [
+        0,
+        *(pytest.param(place, marks=pytest.mark.large) for place in range(1, PERIOD_COUNTS)),
+    ],
+)
 @pytest.mark.parametrize("pins", [HEAD1, HEAD2])
 def test_head_dead_from_the_start(make_scene: MakeScene, pins: int, back_after: int) -> None:
     """A head is dead from the start and returns at any place. Until the indices are found, the

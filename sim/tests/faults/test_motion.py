@@ -107,6 +107,7 @@ def test_over_speed(make_scene: MakeScene, speed: float) -> None:
     )
 
 
+@pytest.mark.large
 def test_a_speed_that_swings_is_calibrated_at_equal_angles(make_scene: MakeScene) -> None:
     """At a speed ripple of ±15 %, five times per turn, the firmware refuses samples at equal times
     and uses samples at equal angles.

@@ -15,6 +15,7 @@ INVERTED = 0.02
 """Probability that a pin is inverted in a clock."""
 
 
+@pytest.mark.large
 def test_burst_on_head_1(scene: Scene) -> None:
     before = scene.bank()
     scene.disturb(BURST_TURNS, invert=HEAD1_A | HEAD1_B, probability=INVERTED)

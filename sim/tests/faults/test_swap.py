@@ -41,7 +41,7 @@ def swap(scene: Scene, bank: Coefficients) -> None:
     scene.instrument.command("swap")
 
 
-@pytest.mark.parametrize("slower", [1, 6])
+@pytest.mark.parametrize("slower", [1, pytest.param(6, marks=pytest.mark.large)])
 @pytest.mark.parametrize("place", PLACES)
 def test_swap_of_all_or_nothing(make_scene: MakeScene, place: str, slower: int) -> None:
     """After a swap to a bank with zero amplitudes, and after the swap back, the correction is

@@ -381,7 +381,7 @@ def test_a_save_does_not_drop_the_table_that_another_load_overwrote(end: str) ->
     assert place_words(running) == bank_of(table_file()).place_words()
 
 
-@pytest.mark.parametrize("set_waits", [False, True])
+@pytest.mark.parametrize("set_waits", [False, pytest.param(True, marks=pytest.mark.large)])
 def test_a_save_takes_the_points_from_the_record_before(set_waits: bool) -> None:
     """If an aborted load has overwritten the points, the firmware takes them from the latest
     record, which holds the same table; also while a received set without a table waits."""
@@ -439,7 +439,10 @@ def test_no_points_arrive_while_a_record_is_written() -> None:
     assert board.order("").startswith("ok, record 1")
 
 
-@pytest.mark.parametrize("steps", [52, 70, 100])
+@pytest.mark.parametrize(
+    "steps",
+    [pytest.param(52, marks=pytest.mark.large), 70, pytest.param(100, marks=pytest.mark.large)],
+)
 def test_power_that_is_lost_while_points_are_written_leaves_the_record_before(steps: int) -> None:
     """The previous record stays valid if power is lost while points are written. The erase takes
     0.52 s, which is 52 steps; then the firmware programs 64 pages of points, and after these the

@@ -109,20 +109,20 @@ def test_telemetry_and_timer(tmp_path: Path, counts: Any) -> None:
     ("code", "name"),
     [
         # udf.w #0
-        (bytes.fromhex("f0f700a0"), "undefined_instruction"),
+        pytest.param(bytes.fromhex("f0f700a0"), "undefined_instruction", marks=pytest.mark.large),
         # udf #0xA5: a failed assertion executes this instruction.
         (bytes.fromhex("a5de"), "assertion"),
         # mov.w r0, #0xD0000000; ldr r0, [r0]: nothing is mapped at this address.
         (bytes.fromhex("4ff050400068"), "data_abort"),
         # mov.w r0, #0x31000; str r0, [r0]: this page is below the stack.
-        (bytes.fromhex("4ff444300060"), "stack_overflow"),
+        pytest.param(bytes.fromhex("4ff444300060"), "stack_overflow", marks=pytest.mark.large),
         # mov.w r0, #0xE0000000; ldr r0, [r0]: the bus address of the UART, which the page table
         # does not map.
-        (bytes.fromhex("4ff060400068"), "data_abort"),
+        pytest.param(bytes.fromhex("4ff060400068"), "data_abort", marks=pytest.mark.large),
         # mov.w r0, #0x1C000; str r0, [r0]: constants are read only.
-        (bytes.fromhex("4ff4e0300060"), "data_abort"),
+        pytest.param(bytes.fromhex("4ff4e0300060"), "data_abort", marks=pytest.mark.large),
         # mov.w r0, #0x1C000; bx r0: constants cannot be executed.
-        (bytes.fromhex("4ff4e0300047"), "prefetch_abort"),
+        pytest.param(bytes.fromhex("4ff4e0300047"), "prefetch_abort", marks=pytest.mark.large),
         # mov.w r0, #0x22000; bx r0: data cannot be executed.
         (bytes.fromhex("4ff408300047"), "prefetch_abort"),
     ],

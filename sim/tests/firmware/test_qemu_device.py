@@ -253,7 +253,7 @@ def flash_options(folder: Path, content: bytes) -> list[str]:
     [
         # QEMU of Debian 12 has no configuration port, so that the loader waits in vain for the
         # signal INIT.
-        (image(bitstream(200_000)), "not_ready"),
+        pytest.param(image(bitstream(200_000)), "not_ready", marks=pytest.mark.large),
         (image(bitstream(20_000), crc=1), "crc"),
         (image(bitstream(20_000), version=9), "version"),
     ],

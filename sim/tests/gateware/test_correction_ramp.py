@@ -212,7 +212,15 @@ def test_presets_reach_the_rate_in_a_tenth_of_a_second() -> None:
     assert rate / acceleration == pytest.approx(0.1, rel=1e-3)
 
 
-@pytest.mark.parametrize("phase", [0, 100, 238, *range(239, 256, 2)])
+@pytest.mark.parametrize(
+    "phase",
+    [
+        0,
+        100,
+        *(pytest.param(phase, marks=pytest.mark.large) for phase in (238, *range(239, 255, 2))),
+        255,
+    ],
+)
 def test_markers_in_every_tick_never_lead_past_the_end(phase: int) -> None:
     """The total never passes the end of a step, even if markers come in every tick.
 

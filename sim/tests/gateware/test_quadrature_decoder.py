@@ -492,7 +492,10 @@ def test_z_without_a_step_is_no_index() -> None:
     assert moved.index_seen[-1] == 1
 
 
-@pytest.mark.parametrize("width", [1, 2, 17])
+@pytest.mark.parametrize(
+    "width",
+    [pytest.param(1, marks=pytest.mark.large), 2, pytest.param(17, marks=pytest.mark.large)],
+)
 def test_skewed_pins_do_not_move_the_zero(width: int) -> None:
     """With any delays of A, B and Z of up to three clocks, the zero does not move while the disc
     moves to and fro over both edges of a mark."""
@@ -538,8 +541,14 @@ SKEWS = list(itertools.product(range(INDEX_SKEW + 1), repeat=3))
 LEAST_CLOCKS_A_COUNT = 2 * INDEX_SKEW + 1
 
 
-@pytest.mark.parametrize("width", [1, 2, 17])
-@pytest.mark.parametrize("most", range(1, INDEX_SKEW + 1))
+@pytest.mark.parametrize("width", [1, 2, pytest.param(17, marks=pytest.mark.large)])
+@pytest.mark.parametrize(
+    "most",
+    [
+        *range(1, INDEX_SKEW),
+        pytest.param(INDEX_SKEW, marks=pytest.mark.large),
+    ],
+)
 def test_the_fastest_index_of_skewed_pins(most: int, width: int) -> None:
     """If the pins change up to ``most`` clocks apart, the spacing in the entity's header is the
     smallest one at which every mark is at its place; at a smaller spacing some marks are displaced.

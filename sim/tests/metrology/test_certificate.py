@@ -85,6 +85,7 @@ def reference_set(random: np.random.Generator) -> MeasurementSet:
     return MeasurementSet(Table(counts_per_rev=COUNTS), reference=rows, title="a < b & c")
 
 
+@pytest.mark.large
 def test_the_uncertainty_of_the_fit_is_that_of_monte_carlo() -> None:
     random, number = np.random.default_rng(1), 80
     made = [
@@ -147,7 +148,7 @@ def test_the_reversal_error_is_that_of_the_residual_of_the_used_rows() -> None:
     assert reversal_arcsec(up_and_down(3.0)) == pytest.approx(1.5, abs=bound)
 
 
-@pytest.mark.parametrize("heads", [3, 4])
+@pytest.mark.parametrize("heads", [3, pytest.param(4, marks=pytest.mark.large)])
 def test_the_mounting_of_every_head_adds_to_the_uncertainty(heads: int) -> None:
     """The certificate's uncertainty is the root of the sum of squares over the places of heads 2 to
     4; the test moves each place and takes the difference of the certified errors."""

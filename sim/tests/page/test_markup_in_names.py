@@ -174,6 +174,7 @@ def test_the_report_shows_markup_as_text(folder: Path, page: Page, tmp_path: Pat
         harmless(page)
 
 
+@pytest.mark.large
 def test_a_printed_report_shows_markup_as_text(page: Page, tmp_path: Path) -> None:
     figure = Figure()
     figure.subplots().set_title(EVIL)

@@ -234,7 +234,9 @@ def test_a_ranking_is_ended_and_says_so(settings: PageSettings, first: str) -> N
     assert (session.step_folder(1) / CANCELLED).exists()
 
 
-@pytest.mark.parametrize("queued", [False, True], ids=["running", "waiting"])
+@pytest.mark.parametrize(
+    "queued", [pytest.param(False, marks=pytest.mark.large), True], ids=["running", "waiting"]
+)
 def test_a_deleted_session_stays_deleted(
     settings: PageSettings, first: str, rankings: list[Ranking], queued: bool
 ) -> None:

@@ -31,6 +31,7 @@ def check_firmware(path: str, *options: str) -> subprocess.CompletedProcess[str]
     )
 
 
+@pytest.mark.large
 def test_a_newer_cppcheck_of_the_system_changes_nothing(tmp_path: Path) -> None:
     system = tmp_path / "cppcheck"
     system.write_text("#!/bin/sh\necho 'main.c:1:1: style: a later rule' >&2\nexit 1\n", "utf-8")

@@ -278,12 +278,12 @@ def test_the_library_works_in_the_core(core: Installed) -> None:
 @pytest.mark.parametrize(
     ("words", "extra"),
     [
-        (("serve",), "page"),
-        (("monitor", "/dev/nowhere"), "device"),
+        pytest.param(("serve",), "page", marks=pytest.mark.large),
+        pytest.param(("monitor", "/dev/nowhere"), "device", marks=pytest.mark.large),
         (("device", "run", "/dev/nowhere"), "device"),
         (("device", "epics", "/dev/nowhere"), "epics"),
         (("import", "log.csv", "out", "--counts-per-rev", "4096"), "files"),
-        (("compare", "polygon", "--out", "pictures"), "page"),
+        pytest.param(("compare", "polygon", "--out", "pictures"), "page", marks=pytest.mark.large),
     ],
 )
 def test_a_command_without_its_extra_says_which(
@@ -296,6 +296,7 @@ def test_a_command_without_its_extra_says_which(
     assert f"pip install 'arctrue[{extra}]'" in said
 
 
+@pytest.mark.large
 def test_a_calibration_of_the_core_lacks_its_picture_alone(core: Installed) -> None:
     core.arctrue("simulate", "plain", "--seed", "2", "--experiment", "lean")
     said = core.arctrue("calibrate", "plain")
@@ -324,6 +325,7 @@ for command in main.list_commands(None):
 """
 
 
+@pytest.mark.large
 def test_every_command_explains_itself(installed: Installed) -> None:
     module, *usages = installed.run("python", "-c", EVERY_HELP).splitlines()
     assert Path(module).is_relative_to(installed.environment)
@@ -351,7 +353,16 @@ def test_workbench_and_calibration_work(installed: Installed) -> None:
     assert (folder / "build" / "calibration" / "plain" / "coefficients.toml").exists()
 
 
-@pytest.mark.parametrize("command", ["demo", "revolution", "paper", "hidden hysteresis", "run"])
+@pytest.mark.parametrize(
+    "command",
+    [
+        pytest.param("demo", marks=pytest.mark.large),
+        "revolution",
+        "paper",
+        pytest.param("hidden hysteresis", marks=pytest.mark.large),
+        pytest.param("run", marks=pytest.mark.large),
+    ],
+)
 def test_what_needs_the_source_tree_says_so(installed: Installed, command: str) -> None:
     words = command.split()
     if words == ["run"]:

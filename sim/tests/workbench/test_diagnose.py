@@ -18,6 +18,7 @@ def test_nothing_hidden_is_adequate() -> None:
     assert result.named is None
 
 
+@pytest.mark.large
 def test_thermal_eccentricity_is_named_with_its_size() -> None:
     def error(disc, temperature, speed):  # type: ignore[no-untyped-def]
         return paper_error(disc, temperature, speed) + 0.4 * (temperature - 20.0) * np.cos(

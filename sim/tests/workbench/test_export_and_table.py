@@ -188,6 +188,7 @@ def test_a_model_of_another_table_is_refused(
     assert "16777216 counts a turn, the set 4194304" in answer.stderr
 
 
+@pytest.mark.large
 def test_an_old_model_file_loads_with_a_warning(folder: Path, model: Path, tmp_path: Path) -> None:
     old = _without_table(model, tmp_path / "old.toml")
     assert read_model(old).table is None

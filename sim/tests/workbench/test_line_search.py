@@ -105,7 +105,7 @@ def test_three_periods_are_a_line_only_where_the_period_is_declared() -> None:
         pytest.param([(6.0, WORM_S), (3.0, 157.5)], [1, None], marks=pytest.mark.large),
         pytest.param([(6.0, WORM_S), (3.0, WORM_S / 3.0)], [1, 3], marks=pytest.mark.large),
         # A gear of which only the third multiple exists: this rate is exact.
-        ([(3.0, WORM_S / 3.0)], [3]),
+        pytest.param([(3.0, WORM_S / 3.0)], [3], marks=pytest.mark.large),
     ],
 )
 def test_a_line_is_a_multiple_only_within_its_uncertainty(
@@ -160,8 +160,8 @@ def test_noise_shows_no_line(kind: str) -> None:
 @pytest.mark.parametrize(
     ("kind", "rows", "orders", "number"),
     [
-        ("walk, t with 3 degrees", 600, 20, 7),
-        ("smooth 1/f^3", 600, 20, 6),
+        pytest.param("walk, t with 3 degrees", 600, 20, 7, marks=pytest.mark.large),
+        pytest.param("smooth 1/f^3", 600, 20, 6, marks=pytest.mark.large),
         pytest.param("moving mean of 12", 600, 20, 0, marks=pytest.mark.large),
         pytest.param("walk, t with 2 degrees", 300, 6, 0, marks=pytest.mark.large),
         ("smooth 1/f^3", 300, 6, 6),

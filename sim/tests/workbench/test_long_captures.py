@@ -81,7 +81,8 @@ def test_the_part_is_whole_turns_of_every_run(warm: MeasurementSet, in_part: Non
     np.testing.assert_array_equal(rows.time_s, again.time_s)
 
 
-@pytest.mark.parametrize("block_rows", [BLOCK_ROWS, pytest.param(10**6, marks=pytest.mark.large)])
+@pytest.mark.large
+@pytest.mark.parametrize("block_rows", [BLOCK_ROWS, 10**6])
 def test_every_row_gives_the_fit_of_the_whole(warm: MeasurementSet, block_rows: int) -> None:
     """The fit in blocks of rows equals one fit of all rows; both use the noise of the part.
 
@@ -178,6 +179,7 @@ def test_a_fault_that_the_part_does_not_show_is_reported(in_part: None) -> None:
     assert "row 20000" in found[0]
 
 
+@pytest.mark.large
 def test_a_vibration_is_found_window_by_window(
     monkeypatch: pytest.MonkeyPatch, in_part: None
 ) -> None:

@@ -7,6 +7,7 @@ import dataclasses
 from pathlib import Path
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 from sim.tests.workbench.small_sets import CAPTURE_NOISE, measurement_set, paper_error
 
@@ -45,6 +46,7 @@ def warmer_set() -> MeasurementSet:
     )
 
 
+@pytest.mark.large
 def test_a_stored_model_holds_on_a_warmer_day(tmp_path: Path) -> None:
     effects = catalogue()
     model = Model([ModelEffect("graduation_harmonics"), ModelEffect("thermal_eccentricity")])

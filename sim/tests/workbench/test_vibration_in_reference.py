@@ -74,6 +74,7 @@ def test_a_bracket_of_head_2_leaves_the_reference_alone() -> None:
     )
 
 
+@pytest.mark.large
 def test_columns_of_a_run_act_in_that_run_alone() -> None:
     """``column_runs`` names the runs in which a column has capture rows that are not zero."""
     solution = _fitted(head1=True)

@@ -47,8 +47,8 @@ def test_nothing_is_adequate(tmp_path: Path, subject: str) -> None:
     ("name", "size"),
     [
         ("hysteresis", 3.0),
-        ("head_angle_error", 20.0),
-        ("latency", 50.0),
+        pytest.param("head_angle_error", 20.0, marks=pytest.mark.large),
+        pytest.param("latency", 50.0, marks=pytest.mark.large),
     ],
 )
 def test_stepwise_names_a_strong_effect(tmp_path: Path, name: str, size: float) -> None:
@@ -232,6 +232,7 @@ def test_page_says_that_its_own_column_is_of_another_state(tmp_path: Path) -> No
     assert "answers of `arctrue` in this table are of another state of the code" in text
 
 
+@pytest.mark.large
 def test_answers_of_a_rival_do_not_depend_on_the_diagnosis_and_ours_do() -> None:
     for name in PEERS:
         loaded = loaded_by(SUBJECTS[name].module)

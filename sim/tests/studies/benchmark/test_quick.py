@@ -36,7 +36,7 @@ PLACES = (0, 1, 2, 7, 4, 5, 0)
 The chosen sets include every kind of content. ``make test`` diagnoses those of the worlds in
 SHORTEST; ``make test-large`` diagnoses all others.
 """
-SHORTEST = ("white", "coloured", "few_data")
+SHORTEST = ("white", "coloured")
 ALLOWED = set(GOOD) - {FIRST}
 
 

@@ -312,6 +312,7 @@ def test_a_shard_that_is_none_is_refused(tmp_path: Path) -> None:
         campaign(tmp_path).run(shard=(4, 3))
 
 
+@pytest.mark.large
 def test_a_dask_worker_killed_in_the_middle_loses_nothing_and_nothing_is_twice(
     tmp_path: Path,
 ) -> None:

@@ -195,6 +195,7 @@ def test_command_runs_the_second_act_alone(
     assert "no Verilator here" in answer.output
 
 
+@pytest.mark.large
 def test_a_wrong_output_ends_with_1(
     monkeypatch: pytest.MonkeyPatch, act: SecondAct, tmp_path: Path
 ) -> None:

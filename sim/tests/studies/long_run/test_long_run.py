@@ -87,12 +87,14 @@ def test_recalibration_and_model_follow_what_held_coefficients_do_not(
     assert typical["model"] < typical["single"] / np.sqrt(2)
 
 
+@pytest.mark.large
 def test_the_page_of_a_run_is_that_of_its_json(found: dict[str, Any]) -> None:
     page = long_run_page(found)
     assert page == long_run_page(json.loads(json.dumps(found)))
     assert "| order 1 by the temperature model, the others by a running average |" in page
 
 
+@pytest.mark.large
 def test_a_short_run_claims_nothing_of_noise_and_trends(found: dict[str, Any]) -> None:
     """The report of a short run claims nothing about noise and trends: the run has only 30 turns,
     and the temperature changes so fast that every difference of two turns contains its
@@ -104,6 +106,7 @@ def test_a_short_run_claims_nothing_of_noise_and_trends(found: dict[str, Any]) -
     assert "The run is too short for a line" in page
 
 
+@pytest.mark.large
 def test_lost_counts_come_back(found: dict[str, Any]) -> None:
     """The lost counts come back: at the index the core moves its zero and, with ``heal``, adds the
     lost counts again."""

@@ -146,6 +146,7 @@ def test_means_keep_what_the_heads_see_alike_of_the_disc() -> None:
         assert found[~kept].max() < 0.1
 
 
+@pytest.mark.large
 def test_a_calibrated_mean_stays_where_the_axis_moves_otherwise() -> None:
     world = World(MethodsSettings.compared(minutes=1.0))
     output = calibrated_mean_of("four", (0.0, 64.3, 177.0, 257.9), "every").run(world)

@@ -20,6 +20,7 @@ FOUND = json.loads((ROOT / "docs" / "data" / "stop-and-go.json").read_text(encod
 COUNT_RAD = 2.0 * np.pi / (1 << 24)
 
 
+@pytest.mark.large
 def test_the_path_is_the_integral_of_its_speed() -> None:
     moves = Moves(np.array([0.0, 1.0, 0.2]), np.array([0.3, 0.5, 0.2004]))
     time = np.arange(0.0, moves.duration_s, 1e-4)

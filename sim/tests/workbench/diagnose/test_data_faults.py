@@ -183,6 +183,7 @@ def test_a_run_that_ends_in_a_gap_is_not_cut(gap_rows: int, warnings: int) -> No
     assert all("cut after 2.958 turns" in text for text in found)
 
 
+@pytest.mark.large
 def test_a_cut_run_is_used_and_the_effect_is_named() -> None:
     """One of four runs has 2.3 turns. The diagnosis uses its rows and names the effect of the set:
     an error of 1.5″ with the period of the signal."""

@@ -115,7 +115,7 @@ def test_an_error_of_the_stations_is_no_oscillation() -> None:
 @pytest.mark.parametrize(
     ("hz", "quality", "turns"),
     [
-        (6.0, 8.0, 3),
+        pytest.param(6.0, 8.0, 3, marks=pytest.mark.large),
         pytest.param(0.7, 6.0, 6, marks=pytest.mark.large),
         pytest.param(3.0, 30.0, 3, marks=pytest.mark.large),
     ],
@@ -155,7 +155,12 @@ def test_a_line_in_time_is_no_oscillation() -> None:
 
 @pytest.mark.parametrize(
     "kind",
-    ["white", "OU 30 s", pytest.param("random walk", marks=pytest.mark.large), "flicker 1/f"],
+    [
+        "white",
+        pytest.param("OU 30 s", marks=pytest.mark.large),
+        pytest.param("random walk", marks=pytest.mark.large),
+        "flicker 1/f",
+    ],
 )
 def test_noise_without_a_resonance_has_none(kind: str) -> None:
     """The diagnosis finds no resonance in noise that is white or wanders, in a log like those of

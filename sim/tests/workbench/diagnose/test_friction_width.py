@@ -40,10 +40,10 @@ def _of_the_model(observations: Observations) -> Residuals:
     ("seed", "stations", "cycles", "width_deg", "form", "beyond_deg", "start"),
     [
         (1, 24, 2, 0.0, "linear", 0.0, 1.0),
-        (2, 36, 2, 5.0, "linear", 0.0, -1.0),
+        pytest.param(2, 36, 2, 5.0, "linear", 0.0, -1.0, marks=pytest.mark.large),
         pytest.param(3, 24, 3, 20.0, "linear", 0.0, -1.0, marks=pytest.mark.large),
-        (4, 36, 2, 20.0, "exponential", 0.0, 1.0),
-        (5, 24, 2, 30.0, "linear", 0.0, 1.0),
+        pytest.param(4, 36, 2, 20.0, "exponential", 0.0, 1.0, marks=pytest.mark.large),
+        pytest.param(5, 24, 2, 30.0, "linear", 0.0, 1.0, marks=pytest.mark.large),
         pytest.param(6, 72, 2, 20.0, "linear", 0.0, 1.0, marks=pytest.mark.large),
         pytest.param(7, 36, 3, 20.0, "linear", 5.0, 1.0, marks=pytest.mark.large),
         (8, 36, 2, 8.0, "linear", 30.0, 1.0),

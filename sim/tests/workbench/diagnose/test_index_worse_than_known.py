@@ -51,6 +51,7 @@ def test_offsets_of_a_poor_index_have_no_name(offsets: list[int]) -> None:
     assert not OF_THE_RUNS & set(found.effect_class)
 
 
+@pytest.mark.large
 def test_a_skew_within_a_good_index_keeps_its_name() -> None:
     """The diagnosis names a skew of 3 µs if the index is good: the skew gives 0.32, −0.32 and 0.97″
     at 30, −30 and 90 °/s, which are four to twelve counts."""
@@ -104,7 +105,9 @@ def test_runs_that_follow_the_temperature_are_no_adequate_model(seed: int) -> No
         assert "thermal_head_drift" in found.effect_class
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize(
+    "seed", [pytest.param(1, marks=pytest.mark.large), 2, pytest.param(3, marks=pytest.mark.large)]
+)
 def test_runs_that_follow_nothing_are_adequate(seed: int) -> None:
     assert diagnosis_of(_runs_at_temperatures(0.0, seed)).verdict in ("adequate", "cannot_tell")
 

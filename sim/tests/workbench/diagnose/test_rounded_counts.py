@@ -86,6 +86,7 @@ def _stations(seed: int) -> MeasurementSet:
     return MeasurementSet(Table(counts_per_rev=counts), None, reference, title="steps")
 
 
+@pytest.mark.large
 def test_readings_that_differ_by_one_count_are_no_outliers() -> None:
     for seed in range(3):
         found = diagnosis_of(_stations(seed))

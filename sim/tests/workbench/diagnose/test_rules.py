@@ -133,6 +133,7 @@ def test_weak_distortions_are_not_charged_for_multiples_that_are_not_there() -> 
     assert set(found.named.effect.integers("multiples")) <= {1, 2}
 
 
+@pytest.mark.large
 def test_a_near_tie_between_a_step_and_a_settling_is_said() -> None:
     """A slip of two counts fits almost as well as the true error of 0.25″, which settles in the
     first run."""

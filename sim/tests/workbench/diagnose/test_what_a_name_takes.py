@@ -37,7 +37,14 @@ from arctrue.workbench.observations.build import observations_of
 EFFECTS = built_in()
 
 
-@pytest.mark.parametrize(("stations", "noise"), [(36, 0.05), (24, 0.01), (72, 0.1)])
+@pytest.mark.parametrize(
+    ("stations", "noise"),
+    [
+        pytest.param(36, 0.05, marks=pytest.mark.large),
+        (24, 0.01),
+        pytest.param(72, 0.1, marks=pytest.mark.large),
+    ],
+)
 def test_a_reversal_error_that_differs_from_place_to_place_keeps_its_name(
     stations: int, noise: float
 ) -> None:

@@ -125,7 +125,8 @@ def test_heads_that_are_read_one_after_the_other_are_named_together() -> None:
         assert abs(found.value - 1e6 * expected) < SIGMAS * found.sigma
 
 
-@pytest.mark.parametrize("head", [1, pytest.param(3, marks=pytest.mark.large)])
+@pytest.mark.large
+@pytest.mark.parametrize("head", [1, 3])
 def test_lost_counts_are_named_with_their_head(head: int) -> None:
     _, values = _named(FourHeads(slip=(1, head, 40)), "count_slip")
     assert (values["run"].value, values["head"].value) == (1.0, float(head))

@@ -68,9 +68,8 @@ def test_runs_with_other_steps_or_a_clock_that_goes_back_begin_anew() -> None:
     assert noise.starts.tolist() == [0, FACES, 2 * FACES]
 
 
-@pytest.mark.parametrize(
-    "seed", [pytest.param(1, marks=pytest.mark.large), 2, pytest.param(3, marks=pytest.mark.large)]
-)
+@pytest.mark.large
+@pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_stand_that_wanders_over_ten_passes_has_no_drift(seed: int) -> None:
     """The diagnosis finds no drift in the random walk of the reference's stand, 0.03″ per row; each
     pass over the faces is a separate run."""

@@ -54,6 +54,7 @@ def test_density_is_found_from_the_slowest_to_the_fastest(columns: int) -> None:
     np.testing.assert_allclose(ratio[2:], 1.0, atol=0.15)
 
 
+@pytest.mark.large
 def test_a_kept_fit_serves_the_same_numbers_only() -> None:
     stretches, fixed_terms = _stretches(4)
     kept: dict[bytes, SpectrumFit] = {}

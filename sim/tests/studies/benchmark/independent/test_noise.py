@@ -70,7 +70,9 @@ def test_whitening_is_the_inverse_cholesky_factor_of_the_covariance(chosen: tupl
     np.testing.assert_allclose(noise.whiten(columns, UNEVEN_S), expected, rtol=EXACT, atol=EXACT)
 
 
-@pytest.mark.parametrize("place", [0, 1, pytest.param(2, marks=pytest.mark.large)])
+@pytest.mark.parametrize(
+    "place", [0, pytest.param(1, marks=pytest.mark.large), pytest.param(2, marks=pytest.mark.large)]
+)
 def test_draws_have_the_stated_covariance(place: int) -> None:
     noise = StateNoise(WHITE, (STATES[place],))
     random = np.random.default_rng(3)
@@ -163,6 +165,7 @@ def kullback_leibler(true: NDArray[np.float64], other: NDArray[np.float64]) -> f
     return float(np.trace(left) - len(true) - np.linalg.slogdet(left)[1])
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("quality", [3.0, pytest.param(12.0, marks=pytest.mark.large)])
 def test_the_oracle_sees_of_an_oscillator_what_no_falling_spectrum_explains(quality: float) -> None:
     """The oracle's noncentrality lies between bounds from an exact likelihood ratio, computed with

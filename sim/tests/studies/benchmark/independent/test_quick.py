@@ -58,6 +58,7 @@ LONGEST = (
     "two_heads",
     "heads_and_polygon",
     "resonance",
+    "nulls",
 )
 """Worlds whose sets only ``make test-large`` diagnoses, because such a set takes two to five times
 as long as a set of the others."""
