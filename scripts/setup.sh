@@ -140,8 +140,10 @@ install_python_packages() {
         give_up "$PYTHON could not make .venv." "Install the system package python3-venv."
     fi
     say "installing the Python packages of requirements.lock into .venv (a minute or two)"
-    if ! .venv/bin/python -m pip install --no-input --disable-pip-version-check --only-binary :all: \
-        --require-hashes -r requirements.lock >"$LOG" 2>&1; then
+    # Python compiles a module when a program first imports it; to compile all 17,000 modules here
+    # would take a minute.
+    if ! .venv/bin/python -m pip install --no-input --no-compile --disable-pip-version-check \
+        --only-binary :all: --require-hashes -r requirements.lock >"$LOG" 2>&1; then
         log_tail
         give_up "The Python packages could not be installed (is there a network?)." \
             "They come from pypi.org or from the index that pip is configured for. Start again, or:" \

@@ -30,9 +30,10 @@ are out of their place (``tb/decoder``), probe and compare (``tb/signals``), and
 """
 
 
+@pytest.mark.large
 @pytest.mark.parametrize(
     "testcase",
-    [pytest.param(UNFOLDED, marks=pytest.mark.large), pytest.param(None, marks=pytest.mark.large)],
+    [UNFOLDED, None],
     ids=["lanes_and_latency", "all"],
 )
 def test_core(testcase: tuple[str, ...] | None) -> None:

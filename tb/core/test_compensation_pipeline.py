@@ -107,7 +107,7 @@ def test_lanes_with_a_table(fold: int) -> None:
 
 
 @pytest.mark.large
-@pytest.mark.parametrize("fold", [pytest.param(1, marks=pytest.mark.large), 4])
+@pytest.mark.parametrize("fold", [1, 4])
 def test_swap_and_latencies_with_a_table(fold: int) -> None:
     """With ROTATION = table, swaps and latencies take as many clocks as with the CORDIC."""
     run("latencies_of_table_1", lanes=8, fold=fold, rotation="table")

@@ -92,12 +92,13 @@ def record_at(chip: Chip, place: int) -> bytes:
     return bytes(chip.content[place : place + RECORD_BYTES])
 
 
+@pytest.mark.large
 @pytest.mark.parametrize(
     "wear",
     [
-        pytest.param("", marks=pytest.mark.large),
-        pytest.param("erase", marks=pytest.mark.large),
-        pytest.param("program", marks=pytest.mark.large),
+        "",
+        "erase",
+        "program",
     ],
 )
 def test_a_save_that_is_cut_off_anywhere_leaves_the_record_before(

@@ -184,6 +184,7 @@ def test_a_mean_of_other_heads_is_refused(device: HeadsDevice) -> None:
     assert "wrong_crc" in device.firmware.send(spoiled[-1])
 
 
+@pytest.mark.large
 def test_faults_of_head_4_are_reported(device: HeadsDevice) -> None:
     """An illegal transition of head 4 raises the counter on the console and, if selected, switches
     the line drivers off."""

@@ -30,7 +30,6 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Result]:
     return folder, answer
 
 
-@pytest.mark.large
 def test_the_page_needs_no_other_file(written: tuple[Path, Result]) -> None:
     folder, answer = written
     assert answer.exit_code == 0, answer.output

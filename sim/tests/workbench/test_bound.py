@@ -155,14 +155,15 @@ def _residuals(made: MeasurementSet) -> Residuals:
     return Residuals(fit([Term(EFFECTS["graduation_harmonics"](), {})], observations_of(made)))
 
 
+@pytest.mark.large
 @pytest.mark.parametrize(
     ("effect", "channel"),
     [
-        pytest.param("head_angle_error", "capture", marks=pytest.mark.large),
-        pytest.param("timing_skew", "capture", marks=pytest.mark.large),
-        pytest.param("thermal_head_drift", "capture", marks=pytest.mark.large),
+        ("head_angle_error", "capture"),
+        ("timing_skew", "capture"),
+        ("thermal_head_drift", "capture"),
         ("reference_drift", "reference"),
-        pytest.param("hysteresis", "reference", marks=pytest.mark.large),
+        ("hysteresis", "reference"),
     ],
 )
 def test_an_effect_at_the_bound_is_found(effect: str, channel: str) -> None:

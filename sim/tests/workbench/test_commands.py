@@ -40,6 +40,7 @@ def _json(path: Path) -> Any:
     return json.loads(path.read_text(encoding="utf-8"))
 
 
+@pytest.mark.large
 def test_the_loop_by_hand(warm_set: Path, same_table_again: Path, tmp_path: Path) -> None:
     """Run compare, diagnose, add, compare with another set of the same table, history, export and
     drop."""

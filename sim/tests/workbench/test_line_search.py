@@ -72,7 +72,7 @@ def test_a_rate_is_known_to_its_own_uncertainty(size_arcsec: float) -> None:
 
 
 @pytest.mark.large
-@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.large)])
+@pytest.mark.parametrize("seed", [1, 2])
 def test_the_largest_line_of_a_mount_is_first(seed: int) -> None:
     """The search finds the three largest of the mount's four lines in the order of their size; the
     log has four periods of the worm."""

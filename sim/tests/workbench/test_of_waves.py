@@ -52,6 +52,7 @@ def test_combinations_of_waves_are_the_columns() -> None:
     assert shared > 10
 
 
+@pytest.mark.large
 def test_effects_scored_together_get_the_scores_of_their_own_columns(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

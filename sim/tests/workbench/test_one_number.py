@@ -55,8 +55,7 @@ SETS = {
 }
 """Twelve sets with at most 9,600 rows of the capture each, keyed by name."""
 LARGE = tuple(name for name in SETS if name != "nothing")
-"""Sets that only ``make test-large`` runs. ``test_commands.py`` adds an effect to a set and
-compares the numbers of the commands."""
+"""Sets that only ``make test-large`` runs."""
 
 
 def _made(name: str) -> MeasurementSet:

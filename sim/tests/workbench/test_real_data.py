@@ -133,9 +133,7 @@ def test_one_head_cannot_know_a_line_of_the_disc(motor: Observations, axis: Obse
 
 
 @pytest.mark.large
-@pytest.mark.parametrize(
-    "start", [pytest.param("graduation_harmonics", marks=pytest.mark.large), "reference_drift"]
-)
+@pytest.mark.parametrize("start", ["graduation_harmonics", "reference_drift"])
 def test_the_worm_is_named(axis: Observations, start: str) -> None:
     settings = {"degree": 2} if start == "reference_drift" else {}
     found = diagnose(axis, [Term(EFFECTS[start](**settings), {})], EFFECTS)

@@ -54,7 +54,7 @@ def _found(seed: int) -> tuple[dict[str, Parameter], list[float]]:
 
 
 @pytest.mark.large
-@pytest.mark.parametrize("repeats", [12, pytest.param(40, marks=pytest.mark.large)])
+@pytest.mark.parametrize("repeats", [12, 40])
 def test_scatter_is_what_the_linearised_jacobian_says(repeats: int) -> None:
     scaled: dict[str, list[float]] = {name: [] for name in [*TRUTH, "height"]}
     for seed in range(repeats):
@@ -101,7 +101,7 @@ def test_place_of_a_step_scatters_as_stated(ratio: float) -> None:
 
 
 @pytest.mark.large
-@pytest.mark.parametrize("repeats", [8, pytest.param(25, marks=pytest.mark.large)])
+@pytest.mark.parametrize("repeats", [8, 25])
 def test_instant_of_a_slip_is_within_its_uncertainty(repeats: int) -> None:
     period = 12.0 / SAMPLES_A_TURN
     scaled = []

@@ -41,6 +41,7 @@ def test_thermal_eccentricity_is_named_with_its_rate(centre: HiddenResult) -> No
     assert rate.value == pytest.approx(geometry, abs=4 * rate.sigma + 0.005 * geometry)
 
 
+@pytest.mark.large
 def test_thermal_eccentricity_is_corrected_at_a_temperature_never_measured(
     centre: HiddenResult,
 ) -> None:

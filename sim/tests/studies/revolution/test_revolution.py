@@ -43,6 +43,7 @@ def test_the_uncorrected_turn_is_the_tables_error(result: RevolutionResult) -> N
     assert result.before.highest_arcsec == pytest.approx(PAPER_BEFORE_ARCSEC[1], abs=1.0)
 
 
+@pytest.mark.large
 def test_every_edge_came_through(result: RevolutionResult) -> None:
     # A turn has as many edges as counts; each end may differ by one count.
     assert abs(result.before.edges - result.settings.counts_per_rev) <= 2
@@ -50,6 +51,7 @@ def test_every_edge_came_through(result: RevolutionResult) -> None:
     assert not [fault for fault in result.faults if "limit" not in fault]
 
 
+@pytest.mark.large
 def test_the_corrected_turn(result: RevolutionResult) -> None:
     assert result.telemetry["result"] == "applied"
     assert result.telemetry["separation"] == "measured"

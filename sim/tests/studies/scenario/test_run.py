@@ -94,7 +94,6 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> ScenarioResult:
     return run_scenario(read_scenario(file))
 
 
-@pytest.mark.large
 def test_temperature_of_the_turns(result: ScenarioResult) -> None:
     # The first pause begins in the middle of turn 3.
     assert [turn.temperature_c for turn in result.turns] == pytest.approx(

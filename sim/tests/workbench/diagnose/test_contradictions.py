@@ -35,6 +35,7 @@ def _of_step(counts: float, sigma: float, count_arcsec: float | None = ARCSEC_A_
     )
 
 
+@pytest.mark.large
 def test_faces_lapped_one_by_one_are_not_refused() -> None:
     """The rule wrongly refuses at most the share CONTRADICTED_P of 2,000 polygons with independent
     faces (99.9 % bound)."""

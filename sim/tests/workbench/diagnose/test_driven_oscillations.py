@@ -68,6 +68,7 @@ def test_faster_than_the_averaged_rows() -> None:
 
 
 @pytest.mark.large
+@pytest.mark.large
 def test_faster_than_the_averaged_rows_of_short_runs() -> None:
     """The oscillation of the test above is found too in four runs of 1,000 rows, of which the
     search for lines averages 3 rows."""
@@ -112,12 +113,13 @@ def test_an_error_of_the_stations_is_no_oscillation() -> None:
     assert found.decision.oscillation is None
 
 
+@pytest.mark.large
 @pytest.mark.parametrize(
     ("hz", "quality", "turns"),
     [
-        pytest.param(6.0, 8.0, 3, marks=pytest.mark.large),
-        pytest.param(0.7, 6.0, 6, marks=pytest.mark.large),
-        pytest.param(3.0, 30.0, 3, marks=pytest.mark.large),
+        (6.0, 8.0, 3),
+        (0.7, 6.0, 6),
+        (3.0, 30.0, 3),
     ],
 )
 def test_in_a_capture(hz: float, quality: float, turns: int) -> None:

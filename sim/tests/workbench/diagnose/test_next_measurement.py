@@ -62,9 +62,7 @@ def asked(
         # time or to angle.
         ("head_angle_error", "lean", 0.5, 3, "timing_skew", "speed"),
         ("timing_skew", "lean", 0.8, 3, "head_angle_error", "speed"),
-        pytest.param(
-            "bearing_ball_pass", "lean", 0.5, 3, "vibration", "speed", marks=pytest.mark.large
-        ),
+        ("bearing_ball_pass", "lean", 0.5, 3, "vibration", "speed"),
         # At 24 faces, 90 teeth look like order 6; stations between the faces separate the two. The
         # seed was selected because it draws 90 teeth and a small wobble of the pitch.
         ("drive_gear_error", "full", 0.15, 58, "radial_error_motion", "polygon_turned"),

@@ -19,7 +19,7 @@ from tests.workbench.small_sets import measurement_set, paper_error
 
 
 @pytest.mark.large
-@pytest.mark.parametrize("pairs", [6, pytest.param(7, marks=pytest.mark.large)])
+@pytest.mark.parametrize("pairs", [6, 7])
 def test_a_disc_written_in_sectors_is_no_single_order(pairs: int) -> None:
     """The diagnosis names no single order for a disc written in sectors, whose error alternates
     between +0.4″ and −0.4″. This square wave also contains 3, 5 and 7 times its order."""
@@ -70,7 +70,7 @@ def test_two_orders_and_a_local_defect(orders: list[float], is_one: bool) -> Non
 
 
 @pytest.mark.large
-@pytest.mark.parametrize("size_arcsec", [1.0, pytest.param(5.0, marks=pytest.mark.large)])
+@pytest.mark.parametrize("size_arcsec", [1.0, 5.0])
 def test_a_bracket_that_gives_way_to_the_root_of_speed(size_arcsec: float) -> None:
     """The diagnosis gives no name to a bracket that moves with the root of the speed. Runs at 30,
     −30, 90 and 30°/s have three equal offsets, and an offset 1.73 times as large in the fast
@@ -99,7 +99,7 @@ def _bent(size_arcsec: float, seed: int) -> MeasurementSet:
 
 
 @pytest.mark.large
-@pytest.mark.parametrize("size_arcsec", [pytest.param(0.5, marks=pytest.mark.large), -1.0])
+@pytest.mark.parametrize("size_arcsec", [0.5, -1.0])
 def test_a_bent_scale_of_the_autocollimator_has_no_name(size_arcsec: float) -> None:
     """The cubic part looks like face errors, an axis motion or a gain; the diagnosis must name none
     of these."""

@@ -78,6 +78,7 @@ def test_the_worm_is_named_before_smaller_lines() -> None:
     )
 
 
+@pytest.mark.large
 def test_a_gear_near_a_multiple_of_the_worm_is_not_the_worm() -> None:
     """The mount has a worm without error and a spur gear whose period is 1 % shorter than a third
     of the worm's: the log of 4,200 s separates the two by seven standard uncertainties of the
@@ -127,7 +128,7 @@ def test_a_line_that_is_most_of_the_error_is_not_said_to_be_the_smaller_part() -
 
 
 @pytest.mark.large
-@pytest.mark.parametrize("seed", [3, pytest.param(4, marks=pytest.mark.large)])
+@pytest.mark.parametrize("seed", [3, 4])
 def test_a_resonance_that_noise_drives_is_no_line(seed: int) -> None:
     """The diagnosis names no line for a resonance of quality 15, which keeps its phase for a fifth
     of the log, so that neighbouring blocks predict it as well as a line."""

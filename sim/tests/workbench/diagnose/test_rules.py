@@ -145,7 +145,7 @@ def test_a_near_tie_between_a_step_and_a_settling_is_said() -> None:
 
 
 @pytest.mark.large
-@pytest.mark.parametrize("seed", [3, pytest.param(4, marks=pytest.mark.large)])
+@pytest.mark.parametrize("seed", [3, 4])
 def test_the_time_constant_of_a_settling_is_between_the_grid_points(seed: int) -> None:
     made = simulate_set([Wanted("settling_bracket", 2.0)], full().smaller(2000, 10), seed)
     truth = made.truth["effects"][0]["causes"][0]

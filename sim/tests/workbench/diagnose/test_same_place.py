@@ -127,7 +127,8 @@ def _walk(random: np.random.Generator, angle: Float) -> Float:
     return np.asarray(np.cumsum(random.normal(0.0, 0.2, angle.size)))
 
 
-@pytest.mark.parametrize("of_cycle", [pytest.param(_wander, marks=pytest.mark.large), _walk])
+@pytest.mark.large
+@pytest.mark.parametrize("of_cycle", [_wander, _walk])
 def test_cycles_that_wander_show_no_repeated_error(
     of_cycle: Callable[[np.random.Generator, Float], Float],
 ) -> None:

@@ -37,9 +37,7 @@ def explained(folder: Path) -> Path:
 
 
 @pytest.mark.large
-@pytest.mark.parametrize(
-    "command", ["compare", "diagnose", pytest.param("report", marks=pytest.mark.large)]
-)
+@pytest.mark.parametrize("command", ["compare", "diagnose", "report"])
 def test_the_command_reads_four_heads(command: str, folder: Path, tmp_path: Path) -> None:
     answer = arctrue(command, str(folder), "--out", str(tmp_path)) if command != "diagnose" else (
         arctrue(command, str(folder))
@@ -65,6 +63,7 @@ def test_a_fresh_set_is_judged_by_the_stored_model(explained: Path, tmp_path: Pa
     assert left < 1.1 * 2**0.5 * (0.1**2 + 0.077**2 / 12.0) ** 0.5
 
 
+@pytest.mark.large
 def test_the_mean_takes_the_motion_away(explained: Path, folder: Path, tmp_path: Path) -> None:
     figures = tmp_path / "figures.json"
     answer = arctrue(

@@ -92,7 +92,7 @@ def test_a_capture_without_a_place_for_each_head_is_refused() -> None:
 
 
 @pytest.mark.large
-@pytest.mark.parametrize("size", [0.1, pytest.param(1.0, marks=pytest.mark.large)])
+@pytest.mark.parametrize("size", [0.1, 1.0])
 def test_the_part_of_a_long_capture_has_every_head(
     size: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:

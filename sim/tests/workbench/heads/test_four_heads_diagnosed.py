@@ -106,7 +106,7 @@ def test_a_backward_circle_of_order_1_is_no_eccentric_disc() -> None:
 
 
 @pytest.mark.large
-@pytest.mark.parametrize("head", [pytest.param(1, marks=pytest.mark.large), 3])
+@pytest.mark.parametrize("head", [1, 3])
 def test_a_bracket_that_creeps_is_named_with_its_head(head: int) -> None:
     creep = tuple(0.5 if number == head else 0.0 for number in range(1, 5))
     _, values = _named(FourHeads(creep_arcsec_k=creep), "thermal_head_drift")
@@ -136,7 +136,7 @@ def test_lost_counts_are_named_with_their_head(head: int) -> None:
 
 
 @pytest.mark.large
-@pytest.mark.parametrize("head", [pytest.param(1, marks=pytest.mark.large), 4])
+@pytest.mark.parametrize("head", [1, 4])
 def test_what_has_no_name_is_described_with_its_head(head: int) -> None:
     found = diagnosis_of(FourHeads(settling=(head, 1.5, 8.0)).measured(7))
     assert found.decision.verdict == "unknown"
@@ -163,10 +163,10 @@ def test_an_order_that_two_heads_do_not_see_is_named() -> None:
 @pytest.mark.parametrize(
     ("order", "size_arcsec"),
     [
-        pytest.param(97, 0.6, marks=pytest.mark.large),
+        (97, 0.6),
         (120, 2.0),
-        pytest.param(120, 0.6, marks=pytest.mark.large),
-        pytest.param(200, 2.0, marks=pytest.mark.large),
+        (120, 0.6),
+        (200, 2.0),
     ],
 )
 def test_an_order_of_an_eccentric_disc_is_an_order_of_the_disc(
@@ -188,7 +188,7 @@ def test_an_order_of_an_eccentric_disc_is_an_order_of_the_disc(
 
 
 @pytest.mark.large
-@pytest.mark.parametrize("order", [97.0, pytest.param(97.02, marks=pytest.mark.large)])
+@pytest.mark.parametrize("order", [97.0, 97.02])
 def test_a_line_of_the_axis_is_no_order_of_the_disc(order: float) -> None:
     """The diagnosis names no order of the disc for an axis that oscillates by 0.2 µm along x: each
     head shows a different share of this motion, and the disc does not have this order."""

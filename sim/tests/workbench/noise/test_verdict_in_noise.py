@@ -51,7 +51,7 @@ def _with_wandering_reference(made: MeasurementSet, seed: int) -> MeasurementSet
 
 
 @pytest.mark.large
-@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.large)])
+@pytest.mark.parametrize("seed", [1, 2])
 def test_slow_noise_of_a_head_gets_no_name(seed: int) -> None:
     """The diagnosis gives no name to the slow noise of a head. In an earlier version, the noise was
     modelled as white noise of the same size, and every such set led to a slip, a drift or a
@@ -60,7 +60,7 @@ def test_slow_noise_of_a_head_gets_no_name(seed: int) -> None:
 
 
 @pytest.mark.large
-@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.large)])
+@pytest.mark.parametrize("seed", [1, 2])
 def test_a_wandering_reference_gets_no_name(seed: int) -> None:
     made = _with_wandering_reference(measurement_set(seed=seed, cycles=10), seed)
     assert diagnosis_of(made).verdict == "adequate"
@@ -122,7 +122,7 @@ def _gusts(seed: int) -> MeasurementSet:
 
 
 @pytest.mark.large
-@pytest.mark.parametrize("seed", [1, pytest.param(5, marks=pytest.mark.large)])
+@pytest.mark.parametrize("seed", [1, 5])
 def test_gusts_are_no_drift(seed: int) -> None:
     """Gusts get no name: other parts of each turn are loud, so that the parts have no scale. In an
     earlier version, four of the seeds 1 to 7 gave a drift with p < 0.01."""

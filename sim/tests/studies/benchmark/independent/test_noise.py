@@ -166,7 +166,7 @@ def kullback_leibler(true: NDArray[np.float64], other: NDArray[np.float64]) -> f
 
 
 @pytest.mark.large
-@pytest.mark.parametrize("quality", [3.0, pytest.param(12.0, marks=pytest.mark.large)])
+@pytest.mark.parametrize("quality", [3.0, 12.0])
 def test_the_oracle_sees_of_an_oscillator_what_no_falling_spectrum_explains(quality: float) -> None:
     """The oracle's noncentrality lies between bounds from an exact likelihood ratio, computed with
     dense matrices.
