@@ -5,11 +5,6 @@ import pytest
 from tb.core.arctrue_core_bench import CAPTURE_DEPTH, LANES
 from tb.support.simulation import simulate
 
-UNFOLDED = ("illegal_accesses_are_refused", "interrupt_of_a_swap_and_its_ramp")
-"""Names of the tests whose results depend on the pipeline's lanes and latency.
-
-``tb/top/test_arctrue_zynq_top.py`` tests the path from edges to corrected edges through this core.
-"""
 SHORTEST = (
     "correction_waits_for_the_index",
     "turn_length_and_rearm",
@@ -23,7 +18,7 @@ SHORTEST = (
 )
 """Names of the tests that run without ``large``.
 
-Other benches cover what the others show: corrected edges (``test_core_with_a_table``), samples at
+Other benches cover what the others show: corrected edges (``tb/top``), samples at
 equal angles and turns that a slow processor misses (``tb/sampler``), index marks that scatter or
 are out of their place (``tb/decoder``), probe and compare (``tb/signals``), and lost counts
 (``sim/tests/faults``).
@@ -31,19 +26,12 @@ are out of their place (``tb/decoder``), probe and compare (``tb/signals``), and
 
 
 @pytest.mark.large
-@pytest.mark.parametrize(
-    "testcase",
-    [UNFOLDED, None],
-    ids=["lanes_and_latency", "all"],
-)
-def test_core(testcase: tuple[str, ...] | None) -> None:
-    """A core with a pipeline for each lane passes the tests of the bench; ``make test-large`` runs
-    all of them, here and in ``test_folded_core``."""
+def test_core() -> None:
+    """A core with a pipeline for each lane passes the tests of the bench."""
     simulate(
         "arctrue_core",
         "tb.core.arctrue_core_bench",
         generics={"LANES": LANES, "CAPTURE_DEPTH": CAPTURE_DEPTH},
-        testcase=testcase,
     )
 
 

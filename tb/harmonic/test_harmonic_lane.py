@@ -15,7 +15,7 @@ from tb.support.simulation import ROOT, simulate
 BENCH = "tb.harmonic.harmonic_lane_bench"
 
 
-@pytest.mark.parametrize("add_partner", ["false", "true"])
+@pytest.mark.parametrize("add_partner", [pytest.param("false", marks=pytest.mark.large), "true"])
 @pytest.mark.parametrize(("width", "iterations"), OTHERS[:2])
 def test_other_generics(width: int, iterations: int, add_partner: str) -> None:
     values = generics(width, iterations)

@@ -10,7 +10,7 @@ from tb.support.simulation import simulate
     "depth",
     [
         2,
-        13,
+        pytest.param(13, marks=pytest.mark.large),
         pytest.param(16, marks=pytest.mark.large),
         pytest.param(CAPTURE_DEPTH_DEFAULT, marks=pytest.mark.large),
     ],

@@ -20,7 +20,7 @@ from scripts.tests.device_build.small_top import SMALL_TOP, netlist_of_small_top
 from scripts.tests.synth.tools import tools_missing
 
 MISSING = tools_missing(find_ghdl, find_yosys)
-SHORTEST_TOPS = ("arctrue_zynq_top", "encoder_source_top")
+SHORTEST_TOPS = ("encoder_source_top",)
 
 
 @pytest.fixture

@@ -60,7 +60,7 @@ class Slipping:
     [(0.42, 4.0, 50.0), (0.5, 4.0, 50.0), (7.3, 4.0, 0.0), (7.3, 4.0, 50.0)],
     ids=["cage", "half order", "ball pass", "ball pass, slow slip"],
 )
-@pytest.mark.parametrize("follows", [True, False])
+@pytest.mark.parametrize("follows", [True, pytest.param(False, marks=pytest.mark.large)])
 def test_a_slipping_line_is_followed_to_a_quarter(
     order: float, amplitude: float, memory: float, follows: bool
 ) -> None:

@@ -42,7 +42,9 @@ def swap(scene: Scene, bank: Coefficients) -> None:
 
 
 @pytest.mark.parametrize("slower", [1, pytest.param(6, marks=pytest.mark.large)])
-@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize(
+    "place", ["largest", pytest.param("steepest", marks=pytest.mark.large), "index"]
+)
 def test_swap_of_all_or_nothing(make_scene: MakeScene, place: str, slower: int) -> None:
     """After a swap to a bank with zero amplitudes, and after the swap back, the correction is
     right. The test runs with two ramp rates: one is faster than the change of the table's error,

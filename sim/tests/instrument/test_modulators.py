@@ -208,7 +208,7 @@ twice the half count to which the step's error has fallen."""
     ("delay_us", "windows"),
     [
         pytest.param(20.0, 12, marks=pytest.mark.large),
-        (61.4, 12),
+        pytest.param(61.4, 12, marks=pytest.mark.large),
         pytest.param(-61.4, 26, marks=pytest.mark.large),
         pytest.param(100.0, 12, marks=pytest.mark.large),
         pytest.param(-85.0, 26, marks=pytest.mark.large),
