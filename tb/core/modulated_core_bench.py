@@ -7,7 +7,6 @@ sweep.
 
 from __future__ import annotations
 
-import os
 from typing import Any
 
 import cocotb
@@ -37,10 +36,9 @@ DEAD_ZONE = 4
 NOMINAL = 0.25
 """Nominal speed in counts per clock; the table's mean speed is a fifth of a count per clock."""
 WORD_A = -40_000
-UP_TURNS, DOWN_TURNS = float(os.environ["UP_TURNS"]), 1.5
-"""Numbers of turns up and down."""
-SPEED_TURNS = 12.0
-"""Smallest number of turns up that last longer than two windows of the speed, 2·2¹⁴ clocks."""
+UP_TURNS, DOWN_TURNS = 12.0, 1.5
+"""Numbers of turns up and down; the turns up last longer than two windows of the speed, 2·2¹⁴
+clocks."""
 WRITE_CLOCKS = 6
 """Number of clocks from a step of the sweep to the first read that returns the word which this step
 writes."""
@@ -182,9 +180,8 @@ async def every_clock_is_the_models(dut: Any) -> None:
     )
     # A window of 2^14 clocks averages the speed over some 5.5 turns; the ripple of the speed has 7
     # periods per turn.
-    if UP_TURNS >= SPEED_TURNS:
-        speed = seen["speed"][turned_at - 1] / MODULATOR_ONE
-        assert abs(speed * NOMINAL * CLOCKS_PER_COUNT - 1.0) < 0.02, speed
+    speed = seen["speed"][turned_at - 1] / MODULATOR_ONE
+    assert abs(speed * NOMINAL * CLOCKS_PER_COUNT - 1.0) < 0.02, speed
     # Up to a constant, the core's position equals the reading at the pins of head 1 a few clocks
     # earlier.
     reading = np.array(machine.reading[-seen["healed"].size :])[:, 0]

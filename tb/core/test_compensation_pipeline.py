@@ -202,16 +202,14 @@ def test_reset_under_load(fold: int) -> None:
 @pytest.mark.parametrize(
     ("fold", "lanes", "counts_per_rev", "testcase"),
     [
-        (4, 4, 2048, ("both_ways_and_tremble", "read_back_and_fill")),
+        (4, 4, 2048, "both_ways_and_tremble"),
         pytest.param(1, 2, 1024, None, marks=pytest.mark.large),
         pytest.param(4, 4, 2048, None, marks=pytest.mark.large),
         pytest.param(1, 4, 2048, None, marks=pytest.mark.large),
     ],
     ids=["4-turn", "1-2-all", "4-4-all", "1-4-all"],
 )
-def test_real_orders(
-    fold: int, lanes: int, counts_per_rev: int, testcase: tuple[str, ...] | None
-) -> None:
+def test_real_orders(fold: int, lanes: int, counts_per_rev: int, testcase: str | None) -> None:
     """Corrections by lanes of real orders (not integers), whose phases continue from turn to turn,
     equal the model in every clock."""
     simulate(

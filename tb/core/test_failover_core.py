@@ -7,9 +7,9 @@ import pytest
 from tb.core.mean_core_bench import CAPTURE_DEPTH, LANES
 from tb.support.simulation import simulate
 
-DEAD_AND_BACK = ("a_dead_carrier_is_left_out", "a_head_comes_back_after_its_index")
-"""Names of the tests that run without ``large``: a head is dead, and a head returns after an
-illegal step.
+OUT_AND_BACK = ("a_head_comes_back_after_its_index",)
+"""Name of the test that runs without ``large``: a head is left out after an illegal step, and
+returns.
 
 ``sim/tests/instrument/test_failover.py`` tests a head that steps against the others;
 ``tb/mean/test_head_failover.py`` compares each decision and each refusal with the model.
@@ -19,11 +19,11 @@ illegal step.
 @pytest.mark.parametrize(
     ("heads", "testcase"),
     [
-        (4, DEAD_AND_BACK),
+        (4, OUT_AND_BACK),
         pytest.param(3, None, marks=pytest.mark.large),
         pytest.param(4, None, marks=pytest.mark.large),
     ],
-    ids=["4-dead_and_back", "3-all", "4-all"],
+    ids=["4-out_and_back", "3-all", "4-all"],
 )
 def test_failover_core(heads: int, testcase: tuple[str, ...] | None) -> None:
     simulate(

@@ -8,18 +8,12 @@ from tb.core.arctrue_core_bench import CAPTURE_DEPTH, LANES
 from tb.support.simulation import simulate
 
 
-@pytest.mark.parametrize(
-    ("rotation", "up_turns"),
-    [
-        ("table", 2),
-        pytest.param("table", 12, marks=pytest.mark.large),
-        pytest.param("cordic", 12, marks=pytest.mark.large),
-    ],
-)
-def test_modulated_core(rotation: str, up_turns: int) -> None:
-    """The core with MODULATORS equals the models; its lanes compute the cosine by the table or, in
-    a large test, by the CORDIC. The measured speed is that of the table after 12 turns; two turns
-    are too few for a window of the speed (``tb/conditions`` tests the speed)."""
+@pytest.mark.large
+@pytest.mark.parametrize("rotation", ["table", "cordic"])
+def test_modulated_core(rotation: str) -> None:
+    """The core with MODULATORS equals the models; its lanes compute the cosine by the table or
+    by the CORDIC. ``tb/conditions`` and ``sim/tests/instrument/test_modulators.py`` show modulated
+    lanes in shorter tests."""
     simulate(
         "arctrue_core",
         "tb.core.modulated_core_bench",
@@ -29,5 +23,5 @@ def test_modulated_core(rotation: str, up_turns: int) -> None:
             "MODULATORS": "true",
             "ROTATION": rotation,
         },
-        environment={"ROTATION": rotation, "UP_TURNS": str(up_turns)},
+        environment={"ROTATION": rotation},
     )
