@@ -54,7 +54,7 @@ SETS = {
     "no reference": {"error": _warm, "reference": False},
 }
 """Twelve sets with at most 9,600 rows of the capture each, keyed by name."""
-LARGE = tuple(name for name in SETS if name != "nothing")
+LARGE = tuple(name for name in SETS if name not in ("nothing", "drift of a head"))
 """Sets that only ``make test-large`` runs."""
 
 

@@ -21,10 +21,9 @@ from sim.tests.workbench.recorded_verdicts import (
 from arctrue.studies.benchmark.digests import set_name
 
 SAMPLE = (0, 13, 22, 35)
-LARGE = (13, 22)
+LARGE = (13, 22, 35)
 
 
-@pytest.mark.large
 @pytest.mark.parametrize(
     "number", [pytest.param(one, marks=[pytest.mark.large] * (one in LARGE)) for one in SAMPLE]
 )
