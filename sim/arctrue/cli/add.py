@@ -55,8 +55,9 @@ def add(
 ) -> None:
     """Add EFFECT to the model, fit the model to SET, and show how the error falls.
 
-    If the model already has EFFECT, --set changes a setting of EFFECT and the command fits the
-    model again.
+    Without --set, drive_gear_error gets the multiples and side lines of the tooth count that SET
+    shows, and hysteresis the transition that SET shows. If the model already has EFFECT, --set
+    changes a setting of EFFECT and the command fits the model again.
     """
     settings = settings_from(pairs)
     with changing(model_file):

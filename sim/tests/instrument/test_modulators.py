@@ -66,14 +66,34 @@ def modulated() -> Iterator[Instrument]:
         yield instrument
 
 
-def order_0(counts: float, modulator: str | None, counts_per_rev: int = COUNTS) -> Coefficients:
+FULL_LANES = 32
+"""Number of lanes of the paper's core."""
+
+
+@pytest.fixture(scope="module")
+def of_32_lanes() -> Iterator[Instrument]:
+    with Instrument(FULL_LANES, DEPTH, generics={"MODULATORS": "true"}) as instrument:
+        yield instrument
+
+
+def order_0(
+    counts: float, modulator: str | None, counts_per_rev: int = COUNTS, lanes: int = LANES
+) -> Coefficients:
     """Return coefficients with one lane of order 0, which follows the condition ``modulator``;
-    None: it is constant."""
+    None: it is constant. With FULL_LANES it is the last lane but one, and pairs of lanes of order
+    7 before it, which cancel each other, keep all others busy."""
+    others = FULL_LANES - 2 if lanes == FULL_LANES else 0
     phase = 0.0 if counts > 0 else np.pi
-    bank = Coefficients.from_harmonics([0], [abs(counts)], [phase], counts_per_rev, LANES)
+    bank = Coefficients.from_harmonics(
+        [7] * others + [0],
+        [100.0] * others + [abs(counts)],
+        [0.4, 0.4 + np.pi] * (others // 2) + [phase],
+        counts_per_rev,
+        lanes,
+    )
     if modulator is None:
         return bank
-    extension = Extension(conditions=Conditions(1, 0, 90.0), modulators=((0, modulator),))
+    extension = Extension(conditions=Conditions(1, 0, 90.0), modulators=((others, modulator),))
     return dataclasses.replace(bank, extension=extension)
 
 
@@ -163,7 +183,9 @@ LAG_CLOCKS = 1.5 * (1 << 14)
 """Largest lag of the measured speed in clocks (header of table_speed)."""
 
 
-def changing_errors(instrument: Instrument, modulator: str | None) -> NDArray[np.float64]:
+def changing_errors(
+    instrument: Instrument, modulator: str | None, lanes: int = LANES
+) -> NDArray[np.float64]:
     """Return the error of every edge in counts, while the speed falls to one half and rises again.
 
     The zero is the mean error at the first speed, because the reading was late at the index, too.
@@ -178,24 +200,33 @@ def changing_errors(instrument: Instrument, modulator: str | None) -> NDArray[np
     clock, error, _ = run(
         instrument,
         Script(legs, late_clocks=FULL_LATE, counts_per_rev=FULL_COUNTS),
-        order_0(-FULL_LATE * nominal, modulator, FULL_COUNTS),
+        order_0(-FULL_LATE * nominal, modulator, FULL_COUNTS, lanes),
         nominal_speed=round(nominal * 2**32),
     )
     at = clock - start
     return np.asarray(error[at > 300_000] - error[(at > 300_000) & (at < 390_000)].mean())
 
 
-@pytest.mark.large
-def test_latency_at_the_papers_scale_while_the_speed_changes(modulated: Instrument) -> None:
+def check_changing_speed(instrument: Instrument, lanes: int) -> None:
     """At 2²⁴ counts per turn and changing speed, the lane leaves at most two counts plus τ·a·lag
     (delay, acceleration, lag of the measured speed); a constant lane leaves the whole change."""
     slowing = 0.5 * FULL_PACE / CHANGE_CLOCKS
-    error = changing_errors(modulated, "speed")
+    error = changing_errors(instrument, "speed", lanes)
     assert np.abs(error).max() <= 2.0 + FULL_LATE * slowing * LAG_CLOCKS
     # At the end the speed is constant again, so that at most two counts remain.
     assert np.abs(error[-500:]).max() <= 2.0
-    without = changing_errors(modulated, None)
+    without = changing_errors(instrument, None, lanes)
     assert np.abs(without).max() == pytest.approx(0.5 * FULL_LATE * FULL_PACE, abs=1.5)
+
+
+@pytest.mark.large
+def test_latency_at_the_papers_scale_while_the_speed_changes(modulated: Instrument) -> None:
+    check_changing_speed(modulated, LANES)
+
+
+@pytest.mark.large
+def test_latency_with_32_lanes_while_the_speed_changes(of_32_lanes: Instrument) -> None:
+    check_changing_speed(of_32_lanes, FULL_LANES)
 
 
 WINDOW_CLOCKS = 1 << 14
@@ -300,8 +331,7 @@ FULL_HALF_REVERSAL = 1.0 / 1_296_000 * FULL_COUNTS
 FULL_WIDTH = 5000.0
 
 
-@pytest.mark.parametrize("modulator", ["direction", None])
-def test_reversal_error_at_the_papers_scale(modulated: Instrument, modulator: str | None) -> None:
+def check_reversals(instrument: Instrument, modulator: str | None, lanes: int) -> None:
     """At 2²⁴ counts per turn, settled edges of both directions differ with the lane by less than a
     twentieth of the reversal error of 2″."""
     pace = 0.25
@@ -311,11 +341,11 @@ def test_reversal_error_at_the_papers_scale(modulated: Instrument, modulator: st
     script = Script(
         legs, half_reversal=FULL_HALF_REVERSAL, width=FULL_WIDTH, counts_per_rev=FULL_COUNTS
     )
-    start = modulated.clock
+    start = instrument.clock
     clock, error, _ = run(
-        modulated,
+        instrument,
         script,
-        order_0(FULL_HALF_REVERSAL, modulator, FULL_COUNTS),
+        order_0(FULL_HALF_REVERSAL, modulator, FULL_COUNTS, lanes),
         width=round(16 * FULL_WIDTH),
         dead_zone=2,
     )
@@ -337,6 +367,17 @@ def test_reversal_error_at_the_papers_scale(modulated: Instrument, modulator: st
         slope = FULL_HALF_REVERSAL / FULL_WIDTH
         bound = 1.0 + slope * (2.0 + 1.0 + pace * (2 * AMPLITUDE_SWEEP_CLOCKS + 20))
         assert np.ptp(error[clock - start > 70_000]) / 2.0 <= bound
+
+
+@pytest.mark.parametrize("modulator", ["direction", None])
+def test_reversal_error_at_the_papers_scale(modulated: Instrument, modulator: str | None) -> None:
+    check_reversals(modulated, modulator, LANES)
+
+
+@pytest.mark.large
+@pytest.mark.parametrize("modulator", ["direction", None])
+def test_reversal_error_with_32_lanes(of_32_lanes: Instrument, modulator: str | None) -> None:
+    check_reversals(of_32_lanes, modulator, FULL_LANES)
 
 
 HALF_REVERSAL = 26.0

@@ -7,7 +7,8 @@ position"), ecmc's ecmcLookupTable::getValue and ecmcEncoder, moteus' MotorPosit
 SimpleFOC's CalibratedSensor::getSensorAngle. For closed sources the models follow the manual:
 Beckhoff TF5200 (compensation value = actual − nominal, subtracted from the command), Siemens
 Extended Functions K3 (added to the actual position: a positive value drives the axis the negative
-way).
+way), Aerotech's help Axis Calibration (linear, the nearest end outside the rows), with the sign of
+a program that measures a rotary axis and writes the negative of actual − commanded.
 """
 
 from __future__ import annotations
@@ -139,6 +140,20 @@ def _twincat(text: str, angle_deg: float, way: int) -> float:
     return -0.36 * (value[0] * (1.0 - part) + value[1] * part)
 
 
+def _aerotech(text: str, angle_deg: float, way: int) -> float:
+    """Return the value that the controller adds to a command, in ″."""
+    head = [line for line in text.splitlines() if line.startswith(":START")]
+    (step,) = re.findall(r"SAMPLEDIST=(\S+)", head[0])
+    assert head == [f":START 1 SAMPLEDIST={step} POSUNIT=PRIMARY CORUNIT=PRIMARY/3600"]
+    body = text.split(head[0])[1]
+    values = [float(word) for word in body.split(":END")[0].split()]
+    assert (len(values) - 1) * float(step) == pytest.approx(360.0)
+    place = min(max(angle_deg / float(step), 0.0), float(len(values) - 1))
+    left = min(int(place), len(values) - 2)
+    part = place - left
+    return values[left] * (1.0 - part) + values[left + 1] * part
+
+
 def _simplefoc(text: str, angle_deg: float, way: int) -> float:
     """Return the value that the controller subtracts from a reading, in ″."""
     size = int(re.search(r"float calibrationLut\[(\d+)\] = {", text)[1])  # type: ignore[index]
@@ -159,12 +174,13 @@ CONTROLLERS: dict[str, Callable[[str, float, int], float]] = {
     "csv": _csv,
     "siemens": _siemens,
     "twincat": _twincat,
+    "aerotech": _aerotech,
     "simplefoc": _simplefoc,
 }
 OF_A_WORM = ("onstep",)
 """Formats that contain only harmonics of a worm; separate tests below cover them."""
 OF_THE_TURN = tuple(name for name in FORMATS if name not in OF_A_WORM)
-OF_THE_COMMAND = ("linuxcnc", "twincat")
+OF_THE_COMMAND = ("linuxcnc", "twincat", "aerotech")
 """Controllers that change the command: the servo then moves the table until the reading equals the
 changed command."""
 

@@ -16,7 +16,8 @@ from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.model.model import default_model
+from arctrue.workbench.model.growth import add_effect
+from arctrue.workbench.model.model import Model, default_model
 from arctrue.workbench.noise.fit import white_noise
 from arctrue.workbench.observations.build import observations_of
 
@@ -93,3 +94,40 @@ def test_nothing_there_leaves_the_effect_as_it_is() -> None:
     effect, trials = _narrowed(_with_lines(90, {}))
     assert effect.settings == {"multiples": [1], "below": [], "above": []}
     assert trials == 1.0
+
+
+def _added(lines: dict[int, float], settings: dict[str, object]) -> tuple[Model, float]:
+    """Return the model with the gear, and the RMS of the reference's residual in arcseconds."""
+    observations = observations_of(_with_lines(65, lines))
+    model, _ = add_effect(
+        default_model(), "drive_gear_error", settings, observations, EFFECTS, "a set"
+    )
+    return model, model.history[-1].rms_arcsec["reference"]
+
+
+@pytest.mark.parametrize(
+    ("lines", "expected"),
+    [
+        ({}, {}),
+        ({65: 2.1}, {}),
+        ({65: 2.1, 64: 0.22, 66: 0.22}, {"below": [1], "above": [1]}),
+        ({65: 1.0, 130: 0.5}, {"multiples": [1, 2]}),
+        ({65: 0.8, 195: 0.6, 194: 0.3}, {"multiples": [1, 3], "below": [3]}),
+    ],
+)
+def test_an_added_gear_has_the_lines_that_the_set_shows(
+    lines: dict[int, float], expected: dict[str, object]
+) -> None:
+    """``add`` without settings adds the multiples and side lines that the set shows, so that only
+    the noise remains; the RMS of 240 rows scatters by 4.6 % (1/√480), of which the bound allows
+    two."""
+    model, rms = _added(lines, {})
+    assert model.effects[-1].settings == expected
+    assert rms < 1.1 * REFERENCE_NOISE
+
+
+def test_settings_that_the_user_gives_stay() -> None:
+    model, rms = _added({65: 1.0, 130: 0.5}, {"multiples": [1]})
+    assert model.effects[-1].settings == {"multiples": [1]}
+    # A wave of 0.5″ remains.
+    assert rms == pytest.approx(np.hypot(REFERENCE_NOISE, 0.5 / np.sqrt(2.0)), rel=0.1)

@@ -7,6 +7,7 @@ controller's interpolation reads each table back.
 
 from collections.abc import Mapping
 
+from arctrue.metrology.controllers.aerotech import Aerotech
 from arctrue.metrology.controllers.bidirectional_csv import Bidirectional
 from arctrue.metrology.controllers.ecmc import Ecmc
 from arctrue.metrology.controllers.linuxcnc import LinuxCnc
@@ -26,6 +27,7 @@ FORMATS: Mapping[str, TableFormat] = {
         LinuxCnc(),
         TwinCat(),
         Siemens(),
+        Aerotech(),
         Ecmc(),
         Moteus32(),
         Moteus256(),

@@ -177,6 +177,9 @@ class Effect(EffectWithSettings):
     """Whether the effect repeats with the signal period of the grating."""
     multiples_setting: ClassVar[str | None] = None
     """Name of the setting that lists multiples of :meth:`declared_order`."""
+    narrowed_when_added: ClassVar[bool] = False
+    """Whether an effect that is added without settings gets those of :meth:`narrowed`, if their
+    evidence is better."""
     moves_axis: ClassVar[bool] = False
     """Whether the effect shifts the axis relative to the heads: their weighted mean does not
     contain it."""
@@ -387,7 +390,6 @@ class Effect(EffectWithSettings):
     def forms(self) -> Sequence[Effect]:
         """Return this effect, and forms of it with search parameters that only some sets need.
 
-        Where an effect is added without settings, the form with the best evidence is added.
         Default: this effect only.
         """
         return [self]

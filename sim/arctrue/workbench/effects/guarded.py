@@ -34,8 +34,8 @@ TEXTS = (
 )  # fmt: skip
 """Names of the declarations of an effect that are texts for people."""
 SWITCHES = (
-    "at_reading", "depends_on_model", "fixed_to_polygon", "local_on_disc", "needs_settings",
-    "of_the_signal", "unspecific",
+    "at_reading", "depends_on_model", "fixed_to_polygon", "local_on_disc", "narrowed_when_added",
+    "needs_settings", "of_the_signal", "unspecific",
 )  # fmt: skip
 """Names of the declarations of an effect that are True or False."""
 

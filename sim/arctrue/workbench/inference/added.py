@@ -40,26 +40,35 @@ def added(effect: Effect, residuals: Residuals) -> Solution | None:
 
 
 def best_form(effect: Effect, residuals: Residuals) -> Effect:
-    """Return the form of an effect with the best evidence, minus the BIC penalty of its parameters;
-    each form has the noise that is estimated with it.
+    """Return the form of an effect with the best evidence, minus the BIC penalty of its parameters
+    and of the forms that were tried; each form has the noise that is estimated with it.
 
-    Only the forms that fit best with the noise of the model, or with its white part, are compared.
+    Only the effect itself and the forms that fit best with the noise of the model, with its white
+    part, or with the noise that is estimated with the effect, are compared.
     """
-    if len(effect.forms()) < 2:
-        return effect
-    wanted = [effect.narrowed(seen)[0].settings for seen in (residuals, _white(residuals))]
-    forms = [form for form in effect.forms() if form.settings in [effect.settings, *wanted]]
-    if len(forms) < 2:
+    if not effect.narrowed_when_added:
         return effect
     null = Null(residuals, search_walk=False)
+    noises = [residuals, _white(residuals)]
+    if not effect.search:
+        noises.append(evidence(null, effect, {}).base)
+    forms, tried = [effect], [1.0]
+    for seen in noises:
+        wanted, trials = effect.narrowed(seen)
+        if wanted.settings not in [form.settings for form in forms]:
+            forms.append(wanted)
+            tried.append(trials)
+    if len(forms) < 2:
+        return effect
     found: list[tuple[float, int]] = []
-    for index, form in enumerate(forms):
+    for index, (form, trials) in enumerate(zip(forms, tried, strict=True)):
         place = likeliest_place(form, residuals) if form.search else {}
         if place is not None:
             of_form = evidence(null, form, place)
             columns = residuals.whitened_columns(form, place)
             rows = sum(item.shape[0] for item in columns if item is not None)
             penalty = (of_form.score.rank + len(form.search)) * float(np.log(max(rows, 2)))
+            penalty += 2.0 * float(np.log(trials))
             found.append((of_form.gain - penalty, -index))
     return forms[-max(found)[1]] if found else effect
 

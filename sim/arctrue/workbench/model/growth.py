@@ -152,7 +152,7 @@ def add_effect(
             raise AlreadyThereError(f"the model has {name} with these settings already")
     elif name in model.names() and not effect.search:
         entries, action = _with_settings(model, name, settings), "set"
-    elif not settings and len(effect.forms()) > 1 and not effect.missing(observations):
+    elif not settings and effect.narrowed_when_added and not effect.missing(observations):
         residuals = Residuals(fit(settle(model, observations, effects), observations))
         entries[-1] = replace(entry, settings=_other_than_usual(best_form(effect, residuals)))
     history = list(model.history)

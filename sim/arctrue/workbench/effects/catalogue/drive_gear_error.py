@@ -90,6 +90,7 @@ class DriveGearError(Effect):
     )
     defaults = {"multiples": [1], "below": [], "above": []}
     multiples_setting = "multiples"
+    narrowed_when_added = True
 
     @property
     def _lines(self) -> list[Line]:

@@ -91,6 +91,7 @@ class Hysteresis(ScalarEffect):
     parameter_unit = "arcsec"
     in_parts = ("direction", "reference")
     defaults = {"transition": "none"}
+    narrowed_when_added = True
 
     def __init__(self, **settings: object) -> None:
         """Make the effect. Raises ValueError for a transition that does not exist."""
