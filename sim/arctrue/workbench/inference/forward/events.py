@@ -32,6 +32,8 @@ too small by at most 1/16 of the weight of one mean."""
 ROUNDING = 1e-6
 """The stated time of a step is earlier than its first reading by this share of a reading's step, so
 that this reading comes after the step in spite of rounding."""
+COVERAGE = 2.0
+"""Factor of the standard uncertainty of a step's size, for a coverage of 95 %."""
 STEPS_TOGETHER = 200
 """Largest number of columns of one matrix product; this limit saves memory only."""
 FREEDOMS = (1.5, 2.0, 3.0, 4.0, 6.0, 10.0, 20.0, 50.0, 200.0)
@@ -53,6 +55,12 @@ class Step:
     """Rise of the log likelihood by this step, with the other steps in the model."""
     share: float = 1.0
     """Share of the readings in the mean of ``row`` that come after the step."""
+
+    def may_be_one(self, display_step_arcsec: float) -> bool:
+        """Tell whether the readings may have jumped by one step of the display, which a slow change
+        causes too; False for a display without steps (0)."""
+        least = abs(self.size_arcsec) - COVERAGE * self.sigma_arcsec
+        return display_step_arcsec > 0.0 and least <= display_step_arcsec
 
     def measured(self, record: Record) -> float:
         """Return time or row number of the first reading after the step, on the measured clock."""
