@@ -13,6 +13,8 @@ from arctrue.workbench.diagnose.report import sentences
 from arctrue.workbench.inference.forward.events import search_steps
 from arctrue.workbench.inference.forward.record import record_of
 from arctrue.workbench.inference.forward.search import noise_with
+from arctrue.workbench.noise import kernel_fit
+from arctrue.workbench.noise.kernel import KernelNoise
 from tests.workbench.base_diagnosis import diagnosis_of
 from tests.workbench.noisy_logs import NULLS
 
@@ -100,6 +102,29 @@ def test_noise_has_no_steps(kind: str) -> None:
         one, none = np.zeros(time_s.size, dtype=np.int64), np.zeros((time_s.size, 0))
         record = record_of(time_s, time_s, one, error, none, in_time=True)
         assert search_steps(record, none, noise_with(record, none)) == []
+
+
+def test_each_fit_of_the_noise_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No fit of the noise begins a second time at the same start for the same rows and columns,
+    except the two usual starts without the last step: the search began there before it found this
+    step."""
+    random = np.random.default_rng(23)
+    time_s = 3.0 * np.arange(400)
+    error = random.normal(size=time_s.size)
+    error += 20.0 * (time_s[:, np.newaxis] >= [301.0, 601.0, 901.0]).sum(axis=1)
+    one, none = np.zeros(time_s.size, dtype=np.int64), np.zeros((time_s.size, 0))
+    record = record_of(time_s, time_s, one, error, none, in_time=True)
+    noise = noise_with(record, none)
+    fitted = kernel_fit.fit_from
+    made: list[tuple[bytes, bytes]] = []
+
+    def counted(rows: kernel_fit.Rows, start: KernelNoise) -> kernel_fit.KernelFit:
+        made.append((rows.values.tobytes(), start.logs.tobytes()))
+        return fitted(rows, start)
+
+    monkeypatch.setattr(kernel_fit, "fit_from", counted)
+    assert len(search_steps(record, none, noise)) == 3
+    assert len(made) - len(set(made)) <= 2
 
 
 def _jumps(times_s: list[float], counts: list[float], sigma_counts: float) -> list[Jump]:
