@@ -21,8 +21,12 @@ from arctrue.workbench.numeric.distributions import student_log_density, student
 
 Float = NDArray[np.float64]
 
-MOST_STEPS = 16
-"""Largest number of steps that the search returns; it only limits the computing time."""
+ONE_BY_ONE = 16
+"""Largest number of steps each of which is searched with the noise estimated anew. Further steps
+are searched many at a time, to limit the computing time."""
+MOST_STEPS = 64
+"""Largest number of steps that the search returns; it only limits the computing time. The report
+says "at least" of more than ONE_BY_ONE steps."""
 LEAST_SIDE_ROWS = 5
 """Smallest number of rows between a step and either end of its stretch (successive rows without a
 break)."""
@@ -96,12 +100,21 @@ def search_steps(record: Record, lines: Float, fit: KernelFit) -> list[Step]:
     places = _inside(record)
     rows: list[int] = []
     grown = fit
-    while len(rows) < MOST_STEPS:
+    while len(rows) < ONE_BY_ONE:
         step = _next_step(record, _with_steps(record, lines, rows), places, grown)
         if step is None:
             break
         rows.append(step[0])
         grown = step[1]
+    while ONE_BY_ONE <= len(rows) < MOST_STEPS:
+        at = _within_their_rows(record, lines, rows, grown.noise)
+        others = _with_shares(record, lines, at)
+        further = _further_steps(record, others, [*rows, *(row for row, _ in at)], places, grown)
+        if not further:
+            break
+        rows = [*rows, *further][:MOST_STEPS]
+        left = record.rows(_with_steps(record, lines, rows))
+        grown = best_fit(left, [grown.noise, *usual_starts(left)])
     while rows:
         joint = _Joint(record, lines, rows, fit, grown)
         wrong = _explained_by_noise(joint, places)
@@ -155,6 +168,42 @@ def _next_step(
     return row, grown
 
 
+def _further_steps(
+    record: Record,
+    others: Float,
+    rows: Sequence[int],
+    places: NDArray[np.int64],
+    without: KernelFit,
+) -> list[int]:
+    """Return the rows of all steps that are significant in this noise, each with those before it in
+    the model; ``others`` are the columns of the lines and of the steps at ``rows``.
+
+    A step within a mean looks like two steps that are at most two rows apart, until its share of
+    the mean is in the model.
+    """
+    found: list[int] = []
+    noise = without.noise
+    own, columns = _left_by(record.rows(others), _steps_at(record, places), noise)
+    free = np.min(np.abs(places[:, np.newaxis] - np.array(rows)), axis=1) > 1
+    while free.any():
+        gains = np.where(free, _rises_of(own, columns), 0.0)
+        at = int(np.argmax(gains))
+        gain, row = float(gains[at]), int(places[at])
+        if record.of_few_rows(gain) <= needed_gain(gain, float(places.size)):
+            break
+        free &= np.abs(places - row) > 2
+        with_found = record.rows(_with_steps(record, others, found))
+        wrong_rows = np.zeros((record.clock.size, 2))
+        wrong_rows[[row - 1, row], [0, 1]] = 1.0
+        if float(np.max(_rises(with_found, wrong_rows, noise))) >= gain:
+            continue
+        found.append(row)
+        unit = columns[:, at] / np.linalg.norm(columns[:, at])
+        own = own - unit * float(unit @ own)
+        columns = columns - np.outer(unit, unit @ columns)
+    return found
+
+
 @dataclass(frozen=True, eq=False)
 class _Joint:
     """All steps of a record, which are fitted together."""
@@ -176,9 +225,14 @@ class _Joint:
         return _with_steps(self.record, self.lines, [item for item in self.rows if item != row])
 
     def without(self, row: int) -> KernelFit:
-        """Return the noise with all steps except that at ``row``."""
+        """Return the noise with all steps except that at ``row``; with more than ONE_BY_ONE steps,
+        the noise with all steps and the likelihood of the rows in it without this step."""
         if len(self.rows) == 1:
             return self.without_all
+        if len(self.rows) > ONE_BY_ONE:
+            left, noise = self.record.rows(self.others(row)), self.with_all.noise
+            rise = float(_rises(left, step_column(self.record, row), noise)[0])
+            return KernelFit(noise, self.with_all.log_likelihood - rise)
         if row not in self._without:
             left = self.record.rows(self.others(row))
             starts = [self.without_all.noise, self.with_all.noise, *usual_starts(left)]
@@ -271,26 +325,40 @@ def _inside(record: Record) -> NDArray[np.int64]:
 
 def _gains(record: Record, rows: Rows, places: NDArray[np.int64], noise: KernelNoise) -> Float:
     """Return the rise of the log likelihood by a step at each row, with the noise unchanged."""
+    return _rises(rows, _steps_at(record, places), noise)
+
+
+def _steps_at(record: Record, places: NDArray[np.int64]) -> Float:
+    """Return the columns of steps at each of the rows ``places``."""
     number = np.arange(record.clock.size)[:, np.newaxis]
     same = record.stretch[:, np.newaxis] == record.stretch[places]
-    return _rises(rows, ((number >= places) & same).astype(np.float64), noise)
+    return np.asarray((number >= places) & same, dtype=np.float64)
 
 
 def _rises(rows: Rows, columns: Float, noise: KernelNoise) -> Float:
     """Return the rise of the log likelihood by each of the columns, with the noise unchanged."""
+    own, left = _left_by(rows, columns, noise)
+    return _rises_of(own, left)
+
+
+def _rises_of(own: Float, columns: Float) -> Float:
+    """Return half of the square that each column takes from ``own``; 0 for a column without size.
+    Both are whitened and without their fit by the model."""
+    square = np.einsum("ij,ij->j", columns, columns)
+    found = np.zeros(square.size)
+    np.divide(0.5 * (columns.T @ own) ** 2, square, out=found, where=square > 1e-9)
+    return found
+
+
+def _left_by(rows: Rows, columns: Float, noise: KernelNoise) -> tuple[Float, Float]:
+    """Return the whitened rows and columns, both without their fit by the columns of the rows."""
     factor = rows.factor(noise)
     whitened = factor.whiten(rows.values)
     vectors, values, _ = np.linalg.svd(whitened[:, 1:], full_matrices=False)
     model = vectors[:, values > 1e-9 * values[0]]
     own = whitened[:, 0] - model @ (model.T @ whitened[:, 0])
     columns = factor.whiten(columns)
-    # The square of a projected column is that of the column minus that of its fit.
-    square = np.einsum("ij,ij->j", columns, columns)
-    fitted = model.T @ columns
-    left = square - np.einsum("ij,ij->j", fitted, fitted)
-    found = np.zeros(square.size)
-    np.divide(0.5 * (columns.T @ own) ** 2, left, out=found, where=left > 1e-9)
-    return found
+    return own, columns - model @ (model.T @ columns)
 
 
 def _one_row_does_it(
@@ -349,10 +417,10 @@ def _level_makes_it(joint: _Joint, row: int, places: NDArray[np.int64]) -> bool:
     all rows in ``places``, with the noise estimated with the step and without it.
     """
     rows = joint.record.rows(np.hstack([joint.others(row), step_column(joint.record, row)]))
-    return any(
-        _level_with(rows, noise, places.size)
-        for noise in (joint.with_all.noise, joint.without(row).noise)
-    )
+    if _level_with(rows, joint.with_all.noise, places.size):
+        return True
+    without = joint.without(row).noise
+    return without is not joint.with_all.noise and _level_with(rows, without, places.size)
 
 
 def _level_with(rows: Rows, noise: KernelNoise, places: int) -> bool:
