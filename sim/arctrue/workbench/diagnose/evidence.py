@@ -430,11 +430,7 @@ def _judged_with_second(
 def _beyond_steps(residuals: Residuals, found: Findings) -> Residuals:
     """Return the residuals without the steps that the forward search found together with its lines;
     a line that is smaller than a step would be lost in them."""
-    steps = [
-        (step.time_s, step.size_arcsec)
-        for step in (*found.steps, *found.counts)
-        if step.time_s is not None
-    ]
+    steps = [(step.time_s, step.size_arcsec) for step in found.steps if step.time_s is not None]
     if not steps or not found.causes:
         return residuals
     solution = residuals.solution

@@ -7,10 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from arctrue.workbench.inference.forward.events import ONE_BY_ONE
+
 MANY_ARCSEC = 600.0
 """Smallest angle that is written in degrees."""
 LISTED = 6
-"""Largest number of jumps that are listed one by one; of more jumps, the largest are listed."""
+"""Largest number of jumps that are listed one by one; of more jumps, the largest are listed, or the
+first of more than ONE_BY_ONE jumps."""
+FIRST = 3
+"""Number of instants in the verdict on more than ONE_BY_ONE jumps."""
 LEAST_EVEN, EVEN = 4, 0.05
 """Fewest jumps whose intervals count as equal, and largest relative difference between an interval
 and their median. Three intervals at random instants agree so well once in 900 records."""
@@ -78,8 +83,15 @@ def jumps_in_words(jumps: Sequence[Jump], count_arcsec: float | None) -> str:
     """
     if len(jumps) == 1:
         return jumps[0].words() + _counts(jumps, count_arcsec)
-    largest = max(jumps, key=lambda jump: abs(jump.size_arcsec))
     every = interval_s(jumps)
+    if len(jumps) > ONE_BY_ONE:
+        first = ", ".join(jump.where for jump in sorted(jumps, key=_place)[:FIRST])
+        typical = angle_words(float(np.median([abs(jump.size_arcsec) for jump in jumps])))
+        return (
+            f"something jumped at least {len(jumps)} times, first at {first}; the median size is "
+            f"{typical}"
+        )
+    largest = max(jumps, key=lambda jump: abs(jump.size_arcsec))
     evenly = "" if every is None else f" at equal intervals of {every:.3g} s"
     return (
         f"something jumped {len(jumps)} times{evenly}, most at {largest.where} by {largest.size}"
@@ -95,11 +107,13 @@ def list_of_jumps(jumps: Sequence[Jump]) -> str:
             "The record contains a single event, which no other part of the record can "
             f"confirm: {jumps[0].words()}."
         )
-    largest = sorted(jumps, key=lambda jump: -abs(jump.size_arcsec))[:LISTED]
+    many = len(jumps) > ONE_BY_ONE
+    largest = sorted(jumps, key=_place if many else lambda jump: -abs(jump.size_arcsec))[:LISTED]
     words = "; ".join(f"{jump.size} at {jump.where}" for jump in sorted(largest, key=_place))
-    listed = "" if len(jumps) <= LISTED else "; the largest are "
+    listed = "" if len(jumps) <= LISTED else f"; the {'first' if many else 'largest'} are "
+    number = f"at least {len(jumps)}" if many else f"{len(jumps)}"
     return (
-        f"The record contains {len(jumps)} jumps, which no other part of the record can confirm"
+        f"The record contains {number} jumps, which no other part of the record can confirm"
         f"{listed or ': '}{words}."
     )
 

@@ -52,10 +52,6 @@ this, in units of 1/span. At a nearly constant speed, a line over the angle has 
 time."""
 
 
-COVERAGE = 2.0
-"""Factor of the standard uncertainty of a jump, for a coverage of 95 %."""
-
-
 @dataclass(frozen=True)
 class Band:
     """Range of rates of a record in which the search looked for lines."""
@@ -147,9 +143,6 @@ class Findings:
     """Slow change in addition to lines, steps and an even drift, in a reference with times."""
     reversal: Reversal | None = None
     """Reversal error, fitted together with steps in time, in a reference of both directions."""
-    counts: tuple[Jump, ...] = ()
-    """Jumps by one step of the reference's display; they are no events, but the lines were found
-    with these jumps in the model."""
     noise_level_ratio: float | None = None
     """High level of the noise divided by its low level, if the level changes with time."""
     cycles: CycleChange | None = None
@@ -345,12 +338,12 @@ def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Finding
     timed = rows is not None and rows.time_s is not None
     bands: list[Band] = []
     steps: list[Jump] = []
-    counts: list[Jump] = []
     oscillation: Oscillation | None = None
     slow: SlowChange | None = None
     ratio = 0.0
+    quantum = 0.0 if rows is None else display_step(rows.error_arcsec)
     for record in records_of(solution, declared):
-        found = search_record(record)
+        found = search_record(record, quantum)
         whiteness.append(found.whiteness_p)
         bands.append(Band(record.in_time, record.highest))
         level = noise_level(whitened_left(record.rows(_columns_of(found)), found.noise.noise))
@@ -368,11 +361,7 @@ def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Finding
             if not any(_is_same(item, other, record) for other in causes)
         ]
     if not bands:
-        steps, slow = _of_stations(solution, timed=timed)
-    if rows is not None:
-        quantum = display_step(rows.error_arcsec)
-        counts = [step for step in steps if _is_one_count(step, quantum)]
-        steps = [step for step in steps if step not in counts]
+        steps, slow = _of_stations(solution, quantum, timed=timed)
     cycles = None if bands else cycle_change(solution) or run_change(solution)
     if cycles is not None:
         # A few offsets are no slow curve, and no single event.
@@ -390,17 +379,9 @@ def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Finding
         oscillation,
         slow,
         reversal,
-        tuple(counts),
         ratio or None,
         cycles,
     )
-
-
-def _is_one_count(step: Jump, quantum_arcsec: float) -> bool:
-    """Tell whether the readings may have jumped by one step of the reference's display, which a
-    slow change causes too."""
-    least = abs(step.size_arcsec) - COVERAGE * step.sigma_arcsec
-    return quantum_arcsec > 0.0 and least <= quantum_arcsec
 
 
 def _same_rate(one: Line, other: Line) -> bool:
@@ -422,9 +403,11 @@ def _columns_of(found: LineSearch) -> Float:
     return np.hstack([lines, columns_of_steps(record, found.steps)])
 
 
-def _of_stations(solution: Solution, *, timed: bool) -> tuple[list[Jump], SlowChange | None]:
+def _of_stations(
+    solution: Solution, quantum_arcsec: float, *, timed: bool
+) -> tuple[list[Jump], SlowChange | None]:
     """Search for steps, and also for a slow change, in a reference whose rows are not closely
-    spaced."""
+    spaced. Jumps by one step of the display, ``quantum_arcsec``, are not returned."""
     found: list[tuple[Record, list[Step]]] = []
     for record in records_of_events(solution):
         none = np.zeros((record.clock.size, 0))
@@ -437,7 +420,8 @@ def _of_stations(solution: Solution, *, timed: bool) -> tuple[list[Jump], SlowCh
     # A step that ends with its run is one step if each run is a stretch, otherwise two.
     record, steps = min(found, key=lambda item: len(item[1]) or np.inf)
     slow = slow_change(record, columns_of_steps(record, steps)) if timed else None
-    jumps = [_jump(step, record, timed=timed) for step in steps]
+    events = [step for step in steps if not step.may_be_one(quantum_arcsec)]
+    jumps = [_jump(step, record, timed=timed) for step in events]
     if not timed:
         jumps = [_at_its_row(jump, solution.observations) for jump in jumps]
     return jumps, slow

@@ -17,6 +17,7 @@ from arctrue.workbench.diagnose.diagnosis import Diagnosis
 from arctrue.workbench.diagnose.rules import LEAST_EXCESS
 from arctrue.workbench.diagnose.second_finding import SecondFinding
 from arctrue.workbench.effects.base import Parameter
+from arctrue.workbench.effects.part_conditions import MOST_RUNS, too_many_runs
 from arctrue.workbench.inference.detectable import Detectable
 from arctrue.workbench.inference.left import Left
 from arctrue.workbench.inference.residuals import Residuals
@@ -160,6 +161,7 @@ def sentences(result: Diagnosis) -> list[str]:
             f"This set cannot decide: {result.decision.cannot_tell}.",
             *_index(result),
             *result.findings.sentences(),
+            *_not_searched(result),
             *_probable(result),
             *_measurement(result),
         ]
@@ -232,12 +234,24 @@ def sentences(result: Diagnosis) -> list[str]:
     findings = result.findings
     first = result.verdict == "unknown" and findings.reversal is not None and bool(findings.steps)
     said = [*found, *said] if first else [*said, *found]
+    said += _not_searched(result)
     said += _probable(result)
     said += _measurement(result)
     if result.negligible:
         names = ", ".join(item.name for item in result.negligible)
         said.append(f"Significant but too small to matter: {names}.")
     return said
+
+
+def _not_searched(result: Diagnosis) -> list[str]:
+    """Return a sentence if the reference has too many runs to search for changes between them."""
+    runs = too_many_runs(result.observations)
+    if runs is None:
+        return []
+    return [
+        "The diagnosis did not search for an order that changes between two runs: the reference "
+        f"has {runs} runs, more than {MOST_RUNS}."
+    ]
 
 
 def _further_with_description(result: Diagnosis) -> list[str]:

@@ -19,7 +19,7 @@ LEAST_RUNS_OF_A_STATE = 2
 does not show that the new state lasts."""
 MOST_RUNS = 40
 """Largest number of runs of a reference between which changes are searched, to limit cost: each
-boundary is one more factor of every order."""
+boundary is one more factor of every order. The report states that a change was not searched."""
 
 
 @dataclass(frozen=True)
@@ -193,16 +193,22 @@ def _run_conditions(observations: Observations) -> list[Condition]:
     """Return the changes between two runs of the reference, with LEAST_RUNS_OF_A_STATE or more runs
     before and after each; none if the numbers of the runs do not increase through the rows."""
     rows = observations.reference
-    if rows is None or np.any(np.diff(rows.run) < 0):
+    if rows is None or np.any(np.diff(rows.run) < 0) or too_many_runs(observations) is not None:
         return []
     runs = np.unique(rows.run)
-    if runs.size > MOST_RUNS:
-        return []
     return [
         run_condition(int(first))
         for first in runs[LEAST_RUNS_OF_A_STATE : runs.size - LEAST_RUNS_OF_A_STATE + 1]
         if first != 0  # The setting 0 means no change.
     ]
+
+
+def too_many_runs(observations: Observations) -> int | None:
+    """Return the number of runs of a reference that has too many to search for changes between
+    them; otherwise None."""
+    rows = observations.reference
+    runs = 0 if rows is None else np.unique(rows.run).size
+    return runs if runs > MOST_RUNS else None
 
 
 def times_direction(condition: Condition) -> Condition:

@@ -524,7 +524,7 @@ def step_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     """Search the instant after which a run's residual is higher or lower, by cumulative sums.
 
     If the effect has the setting ``stays``, the instant after which a run and all later runs are
-    higher or lower is searched too.
+    higher or lower is searched too. The trials count both forms, and head 1 of several heads.
     """
     capture, precise = residuals.observations.capture, residuals.capture_precise
     noise = residuals.solution.noise.capture
@@ -584,7 +584,10 @@ def step_scan(effect: Effect, residuals: Residuals) -> list[Place]:
             found = lasting
     if not found:
         return found
-    trials = sum(step_trials(found[0].gain, size) for size in sizes)
+    channels = capture.channels
+    forms = 2 if staying and not effect.settings["stays"] else 1
+    heads = (channels + 1) / channels if channels > 1 else 1.0
+    trials = forms * heads * sum(step_trials(found[0].gain, size) for size in sizes)
     return [replace(place, trials=trials) for place in found]
 
 

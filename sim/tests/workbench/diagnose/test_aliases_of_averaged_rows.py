@@ -8,10 +8,22 @@ import pytest
 
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.diagnose.report import sentences
-from arctrue.workbench.inference.forward.fast_lines import fast_lines
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.fit import fit
+from arctrue.workbench.inference.forward import record as record_module
+from arctrue.workbench.inference.forward.fast_lines import changes_evenly, fast_lines
+from arctrue.workbench.inference.forward.of_solution import records_of
 from arctrue.workbench.inference.forward.oscillation import oscillation_of
-from arctrue.workbench.inference.forward.record import MOST_ROWS, Record, record_of
+from arctrue.workbench.inference.forward.record import (
+    MOST_ROWS,
+    Record,
+    averaged_fast_lines,
+    record_of,
+)
 from arctrue.workbench.inference.forward.search import search_lines
+from arctrue.workbench.model.growth import settle
+from arctrue.workbench.model.model import default_model
+from arctrue.workbench.observations.build import observations_of
 from tests.workbench.base_diagnosis import diagnosis_of
 from tests.workbench.noisy_logs import ornstein_uhlenbeck
 
@@ -41,8 +53,9 @@ def _record(runs: int, turned_rad: float, *, in_time: bool) -> Record:
     time_s, turns, run, error = _motor(runs, turned_rad=turned_rad)
     none = np.zeros((run.size, 0))
     assert run.size > MOST_ROWS
-    place, other = (time_s, turns) if in_time else (turns, time_s)
-    return record_of(time_s, place, run, error, none, in_time=in_time, also=(other,))
+    fast = averaged_fast_lines([turns, time_s], run, error)
+    place = time_s if in_time else turns
+    return record_of(time_s, place, run, error, none, in_time=in_time, fast=fast)
 
 
 @pytest.mark.parametrize("in_time", [False, True])
@@ -70,6 +83,42 @@ def test_white_noise_has_no_fast_line(back: bool) -> None:
     assert found <= 3
 
 
+@pytest.mark.parametrize(
+    ("sway_deg", "searches"),
+    [(0.0, 1), (3.0, 2)],
+    ids=["at one speed", "at a changing speed"],
+)
+def test_each_coordinate_is_searched_once(
+    monkeypatch: pytest.MonkeyPatch, sway_deg: float, searches: int
+) -> None:
+    """The records over the angle and over the time need the same fast lines; at one speed, the
+    angle and the time show the same lines."""
+    time_s = 0.05 * np.arange(4000)
+    target_deg = 9.0 * time_s + sway_deg * np.sin(2.0 * np.pi * time_s / 97.0)
+    error = np.random.default_rng(18).normal(size=time_s.size)
+    reference = Reference(target_deg, error, time_s=time_s, direction=np.ones(time_s.size))
+    observations = observations_of(MeasurementSet(Table(), None, reference))
+    solution = fit(settle(default_model(), observations, built_in()), observations)
+    seen = []
+
+    def counted(*given: object) -> object:
+        seen.append(given)
+        return fast_lines(*given)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(record_module, "fast_lines", counted)
+    assert records_of(solution, None)
+    assert len(seen) == searches
+
+
+def test_coordinates_that_change_evenly() -> None:
+    """A deviation of 0.5 % of a period at the highest rate, which has two rows a period, is 0.01
+    rows."""
+    one, row = np.zeros(1000, dtype=np.int64), np.arange(1000.0)
+    moved = row + np.where(row == 500.0, 0.02, 0.0)
+    assert changes_evenly(-3.0 * row + 7.0, row, one)
+    assert not changes_evenly(moved, row, one)
+
+
 def test_the_fast_line_is_removed_from_the_averaged_rows() -> None:
     """Only the noise remains: its mean over three rows, with a correlation of e^(−1/3) between
     neighbours, has √((3 + 4·0.717 + 2·0.513)/9) = 0.87 of the RMS of a row."""
@@ -82,7 +131,9 @@ def test_a_slower_line_stays_in_the_search() -> None:
     """Order 20 has 6.7 averaged rows a period and is found; nothing is removed from the record."""
     time_s, turns, run, error = _motor(2, order=20.0)
     none = np.zeros((run.size, 0))
-    record = record_of(time_s, turns, run, error, none, in_time=False, also=(time_s,))
+    fast = averaged_fast_lines([turns, time_s], run, error)
+    assert fast.shape[1] == 0
+    record = record_of(time_s, turns, run, error, none, in_time=False, fast=fast)
     found = search_lines(record)
     assert [line.rate for line in found.lines] == pytest.approx([20.0], abs=0.01)
     assert found.lines[0].amplitude_arcsec == pytest.approx(SIZE_ARCSEC, rel=0.05)

@@ -13,6 +13,7 @@ from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.diagnose.adopted import adopt
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
 from arctrue.workbench.diagnose.parts_scan import best_parts
+from arctrue.workbench.diagnose.report import sentences
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.effects.registry import built_in, catalogue
 from arctrue.workbench.inference.design_matrix import Term
@@ -68,6 +69,18 @@ def test_a_reference_that_was_clamped_again_between_two_runs(first: int, tmp_pat
     again = catalogue([tmp_path])["clamped_again"]()
     assert isinstance(again, ProductOfParts)
     assert again.condition.from_run == first
+
+
+@pytest.mark.parametrize("runs", [40, 41])
+def test_runs_that_are_too_many_are_stated(runs: int) -> None:
+    """Changes are searched between at most 40 runs."""
+    random = np.random.default_rng(runs)
+    target = np.tile(np.arange(12) * 30.0, runs)
+    error = 5.0 * np.cos(np.radians(target)) + random.normal(0.0, NOISE, target.size)
+    reference = Reference(target, error, run=np.repeat(np.arange(runs), 12))
+    said = " ".join(sentences(diagnosis_of(MeasurementSet(Table(), None, reference))))
+    words = "did not search for an order that changes between two runs: the reference has 41 runs"
+    assert (words in said) == (runs == 41)
 
 
 @pytest.mark.parametrize("seed", [pytest.param(1, marks=pytest.mark.large), 2])

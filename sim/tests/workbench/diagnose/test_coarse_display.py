@@ -10,6 +10,7 @@ import pytest
 
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
+from arctrue.workbench.diagnose.report import sentences
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.model.growth import settle
 from arctrue.workbench.model.model import default_model
@@ -50,7 +51,9 @@ def test_a_line_that_no_rounding_can_cause_is_named() -> None:
 
 
 def test_a_line_that_the_rounding_can_cause_is_not_named() -> None:
-    """A drift through 2.4 steps and a line of 0.45 steps."""
+    """A drift through 2.4 steps and a line of 0.45 steps: the reason is the rounding. The search
+    finds the jumps of the display, which together follow the line."""
     found = _diagnosed(0.45 * STEP_ARCSEC, 2.4 * STEP_ARCSEC)
     assert found.named is None
     assert found.verdict == "cannot_tell"
+    assert "rounded to 20″" in sentences(found)[0]

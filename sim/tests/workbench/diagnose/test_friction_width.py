@@ -163,6 +163,19 @@ def test_adding_finds_the_width_and_an_export_writes_it(tmp_path: Path) -> None:
     assert stated == pytest.approx(0.5 * width.value, rel=0.02)
 
 
+def test_p_counts_every_form_and_width() -> None:
+    """The effect was chosen among no transition, a short one, and 2 forms × 24 widths."""
+    measured = friction_set(4, stations=36, cycles=2, width_deg=20.0, form="exponential")
+    residuals = _of_the_model(observations_of(measured))
+    form, trials = Hysteresis().narrowed(residuals)
+    assert form.settings["transition"] != "none"
+    rows = residuals.observations.reference
+    assert rows is not None
+    assert rows.travel_rad is not None
+    widest = 0.125 * float(np.degrees(rows.travel_rad.max()))
+    assert trials == 2.0 + 2.0 * np.count_nonzero(np.geomspace(0.05, 45.0, 24) <= widest)
+
+
 def test_a_set_without_a_transition_gets_none() -> None:
     """Stations beyond which the table goes farther than the width show the direction only."""
     made = friction_set(8, stations=36, cycles=2, width_deg=8.0, beyond_deg=30.0)

@@ -7,6 +7,13 @@ import numpy as np
 import pytest
 
 from arctrue.workbench.diagnose.report import sentences
+from arctrue.workbench.effects.catalogue.count_slip import CountSlip
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.design_matrix import Term
+from arctrue.workbench.inference.fit import fit
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.scan import step_scan
+from arctrue.workbench.observations.build import observations_of
 from tests.workbench.base_diagnosis import diagnosis_of
 from tests.workbench.small_sets import COUNTS_PER_REV, measurement_set
 
@@ -36,3 +43,19 @@ def test_lost_counts_of_head_2(stays: bool) -> None:
     # Half a count: the size must be this whole number of counts.
     assert values["counts"].value == pytest.approx(-COUNTS, abs=0.5)
     assert any("stays in the following runs" in text for text in sentences(found)) == stays
+
+
+def test_p_counts_a_step_that_stays_and_one_that_ends_with_its_run() -> None:
+    """With the setting ``stays``, only steps that stay are searched. Without it, both forms are
+    searched: twice as many instants for the same step."""
+
+    def slipped(time_s: np.ndarray, speed: float) -> np.ndarray:
+        return np.asarray(-COUNTS * COUNT_ARCSEC * (time_s > SLIP_S))
+
+    observations = observations_of(measurement_set(head2_only=slipped, turns=1, reference=False))
+    model = [Term(built_in()["graduation_harmonics"](), {})]
+    residuals = Residuals(fit(model, observations))
+    both, staying = (step_scan(CountSlip(stays=stays), residuals)[0] for stays in (False, True))
+    assert both.nonlinear == staying.nonlinear
+    assert both.gain == pytest.approx(staying.gain)
+    assert both.trials == pytest.approx(2.0 * staying.trials)

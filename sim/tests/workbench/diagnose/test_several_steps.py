@@ -13,6 +13,8 @@ from arctrue.workbench.diagnose.report import sentences
 from arctrue.workbench.inference.forward.events import search_steps
 from arctrue.workbench.inference.forward.record import record_of
 from arctrue.workbench.inference.forward.search import noise_with
+from arctrue.workbench.noise import kernel_fit
+from arctrue.workbench.noise.kernel import KernelNoise
 from tests.workbench.base_diagnosis import diagnosis_of
 from tests.workbench.noisy_logs import NULLS
 
@@ -89,6 +91,27 @@ def test_jumps_at_equal_intervals() -> None:
     assert "slow change" not in said
 
 
+def test_thirty_jumps_are_many_jumps() -> None:
+    """Thirty jumps of 10 σ with both signs, at random instants at least 25 rows apart: the verdict
+    states a number, the first instants and no slow change. Every jump is found at its row."""
+    random = np.random.default_rng(1)
+    time_s = 3.0 * np.arange(1500)
+    rows = 25 * np.sort(random.choice(np.arange(1, 60), 30, replace=False))
+    error = 0.7 * random.normal(size=time_s.size)
+    error += (np.arange(1500)[:, np.newaxis] >= rows) @ random.choice([-7.0, 7.0], 30)
+    reference = Reference(time_s * (360.0 / 86_164.1), error, time_s=time_s)
+    found = diagnosis_of(MeasurementSet(Table(), reference=reference))
+    assert found.verdict == "unknown"
+    steps = sorted(found.findings.steps, key=lambda step: step.time_s or 0.0)
+    assert [step.time_s for step in steps] == pytest.approx((3.0 * rows).tolist(), abs=3.0)
+    for step in steps:
+        assert abs(abs(step.size_arcsec) - 7.0) < WITHIN_U * step.sigma_arcsec
+    said = " ".join(sentences(found))
+    assert "something jumped at least 30 times, first at 150 s, 375 s, 450 s;" in said
+    assert "The record contains at least 30 jumps" in said
+    assert "slow change" not in said
+
+
 @pytest.mark.parametrize("kind", ["random walk", "walk, t with 2 degrees", "white, heavy tails"])
 def test_noise_has_no_steps(kind: str) -> None:
     """Three logs of noise alone contain no step. The search may find one in 1 % of the logs, so
@@ -100,6 +123,29 @@ def test_noise_has_no_steps(kind: str) -> None:
         one, none = np.zeros(time_s.size, dtype=np.int64), np.zeros((time_s.size, 0))
         record = record_of(time_s, time_s, one, error, none, in_time=True)
         assert search_steps(record, none, noise_with(record, none)) == []
+
+
+def test_each_fit_of_the_noise_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No fit of the noise begins a second time at the same start for the same rows and columns,
+    except the two usual starts without the last step: the search began there before it found this
+    step."""
+    random = np.random.default_rng(23)
+    time_s = 3.0 * np.arange(400)
+    error = random.normal(size=time_s.size)
+    error += 20.0 * (time_s[:, np.newaxis] >= [301.0, 601.0, 901.0]).sum(axis=1)
+    one, none = np.zeros(time_s.size, dtype=np.int64), np.zeros((time_s.size, 0))
+    record = record_of(time_s, time_s, one, error, none, in_time=True)
+    noise = noise_with(record, none)
+    fitted = kernel_fit.fit_from
+    made: list[tuple[bytes, bytes]] = []
+
+    def counted(rows: kernel_fit.Rows, start: KernelNoise) -> kernel_fit.KernelFit:
+        made.append((rows.values.tobytes(), start.logs.tobytes()))
+        return fitted(rows, start)
+
+    monkeypatch.setattr(kernel_fit, "fit_from", counted)
+    assert len(search_steps(record, none, noise)) == 3
+    assert len(made) - len(set(made)) <= 2
 
 
 def _jumps(times_s: list[float], counts: list[float], sigma_counts: float) -> list[Jump]:

@@ -122,7 +122,8 @@ class Hysteresis(ScalarEffect):
 
     def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
         """Return the form of the effect with the largest gain, minus the BIC penalty of its further
-        parameters and of the widths that were tried.
+        parameters and of the widths that were tried, and the number of all forms and widths that
+        were tried if it has a transition. Without a transition nothing was chosen.
 
         In most sets the reversals are at the same stations. A reversal error that differs from
         place to place looks like a transition there, but it differs at the other stations too, so
@@ -132,7 +133,7 @@ class Hysteresis(ScalarEffect):
         if self.transition != "none" or rows is None or rows.travel_rad is None:
             return self, 1.0
         best: Effect = self
-        most, trials = residuals.score(self, {}).gain, 1.0
+        most, trials = residuals.score(self, {}).gain, 1
         excess = residuals.reference_excess_arcsec2(self, {})
         widest = MOST_OF_A_PASS * float(np.degrees(rows.travel_rad.max(initial=0.0)))
         widths = [{"width": float(width)} for width in TRIED_WIDTHS if width <= widest]
@@ -141,13 +142,14 @@ class Hysteresis(ScalarEffect):
             if not places:
                 continue
             gains = [residuals.score(form, place).gain for place in places]
+            trials += len(places)
             place = places[int(np.argmax(gains))]
             further = len(FURTHER_COLUMNS) + len(form.search)
             gain = max(gains) - further * float(np.log(rows.run.size))
             gain -= 2.0 * float(np.log(len(places)))
             if gain > most and residuals.reference_excess_arcsec2(form, place) < MOST_LEFT * excess:
-                best, most, trials = form, gain, float(len(places))
-        return best, trials
+                best, most = form, gain
+        return best, 1.0 if best is self else float(trials)
 
     def forms(self) -> list[Effect]:
         if self.transition != "none":

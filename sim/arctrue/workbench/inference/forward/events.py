@@ -7,7 +7,7 @@ tested by its likelihood alone and is not named as a cause: it is reported as a 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +21,12 @@ from arctrue.workbench.numeric.distributions import student_log_density, student
 
 Float = NDArray[np.float64]
 
-MOST_STEPS = 16
-"""Largest number of steps that the search returns; it only limits the computing time."""
+ONE_BY_ONE = 16
+"""Largest number of steps each of which is searched with the noise estimated anew. Further steps
+are searched many at a time, to limit the computing time."""
+MOST_STEPS = 64
+"""Largest number of steps that the search returns; it only limits the computing time. The report
+says "at least" of more than ONE_BY_ONE steps."""
 LEAST_SIDE_ROWS = 5
 """Smallest number of rows between a step and either end of its stretch (successive rows without a
 break)."""
@@ -32,8 +36,8 @@ too small by at most 1/16 of the weight of one mean."""
 ROUNDING = 1e-6
 """The stated time of a step is earlier than its first reading by this share of a reading's step, so
 that this reading comes after the step in spite of rounding."""
-STEPS_TOGETHER = 200
-"""Largest number of columns of one matrix product; this limit saves memory only."""
+COVERAGE = 2.0
+"""Factor of the standard uncertainty of a step's size, for a coverage of 95 %."""
 FREEDOMS = (1.5, 2.0, 3.0, 4.0, 6.0, 10.0, 20.0, 50.0, 200.0)
 """Degrees of freedom of Student's t that are tried for the tails of the whitened residuals."""
 
@@ -53,6 +57,12 @@ class Step:
     """Rise of the log likelihood by this step, with the other steps in the model."""
     share: float = 1.0
     """Share of the readings in the mean of ``row`` that come after the step."""
+
+    def may_be_one(self, display_step_arcsec: float) -> bool:
+        """Tell whether the readings may have jumped by one step of the display, which a slow change
+        causes too; False for a display without steps (0)."""
+        least = abs(self.size_arcsec) - COVERAGE * self.sigma_arcsec
+        return display_step_arcsec > 0.0 and least <= display_step_arcsec
 
     def measured(self, record: Record) -> float:
         """Return time or row number of the first reading after the step, on the measured clock."""
@@ -84,23 +94,33 @@ def search_steps(record: Record, lines: Float, fit: KernelFit) -> list[Step]:
 
     ``lines`` are the columns of the lines, and ``fit`` is the noise with these lines in the model.
     The steps that are not yet in the model look like heavy tails of the noise. The tails are
-    therefore tested with all steps in the model, and the step that they explain best is removed
-    until they explain none.
+    therefore tested with all steps in the model, and the steps that they explain are removed until
+    they explain none.
     """
     places = _inside(record)
     rows: list[int] = []
     grown = fit
-    while len(rows) < MOST_STEPS:
+    while len(rows) < ONE_BY_ONE:
         step = _next_step(record, _with_steps(record, lines, rows), places, grown)
         if step is None:
             break
         rows.append(step[0])
         grown = step[1]
+    while ONE_BY_ONE <= len(rows) < MOST_STEPS:
+        at = _within_their_rows(record, lines, rows, grown.noise)
+        others = _with_shares(record, lines, at)
+        further = _further_steps(record, others, [*rows, *(row for row, _ in at)], places, grown)
+        if not further:
+            break
+        rows = [*rows, *further][:MOST_STEPS]
+        left = record.rows(_with_steps(record, lines, rows))
+        grown = best_fit(left, [grown.noise, *usual_starts(left)])
     while rows:
-        wrong = _explained_by_noise(record, lines, rows, places, fit, grown)
-        if wrong is None:
-            return _sized(record, lines, rows, fit, grown)
-        rows.remove(wrong)
+        joint = _Joint(record, lines, rows, fit, grown)
+        wrong = _explained_by_noise(joint, places)
+        if not wrong:
+            return _sized(joint)
+        rows = [row for row in rows if row not in wrong]
         left = record.rows(_with_steps(record, lines, rows))
         grown = best_fit(left, [fit.noise, grown.noise, *usual_starts(left)])
     return []
@@ -124,6 +144,8 @@ def _next_step(
     for noise in (without.noise, white):
         gains = _gains(record, rows, places, noise)
         row = int(places[int(np.argmax(gains))])
+        if best is not None and row == best[1]:
+            continue
         with_step = record.rows(np.hstack([others, step_column(record, row)]))
         grown = best_fit(with_step, [without.noise, *usual_starts(with_step)])
         gain = grown.score - without.score
@@ -146,58 +168,107 @@ def _next_step(
     return row, grown
 
 
-def _without(
+def _further_steps(
     record: Record,
-    lines: Float,
-    rows: Sequence[int],
-    row: int,
-    without_all: KernelFit,
-    with_all: KernelFit,
-) -> tuple[Float, KernelFit]:
-    """Return the columns of the lines and of all steps except that at ``row``, and the noise with
-    them."""
-    if len(rows) == 1:
-        return lines, without_all
-    others = _with_steps(record, lines, [item for item in rows if item != row])
-    left = record.rows(others)
-    return others, best_fit(left, [without_all.noise, with_all.noise, *usual_starts(left)])
-
-
-def _explained_by_noise(
-    record: Record,
-    lines: Float,
+    others: Float,
     rows: Sequence[int],
     places: NDArray[np.int64],
-    without_all: KernelFit,
-    with_all: KernelFit,
-) -> int | None:
-    """Return the row of the step that the tails of the noise explain best, or of the first step
-    that a changing level explains; None if the noise explains no step."""
-    found = [_p_of_tails(record, lines, rows, row, places, with_all) for row in rows]
-    worst = int(np.argmax(found))
-    if found[worst] > FAMILY_WISE * OF_TAILS:
-        return rows[worst]
-    for row in rows:
-        others, without = _without(record, lines, rows, row, without_all, with_all)
-        if _level_makes_it(record, others, row, places, without, with_all):
-            return row
-    return None
+    without: KernelFit,
+) -> list[int]:
+    """Return the rows of all steps that are significant in this noise, each with those before it in
+    the model; ``others`` are the columns of the lines and of the steps at ``rows``.
+
+    A step within a mean looks like two steps that are at most two rows apart, until its share of
+    the mean is in the model.
+    """
+    found: list[int] = []
+    noise = without.noise
+    own, columns = _left_by(record.rows(others), _steps_at(record, places), noise)
+    free = np.min(np.abs(places[:, np.newaxis] - np.array(rows)), axis=1) > 1
+    while free.any():
+        gains = np.where(free, _rises_of(own, columns), 0.0)
+        at = int(np.argmax(gains))
+        gain, row = float(gains[at]), int(places[at])
+        if record.of_few_rows(gain) <= needed_gain(gain, float(places.size)):
+            break
+        free &= np.abs(places - row) > 2
+        with_found = record.rows(_with_steps(record, others, found))
+        wrong_rows = np.zeros((record.clock.size, 2))
+        wrong_rows[[row - 1, row], [0, 1]] = 1.0
+        if float(np.max(_rises(with_found, wrong_rows, noise))) >= gain:
+            continue
+        found.append(row)
+        unit = columns[:, at] / np.linalg.norm(columns[:, at])
+        own = own - unit * float(unit @ own)
+        columns = columns - np.outer(unit, unit @ columns)
+    return found
 
 
-def _sized(
-    record: Record,
-    lines: Float,
-    rows: Sequence[int],
-    without_all: KernelFit,
-    with_all: KernelFit,
-) -> list[Step]:
+@dataclass(frozen=True, eq=False)
+class _Joint:
+    """All steps of a record, which are fitted together."""
+
+    record: Record
+    lines: Float
+    """Columns of the lines."""
+    rows: Sequence[int]
+    """Rows of the steps."""
+    without_all: KernelFit
+    """The noise without steps in the model."""
+    with_all: KernelFit
+    """The noise with all steps in the model."""
+    _without: dict[int, KernelFit] = field(default_factory=dict)
+    """The fits of :meth:`without` that were made."""
+
+    def others(self, row: int) -> Float:
+        """Return the columns of the lines and of all steps except that at ``row``."""
+        return _with_steps(self.record, self.lines, [item for item in self.rows if item != row])
+
+    def without(self, row: int) -> KernelFit:
+        """Return the noise with all steps except that at ``row``; with more than ONE_BY_ONE steps,
+        the noise with all steps and the likelihood of the rows in it without this step."""
+        if len(self.rows) == 1:
+            return self.without_all
+        if len(self.rows) > ONE_BY_ONE:
+            left, noise = self.record.rows(self.others(row)), self.with_all.noise
+            rise = float(_rises(left, step_column(self.record, row), noise)[0])
+            return KernelFit(noise, self.with_all.log_likelihood - rise)
+        if row not in self._without:
+            left = self.record.rows(self.others(row))
+            starts = [self.without_all.noise, self.with_all.noise, *usual_starts(left)]
+            self._without[row] = best_fit(left, starts)
+        return self._without[row]
+
+
+def _explained_by_noise(joint: _Joint, places: NDArray[np.int64]) -> list[int]:
+    """Return the rows of the steps that the tails of the noise explain, or the row of the first
+    step that a changing level explains; an empty list if the noise explains no step.
+
+    The tails become heavier with each step that they explain. Of two neighbouring steps only the
+    one that the tails explain better is returned, because the other one is larger without it.
+    """
+    found = _p_of_tails(joint, places)
+    order = np.argsort(joint.rows)
+    wrong: list[int] = []
+    for number in np.argsort(-found, kind="stable"):
+        at = int(np.flatnonzero(order == number)[0])
+        neighbours = {joint.rows[other] for other in order[max(at - 1, 0) : at + 2]}
+        if found[number] > FAMILY_WISE * OF_TAILS and not neighbours & set(wrong):
+            wrong.append(joint.rows[int(number)])
+    if wrong:
+        return wrong
+    return next(([row] for row in joint.rows if _level_makes_it(joint, row, places)), [])
+
+
+def _sized(joint: _Joint) -> list[Step]:
     """Return the steps with their sizes, which are fitted together."""
+    record, lines, rows = joint.record, joint.lines, joint.rows
     at = [(row, 1.0) for row in rows]
-    fit = with_all
+    fit = joint.with_all
     if np.any(record.readings > 1.0):
-        at = _within_their_rows(record, lines, rows, with_all.noise)
+        at = _within_their_rows(record, lines, rows, fit.noise)
         left = record.rows(_with_shares(record, lines, at))
-        fit = best_fit(left, [with_all.noise, *usual_starts(left)])
+        fit = best_fit(left, [fit.noise, *usual_starts(left)])
     fitted = record.rows(_with_shares(record, lines, at))
     whitened = fitted.factor(fit.noise).whiten(fitted.values)
     own, columns = whitened[:, 0], whitened[:, 1:]
@@ -208,8 +279,7 @@ def _sized(
         model, step = np.delete(columns, place, axis=1), columns[:, place]
         alone = step - model @ np.linalg.lstsq(model, step, rcond=1e-10)[0]
         sigma = 1.0 / np.sqrt(record.of_few_rows(float(alone @ alone)))
-        _, without = _without(record, lines, rows, rows[number], without_all, with_all)
-        gain = with_all.score - without.score
+        gain = joint.with_all.score - joint.without(rows[number]).score
         where = float(record.place[row])
         steps.append(Step(row, where, float(sizes[number]), float(sigma), gain, share))
     return steps
@@ -231,15 +301,10 @@ def _within_their_rows(
         if record.stretch[row - 1] == record.stretch[row]:
             before = _shares(record.readings[row - 1])[:-1]
             places += [(row - 1, float(share)) for share in before]
-        squares = []
-        for place in places:
-            others = [item for other, item in enumerate(at) if other != number]
-            tried = record.rows(_with_shares(record, lines, [*others, place]))
-            whitened = tried.factor(noise).whiten(tried.values)
-            own, columns = whitened[:, 0], whitened[:, 1:]
-            left = own - columns @ np.linalg.lstsq(columns, own, rcond=1e-10)[0]
-            squares.append(float(left @ left))
-        at[number] = places[int(np.argmin(squares))]
+        others = [item for other, item in enumerate(at) if other != number]
+        tried = record.rows(_with_shares(record, lines, others))
+        columns = np.hstack([step_column(record, *place) for place in places])
+        at[number] = places[int(np.argmax(_rises(tried, columns, noise)))]
     return at
 
 
@@ -260,22 +325,40 @@ def _inside(record: Record) -> NDArray[np.int64]:
 
 def _gains(record: Record, rows: Rows, places: NDArray[np.int64], noise: KernelNoise) -> Float:
     """Return the rise of the log likelihood by a step at each row, with the noise unchanged."""
+    return _rises(rows, _steps_at(record, places), noise)
+
+
+def _steps_at(record: Record, places: NDArray[np.int64]) -> Float:
+    """Return the columns of steps at each of the rows ``places``."""
+    number = np.arange(record.clock.size)[:, np.newaxis]
+    same = record.stretch[:, np.newaxis] == record.stretch[places]
+    return np.asarray((number >= places) & same, dtype=np.float64)
+
+
+def _rises(rows: Rows, columns: Float, noise: KernelNoise) -> Float:
+    """Return the rise of the log likelihood by each of the columns, with the noise unchanged."""
+    own, left = _left_by(rows, columns, noise)
+    return _rises_of(own, left)
+
+
+def _rises_of(own: Float, columns: Float) -> Float:
+    """Return half of the square that each column takes from ``own``; 0 for a column without size.
+    Both are whitened and without their fit by the model."""
+    square = np.einsum("ij,ij->j", columns, columns)
+    found = np.zeros(square.size)
+    np.divide(0.5 * (columns.T @ own) ** 2, square, out=found, where=square > 1e-9)
+    return found
+
+
+def _left_by(rows: Rows, columns: Float, noise: KernelNoise) -> tuple[Float, Float]:
+    """Return the whitened rows and columns, both without their fit by the columns of the rows."""
     factor = rows.factor(noise)
     whitened = factor.whiten(rows.values)
     vectors, values, _ = np.linalg.svd(whitened[:, 1:], full_matrices=False)
     model = vectors[:, values > 1e-9 * values[0]]
     own = whitened[:, 0] - model @ (model.T @ whitened[:, 0])
-    number = np.arange(record.clock.size)[:, np.newaxis]
-    found = np.zeros(places.size)
-    for start in range(0, places.size, STEPS_TOGETHER):
-        chosen = places[start : start + STEPS_TOGETHER]
-        same = record.stretch[:, np.newaxis] == record.stretch[chosen]
-        columns = factor.whiten(((number >= chosen) & same).astype(np.float64))
-        columns -= model @ (model.T @ columns)
-        square = np.einsum("ij,ij->j", columns, columns)
-        part = found[start : start + STEPS_TOGETHER]
-        np.divide(0.5 * (columns.T @ own) ** 2, square, out=part, where=square > 1e-9)
-    return found
+    columns = factor.whiten(columns)
+    return own, columns - model @ (model.T @ columns)
 
 
 def _one_row_does_it(
@@ -293,73 +376,69 @@ def _one_row_does_it(
     return False
 
 
-def _p_of_tails(
-    record: Record,
-    lines: Float,
-    rows: Sequence[int],
-    row: int,
-    places: NDArray[np.int64],
-    with_steps: KernelFit,
-) -> float:
-    """Return the probability that the tails of the noise give a step of this size somewhere in the
-    record; 0 if many innovations determine the step.
+def _p_of_tails(joint: _Joint, places: NDArray[np.int64]) -> Float:
+    """Return, for each step, the probability that the tails of the noise give a step of its size
+    somewhere in the record; 0 if many innovations determine the step.
 
     In a random walk each innovation is a step, so that the gains of steps at all other instants
     have the same tails as the innovations. Student's t is fitted to the square roots of twice these
-    gains, and each of FREEDOMS is weighted with its likelihood. ``with_steps`` is the noise with
-    the steps at ``rows`` in the model.
+    gains, with all steps in the model, and each of FREEDOMS is weighted with its likelihood.
     """
-    others = _with_steps(record, lines, [item for item in rows if item != row])
-    column = record.rows(others).factor(with_steps.noise).whiten(step_column(record, row))
-    if float(np.max(column**2)) < FEW * float(np.sum(column**2)):
-        return 0.0
-    here = np.array([row], dtype=np.int64)
-    size = float(np.sqrt(2.0 * _gains(record, record.rows(others), here, with_steps.noise)[0]))
-    found = _with_steps(record, lines, rows)
-    z = np.sqrt(2.0 * _gains(record, record.rows(found), places, with_steps.noise))
+    record, noise = joint.record, joint.with_all.noise
+    factor = record.rows().factor(noise)
+    columns = factor.whiten(np.hstack([step_column(record, row) for row in joint.rows])) ** 2
+    few = columns.max(axis=0) >= FEW * columns.sum(axis=0)
+    found = np.zeros(len(joint.rows))
+    if not few.any():
+        return found
+    with_all = record.rows(_with_steps(record, joint.lines, joint.rows))
+    z = np.sqrt(2.0 * _gains(record, with_all, places, noise))
     z = z[z > 0.0]
     scales = np.geomspace(0.3, 1.5, 15) * float(np.sqrt(np.mean(z**2)))
     tried = [_tail(z, freedom, scales) for freedom in FREEDOMS]
     weights = np.exp(np.array([one for one, _ in tried]) - max(one for one, _ in tried))
-    p_values = [
-        2.0 * student_upper_p(size / scale, freedom)
-        for freedom, (_, scale) in zip(FREEDOMS, tried, strict=True)
-    ]
-    return float(weights @ p_values / weights.sum()) * places.size
+    for number in np.flatnonzero(few):
+        row = joint.rows[int(number)]
+        here = _gains(record, record.rows(joint.others(row)), np.array([row]), noise)
+        size = float(np.sqrt(2.0 * here[0]))
+        p_values = [
+            2.0 * student_upper_p(size / scale, freedom)
+            for freedom, (_, scale) in zip(FREEDOMS, tried, strict=True)
+        ]
+        found[number] = float(weights @ p_values / weights.sum()) * places.size
+    return found
 
 
-def _level_makes_it(
-    record: Record,
-    others: Float,
-    row: int,
-    places: NDArray[np.int64],
-    without: KernelFit,
-    with_step: KernelFit,
-) -> bool:
+def _level_makes_it(joint: _Joint, row: int, places: NDArray[np.int64]) -> bool:
     """Tell whether the step is not significant in noise whose level changes with time.
 
     The innovations, and the whitened columns of model and step, are divided by the local level of
     the innovations that remain with the step in the model. The gain must then reach the limit for
-    all rows in ``places``, with the noise estimated without the step and with it.
+    all rows in ``places``, with the noise estimated with the step and without it.
     """
-    column = step_column(record, row)
-    rows = record.rows(np.hstack([others, column]))
-    for noise in (without.noise, with_step.noise):
-        whitened = rows.factor(noise).whiten(rows.values)
-        own, columns = whitened[:, 0], whitened[:, 1:]
-        level = noise_level(own - columns @ np.linalg.lstsq(columns, own, rcond=1e-10)[0])
-        if level is None:
-            continue
-        own, columns = own / level.local, columns / level.local[:, np.newaxis]
-        squares = [
-            float(np.sum((own - used @ np.linalg.lstsq(used, own, rcond=1e-10)[0]) ** 2))
-            for used in (columns[:, :-1], columns)
-        ]
-        free = max(own.size - columns.shape[1], 1)
-        gain = 0.5 * own.size * float(np.log(squares[0] / squares[1])) * free / own.size
-        if gain <= np.log(places.size / FAMILY_WISE):
-            return True
-    return False
+    rows = joint.record.rows(np.hstack([joint.others(row), step_column(joint.record, row)]))
+    if _level_with(rows, joint.with_all.noise, places.size):
+        return True
+    without = joint.without(row).noise
+    return without is not joint.with_all.noise and _level_with(rows, without, places.size)
+
+
+def _level_with(rows: Rows, noise: KernelNoise, places: int) -> bool:
+    """Tell whether the last column of the rows, a step, is not significant at any of ``places``
+    places in this noise, if the level of the innovations changes with time."""
+    whitened = rows.factor(noise).whiten(rows.values)
+    own, columns = whitened[:, 0], whitened[:, 1:]
+    level = noise_level(own - columns @ np.linalg.lstsq(columns, own, rcond=1e-10)[0])
+    if level is None:
+        return False
+    own, columns = own / level.local, columns / level.local[:, np.newaxis]
+    squares = [
+        float(np.sum((own - used @ np.linalg.lstsq(used, own, rcond=1e-10)[0]) ** 2))
+        for used in (columns[:, :-1], columns)
+    ]
+    free = max(own.size - columns.shape[1], 1)
+    gain = 0.5 * own.size * float(np.log(squares[0] / squares[1])) * free / own.size
+    return bool(gain <= np.log(places / FAMILY_WISE))
 
 
 def _tail(left: Float, freedom: float, scales: Float) -> tuple[float, float]:

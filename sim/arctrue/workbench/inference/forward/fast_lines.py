@@ -65,6 +65,18 @@ def fast_lines(
             yield columns
 
 
+def changes_evenly(place: Float, other: Float, stretch: Integer) -> bool:
+    """Tell whether the coordinate changes in proportion to another one, so that both show the same
+    lines: up to the highest rate, the phase of no line differs by more than FINE periods."""
+    steps = np.abs(np.diff(place))[np.diff(stretch) == 0]
+    step, from_mean = float(np.median(steps)), other - other.mean()
+    square = float(from_mean @ from_mean)
+    if step <= 0.0 or square <= 0.0:
+        return False
+    even = (float(from_mean @ place) / square) * from_mean + place.mean()
+    return float(np.max(np.abs(place - even))) <= FINE * 2.0 * step
+
+
 def _senses(place: Float, stretch: Integer) -> Float:
     """Return a column of zeros and ones for each sense of motion, shape (rows, 1 or 2)."""
     starts = np.flatnonzero(np.diff(stretch, prepend=stretch[0] - 1))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.inference.design_matrix import block_columns, row_blocks
-from arctrue.workbench.inference.forward.record import Record, record_of
+from arctrue.workbench.inference.forward.record import Record, averaged_fast_lines, record_of
 from arctrue.workbench.inference.forward.reversal import Reversal, reversal_of
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.law import reference_clock, stretch_starts
@@ -63,7 +63,9 @@ def records_of(solution: Solution, declared: float | None) -> list[Record]:
     clock, columns, residual = clock[kept], *(part[kept] for part in _left(solution, rows))
     found = []
     places = [_moving(coordinate(rows, in_time=in_time), kept) for in_time in (False, True)]
-    for in_time, place, other in zip((False, True), places, places[::-1], strict=True):
+    moving = [place for place in places if place is not None]
+    fast = averaged_fast_lines(moving, stretch, residual)
+    for in_time, place in zip((False, True), places, strict=True):
         if place is None:
             continue
         record = record_of(
@@ -74,7 +76,7 @@ def records_of(solution: Solution, declared: float | None) -> list[Record]:
             columns,
             in_time=in_time,
             declared=None if in_time else declared,
-            also=() if other is None else (other,),
+            fast=fast,
         )
         if record.span * record.highest < 1.0:
             continue
@@ -145,6 +147,7 @@ def records_of_events(solution: Solution) -> list[Record]:
     if rows.direction is not None:
         columns = np.column_stack([columns, rows.direction])
     found: list[Record] = []
+    turns = coordinate(rows, in_time=False)
     for stretch in (goes_on, np.cumsum(of_runs)):
         same = np.diff(stretch) == 0
         if clock.size < LEAST_EVENT_ROWS or np.min(np.bincount(stretch)) < LEAST_STRETCH_STATIONS:
@@ -152,9 +155,8 @@ def records_of_events(solution: Solution) -> list[Record]:
         if (found and np.array_equal(stretch, goes_on)) or np.any((np.diff(clock) == 0.0) & same):
             # Rows with the same time have no order in time.
             continue
-        turns = coordinate(rows, in_time=False)
-        also = () if turns is None else (turns,)
-        record = record_of(clock, clock, stretch, left, columns, in_time=True, also=also)
+        fast = averaged_fast_lines([clock, *([] if turns is None else [turns])], stretch, left)
+        record = record_of(clock, clock, stretch, left, columns, in_time=True, fast=fast)
         if record.clock.size - record.base.shape[1] > LEAST_FREE * record.clock.size:
             found.append(record)
     return found
@@ -178,8 +180,8 @@ def reversal_with_steps(solution: Solution, steps_s: Sequence[float]) -> Reversa
     columns, left = _left(solution, rows)
     one = np.zeros(clock.size, dtype=np.int64)
     turns = coordinate(rows, in_time=False)
-    also = () if turns is None else (turns,)
-    record = record_of(clock, clock, one, left, columns, in_time=True, also=also)
+    fast = averaged_fast_lines([clock, *([] if turns is None else [turns])], one, left)
+    record = record_of(clock, clock, one, left, columns, in_time=True, fast=fast)
     # An averaged row with a reversal within it gets the direction of its middle row.
     nearest_row = np.searchsorted(0.5 * (clock[1:] + clock[:-1]), record.measured)
     direction = np.sign(rows.direction)

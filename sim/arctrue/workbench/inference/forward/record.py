@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.inference.forward.fast_lines import fast_lines
+from arctrue.workbench.inference.forward.fast_lines import changes_evenly, fast_lines
 from arctrue.workbench.noise.kernel_fit import Rows
 
 Float = NDArray[np.float64]
@@ -141,29 +141,21 @@ def record_of(
     *,
     in_time: bool,
     declared: float | None = None,
-    also: Sequence[Float] = (),
+    fast: Float | None = None,
 ) -> Record:
     """Average consecutive rows of each stretch; ``columns`` are the columns of the model.
 
-    Rows must be sorted by stretch and, within a stretch, by the clock. Lines over ``place``, or
-    over a coordinate in ``also``, that are too fast for the averaged rows are added to the base,
-    because the averaged rows show their aliases.
+    Rows must be sorted by stretch and, within a stretch, by the clock. ``fast``: result of
+    :func:`averaged_fast_lines`, which is added to the base; without it, the lines over ``place``
+    are searched.
     """
-    block = -(-clock.size // MOST_ROWS)
-    cuts = _blocks(stretch, block)
-    count = np.diff(np.append(cuts, clock.size)).astype(np.float64)
+    cuts, count = _averages(stretch)
+    if fast is None:
+        fast = averaged_fast_lines([place], stretch, residual_arcsec)
 
     def mean(values: Float) -> Float:
-        sums = np.add.reduceat(values, cuts, axis=0)
-        return np.asarray(sums / (count if values.ndim == 1 else count[:, np.newaxis]))
+        return _mean(values, cuts, count)
 
-    averaged = [mean(columns)]
-    for over in (place, *also) if block > 1 else ():
-        steps = np.abs(np.diff(mean(over)))[np.diff(stretch[cuts]) == 0]
-        # Half the rate of the averaged rows: a slower line has no alias.
-        lowest = 0.5 / max(float(np.median(steps)), 1e-300)
-        lines = fast_lines(over, stretch, residual_arcsec, lowest)
-        averaged += [mean(line) for line in lines]
     number, middle, where = stretch[cuts], mean(clock), mean(place)
     within = np.diff(number) == 0
     steps = np.diff(middle)[within]
@@ -184,7 +176,7 @@ def record_of(
         width=width,
         readings=count,
         residual_arcsec=mean(residual_arcsec),
-        base=_base(np.hstack(averaged), number, middle),
+        base=_base(np.hstack([mean(columns), fast]), number, middle),
         stretch=number,
         step=float(np.median(steps)),
         clock_span=longest,
@@ -193,6 +185,39 @@ def record_of(
         in_time=in_time,
         declared=declared,
     )
+
+
+def averaged_fast_lines(places: Sequence[Float], stretch: Integer, residual_arcsec: Float) -> Float:
+    """Return the averaged columns of lines that are too fast for the averaged rows of a record,
+    because these rows show their aliases; shape (averaged rows, k).
+
+    The lines over each coordinate in ``places`` are searched. A coordinate that changes evenly with
+    an earlier one shows the same lines and is not searched.
+    """
+    cuts, count = _averages(stretch)
+    found = [np.zeros((cuts.size, 0))]
+    searched: list[Float] = []
+    for over in places if cuts.size < stretch.size else ():
+        if any(changes_evenly(over, other, stretch) for other in searched):
+            continue
+        searched.append(over)
+        steps = np.abs(np.diff(_mean(over, cuts, count)))[np.diff(stretch[cuts]) == 0]
+        # Half the rate of the averaged rows: a slower line has no alias.
+        lowest = 0.5 / max(float(np.median(steps)), 1e-300)
+        lines = fast_lines(over, stretch, residual_arcsec, lowest)
+        found += [_mean(line, cuts, count) for line in lines]
+    return np.hstack(found)
+
+
+def _averages(stretch: Integer) -> tuple[Integer, Float]:
+    """Return the first row of each averaged row, and the number of rows in its mean."""
+    cuts = _blocks(stretch, -(-stretch.size // MOST_ROWS))
+    return cuts, np.diff(np.append(cuts, stretch.size)).astype(np.float64)
+
+
+def _mean(values: Float, cuts: Integer, count: Float) -> Float:
+    sums = np.add.reduceat(values, cuts, axis=0)
+    return np.asarray(sums / (count if values.ndim == 1 else count[:, np.newaxis]))
 
 
 def _blocks(stretch: Integer, block: int) -> Integer:

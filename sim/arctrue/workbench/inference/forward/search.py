@@ -140,16 +140,33 @@ class _Tried:
     why: str | None
 
 
-def search_record(record: Record) -> LineSearch:
+def search_record(record: Record, display_step_arcsec: float = 0.0) -> LineSearch:
     """Search lines, then steps with the lines in the model. If there are steps, search the lines
-    again."""
+    again with the steps in the model.
+
+    A display that rounds to ``display_step_arcsec`` (0 for none) jumps by this step where the error
+    changes slowly. Such jumps are no events and are not returned. Together they can follow a line,
+    so that the line would vanish with them in the model: the lines are searched without them. The
+    whiteness of the residuals is that with these jumps or without them, whichever is higher,
+    because the rounding error is not white.
+    """
     found = search_lines(record)
     lines = record.columns(np.array([line.rate for line in found.lines]))
     steps = search_steps(record, lines, found.noise)
-    if not steps:
-        return found
-    with_line = replace(record, base=orthonormal([record.base, columns_of_steps(record, steps)]))
-    return replace(search_lines(with_line), steps=tuple(steps))
+    events = [step for step in steps if not step.may_be_one(display_step_arcsec)]
+    if events:
+        found = search_lines(_with_steps(record, events))
+    if len(events) < len(steps):
+        lines = record.columns(np.array([line.rate for line in found.lines]))
+        with_all = _with_steps(record, steps)
+        white = whiteness_of(with_all.rows(lines), noise_with(with_all, lines).noise)
+        found = replace(found, whiteness_p=max(found.whiteness_p, white))
+    return replace(found, steps=tuple(events))
+
+
+def _with_steps(record: Record, steps: Sequence[Step]) -> Record:
+    """Return the record with the steps in its base."""
+    return replace(record, base=orthonormal([record.base, columns_of_steps(record, steps)]))
 
 
 def search_lines(record: Record, *, oscillator_gain: float = OSCILLATOR_GAIN) -> LineSearch:
