@@ -574,14 +574,14 @@ def step_scan(effect: Effect, residuals: Residuals) -> list[Place]:
                 kind.append((float(heights[index]), place))
         sizes.append(size)
     if effect.settings.get("stays"):
-        found = _scored_steps(effect, residuals, staying)
+        found = _at_exact_instant(effect, residuals, _scored_steps(effect, residuals, staying))
     else:
         found = _scored_steps(effect, residuals, places)
     if staying and not effect.settings["stays"]:
         form = type(effect)(**{**effect.settings, "stays": True})
         lasting = _scored_steps(form, residuals, staying)
         if lasting and (not found or lasting[0].gain > found[0].gain + LEAST_LEAD):
-            found = lasting
+            found = _at_exact_instant(form, residuals, lasting)
     if not found:
         return found
     channels = capture.channels
@@ -601,6 +601,35 @@ def _scored_steps(
         # A step of head 1 is in every channel of a run; the value of ``run`` is then −1, −2, …
         best += [{**place, "run": -(place["run"] // channels) - 1.0} for place in best]
     return scored(effect, residuals, best, 1.0)
+
+
+def _at_exact_instant(effect: Effect, residuals: Residuals, found: list[Place]) -> list[Place]:
+    """Return the places, with the first one moved to the instant of its run with the largest exact
+    gain.
+
+    The cumulative sums neglect that the model's columns absorb a part of a step that stays in the
+    later runs, and therefore prefer a later instant.
+    """
+    capture = residuals.observations.capture
+    if not found or capture is None:
+        return found
+    run, channels = round(found[0].nonlinear["run"]), capture.channels
+    own_run = run // channels if run >= 0 else -run - 1
+    times = np.unique(capture.time_s[capture.run // channels == own_run])
+    low, high = LEAST_STEP_ROWS, times.size - LEAST_STEP_ROWS
+    best = found[0]
+    while high > low:
+        tried = np.unique(np.linspace(low, high, STEP_PLACES).round().astype(int))
+        places = [{**best.nonlinear, "instant": float(times[row])} for row in tried]
+        moved = scored(effect, residuals, places, 1.0)
+        if not moved:
+            break
+        best = max([best, *moved], key=lambda place: place.gain)
+        if tried.size == high - low + 1:
+            break
+        at = int(np.argmin(np.abs(times[tried] - best.nonlinear["instant"])))
+        low, high = int(tried[max(at - 1, 0)]), int(tried[min(at + 1, tried.size - 1)])
+    return sorted([best, *found[1:]], key=lambda place: -place.gain)
 
 
 BUMP_WIDTHS_DEG = 0.05 * 1.5 ** np.arange(14)

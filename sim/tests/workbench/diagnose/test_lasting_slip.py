@@ -45,6 +45,21 @@ def test_lost_counts_of_head_2(stays: bool) -> None:
     assert any("stays in the following runs" in text for text in sentences(found)) == stays
 
 
+def test_the_instant_of_a_slip_in_runs_of_two_turns() -> None:
+    """The second of four runs lasts from 40 s to 64 s, with samples 10 ms apart."""
+
+    def slipped(time_s: np.ndarray, speed: float) -> np.ndarray:
+        return np.asarray(-COUNTS * COUNT_ARCSEC * (time_s > 44.0))
+
+    found = diagnosis_of(measurement_set(head2_only=slipped, turns=2, reference=False))
+    assert found.named is not None
+    assert found.named.name == "count_slip"
+    assert found.named.effect.settings == {"stays": True}
+    instant = found.named.parameters()["instant"]
+    # The step lies anywhere between two samples: √3 standard uncertainties are half a sample.
+    assert abs(instant.value - 44.0) <= np.sqrt(3.0) * instant.sigma * (1.0 + 1e-6)
+
+
 def test_p_counts_a_step_that_stays_and_one_that_ends_with_its_run() -> None:
     """With the setting ``stays``, only steps that stay are searched. Without it, both forms are
     searched: twice as many instants for the same step."""
