@@ -83,25 +83,6 @@ static void mean_follow_moved_head(struct application *application, const struct
     }
 }
 
-/* Compares the offsets of the heads with the offsets in the last turn, if that turn had another speed. */
-static void add_to_skew(struct application *application, const struct turn *turn) {
-    const struct capture *capture = &application->capture;
-    const struct heads_geometry *geometry = &application->found.geometry;
-    double noise_rad = application->measured.noise_arcsec / ARCSEC_PER_RAD;
-    struct skew_turn made = {
-        /* An offset contains the noise of two heads. */
-        .variance = 2.0 * noise_rad * noise_rad / turn->samples,
-    };
-    if (capture->period_clocks != 0 && application->report.moved_head == 0) {
-        made.speed = turn->step_counts / capture->period_clocks * capture->clock_hz * 2.0 * PI /
-                     turn->counts_per_rev;
-    }
-    for (uint32_t head = 0; head < geometry->heads; head++) {
-        made.offset_rad[head] = geometry->offset_rad[head];
-    }
-    head_skew_add(&application->skew, &made);
-}
-
 enum refusal calibrate_mean_estimate(struct application *application, const struct turn *turn,
                                      struct mean_set *mean) {
     const struct parameters *parameters = &application->parameters;
@@ -125,9 +106,6 @@ enum refusal calibrate_mean_estimate(struct application *application, const stru
     bool goes_on = reason == NOT_REFUSED && mean_goes_on(application, found, mean);
     if (reason == NOT_REFUSED && mean->heads != 0) {
         mean_follow_moved_head(application, found, mean);
-    }
-    if (reason == NOT_REFUSED) {
-        add_to_skew(application, turn);
     }
     if (reason == NOT_REFUSED && !goes_on) {
         bool first = mean->heads == 0;

@@ -227,10 +227,10 @@ static void show_failover(struct console *console) {
 /* Prints the delays of the heads, if turns at two speeds have shown them. */
 static void show_skew(struct console *console) {
     const struct head_skew *skew = &console->application->skew;
-    if (!skew->found) {
+    if (skew->heads == 0) {
         return;
     }
-    for (uint32_t head = 1; head < console->application->configuration.heads; head++) {
+    for (uint32_t head = 1; head < skew->heads; head++) {
         text_word(&console->sink, "head");
         text_unsigned(&console->sink, head + 1);
         named_fixed(console, "_late_ns", skew->late_ns[head]);
