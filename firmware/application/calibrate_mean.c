@@ -18,14 +18,6 @@
 /* One count as a u24.4 word. */
 #define OFFSET_ONE ((double)(1 << ARCTRUE_HEAD_OFFSET_FRACTION))
 
-static double place_deg(const struct application *application, uint32_t head) {
-    const struct parameters *parameters = &application->parameters;
-    ASSERT(head < HEADS_MOST);
-    const double places[HEADS_MOST] = {0.0, parameters->separation_deg, parameters->head3_deg,
-                                       parameters->head4_deg};
-    return places[head];
-}
-
 bool calibrate_mean_wanted(const struct application *application) {
     uint32_t heads = application->capture.heads;
     const struct load *load = &application->load;
@@ -34,7 +26,7 @@ bool calibrate_mean_wanted(const struct application *application) {
     bool wanted =
         application->configuration.has_mean && heads > 2 && !waits && load_at_work(load) == NULL;
     for (uint32_t head = 2; head < heads; head++) {
-        wanted = wanted && place_deg(application, head) != 0.0;
+        wanted = wanted && parameters_place_deg(&application->parameters, head) != 0.0;
     }
     return wanted;
 }
@@ -97,7 +89,8 @@ enum refusal calibrate_mean_estimate(struct application *application, const stru
         .axis = application->axis,
     };
     for (uint32_t head = 0; head < HEADS_MOST; head++) {
-        settings.place_rad[head] = place_deg(application, head) * PI / 180.0;
+        settings.place_rad[head] =
+            parameters_place_deg(&application->parameters, head) * PI / 180.0;
     }
     enum refusal reason = capture_verify_further(capture, turn, &application->report.fault);
     if (reason == NOT_REFUSED) {

@@ -8,6 +8,7 @@
 #include "assertion.h"
 #include "dump.h"
 #include "flash_command.h"
+#include "heads_table.h"
 #include "load_commands.h"
 #include "parameter_commands.h"
 #include "prepared.h"
@@ -314,8 +315,10 @@ static void show(struct console *console, char *const *words, uint32_t number) {
     } else if (text_equal(words[1], "parameters")) {
         parameters_show(console, "");
         text_line(&console->sink, "ok");
+    } else if (text_equal(words[1], "heads")) {
+        heads_table_show(console);
     } else {
-        text_error(&console->sink, "expected show harmonics or show parameters, not ", words[1]);
+        text_error(&console->sink, "expected show harmonics, parameters or heads, not ", words[1]);
     }
 }
 
@@ -475,7 +478,7 @@ static const struct command commands[] = {
     {"help", "help | help WORD: what a command, reason or alarm means, and what to do", 1, 2, help},
     {"status", "status", 1, 1, status},
     {"version", version_use, 1, 1, version_command},
-    {"show", "show harmonics | show parameters", 2, 2, show},
+    {"show", "show harmonics | show parameters | show heads: all known of each head", 2, 2, show},
     {"set", set_use, 3, 3, set_command},
     {"trigger", trigger_use, 1, 3, pins_command},
     {"sync", sync_use, 1, 3, pins_command},
