@@ -400,7 +400,9 @@ def heads_page(found: Mapping[str, Any]) -> str:
             "",
             "The table shows the standard uncertainty of the mean from each cause alone, with "
             "equal "
-            "errors of all heads that do not depend on each other.",
+            "errors of all heads that do not depend on each other. A Monte Carlo with another "
+            "program gives the same values within 3 % (`pytest "
+            "sim/tests/studies/heads/test_budget.py`).",
             "",
             "| Cause | u |",
             "|---|---:|",

@@ -1,4 +1,7 @@
-"""Calculates the standard uncertainty of the mean of four heads that each cause alone gives."""
+"""Calculates the standard uncertainty of the mean of four heads that each cause alone gives.
+
+The test ``sim/tests/studies/heads/test_budget.py`` draws each cause at random and compares.
+"""
 
 from __future__ import annotations
 
