@@ -652,4 +652,29 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "fabs(apart) > 0.0 * SPEEDS_APART * faster",
         f"{_TESTS}/test_head_skew.py::test_turns_at_one_speed_show_no_delay",
     ),
+    Mutation(
+        "offset_over_the_samples",
+        "the offset of a head is a mean over the samples, which the speed within the turn changes",
+        "firmware/calibration/capture.c",
+        "counts_apart(apart, apart_first) * ((double)after - before)",
+        "counts_apart(apart, apart_first) * (0.0 * ((double)after - before) +\n"
+        "                2.0 * signed_turn / turn->samples)",
+        f"{_TESTS}/test_head_skew.py::test_offsets_are_means_over_the_reading",
+    ),
+    Mutation(
+        "delay_of_a_stuck_head",
+        "a head that stands still has a delay",
+        "firmware/application/calibrate.c",
+        "        made.heads = 2;\n",
+        "        made.heads = capture->heads;\n",
+        f"{_TESTS}/test_head_skew.py::test_the_delays_are_found_where_head_1_is_the_output",
+    ),
+    Mutation(
+        "sense_of_a_part_of_a_turn",
+        "a head shows a sense before a whole turn, where heads differ by their indices",
+        "firmware/console/heads_table.c",
+        "#define SENSE_TURNS 1.0",
+        "#define SENSE_TURNS 0.0",
+        f"{_TESTS}/test_heads_table.py::test_a_reversed_head_and_a_missing_index_show",
+    ),
 )

@@ -190,6 +190,31 @@ static enum refusal calibrate_estimate_heads(struct application *application, st
     return calibrate_estimate(application, turn);
 }
 
+/* Compares the offsets of the heads with the offsets in the last turn, if that turn had another speed. Call it before
+   the average over turns replaces the noise of the turn. */
+static void calibrate_add_to_skew(struct application *application, const struct turn *turn,
+                                  bool of_mean) {
+    const struct capture *capture = &application->capture;
+    const struct estimate *measured = &application->measured;
+    struct capture_fault ignored;
+    double noise_rad = measured->noise_arcsec / ARCSEC_PER_RAD;
+    struct skew_turn made = {
+        /* An offset contains the noise of two heads; a turn that calibrates a mean states the noise of one. */
+        .variance =
+            (of_mean ? 2.0 : 1.0) * noise_rad * noise_rad * measured->colour / turn->samples,
+        .heads = capture->heads,
+    };
+    if (!of_mean && capture_verify_further(capture, turn, &ignored) != NOT_REFUSED) {
+        made.heads = 2;
+    }
+    if (capture->period_clocks != 0 && application->report.moved_head == 0) {
+        made.speed = turn->step_counts / capture->period_clocks * capture->clock_hz * 2.0 * PI /
+                     turn->counts_per_rev;
+    }
+    capture_offsets(capture, turn, made.heads, made.offset_rad);
+    head_skew_add(&application->skew, &made);
+}
+
 enum refusal calibrate_turn(struct application *application) {
     struct turn turn;
     struct mean_set mean = {0};
@@ -200,6 +225,9 @@ enum refusal calibrate_turn(struct application *application) {
                        &application->report.fault);
     if (reason == NOT_REFUSED) {
         reason = calibrate_estimate_heads(application, &turn, &mean);
+    }
+    if (reason == NOT_REFUSED) {
+        calibrate_add_to_skew(application, &turn, mean.heads != 0);
     }
     if (reason == NOT_REFUSED && mean.heads == 0) {
         real_follow_turn(application, &turn);

@@ -18,14 +18,6 @@
 /* One count as a u24.4 word. */
 #define OFFSET_ONE ((double)(1 << ARCTRUE_HEAD_OFFSET_FRACTION))
 
-static double place_deg(const struct application *application, uint32_t head) {
-    const struct parameters *parameters = &application->parameters;
-    ASSERT(head < HEADS_MOST);
-    const double places[HEADS_MOST] = {0.0, parameters->separation_deg, parameters->head3_deg,
-                                       parameters->head4_deg};
-    return places[head];
-}
-
 bool calibrate_mean_wanted(const struct application *application) {
     uint32_t heads = application->capture.heads;
     const struct load *load = &application->load;
@@ -34,7 +26,7 @@ bool calibrate_mean_wanted(const struct application *application) {
     bool wanted =
         application->configuration.has_mean && heads > 2 && !waits && load_at_work(load) == NULL;
     for (uint32_t head = 2; head < heads; head++) {
-        wanted = wanted && place_deg(application, head) != 0.0;
+        wanted = wanted && parameters_place_deg(&application->parameters, head) != 0.0;
     }
     return wanted;
 }
@@ -83,25 +75,6 @@ static void mean_follow_moved_head(struct application *application, const struct
     }
 }
 
-/* Compares the offsets of the heads with the offsets in the last turn, if that turn had another speed. */
-static void add_to_skew(struct application *application, const struct turn *turn) {
-    const struct capture *capture = &application->capture;
-    const struct heads_geometry *geometry = &application->found.geometry;
-    double noise_rad = application->measured.noise_arcsec / ARCSEC_PER_RAD;
-    struct skew_turn made = {
-        /* An offset contains the noise of two heads. */
-        .variance = 2.0 * noise_rad * noise_rad / turn->samples,
-    };
-    if (capture->period_clocks != 0 && application->report.moved_head == 0) {
-        made.speed = turn->step_counts / capture->period_clocks * capture->clock_hz * 2.0 * PI /
-                     turn->counts_per_rev;
-    }
-    for (uint32_t head = 0; head < geometry->heads; head++) {
-        made.offset_rad[head] = geometry->offset_rad[head];
-    }
-    head_skew_add(&application->skew, &made);
-}
-
 enum refusal calibrate_mean_estimate(struct application *application, const struct turn *turn,
                                      struct mean_set *mean) {
     const struct parameters *parameters = &application->parameters;
@@ -116,7 +89,8 @@ enum refusal calibrate_mean_estimate(struct application *application, const stru
         .axis = application->axis,
     };
     for (uint32_t head = 0; head < HEADS_MOST; head++) {
-        settings.place_rad[head] = place_deg(application, head) * PI / 180.0;
+        settings.place_rad[head] =
+            parameters_place_deg(&application->parameters, head) * PI / 180.0;
     }
     enum refusal reason = capture_verify_further(capture, turn, &application->report.fault);
     if (reason == NOT_REFUSED) {
@@ -125,9 +99,6 @@ enum refusal calibrate_mean_estimate(struct application *application, const stru
     bool goes_on = reason == NOT_REFUSED && mean_goes_on(application, found, mean);
     if (reason == NOT_REFUSED && mean->heads != 0) {
         mean_follow_moved_head(application, found, mean);
-    }
-    if (reason == NOT_REFUSED) {
-        add_to_skew(application, turn);
     }
     if (reason == NOT_REFUSED && !goes_on) {
         bool first = mean->heads == 0;

@@ -8,6 +8,7 @@
 
 #include "arctrue_number_formats.h"
 #include "arctrue_registers.h"
+#include "assertion.h"
 #include "gate.h"
 #include "limits.h"
 #include "selection.h"
@@ -125,6 +126,13 @@ bool parameters_are_valid(const struct parameters *parameters) {
         }
     }
     return true;
+}
+
+double parameters_place_deg(const struct parameters *parameters, uint32_t head) {
+    const double places[] = {0.0, parameters->separation_deg, parameters->head3_deg,
+                             parameters->head4_deg};
+    ASSERT(head < sizeof places / sizeof places[0]);
+    return places[head];
 }
 
 enum parameter_answer parameters_set(struct parameters *parameters, const char *name, double value,

@@ -116,6 +116,8 @@ const struct parameter_description *parameters_description(uint32_t place);
 /* Tells whether each parameter is within its range, and whole if it must be. */
 bool parameters_are_valid(const struct parameters *parameters);
 void parameters_preset(struct parameters *parameters);
+/* Returns the place of a head after head 1, degrees; 0: head 1, or a place that is not set. */
+double parameters_place_deg(const struct parameters *parameters, uint32_t head);
 double parameters_value(const struct parameters *parameters, uint32_t place);
 enum parameter_answer parameters_set(struct parameters *parameters, const char *name, double value,
                                      const struct parameter_description **description);

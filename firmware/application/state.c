@@ -84,5 +84,5 @@ void state_forget_turns(struct application *application) {
     if (application->axis != NULL) {
         application->axis->orders = 0;
     }
-    application->skew = (struct head_skew){.found = false};
+    application->skew = (struct head_skew){.heads = 0};
 }

@@ -10,6 +10,7 @@
 #include "arctrue_number_formats.h"
 #include "arctrue_registers.h"
 #include "assertion.h"
+#include "separation.h"
 #include "units.h"
 
 /* Tolerance of a step as a share of the median of its turn. A step of few counts may differ by one count, because of
@@ -285,6 +286,36 @@ bool capture_places(const struct capture *capture, uint32_t samples, double plac
         place[head] = mean - (double)turn * floor(mean / (double)turn);
     }
     return capture->heads <= 2 || verify_further_flags(capture) == NOT_REFUSED;
+}
+
+/* Integrates the difference over the travel of head 1 by the trapezoidal rule, which converges fast for a whole period.
+   The samples are a closed turn, so the sample before the first one is the last one, a turn earlier. */
+void capture_offsets(const struct capture *capture, const struct turn *turn, uint32_t heads,
+                     double offset_rad[HEADS_MOST]) {
+    int32_t signed_turn = turn->step_counts > 0.0 ? turn->counts_per_rev : -turn->counts_per_rev;
+    ASSERT(turn->samples > 1 && heads <= HEADS_MOST);
+    offset_rad[0] = 0.0;
+    for (uint32_t head = 1; head < heads; head++) {
+        int32_t apart_first = counts_apart(capture_word(capture, 0, head), capture->words[0]);
+        int32_t last = counts_apart(capture->words[2 * (turn->samples - 1)], capture->words[0]);
+        int32_t before = last - signed_turn;
+        int32_t here = 0;
+        double sum = 0.0;
+        for (uint32_t sample = 0; sample < turn->samples; sample++) {
+            bool ends = sample + 1 == turn->samples;
+            int32_t after = ends
+                                ? signed_turn
+                                : counts_apart(capture->words[2 * (sample + 1)], capture->words[0]);
+            int32_t apart = counts_apart(capture_word(capture, sample, head),
+                                         (int32_t)((uint32_t)capture->words[0] + (uint32_t)here));
+            sum += (double)counts_apart(apart, apart_first) * ((double)after - before);
+            before = here;
+            here = after;
+        }
+        int32_t slip = head == 1 ? capture->head2_zero : 0;
+        double mean = sum / 2.0 / signed_turn + capture->start[head] - capture->start[0];
+        offset_rad[head] = remainder_of_turn((mean - slip) / turn->counts_per_rev * 2.0 * PI);
+    }
 }
 
 static int32_t start_angle(const struct capture *capture) {

@@ -90,6 +90,12 @@ void capture_all_counts(const struct capture *capture, uint32_t sample, int64_t 
    reading, 0 <= place < counts_per_rev. Returns false if head 3 or 4 has seen no index or has a fault. */
 bool capture_places(const struct capture *capture, uint32_t samples, double place[HEADS_MOST]);
 
+/* Computes the mean of each of the first `heads` heads minus head 1 over one turn of head 1's reading, rad, within half
+   a turn. A mean over the reading and not over the samples does not change with the speed within the turn, so that turns
+   of other speeds and directions can be compared. */
+void capture_offsets(const struct capture *capture, const struct turn *turn, uint32_t heads,
+                     double offset_rad[HEADS_MOST]);
+
 /* Verifies a capture and fills `turn`, or returns the reason why the calibration cannot use the capture. `most_order`:
    highest order that will be fitted. */
 enum refusal capture_verify(const struct capture *capture, uint32_t most_order, struct turn *turn,

@@ -20,13 +20,15 @@ struct skew_turn {
     double speed;
     /* Variance of an offset due to the noise, rad^2. */
     double variance;
+    /* Number of heads whose offsets are known; 0: no turn yet. */
+    uint32_t heads;
     double offset_rad[HEADS_MOST];
 };
 
 struct head_skew {
     struct skew_turn last;
-    /* True once two turns had different speeds. */
-    bool found;
+    /* Number of heads in both turns whose speeds differed; 0: no two turns had different speeds. */
+    uint32_t heads;
     /* Delay of each head relative to head 1, with the delays that the core applies, and its standard uncertainty. */
     double late_ns[HEADS_MOST];
     double u_ns;

@@ -8,6 +8,7 @@
 #include "assertion.h"
 #include "dump.h"
 #include "flash_command.h"
+#include "heads_table.h"
 #include "load_commands.h"
 #include "parameter_commands.h"
 #include "prepared.h"
@@ -227,10 +228,10 @@ static void show_failover(struct console *console) {
 /* Prints the delays of the heads, if turns at two speeds have shown them. */
 static void show_skew(struct console *console) {
     const struct head_skew *skew = &console->application->skew;
-    if (!skew->found) {
+    if (skew->heads == 0) {
         return;
     }
-    for (uint32_t head = 1; head < console->application->configuration.heads; head++) {
+    for (uint32_t head = 1; head < skew->heads; head++) {
         text_word(&console->sink, "head");
         text_unsigned(&console->sink, head + 1);
         named_fixed(console, "_late_ns", skew->late_ns[head]);
@@ -314,8 +315,10 @@ static void show(struct console *console, char *const *words, uint32_t number) {
     } else if (text_equal(words[1], "parameters")) {
         parameters_show(console, "");
         text_line(&console->sink, "ok");
+    } else if (text_equal(words[1], "heads")) {
+        heads_table_show(console);
     } else {
-        text_error(&console->sink, "expected show harmonics or show parameters, not ", words[1]);
+        text_error(&console->sink, "expected show harmonics, parameters or heads, not ", words[1]);
     }
 }
 
@@ -475,7 +478,7 @@ static const struct command commands[] = {
     {"help", "help | help WORD: what a command, reason or alarm means, and what to do", 1, 2, help},
     {"status", "status", 1, 1, status},
     {"version", version_use, 1, 1, version_command},
-    {"show", "show harmonics | show parameters", 2, 2, show},
+    {"show", "show harmonics | show parameters | show heads: all known of each head", 2, 2, show},
     {"set", set_use, 3, 3, set_command},
     {"trigger", trigger_use, 1, 3, pins_command},
     {"sync", sync_use, 1, 3, pins_command},

@@ -249,13 +249,17 @@ static void found_part(const struct text_sink *sink, const struct application *a
     list(sink, "head_residual_arcsec", found->residual_arcsec, heads);
     list(sink, "axis_forward_arcsec", found->forward_arcsec, CIRCLE_ORDERS);
     list(sink, "axis_backward_arcsec", found->backward_arcsec, CIRCLE_ORDERS);
-    if (application->skew.found) {
-        list(sink, "late_ns", application->skew.late_ns, heads);
-        fixed(sink, "u_late_ns", application->skew.u_ns);
-    }
     if (found->asynchronous.stated) {
         fixed(sink, "axis_asynchronous_arcsec", found->asynchronous.arcsec);
         fixed(sink, "u_axis_asynchronous_arcsec", found->asynchronous.u_arcsec);
+    }
+}
+
+/* Prints the delays of the heads, if turns at two speeds have shown them. */
+static void skew_part(const struct text_sink *sink, const struct head_skew *skew) {
+    if (skew->heads != 0) {
+        list(sink, "late_ns", skew->late_ns, skew->heads);
+        fixed(sink, "u_late_ns", skew->u_ns);
     }
 }
 
@@ -334,6 +338,7 @@ static void line(const struct text_sink *sink, const struct application *applica
         estimate_part(sink, application);
         mean_part(sink, application);
         found_part(sink, application);
+        skew_part(sink, &application->skew);
         loaded_part(sink, application);
         followed_part(sink, report);
         harmonics_part(sink, application);

@@ -30,6 +30,21 @@ STEPS = (
 CONNECTION_COLUMNS = ("cable", "moved turns", "index", "place °", "is at head")
 TURNED_COLUMNS = ("head", "place °", "u ″", "radius/nominal", "u", "late ns", "u ns", "delay")
 
+TABLE_COLUMNS = (
+    ("head", "head"),
+    ("sense", "counts"),
+    ("index", "index"),
+    ("place_deg", "place °"),
+    ("u_arcsec", "u ″"),
+    ("from", "from"),
+    ("at_head", "is at head"),
+    ("late_ns", "late ns"),
+    ("u_ns", "u ns"),
+    ("radius", "radius/nominal"),
+    ("u", "u"),
+)
+"""Columns of the console's ``show heads``, and their titles on the page."""
+
 Parameters = dict[str, float]
 
 
@@ -89,6 +104,16 @@ def planned_places(device: Parameters) -> tuple[float, ...]:
             break
         places.append(device[name])
     return tuple(places)
+
+
+def read_heads_table(console: Console) -> list[tuple[str, ...]]:
+    """Return the cells of the console's table of the heads, one row per head; "–" for a value that
+    the device does not know. Raises ConsoleError if the device does not know the table."""
+    lines = [tuple(line.split()) for line in console.command("show heads")]
+    names = tuple(name for name, _ in TABLE_COLUMNS)
+    if not lines or lines[0] != names or any(len(line) != len(names) for line in lines):
+        raise ConsoleError(f"{console.port}: the answer to show heads is not understood: {lines}")
+    return [tuple("–" if cell == "-" else cell for cell in line) for line in lines[1:]]
 
 
 def read_connection(

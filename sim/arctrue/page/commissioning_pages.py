@@ -12,6 +12,7 @@ from arctrue.base.head_places import places_from_text
 from arctrue.device.commissioning import (
     CONNECTION_COLUMNS,
     STEPS,
+    TABLE_COLUMNS,
     TURNED_COLUMNS,
     connection_rows,
     turned_rows,
@@ -37,6 +38,7 @@ def commissioning_pages(port: str) -> Blueprint:
             forward_deg_s=found.forward and degrees(found.forward.speed_rad_s),
             next_step=found.next_step(),
             connection=found.connection and (CONNECTION_COLUMNS, connection_rows(found.connection)),
+            table_of_heads=work.table and ([title for _, title in TABLE_COLUMNS], work.table),
             turned=found.turned and (TURNED_COLUMNS, turned_rows(found.turned)),
         )
 

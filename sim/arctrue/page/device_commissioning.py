@@ -16,6 +16,7 @@ from arctrue.device.commissioning import (
     measure_turn,
     planned_places,
     read_connection,
+    read_heads_table,
     read_parameters,
     write_delays,
     write_places,
@@ -56,6 +57,8 @@ class DeviceCommissioning:
         """Store ``port``, the serial port of the device or HOST:PORT of its daemon."""
         self._port = port
         self.findings = Findings()
+        self.table: list[tuple[str, ...]] = []
+        """Latest table of the heads that the device has sent; empty before the first one."""
         self.running = ""
         """Name of the running step, or "" if none is running."""
         self.problem = ""
@@ -64,7 +67,8 @@ class DeviceCommissioning:
 
     def start(self, step: str, plan_deg: tuple[float, ...] | None) -> None:
         """Start a step unless one is running. ``plan_deg``: planned places of the heads; None: the
-        places stored in the device.
+        places stored in the device. The step "table" reads the device's table of the heads and may
+        run at any time.
 
         Raises ValueError for a step whose earlier steps are missing.
         """
@@ -78,10 +82,18 @@ class DeviceCommissioning:
         with self._lock:
             if self.running:
                 return
+            if step == "table":
+                self.running, self.problem = step, ""
+                threading.Thread(target=self._take, args=(self._read_table,), daemon=True).start()
+                return
             if step not in order or order.index(step) > order.index(self.findings.next_step()):
                 raise ValueError(f"step {step!r} needs the steps before it")
             self.running, self.problem = step, ""
         threading.Thread(target=self._take, args=(steps[step],), daemon=True).start()
+
+    def _read_table(self, console: Console, _: Parameters, before: Findings) -> Findings:
+        self.table = read_heads_table(console)
+        return before
 
     def _take(self, work: Callable[[Console, Parameters, Findings], Findings]) -> None:
         try:

@@ -181,15 +181,20 @@ def _history(turns: list[dict[str, Any]]) -> dict[str, Any]:
 
 def _heads(turns: list[dict[str, Any]]) -> dict[str, Any]:
     """Return the results for each head and for the axis from the latest turn in which the device
-    calibrated the mean of the heads. The left-out heads and the parity come from the latest turn of
-    all."""
-    now = next((turn for turn in reversed(turns) if turn.get("places_deg")), None)
+    calibrated the mean of the heads, or if it corrects head 1, from the latest turn with delays of
+    the heads. The left-out heads and the parity come from the latest turn of all."""
+    keys = ("places_deg", "late_ns")
+    now = next((turn for key in keys for turn in reversed(turns) if turn.get(key)), None)
     if now is None:
         return {"rows": [], "axis": []}
     out = turns[-1].get("left_out", [])
+    heads = max(len(now.get(key, [])) for key in keys)
     columns = [
-        now.get(key) or [None] * len(now["places_deg"])
-        for key in ("places_deg", "u_places_arcsec", "radii", "u_radii", "head_residual_arcsec")
+        [*now.get(key, []), *[None] * heads][:heads]
+        for key in (
+            *("places_deg", "u_places_arcsec", "radii", "u_radii"),
+            *("late_ns", "head_residual_arcsec"),
+        )
     ]
     rows = [
         [head, *values, "left out" if head in out else "in use"]
@@ -206,7 +211,6 @@ def _heads(turns: list[dict[str, Any]]) -> dict[str, Any]:
             now.get("axis_asynchronous_arcsec"),
             now.get("u_axis_asynchronous_arcsec"),
         ],
-        "late_ns": now.get("late_ns"),
         "u_late_ns": now.get("u_late_ns"),
         "parity_counts": turns[-1].get("parity_counts"),
         "turn": now["turn"],

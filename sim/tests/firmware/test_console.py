@@ -72,8 +72,11 @@ def test_version_without_a_core() -> None:
     ("line", "answer"),
     [
         ("hlep", "error: no such command, try help: hlep"),
-        ("show", "error: use: show harmonics | show parameters"),
-        ("show all", "error: expected show harmonics or show parameters, not all"),
+        (
+            "show",
+            "error: use: show harmonics | show parameters | show heads: all known of each head",
+        ),
+        ("show all", "error: expected show harmonics, parameters or heads, not all"),
         ("set keep", "error: use: set PARAMETER VALUE"),
         ("set keep 1e3", "error: not a decimal number: 1e3"),
         ("set keep 1.0.0", "error: not a decimal number: 1.0.0"),

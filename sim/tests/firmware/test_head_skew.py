@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from sim.tests.firmware.calibrator import BOTH_INDICES_SEEN, verify
 from sim.tests.firmware.library import firmware
-from sim.tests.firmware.test_heads import ARCSEC, World, in_c, in_numpy
-from sim.tests.firmware.test_own_sets import WORLD, started
+from sim.tests.firmware.model_core import Firmware, ModelCore
+from sim.tests.firmware.test_heads import ARCSEC, COUNTS, World, in_c, in_numpy
+from sim.tests.firmware.test_own_sets import WORLD, FourHeadsCore, started
 
 from arctrue.calibration.commissioning import skew_of
 
@@ -38,11 +40,11 @@ class Late(World):
 
 
 def add(skew: Any, world: Late) -> None:
-    """Add a turn as calibrate_mean.c does."""
+    """Add a turn with the offsets of the fit."""
     ffi, library = firmware()
     found = in_c(world)
     turn = ffi.new("struct skew_turn *")
-    turn.speed = world.speed
+    turn.speed, turn.heads = world.speed, world.heads
     turn.variance = 2.0 * (found.estimate.noise_arcsec * ARCSEC) ** 2 / world.samples
     for head in range(world.heads):
         turn.offset_rad[head] = found.found.geometry.offset_rad[head]
@@ -59,9 +61,9 @@ def test_c_equals_numpy_and_the_true_delays(heads: int) -> None:
     backward = replace(forward, speed=-SPEED, seed=2)
     skew = ffi.new("struct head_skew *")
     add(skew, forward)
-    assert not skew.found
+    assert skew.heads == 0
     add(skew, backward)
-    assert skew.found
+    assert skew.heads == heads
     numpy = skew_of(
         in_numpy(forward),
         in_numpy(backward),
@@ -81,11 +83,12 @@ def test_turns_at_one_speed_show_no_delay() -> None:
     by 20 % or less."""
     ffi, library = firmware()
     skew, turn = ffi.new("struct head_skew *"), ffi.new("struct skew_turn *")
+    turn.heads = 2
     for speed, found in ((1.0, False), (1.19, False), (0.0, False), (2.0, False), (1.0, True)):
         turn.speed = speed
         turn.offset_rad[1] = 2.0 - 1e-6 * speed
         library.head_skew_add(skew, turn)
-        assert skew.found == found, speed
+        assert skew.heads == (2 if found else 0), speed
     assert skew.late_ns[1] == pytest.approx(1000.0, rel=1e-6)
     library.head_skew_add(skew, turn)
     assert skew.late_ns[1] == pytest.approx(1000.0, rel=1e-6)
@@ -115,3 +118,93 @@ def test_console_and_telemetry_state_the_delays() -> None:
     assert float(words["u_late_ns"]) == pytest.approx(u, abs=1e-9)
     made.send("rearm")
     assert "late_ns" not in made.send("status")
+
+
+@pytest.mark.parametrize("heads", [2, 3, 4])
+@pytest.mark.parametrize("direction", [1, -1])
+def test_offsets_are_means_over_the_reading(heads: int, direction: int) -> None:
+    """The offsets equal the integral of each difference over head 1's reading, by linear
+    interpolation on 40 times finer steps, to 0.002 arcsec. A mean over the samples differs by 0.5″
+    or more, because the speed swings by 5 %.
+
+    The bound is the rounding of a count in the 3,000 samples of both heads, 0.077″ · √(2/12/3000) =
+    0.0006″, times three.
+    """
+    ffi, library = firmware()
+    world = Late(heads=heads, swing=0.05, speed=direction * SPEED)
+    made, counts = world.capture(), world.counts()
+    _, turn, _ = verify(made)
+    found = ffi.new("double[4]")
+    library.capture_offsets(made.capture, turn, heads, found)
+    one = counts[0].astype(float)
+    apart = (counts - counts[0]).astype(float)
+    order = np.argsort(one)
+    periodic = np.concatenate((one[order] - COUNTS, one[order], one[order] + COUNTS))
+    even = one.min() + np.arange(40 * one.size) * (COUNTS / 40 / one.size)
+    expected = [
+        np.interp(even, periodic, np.tile(row[order], 3)).mean() * 2.0 * np.pi / COUNTS
+        for row in apart
+    ]
+    off = np.angle(np.exp(1j * (np.array(list(found)[:heads]) - expected))) / ARCSEC
+    assert np.abs(off).max() < 0.002
+    plain = (apart.mean(axis=1) * 2.0 * np.pi / COUNTS - expected) / ARCSEC
+    assert np.abs(plain).max() > 0.5
+
+
+def sent(running: Firmware, world: Late) -> dict[str, Any]:
+    running.send("telemetry on")
+    return running.turn(world.counts(), BOTH_INDICES_SEEN)
+
+
+@pytest.mark.parametrize("method", [0, 1])
+def test_two_heads_show_the_delay_of_head_2(method: int) -> None:
+    """A core with two heads: a turn in each direction shows the delay of head 2 within 4u, by both
+    methods of calibration and although the speed swings differently in the two directions."""
+    running = Firmware(ModelCore())
+    running.library.application_start(running.application)
+    running.core.see_index()
+    running.send("set orders 32")
+    running.send(f"set method {method}")
+    running.core.see_index()
+    running.step()
+    period = running.application.parameters.sample_period
+    speed = 2.0 * np.pi / (3000 * period / CLOCK_HZ)
+    world = Late(heads=2, noise_arcsec=0.1, speed=speed, swing=0.002)
+    assert "late_ns" not in sent(running, world)
+    telemetry = sent(running, replace(world, speed=-speed, swing=-0.001, seed=2))
+    assert telemetry["reason"] in ("none", "not_better"), telemetry
+    late, u = telemetry["late_ns"], telemetry["u_late_ns"]
+    assert len(late) == 2
+    assert 0.0 < u < 20.0
+    assert abs(late[1] - LATE_NS[1]) < 4.0 * u
+    assert float(running.status("head2_late_ns")[0]) == pytest.approx(late[1], abs=1e-6)
+
+
+@pytest.mark.parametrize("works", [4, 2])
+def test_the_delays_are_found_where_head_1_is_the_output(works: int) -> None:
+    """A core with four heads whose places are not set corrects head 1, and still shows the delays.
+    If head 3 stands still, only the delay of head 2 is stated."""
+    running = Firmware(FourHeadsCore())
+    running.library.application_start(running.application)
+    running.core.see_index()
+    running.send("set orders 32")
+    running.send("set separation_deg 64.3")
+    running.core.see_index()
+    running.step()
+    period = running.application.parameters.sample_period
+    speed = 2.0 * np.pi / (3000 * period / CLOCK_HZ)
+    world = Late(noise_arcsec=0.1, speed=speed)
+
+    def turn(one: Late) -> dict[str, Any]:
+        counts = one.counts()
+        if works == 2:
+            counts[2] = counts[2, 0]
+        return running.turn(counts)
+
+    running.send("telemetry on")
+    turn(world)
+    telemetry = turn(replace(world, speed=-speed, seed=2))
+    assert "mean_of_heads" not in telemetry
+    late, u = np.array(telemetry["late_ns"]), telemetry["u_late_ns"]
+    assert late.size == works
+    assert np.abs(late - LATE_NS[:works]).max() < 4.0 * u

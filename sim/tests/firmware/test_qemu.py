@@ -80,6 +80,7 @@ def test_a_calibration_of_real_size(tmp_path: Path, counts: Any, method: str) ->
         machine.write_memory(CORE_BASE + flags, b"\x01")
         machine.ask("status", "phase swap", 60.0)
         rows = rows_of(machine.send("show harmonics"))
+        heads = rows_of(machine.send("show heads"))
     found = np.array([[float(v) for v in row[1:3]] for row in rows]).T.ravel()
     _, made = estimate(method, capture_in_c(counts))
     if method == "fourier":
@@ -89,6 +90,14 @@ def test_a_calibration_of_real_size(tmp_path: Path, counts: Any, method: str) ->
         library.estimate_as_function_of_reading(ffi.new("struct reading_workspace *"), made)
     largest = np.hypot(*values_of(made).reshape(2, -1)).max() / 2.0
     assert np.abs(found - values_of(made)).max() < EQUAL_TO * largest + WRITTEN
+    # The place of head 2 is the integral of the difference over head 1's reading; the console
+    # prints 1e-6 degrees.
+    turn = 1 << 24
+    one, apart = counts[0].astype(float), (counts[1] - counts[0]).astype(float)
+    closed = np.append(one, one[0] + turn), np.append(apart, apart[0])
+    place = np.trapezoid(closed[1], closed[0]) / turn * 360.0 / turn
+    assert [row[5:7] for row in heads] == [["turn", "1"], ["turn", "2"]]
+    assert float(heads[1][3]) == pytest.approx(place, abs=1e-6)
     applied = {int(row[0]) for row in rows if row[4] == "applied"}
     assert applied >= set(DISC.orders) - {11, 31}
 

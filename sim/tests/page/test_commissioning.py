@@ -61,6 +61,18 @@ def test_exchanged_cables_are_named_and_stop_the_walk(
             assert "needs the steps before it" in refused.get_data(as_text=True)
 
 
+def test_the_devices_table_of_the_heads_is_shown(client: FlaskClient, device: TableDevice) -> None:
+    """Before any step the page shows order, sense and places as the firmware's console states
+    them."""
+    html = taken(client, "table")
+    cells = [re.findall(r"<td>(.*?)</td>", row) for row in re.findall(r"<tr>(.*?)</tr>", html)]
+    rows = [row for row in cells if len(row) == 11]
+    said = device.made.send("show heads").replace(" -", " –").splitlines()[1:-1]
+    assert rows == [line.split() for line in said]
+    assert [row[0] for row in rows] == ["1", "2", "3", "4"]
+    assert [row[2] for row in rows] == ["seen"] * 4
+
+
 @pytest.mark.large
 def test_a_step_that_is_repeated_forgets_those_after_it(client: FlaskClient) -> None:
     assert "All heads are connected as planned" in taken(client, "connection", PLAN)

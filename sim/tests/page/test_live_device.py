@@ -146,11 +146,10 @@ def test_the_heads_of_a_mean_are_shown(replay: Replay, page: Page, tmp_path: Pat
         expect(page.locator("main")).to_have_attribute("data-turn", "2")
         rows = page.locator("#heads section").first.locator("tbody tr")
         expect(rows).to_have_count(4)
-        expect(rows.nth(1)).to_have_text("264.3100°20.2″1.0010000.0010000.600″in use")
+        expect(rows.nth(1)).to_have_text("264.3100°20.2″1.0010000.00100012.3 ns0.600″in use")
         expect(rows.nth(2)).to_contain_text("left out")
         expect(page.locator("#heads-note")).to_have_text(
-            "By turn 2. Parity: -3.5 counts. "
-            "Delays of the heads: 0.0, 12.3, -3.2, 0.5 ns, u 0.4 ns."
+            "By turn 2. Parity: -3.5 counts. u of a delay: 0.4 ns."
         )
         expect(page.locator("#axis-note")).to_have_text(
             "Motion that does not repeat: 0.728″ RMS, u 0.031″."
@@ -160,6 +159,20 @@ def test_the_heads_of_a_mean_are_shown(replay: Replay, page: Page, tmp_path: Pat
         replay.turn(3, result="refused", reason="stands_still", harmonics=[], left_out=[3])
         expect(page.locator("main")).to_have_attribute("data-turn", "3")
         expect(rows.nth(2)).to_contain_text("left out")
+
+
+def test_the_delays_of_two_heads_are_shown(replay: Replay, page: Page, tmp_path: Path) -> None:
+    """A device that corrects head 1 sends delays but no places."""
+    with (
+        daemon(replay.port, tmp_path / "store", "--no-alarm-capture"),
+        page_server(tmp_path, tmp_path / "state", "--device", replay.port) as address,
+    ):
+        page.goto(f"{address}/device/")
+        replay.turn(1, late_ns=[0.0, -12.34], u_late_ns=0.44)
+        expect(page.locator("main")).to_have_attribute("data-turn", "1")
+        rows = page.locator("#heads section").first.locator("tbody tr")
+        expect(rows).to_have_text(["1––––0.0 ns–in use", "2––––-12.3 ns–in use"])
+        expect(page.locator("#heads-note")).to_have_text("By turn 1. u of a delay: 0.4 ns.")
 
 
 @pytest.mark.large

@@ -46,14 +46,13 @@ function showHeads(heads) {
   if (!heads.rows.length) return;
   const parity = heads.parity_counts === null || heads.parity_counts === undefined ? "" :
     ` Parity: ${heads.parity_counts.toFixed(1)} counts.`;
-  const late = !heads.late_ns ? "" : " Delays of the heads: " +
-    `${heads.late_ns.map(one => one.toFixed(1)).join(", ")} ns, u ${heads.u_late_ns.toFixed(1)} ns.`;
+  const late = typeof heads.u_late_ns !== "number" ? "" : ` u of a delay: ${heads.u_late_ns.toFixed(1)} ns.`;
   document.getElementById("heads-note").textContent = `By turn ${heads.turn}.${parity}${late}`;
   const [asynchronous, u] = heads.asynchronous;
-  document.getElementById("axis-note").textContent = asynchronous === null ? "" :
+  document.getElementById("axis-note").textContent = typeof asynchronous !== "number" ? "" :
     `Motion that does not repeat: ${asynchronous.toFixed(3)}″ RMS, u ${u.toFixed(3)}″.`;
-  rows(document.querySelector("#heads section tbody"), heads.rows.map(([head, place, u, radius, uRadius, left, use]) =>
-    [head, figure(place, 4, "°"), figure(u, 1, "″"), figure(radius, 6, ""), figure(uRadius, 6, ""), figure(left, 3, "″"), use]));
+  rows(document.querySelector("#heads section tbody"), heads.rows.map(([head, place, u, radius, uRadius, late, left, use]) =>
+    [head, figure(place, 4, "°"), figure(u, 1, "″"), figure(radius, 6, ""), figure(uRadius, 6, ""), figure(late, 1, " ns"), figure(left, 3, "″"), use]));
   rows(document.querySelector("#axis-circles tbody"), heads.axis.map(([order, forward, backward]) =>
     [order, figure(forward, 3, "″"), figure(backward, 3, "″")]));
 }

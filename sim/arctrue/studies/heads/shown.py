@@ -25,6 +25,8 @@ from arctrue.studies.heads.bench import (
     rms,
     two_heads_left_arcsec,
 )
+from arctrue.studies.heads.budget import budget
+from arctrue.studies.heads.figures import failover_figures, three_heads
 from arctrue.table import (
     DISC_RADIUS_M,
     Cause,
@@ -38,10 +40,12 @@ from arctrue.table.causes.radial_motion import RadialMotion
 
 Float = NDArray[np.float64]
 
-BALLS = BallPass(4.37, 0.25e-6)
-HUB_SHIFT = DiscEccentricity(2e-6, 0.8)
+BALL_PASS_M = 0.25e-6
+BALLS = BallPass(4.37, BALL_PASS_M)
+HUB_SHIFT_M = 2e-6
+HUB_SHIFT = DiscEccentricity(HUB_SHIFT_M, 0.8)
 """Shift of the disc's centre relative to the axis; heat causes this shift."""
-AXIS_SHIFT = RadialMotion(0, 2e-6 * np.exp(0.8j))
+AXIS_SHIFT = RadialMotion(0, HUB_SHIFT_M * np.exp(0.8j))
 AXIS: tuple[Cause, ...] = (
     BALLS,
     RadialMotion.along(2, 0.1e-6, 0.6, 1.0),
@@ -55,6 +59,19 @@ FINE_PLACES_DEG = (0.0, 112.1, 174.8, 297.8)
 """Best of 18,000 random sets of places: smallest RMS gain of orders 2 to 500 if the motion is
 unknown at every order. A set counts only if a mean exists and the heads have room; a set that was
 not drawn may be better."""
+AVERAGED_SAMPLES = 20
+TIME_MEASUREMENT_ARCSEC = 0.006
+"""Published uncertainty of time measurement on a free spin (docs/methods.md)."""
+GOALS = {
+    "attenuation": 500.0,
+    "mean_arcsec": 0.06,
+    "equal_radii_arcsec": 0.005,
+    "unequal_radii_arcsec": 0.01,
+    "motion_unknown_arcsec": 0.045,
+    "axis_at_rest_arcsec": 0.012,
+    "zero_arcsec": 0.05,
+}
+"""Goals of the study, fixed before its first run (issue 27)."""
 TURNS_SHOWN = (1, 3, 10, 30, 100, 1000)
 
 
@@ -77,6 +94,8 @@ def shown(
         "places_deg": list(PLACES_DEG),
         "samples_a_turn": samples_a_turn,
         "seed": seed,
+        "settings": _settings(bench),
+        "goals": GOALS,
         "ball_pass": _ball_pass(bench, two),
     }
     report_step("the hub moves")
@@ -91,8 +110,27 @@ def shown(
     report_step("the error function")
     found["error_function"] = _error_function(bench, fine_orders, fine_turns)
     report_step("uncertainty by cause")
-    found["budget"] = _budget(bench)
+    found["budget"] = budget(bench, HUB_SHIFT_M, RADIUS_TOLERANCE_M)
+    found["three_heads"] = three_heads()
+    found["failover"] = failover_figures()
     return found
+
+
+def _settings(bench: Bench) -> dict[str, Any]:
+    """Return the settings that the page states."""
+    return {
+        "two_places_deg": list(TWO_DEG),
+        "noise_arcsec": bench.noise_arcsec,
+        "mounting_arcsec": bench.mounting_arcsec,
+        "count_arcsec": ARCSEC_PER_RAD * 2.0 * np.pi / COUNTS_PER_REV,
+        "ball_pass_m": BALL_PASS_M,
+        "shift_m": HUB_SHIFT_M,
+        "radius_tolerance_m": RADIUS_TOLERANCE_M,
+        "averaged_samples": AVERAGED_SAMPLES,
+        "moved_arcsec": MOVED_ARCSEC,
+        "axis_limit_m": AXIS_LIMIT_M,
+        "time_measurement_arcsec": TIME_MEASUREMENT_ARCSEC,
+    }
 
 
 def _ball_pass(bench: Bench, two: Bench) -> dict[str, Any]:
@@ -122,7 +160,7 @@ def _ball_pass(bench: Bench, two: Bench) -> dict[str, Any]:
         "mean_without_noise_rms_arcsec": rms(mean_left_arcsec(coefficients, balls, angle)),
         "mean_without_balls_rms_arcsec": rms(mean_left_arcsec(coefficients, quiet, angle)),
         "mean_rms_arcsec": rms(left),
-        "mean_of_20_rms_arcsec": rms(left.reshape(-1, 20).mean(axis=1)),
+        "mean_of_20_rms_arcsec": rms(left.reshape(-1, AVERAGED_SAMPLES).mean(axis=1)),
     }
 
 
@@ -311,6 +349,9 @@ def _error_function(bench: Bench, orders: int, turns: int) -> dict[str, Any]:
                 "left_2_sigma_arcsec": left_2_sigma_arcsec(fine, axis, motion),
                 "known_places_2_sigma_arcsec": left_2_sigma_arcsec(known, axis, motion),
                 "expected_2_sigma_arcsec": 2.0 * per_turn / np.sqrt(turns),
+                "largest_gain": float(gain.max()),
+                # Each order has two normal components with a variance in proportion to its gain².
+                "relative_scatter": float(np.linalg.norm(gain**2) / np.sum(gain**2) / 2.0),
                 "by_turns": {str(n): 2.0 * per_turn / np.sqrt(n) for n in TURNS_SHOWN},
             }
         )
@@ -324,38 +365,3 @@ def _true_error(bench: Bench, rough: GraduationHarmonics, reading_rad: Float) ->
     for _ in range(12):
         angle += reading_rad - table.reading_rad(0, TableState.at_rest(angle))
     return np.asarray((reading_rad - angle) * ARCSEC_PER_RAD)
-
-
-def _budget(bench: Bench) -> list[dict[str, Any]]:
-    """Return the standard uncertainty of the mean that each cause alone gives; the axis moves by 2
-    µm."""
-    coefficients = bench.mean(())
-    assert coefficients.extension is not None
-    assert coefficients.extension.mean is not None
-    weights = np.array(coefficients.extension.mean.weights) / 65536.0
-    noise = float(np.linalg.norm(weights))
-    count = ARCSEC_PER_RAD * 2.0 * np.pi / COUNTS_PER_REV
-    moved = 2e-6 / DISC_RADIUS_M * ARCSEC_PER_RAD
-    eccentric = 36e-6 / DISC_RADIUS_M * ARCSEC_PER_RAD
-    radius = RADIUS_TOLERANCE_M / np.sqrt(3.0) / DISC_RADIUS_M
-    skew_s = 10e-9
-    rectangular = 1.0 / np.sqrt(12.0)
-    rows: tuple[tuple[str, float], ...] = (
-        ("noise of one sample, 0.1″ per head", bench.noise_arcsec * noise),
-        ("rounding of the heads' readings to counts", count * rectangular * noise),
-        ("rounding of the output to counts", count * rectangular),
-        ("rounding of the weights (s1.16), readings 285″ apart", 2**-17 / np.sqrt(3.0) * 285.0),
-        ("rounding of the offsets (u24.4)", count / 16.0 * rectangular * noise),
-        ("zero: index marks that repeat within ± 1 count", count / np.sqrt(3.0) * noise),
-        (
-            "places wrong by 10″, axis moves by 2 µm",
-            10.0 * RAD_PER_ARCSEC * moved * noise / np.sqrt(2),
-        ),
-        ("radii wrong by up to 0.1 mm, axis moves by 2 µm", radius * moved * noise / np.sqrt(2)),
-        (
-            "radii wrong by up to 0.1 mm, order 1 of the disc",
-            radius * eccentric * noise / np.sqrt(2),
-        ),
-        ("skew of 10 ns between the heads at 90°/s", skew_s * 90.0 * 3600.0 * noise),
-    )
-    return [{"cause": cause, "u_arcsec": float(u)} for cause, u in rows]
