@@ -19,7 +19,11 @@ from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.workbench.observations import CaptureRows, Observations
 from arctrue.workbench.observations.outliers.excursions import excursions, step_scatter
 from arctrue.workbench.observations.outliers.single_rows import MOST_SHARE
-from arctrue.workbench.observations.reference_columns import direction_faults, frozen_rows
+from arctrue.workbench.observations.reference_columns import (
+    direction_faults,
+    frozen_rows,
+    saturated_rows,
+)
 from arctrue.workbench.observations.stored import StoredCapture
 
 Float = NDArray[np.float64]
@@ -77,17 +81,22 @@ def data_faults(observations: Observations) -> list[str]:
     # A fault of head 1 or of the time stamps is found again in the difference to every other head.
     found = list(dict.fromkeys(found))
     stations = observations.every_reference_row
+    limits: list[str] = []
     if stations is not None:
         found += _temperature_faults(
             "reference", stations.temperature_c, observations.reference_line
         )
         found += direction_faults(stations, observations.reference_line)
-        found += frozen_rows(stations, observations.reference_line)
+        # Readings at a limit are equal rows as well, and their scatter of 0 makes other rows
+        # outliers.
+        line_of = observations.reference_line
+        limits = saturated_rows(stations, line_of)
+        found += limits or frozen_rows(stations, line_of)
     found += [
         f"{channel}: {percent(share)} of the rows are outliers, each far from the rows around it; "
         f"at most {percent(MOST_SHARE)} are left out as single wrong rows"
         for channel, share in observations.outlying_share.items()
-        if share > MOST_SHARE
+        if share > MOST_SHARE and not (limits and channel == "reference")
     ]
     return found
 
