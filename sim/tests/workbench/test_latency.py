@@ -127,3 +127,19 @@ def test_what_a_delay_leaves_is_judged_with_the_orders_that_it_bent() -> None:
     assert found.named is not None, found.decision.unlike
     assert found.named.name == "latency"
     assert not found.further
+
+
+def test_readings_every_sixteenth_of_a_second_are_not_at_standstill() -> None:
+    """Stations 1.8° apart are read every 0.06 s: a table that stops needs longer. One speed is not
+    enough for a delay."""
+    target = np.tile(np.arange(200) * 1.8, 5)
+    for step_s, words in ((0.06, "more than one speed"), (4.0, "stands still at its stations")):
+        reference = Reference(
+            target_deg=target,
+            error_arcsec=np.cos(np.radians(target)),
+            run=np.repeat(np.arange(5), 200),
+            time_s=step_s * np.arange(target.size),
+            direction=np.ones(target.size, dtype=np.int64),
+        )
+        observations = observations_of(MeasurementSet(Table(), None, reference))
+        assert words in " ".join(EFFECTS["latency"]().missing(observations))

@@ -86,6 +86,9 @@ class Candidate:
     second_of_runs: SecondRunEffect | None = None
     """The other effect that was subtracted from the rows, if only both together explain the offsets
     of the runs."""
+    with_further: Solution | None = None
+    """Model with this effect and the effects that the diagnosis finds after it; None without such
+    effects."""
 
     @property
     def name(self) -> str:
@@ -133,8 +136,13 @@ class Candidate:
         return Term(self.effect, self.nonlinear)
 
     def parameters(self) -> dict[str, Parameter]:
-        """Return the fitted parameters of this effect, the last term of its solution."""
-        return self.solution.parameters()[-1]
+        """Return the fitted parameters of this effect.
+
+        They are those of the model that also has the further effects: two effects whose columns
+        resemble each other change each other's size by more than the uncertainty of each alone.
+        """
+        place = len(self.solution.terms) - 1
+        return (self.with_further or self.solution).parameters()[place]
 
 
 ONCE = frozenset({"time", "settling", "run"})

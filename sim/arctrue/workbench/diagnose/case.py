@@ -19,6 +19,7 @@ from arctrue.workbench.diagnose.candidate import (
     is_line,
 )
 from arctrue.workbench.diagnose.classes import (
+    LEAST_SHARE,
     OF_THE_SAME_KIND,
     Similar,
     adds,
@@ -286,7 +287,21 @@ class Case:
         best = self.best
         assert best is not None
         aliased = above_half_the_samples(best, self.survey.residuals)
-        return alike(best, list(self.others.values()), unspecific=aliased)
+        found = alike(best, list(self.others.values()), unspecific=aliased)
+        if best.effect.search_kind == "frequency" and best.lacking_variety:
+            # At one speed a frequency is an order. The phase of an oscillation is free in every
+            # run, and so is its size. An effect that explains most of it with one phase is an
+            # error of the disc or of the signal whose size changes.
+            found.equals += [
+                item.name
+                for item in self.others.values()
+                if not item.effect.unspecific
+                and item.name not in found.all_names
+                and item.p_corrected < SIGNIFICANCE
+                and item.gain >= LEAST_SHARE * best.gain
+                and _look_alike(self.survey, item, best)
+            ]
+        return found
 
     @cached_property
     def rivals(self) -> list[Candidate]:
@@ -312,6 +327,15 @@ class Case:
         """The best effect with another condition in place of its own, if these rows cannot
         distinguish the two conditions; otherwise None."""
         return None if self.best is None else confounded_with(self.best, NEAR_TIE)
+
+    @cached_property
+    def confounded_effect(self) -> Candidate | None:
+        """The effect of the catalogue that has the parts of :attr:`confounded`, if there is one."""
+        if self.confounded is None:
+            return None
+        parts = set(self.confounded.effect.parts)
+        found = (item for item in self.others.values() if set(item.effect.in_parts) == parts)
+        return next(found, None)
 
     @cached_property
     def stand_in(self) -> Candidate | None:

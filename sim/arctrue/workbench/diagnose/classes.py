@@ -58,7 +58,7 @@ def alike(best: Candidate, others: Sequence[Candidate], *, unspecific: bool = Fa
         described = unspecific or best.effect.unspecific or _is_enough(other, best)
         if other.effect.unspecific and not described:
             continue
-        if not stands_in(best, other):
+        if not stands_in(best, other) or not _takes_its_error(other, best):
             continue
         if other.rank > best.rank:
             similar.larger.append(other.name)
@@ -74,6 +74,18 @@ def adds(item: Candidate, other: Candidate, *, searched: bool = True) -> bool:
     parameters follow from ``other``. Both gains use the same noise: the noise estimated with
     ``item`` in the model or, if that noise was not estimated, with ``other`` in the model.
     """
+    gain, rank = _gain_with(other, item)
+    freedom = min(item.freedom, other.freedom)
+    p_value = corrected_p_value(gain, rank, item.trials if searched else 1.0, 1, freedom)
+    return p_value < NOTHING_LEFT_P
+
+
+def _gain_with(other: Candidate, item: Candidate) -> tuple[float, int]:
+    """Return the gain and the rank of ``item`` if ``other`` is in the model.
+
+    A model with both effects is at least as likely as the model with ``item`` alone. If the noise
+    was estimated anew for both, the gain is therefore at least the difference of their gains.
+    """
     known = item.evidence or other.evidence
     solution, share = other.solution, 1.0
     if known is not None:
@@ -84,11 +96,19 @@ def adds(item: Candidate, other: Candidate, *, searched: bool = True) -> bool:
         # and with the effect.
         share = item.gain / max(alone, 1e-300)
     left = Residuals(solution).score(item.effect, item.nonlinear)
-    freedom = min(item.freedom, other.freedom)
-    p_value = corrected_p_value(
-        left.gain * share, left.rank, item.trials if searched else 1.0, 1, freedom
-    )
-    return p_value < NOTHING_LEFT_P
+    gain = left.gain * share
+    if item.evidence is not None and other.evidence is not None and left.rank:
+        gain = max(gain, item.gain - other.gain)
+    return gain, left.rank
+
+
+def _takes_its_error(other: Candidate, best: Candidate) -> bool:
+    """Tell whether ``other`` in the model takes at least LEAST_SHARE of the gain of ``best``.
+
+    The gain that remains may be chance because the best effect is itself hardly significant, and
+    not because the other effect explains the same error: one step explains no alternation.
+    """
+    return _gain_with(other, best)[0] <= (1.0 - LEAST_SHARE) * best.gain
 
 
 def lead(item: Candidate, other: Candidate) -> float:

@@ -12,10 +12,11 @@ import numpy as np
 
 from arctrue.workbench.diagnose.candidate import Candidate, delta_bic
 from arctrue.workbench.effects.base import orders_of_parts
-from arctrue.workbench.effects.part_conditions import recorded_conditions
+from arctrue.workbench.effects.part_conditions import ALWAYS, recorded_conditions
 from arctrue.workbench.effects.product_of_parts import FRAME_OF_HEAD, Frame, ProductOfParts
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
 from arctrue.workbench.inference.design_matrix import Term
+from arctrue.workbench.inference.residuals import Residuals
 
 ALIKE = 0.98
 """Columns count as equal if their canonical correlation, with the model projected out, is at least
@@ -38,17 +39,27 @@ def confounded_with(best: Candidate, near_tie: float) -> Candidate | None:
     orders = orders_of_parts(parts)
     base = evidence.base
     found: list[Candidate] = []
+    free, of_constant = base, 0.0
+    if not orders and frame in FRAME_OF_HEAD.values():
+        # The zero of another condition is not that of the best effect, and the angle between the
+        # heads is known to the tolerance of their mounting only.
+        constant = ProductOfParts.of(ALWAYS, (), frame)
+        found_there = base.score(constant, {})
+        if found_there.rank:
+            free = Residuals(base.solution_with(constant, {}, found_there))
+            of_constant = found_there.gain
     for condition in recorded_conditions(base.observations):
         form = ProductOfParts.of(condition, orders, frame)
         if condition.part in parts or form.missing(base.observations):
             continue
         score = base.score(form, {})
-        if score.rank != evidence.score.rank or score.gain < evidence.score.gain - near_tie:
+        gained = max(score.gain, of_constant + free.score(form, {}).gain)
+        if score.rank != evidence.score.rank or gained < evidence.score.gain - near_tie:
             continue
-        alike = canonical_correlations(base, best.term, Term(form, {}))
+        alike = canonical_correlations(free, best.term, Term(form, {}))
         if alike.size < score.rank or float(np.min(alike)) < ALIKE:
             continue
-        gain = best.gain * score.gain / max(evidence.score.gain, 1e-300)
+        gain = best.gain * min(gained / max(evidence.score.gain, 1e-300), 1.0)
         found.append(
             replace(
                 best,

@@ -19,7 +19,11 @@ from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.workbench.observations import CaptureRows, Observations
 from arctrue.workbench.observations.outliers.excursions import excursions, step_scatter
 from arctrue.workbench.observations.outliers.single_rows import MOST_SHARE
-from arctrue.workbench.observations.reference_columns import direction_faults, frozen_rows
+from arctrue.workbench.observations.reference_columns import (
+    direction_faults,
+    frozen_rows,
+    saturated_rows,
+)
 from arctrue.workbench.observations.stored import StoredCapture
 
 Float = NDArray[np.float64]
@@ -41,6 +45,9 @@ the step.
 """
 MOST_SLIPS = 8
 """Largest number of slips of a head in a run; with more slips, the head itself counts as faulty."""
+LEAST_MOVE_COUNTS = 4.0
+"""Smallest usual step of the other head at which a head that keeps its count is frozen: noise of a
+count leaves a step of four counts unchanged in one row of 15,000."""
 TEMPERATURES_C = (-60.0, 200.0)
 """Lowest and highest plausible temperature. These limits are a choice: no table is in a colder or
 warmer place, and a broken sensor reads a limit of its range."""
@@ -74,17 +81,22 @@ def data_faults(observations: Observations) -> list[str]:
     # A fault of head 1 or of the time stamps is found again in the difference to every other head.
     found = list(dict.fromkeys(found))
     stations = observations.every_reference_row
+    limits: list[str] = []
     if stations is not None:
         found += _temperature_faults(
             "reference", stations.temperature_c, observations.reference_line
         )
         found += direction_faults(stations, observations.reference_line)
-        found += frozen_rows(stations, observations.reference_line)
+        # Readings at a limit are equal rows as well, and their scatter of 0 makes other rows
+        # outliers.
+        line_of = observations.reference_line
+        limits = saturated_rows(stations, line_of)
+        found += limits or frozen_rows(stations, line_of)
     found += [
         f"{channel}: {percent(share)} of the rows are outliers, each far from the rows around it; "
         f"at most {percent(MOST_SHARE)} are left out as single wrong rows"
         for channel, share in observations.outlying_share.items()
-        if share > MOST_SHARE
+        if share > MOST_SHARE and not (limits and channel == "reference")
     ]
     return found
 
@@ -114,24 +126,38 @@ def _step_faults(
 ) -> list[str]:
     if end - start < 3:
         return [f"capture, run {run}: only {end - start} samples"]
-    step = np.diff(rows.angle_rad[start:end])
+    # The readings are examined, not the true angle: a fault of a head falsifies the error of the
+    # disc with which the true angle of every row is calculated.
+    in_counts = (observations.counts_per_rev or 1) / (2.0 * np.pi)
     if isinstance(rows, StoredCapture):
+        reading = rows.head1_counts[start:end] / in_counts
         difference = rows.difference_rad(slice(start, end))
     else:
+        reading = rows.line1_rad[start:end]
         difference = rows.difference_arcsec[start:end] * RAD_PER_ARCSEC
+    step = np.diff(reading)
     other = step + np.diff(difference)
-    if rows.angle_rad[end - 1] == rows.angle_rad[start]:
+    if reading[-1] == reading[0]:
         return [f"capture, run {run}: the table stands still"]
     if rows.time_s[end - 1] <= rows.time_s[start]:
         return [
             f"capture, run {run}: time_s stays at {rows.time_s[start]:g} s from the first row of "
             "the run to the last; expected the time of every sample"
         ]
-    in_counts = (observations.counts_per_rev or 1) / (2.0 * np.pi)
     passed = np.diff(rows.time_s[start:end])
+    found: list[str] = []
+    for head, own, moving in ((1, step, other), (rows.head, other, step)):
+        found += [
+            f"capture, run {run}, {_place(first, start, observations)}, and the {length} rows "
+            f"after it: head {head} keeps one count while another head moves; mask these rows "
+            "(mask.csv)"
+            for first, length in _frozen(own * in_counts, moving * in_counts)
+        ]
+    if found:
+        # The steps around a frozen head have no usual size.
+        return found
     wrong = [_implausible(step, passed), _implausible(other, passed)]
     lost = wrong[0] & wrong[1]
-    found: list[str] = []
     if not (wrong[0].any() or wrong[1].any()):
         return found
     expected = _expected_step(step, passed)
@@ -157,6 +183,26 @@ def _step_faults(
                 f"{alone.size} such steps in this run"
             )
     return found
+
+
+def _frozen(step_counts: Float, other_counts: Float) -> list[tuple[int, int]]:
+    """Return the first row and the number of further rows of each stretch in which a head keeps its
+    count while another head moves as usual.
+
+    A stretch has more than MOST_SLIPS steps. A head with more than MOST_SLIPS such stretches has
+    coarser counts than the other.
+    """
+    usual = float(np.median(np.abs(other_counts)))
+    if usual < LEAST_MOVE_COUNTS:
+        return []
+    still = (np.abs(step_counts) < 0.5) & (np.abs(other_counts) > 0.5 * usual)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(np.int8), [0]])))
+    found = [
+        (first, after - first)
+        for first, after in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
+        if after - first > MOST_SLIPS
+    ]
+    return found if len(found) <= MOST_SLIPS else []
 
 
 def _expected_step(step: Float, passed_s: Float | None) -> Float:

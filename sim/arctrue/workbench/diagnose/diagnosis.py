@@ -21,7 +21,12 @@ from arctrue.workbench.diagnose.evidence import described_above, survey
 from arctrue.workbench.diagnose.facts import Facts
 from arctrue.workbench.diagnose.grounds import Grounds
 from arctrue.workbench.diagnose.next_measurement import NextMeasurement, measurement_for
-from arctrue.workbench.diagnose.of_the_runs import IndexScatter, index_beyond_its_prior
+from arctrue.workbench.diagnose.of_the_runs import (
+    DirectionDifference,
+    IndexScatter,
+    direction_difference,
+    index_beyond_its_prior,
+)
 from arctrue.workbench.diagnose.posterior import PARTS_ADVANTAGE
 from arctrue.workbench.diagnose.regular import Findings, findings_of
 from arctrue.workbench.diagnose.rules import LEAST_EXCESS, decide, said_of
@@ -83,6 +88,8 @@ class Diagnosis:
     ``instead`` looks for it."""
     index_scatter: IndexScatter | None = None
     """Scatter of the runs' offsets beyond the known index, if nothing was found."""
+    directions: DirectionDifference | None = None
+    """Difference of the runs' offsets between the directions, if nothing was found."""
     findings: Findings = field(default_factory=Findings)
     """Findings in the reference; if an effect is named or described, the findings that remain with
     it.
@@ -357,7 +364,12 @@ def _stated(observations: Observations, base: Solution | None, facts: Facts) -> 
         scatter = index_beyond_its_prior(case.survey.residuals)
         if scatter is not None and scatter.rms_arcsec < case.survey.matters_arcsec:
             scatter = None
-    if scatter is not None:
+    directions: DirectionDifference | None = None
+    if case is not None and found.verdict in ("adequate", "cannot_tell"):
+        directions = direction_difference(case.survey.residuals)
+        if directions is not None and directions.size_arcsec < case.survey.matters_arcsec:
+            directions = None
+    if scatter is not None or directions is not None:
         probability = _less_of_none(probability)
     measurement = found.next or measurement_for(found.question, found.described)
     if case is None:
@@ -366,7 +378,8 @@ def _stated(observations: Observations, base: Solution | None, facts: Facts) -> 
     if found.described is not None:
         found = replace(found, described=_sharpened(found.described))
     if found.effect_class:
-        candidates = [_sharpened(candidates[0]), *candidates[1:]]
+        first = replace(_sharpened(candidates[0]), with_further=_with_further(found))
+        candidates = [first, *candidates[1:]]
         found = replace(found, first=candidates[0])
     return Diagnosis(
         observations,
@@ -382,7 +395,22 @@ def _stated(observations: Observations, base: Solution | None, facts: Facts) -> 
         unlike=facts.unlike,
         grounds=facts.grounds(found),
         index_scatter=scatter,
+        directions=directions,
     )
+
+
+def _with_further(found: Decision) -> Solution | None:
+    """Return the model with the named effect and all effects that are found after it; None if there
+    are none, or if another effect was subtracted from the rows of one of them."""
+    if found.verdict != "named" or found.first is None or found.first.second_of_runs is not None:
+        return None
+    last: Candidate | None = None
+    further = found.further
+    while further is not None and further.first is not None:
+        if further.first.second_of_runs is not None:
+            break
+        last, further = further.first, further.further
+    return None if last is None else on_every_row(last.at_maximum)
 
 
 MOST_OF_NONE = 0.5

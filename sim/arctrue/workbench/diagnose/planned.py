@@ -21,6 +21,7 @@ from arctrue.measurement.asked import (
     TURNED_FACES,
     WARMER_K,
 )
+from arctrue.workbench.diagnose.confounded import ALIKE
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 Float = NDArray[np.float64]
@@ -87,6 +88,7 @@ def _further_run(
     faster: float = 1.0,
     back: bool = False,
     warmer_k: float = 0.0,
+    cooled: bool = False,
     turns: float | None = None,
     finer: float = 1.0,
 ) -> Observations | None:
@@ -103,6 +105,9 @@ def _further_run(
     longer = 1.0 if turns is None else turns * 2.0 * np.pi / abs(travel)
     if longer < 1.0 or (warmer_k and rows.temperature_c is None):
         return None
+    rises = _rises_with_time(rows)
+    if cooled and not rises:
+        return None
     # The run has one more sample than the first run, so that the new samples are between the old
     # ones.
     count = int(min(first.size * longer * finer, MOST_NEW_ROWS)) + 1
@@ -115,9 +120,12 @@ def _further_run(
         run=np.full(count, rows.runs, dtype=np.int64),
         revolution=int(rows.revolution.max()) + 1 + _turns(angle),
         time_s=start + duration * longer / faster * share,
-        temperature_c=None
-        if rows.temperature_c is None
-        else np.full(count, float(np.median(rows.temperature_c[first])) + warmer_k),
+        temperature_c=_temperature_c(
+            rows,
+            start + duration * longer / faster * share,
+            warmer_k,
+            goes_on=rises and not cooled,
+        ),
         direction=np.full(count, way * np.sign(travel)),
         speed_rad_s=np.full(count, way * travel / duration * faster),
         angle_rad=angle,
@@ -148,6 +156,36 @@ def _further_run(
     if reference is not None:
         reference = replace(reference, capture_runs=joined.runs)
     return replace(observations, capture=joined, reference=reference)
+
+
+def _rises_with_time(rows: CaptureRows) -> bool:
+    """Tell whether the temperature changes evenly with the time, so that one cannot be told from
+    the other: their correlation is at least ALIKE, over the set and within the runs."""
+    celsius = rows.temperature_c
+    if celsius is None:
+        return False
+    size = np.bincount(rows.run)
+    of_run = [np.bincount(rows.run, values) / size for values in (rows.time_s, celsius)]
+    time_s = rows.time_s - of_run[0][rows.run]
+    within = celsius - of_run[1][rows.run]
+    if float(np.ptp(within)) == 0.0:
+        return False
+    found = (np.corrcoef(rows.time_s, celsius), np.corrcoef(time_s, within))
+    return all(abs(float(item[0, 1])) >= ALIKE for item in found)
+
+
+def _temperature_c(
+    rows: CaptureRows, time_s: Float, warmer_k: float, *, goes_on: bool
+) -> Float | None:
+    """Return the temperature of the planned rows: that of the first run, or, with ``goes_on``, the
+    straight line of the set continued, because a change that nobody stops goes on."""
+    if rows.temperature_c is None:
+        return None
+    if goes_on:
+        line = np.polyfit(rows.time_s - rows.set_start_s, rows.temperature_c, 1)
+        return np.asarray(np.polyval(line, time_s - rows.set_start_s) + warmer_k)
+    first = float(np.median(rows.temperature_c[rows.run == 0]))
+    return np.full(time_s.size, first + warmer_k)
 
 
 def _side_by_side(columns: list[Float | None]) -> Float | None:
@@ -321,6 +359,12 @@ PLANS = (
         "again",
         "the same run once more, after the table has stood still for ten minutes",
         _further_run,
+    ),
+    PlannedMeasurement(
+        "again",
+        "the same run once more, after the table is back at the temperature of the first run (this "
+        "set's temperature changes evenly with the time)",
+        lambda o: _further_run(o, cooled=True),
     ),
     PlannedMeasurement(
         "warm",

@@ -356,6 +356,10 @@ def size_sentence(item: Candidate) -> str:
     ]
     if not known:
         return ""
+    if len(known) > MOST_SIZES and "rms" in dict(known):
+        # The change of the prediction also contains the change of the other coefficients.
+        rms = every["rms"]
+        return f"Fitted size: {with_uncertainty(rms.value, rms.sigma, rms.unit)} RMS."
     if len(known) > MOST_SIZES:
         sizes = ", ".join(f"{size:.3g}″ RMS of the {name}" for name, size in _sizes(item))
         return f"Fitted size: {sizes}." if sizes else ""
@@ -371,9 +375,10 @@ def _sizes(item: Candidate) -> list[tuple[str, float]]:
 
 
 def _index(result: Diagnosis) -> list[str]:
-    """Return a sentence if the runs' offsets scatter by more than the known repeatability of the
-    index explains."""
-    return [] if result.index_scatter is None else [result.index_scatter.sentence()]
+    """Return sentences if the runs' offsets scatter by more than the known repeatability of the
+    index explains, or if they differ between the directions."""
+    found = (result.index_scatter, result.directions)
+    return [item.sentence() for item in found if item is not None]
 
 
 def _measurement(result: Diagnosis) -> list[str]:

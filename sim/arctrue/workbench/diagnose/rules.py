@@ -679,6 +679,9 @@ def cannot_be_split(case: Case) -> Decision | None:
         return None
     if stranger is not None and (near_tie or not rivals):
         rivals.append(stranger)
+    also = case.confounded_effect
+    if also is not None and also not in rivals:
+        rivals.append(also)
     found = Question(best, rivals or [case.others[name] for name in similar.larger])
     why = f"it needs {'; '.join(best.lacking_variety)}" if best.lacking_variety else None
     return _of_class(
@@ -688,6 +691,7 @@ def cannot_be_split(case: Case) -> Decision | None:
         unconfirmed=why,
         look_alikes=case.look_alikes if best.lacking_variety else None,
         question=found,
+        also=also,
     )
 
 
@@ -712,16 +716,17 @@ def looks_like_untestable(case: Case) -> Decision | None:
 def grows_with_another(case: Case) -> Decision | None:
     """The effect may depend on another condition, which changed together with its own in this
     set."""
-    best, other = case.best, case.confounded
+    best, other, also = case.best, case.confounded, case.confounded_effect
     assert best is not None
     if other is None:
         return None
     found = _of_class(
         case,
         "ambiguous",
-        described=other,
+        described=other if also is None else None,
         unconfirmed="the condition it depends on changed together with another one in this set",
         question=Question(best, [other]),
+        also=also,
     )
     return replace(found, confounded=True)
 
@@ -759,10 +764,13 @@ def _of_class(
     described: Candidate | None = None,
     unconfirmed: str | None = None,
     look_alikes: dict[str, list[str]] | None = None,
+    also: Candidate | None = None,
 ) -> Decision:
-    best, names = case.best, case.similar.all_names
+    best, names = case.best, list(case.similar.all_names)
     assert best is not None
     unseen = look_alikes or {}
+    if also is not None and also.name not in names:
+        names.append(also.name)
     return Decision(
         verdict,
         first=best,

@@ -301,6 +301,11 @@ class Visits:
         """Number of passes."""
         return len(self.bases)
 
+    @property
+    def visits_of_a_place(self) -> int:
+        """Largest number of passes over one place; a pass through 0° counts once on each side."""
+        return int(np.bincount(self.place).max(initial=0))
+
     @cached_property
     def _own_share(self) -> Float:
         """Share of the variance of each cell that remains after the removal of the curves."""
@@ -380,7 +385,7 @@ class Visits:
         found, sizes, sigma = self._single_places
         return RepeatedError(
             test.rms_arcsec,
-            self.passes,
+            self.visits_of_a_place,
             self.angle_rad.size,
             self._merged(found, sizes, sigma),
             self.stations,

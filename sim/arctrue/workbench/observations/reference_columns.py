@@ -130,6 +130,34 @@ def frozen_rows(rows: ReferenceRows, line_of: Callable[[int], int]) -> list[str]
     ]
 
 
+def saturated_rows(rows: ReferenceRows, line_of: Callable[[int], int]) -> list[str]:
+    """Describe rows at the limits of the instrument's range: those with exactly the largest or the
+    smallest error, if they are too many for an extremum; empty if they are not.
+
+    At the extremum of a smooth curve, rounded values recur as well, but fewer than LONGER times as
+    often as any other value.
+    """
+    error, size = rows.error_arcsec, rows.error_arcsec.size
+    values, count = np.unique(error, return_counts=True)
+    if values.size <= LEAST_STEPS:
+        return []
+    usual = int(count[1:-1].max())
+    least = max(LEAST_STEPS, LEAST_SHARE * size, LONGER * usual)
+    ends = [(end, int(count[end])) for end in (-1, 0) if count[end] >= least]
+    if not ends:
+        return []
+    first = int(np.flatnonzero(np.isin(error, values[[end for end, _ in ends]]))[0])
+    said = " and ".join(
+        f"its {'largest' if end else 'smallest'} value in {number} rows" for end, number in ends
+    )
+    return [
+        f"reference, line {line_of(first)} of the file on: error_arcsec has exactly {said}, "
+        f"{percent(sum(number for _, number in ends) / size)} of the rows; no other value occurs "
+        f"in more than {usual}: the instrument is at the limit of its range; align it so that the "
+        "error stays within its range, or mask these rows (mask.csv)"
+    ]
+
+
 def _labelled(rows: ReferenceRows) -> list[tuple[int, int]]:
     """Return first row and row after the last of each stretch with one run, cycle and direction."""
     new = np.diff(rows.run) != 0

@@ -65,12 +65,31 @@ def test_a_slip_stays_and_is_an_effect() -> None:
     assert _faults(made, capture) == []
 
 
-def test_a_head_that_stands_while_the_other_goes_on_is_reported() -> None:
+@pytest.mark.parametrize("rows", [10, 40, 300])
+@pytest.mark.parametrize("head", [1, 2])
+def test_a_head_that_stands_while_the_other_goes_on_is_reported(head: int, rows: int) -> None:
+    """The only fault is the frozen stretch with its rows. The frozen rows falsify the error of the
+    disc, but no step of the other rows is reported."""
     made, capture = _copied()
-    capture.head2_counts[ROW : ROW + 40] = capture.head2_counts[ROW]
+    counts = capture.head1_counts if head == 1 else capture.head2_counts
+    counts[ROW : ROW + rows] = counts[ROW]
+    first_of_run = int(np.flatnonzero(capture.run == 1)[0])
+    assert _faults(made, capture) == [
+        f"capture, run 1, sample {ROW - first_of_run} of the run (row {ROW} of the data, line "
+        f"{ROW + 2} of the file), and the {rows - 1} rows after it: head {head} keeps one count "
+        "while another head moves; mask these rows (mask.csv)"
+    ]
+
+
+def test_a_head_that_jumps_again_and_again_is_reported() -> None:
+    """A head that steps by some counts and back, in more places than slips, is faulty."""
+    made, capture = _copied()
+    for number in range(20):
+        capture.head2_counts[ROW + 40 * number : ROW + 40 * number + 6] += 3_000
     found = _faults(made, capture)
     assert len(found) == 1
     assert "head 2 moves by" in found[0]
+    assert "40 such steps in this run" in found[0]
 
 
 def test_dense_rows_of_coarse_counts_are_no_jumps() -> None:

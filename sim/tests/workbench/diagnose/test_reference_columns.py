@@ -109,3 +109,20 @@ def test_a_table_that_stands_may_have_equal_errors() -> None:
     made.error_arcsec[400:800] = made.error_arcsec[400]
     made.target_deg[400:800] = made.target_deg[400]
     assert _faults(made) == []
+
+
+def test_readings_at_the_limits_of_the_instrument_are_bad_data() -> None:
+    """An autocollimator of ±20″ shows an error of ±30″: 48 % of an even sine are above 2/3."""
+    made = _log(amplitude=30.0, display=0.01)
+    clipped = np.clip(made.error_arcsec, -20.0, 20.0)
+    (said,) = _faults(replace(made, error_arcsec=clipped))
+    assert "the instrument is at the limit of its range" in said
+    at_limit = np.abs(clipped) == 20.0
+    assert f"line {int(np.flatnonzero(at_limit)[0]) + 2} of the file" in said
+    largest, smallest = np.sum(clipped == 20.0), np.sum(clipped == -20.0)
+    assert f"its largest value in {largest} rows and its smallest value in {smallest} rows" in said
+
+
+@pytest.mark.parametrize("display", [0.01, 0.1, 1.0])
+def test_the_extremum_of_a_rounded_curve_is_no_limit(display: float) -> None:
+    assert _faults(_log(noise=0.0, amplitude=30.0, display=display)) == []

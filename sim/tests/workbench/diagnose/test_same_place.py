@@ -231,3 +231,12 @@ def test_an_error_of_the_travel_is_no_change_in_time() -> None:
     found = diagnosis_of(_sweeps(angle, lambda at: 0.25 * at, 4, 15.0, 0.1))
     assert found.findings.slow is None
     assert "The error repeats at equal angle of travel in 4 passes" in _text(found)
+
+
+def test_an_arc_over_zero_is_one_pass_each_time() -> None:
+    """Six sweeps from −40° to 40° pass each place six times, although each sweep crosses 0°."""
+    angle = np.arange(-40.0, 40.5, 0.5)
+    found = _without_orders(
+        _sweeps(angle, lambda at: 35.0 * np.cos(np.radians(3.0 * at)), 6, 2.0, 1.0)
+    )
+    assert "in 6 passes" in _text(found)

@@ -22,6 +22,7 @@ from arctrue.workbench.observations.outliers.single_rows import (
     station_outliers,
     without_wave,
 )
+from arctrue.workbench.observations.reading_step import reading_step
 from arctrue.workbench.observations.reference_speed import continued, passes_of
 
 Float = NDArray[np.float64]
@@ -38,14 +39,16 @@ def reference_outliers(rows: Reference, count_arcsec: float | None = None) -> tu
     """Return True for outliers, and each row's distance from its neighbours or repeats; (rows,).
 
     The distances are in arcseconds. ``count_arcsec``: size of a count; None if the set does not
-    state it. Readings in whole counts cannot show a scatter of less than half a count: a station
-    may have noise although it gives the same count every time.
+    state it. Readings in whole counts, or in whole steps of any other size, cannot show a scatter
+    of less than half a step: a station may have noise although it gives the same count every time.
     """
     # Rounding alone has the standard deviation step/√12, even if all rounded readings are equal.
     rounding = display_step(rows.error_arcsec) / float(np.sqrt(12.0))
     least = max(rows.standard_uncertainty_arcsec or 0.0, rounding)
     if rows.head1_counts is not None and count_arcsec is not None:
         least = max(least, NORMAL_MAD * 0.5 * count_arcsec)
+    step_arcsec = reading_step(rows.target_deg, rows.error_arcsec, count_arcsec)
+    least = max(least, NORMAL_MAD * 0.5 * step_arcsec)
     passes = passes_of(rows)
     number = np.zeros(rows.error_arcsec.size, dtype=np.int64)
     sense = np.ones(rows.error_arcsec.size, dtype=np.int64)
