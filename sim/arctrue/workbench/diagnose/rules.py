@@ -61,6 +61,7 @@ from arctrue.workbench.diagnose.posterior import (
 from arctrue.workbench.diagnose.probabilities import UNKNOWN
 from arctrue.workbench.diagnose.rounding import rounded_at_the_stations
 from arctrue.workbench.diagnose.same_ramp import same_ramp
+from arctrue.workbench.diagnose.speed_ladder import not_in_proportion
 from arctrue.workbench.diagnose.survey import Survey
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
 from arctrue.workbench.inference.forward.cycles import p_among_cycles
@@ -625,8 +626,8 @@ def comes_again_and_again(case: Case) -> Decision | None:
 
 
 def fails_its_own_test(case: Case) -> Decision | None:
-    """The best effect is an order of a shape with corners, a constant although the runs differ, or
-    an error that follows the reading.
+    """The best effect is an order of a shape with corners, a constant although the runs differ, a
+    delay whose offsets follow no straight line of the speed, or an error that follows the reading.
 
     A pattern with corners is not one order, an error that differs with the speed of the runs is not
     a constant, and an error that follows the reading of the reference is not an error of the table.
@@ -638,6 +639,8 @@ def fails_its_own_test(case: Case) -> Decision | None:
         why = shape_with_corners(case.survey.findings.causes)
     if why is None and follows_the_reading(case.survey.residuals, best, NEAR_TIE):
         why = "it follows the reading of the reference, so that the reference's scale is nonlinear"
+    if why is None:
+        why = not_in_proportion(case.survey.base, best, OF_THE_SAME_KIND)
     further = case.further
     explained = further is not None and further.verdict in ("named", "ambiguous")
     if why is None and _of_the_runs(case) and case.with_best is not None and not explained:
