@@ -148,6 +148,11 @@ LOOK_AT_THE_STAND = NextMeasurement(
     "knock does not repeat",
     "again",
 )
+CLAMPED_AGAIN = NextMeasurement(
+    "the same runs without touching heads, reference and their mounts in between: zero and order 1 "
+    "then stay the same from run to run",
+    "again",
+)
 
 AT_ANOTHER_SPEED = NextMeasurement(
     "one more run at twice the speed, in the same direction: an error that grows with the angle "

@@ -29,6 +29,7 @@ from arctrue.workbench.diagnose.jumps import jumps_in_words, whole_counts
 from arctrue.workbench.diagnose.next_measurement import (
     AT_ANOTHER_SPEED,
     AT_ONE_SPEED,
+    CLAMPED_AGAIN,
     LONGER_AND_BACK,
     LOOK_AT_THE_STAND,
     MORE_READINGS_THAN_COEFFICIENTS,
@@ -65,6 +66,7 @@ from arctrue.workbench.diagnose.speed_ladder import not_in_proportion
 from arctrue.workbench.diagnose.survey import Survey
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
 from arctrue.workbench.inference.forward.cycles import p_among_cycles
+from arctrue.workbench.inference.forward.mountings import describes_mountings
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.same_place import RepeatedError
 from arctrue.workbench.inference.significance import SIGNIFICANCE
@@ -190,9 +192,15 @@ def jumped_once(case: Case) -> Decision | None:
 
 
 def moved_between_cycles(case: Case) -> Decision | None:
-    """The offset of the reference changes between cycles or runs; neither the best effect nor the
-    best product of parts explains these changes better than chance."""
+    """The offset of the reference changes between cycles or runs, or its order 1 between runs;
+    neither the best effect nor the best product of parts explains these changes better than
+    chance."""
     change, best = case.survey.findings.cycles, case.best
+    if change is not None and change.order_1_arcsec:
+        tried = [item for item in (best, case.product) if item is not None]
+        if any(describes_mountings(case.survey.base, item.solution) for item in tried):
+            return None
+        return Decision("unknown", seen=change.words(), next=CLAMPED_AGAIN)
     if change is None or best is None or best.second_of_runs is not None:
         return None
     tried = [item for item in (best, case.product) if item is not None]

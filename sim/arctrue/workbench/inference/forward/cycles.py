@@ -40,6 +40,9 @@ class CycleChange:
     rms_arcsec: float
     """Standard deviation of the means of the cycles or runs."""
     of_runs: bool = False
+    order_1_arcsec: float = 0.0
+    """RMS over the runs of the change of the amplitude vector of order 1 from its mean; 0 if only
+    the zeros change."""
     explained_by: tuple[str, ...] = ()
     """Effects that explain the offsets together; empty if nothing explains them."""
 
@@ -49,6 +52,12 @@ class CycleChange:
             return (
                 f"the offset of the reference changes from run to run by {self.rms_arcsec:.2g}″ "
                 f"RMS, which {' and '.join(self.explained_by)} explain together"
+            )
+        if self.order_1_arcsec:
+            return (
+                f"each run of the reference has its own zero and its own order 1, which scatter by "
+                f"{self.rms_arcsec:.2g}″ and {self.order_1_arcsec:.2g}″ RMS, as if a head or the "
+                "reference was clamped again before each run"
             )
         if self.of_runs:
             return (
