@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 
 import numpy as np
@@ -60,6 +61,13 @@ def test_a_reversal_above_a_speed_is_no_delay(seed: int) -> None:
     assert found.decision.resembles is not None
     assert found.decision.resembles.name == "latency"
     assert "do not grow in proportion to the speed" in (found.decision.unlike or "")
+    said = " ".join(found.findings.sentences())
+    assert "its own zero" not in said
+    # The offsets at the speeds 24 and 32°/s are 2″; the mean of 50 readings of 0.3″ has 0.04″.
+    values = re.search(r"±\((.*)\) at 4, 8, 16, 24, 32°/s", found.decision.unlike or "")
+    assert values is not None
+    offsets = [float(one.strip("″").replace("−", "-")) for one in values[1].split(", ")]
+    assert offsets == pytest.approx([0.0, 0.0, 0.0, 2.0, 2.0], abs=0.15)
 
 
 @pytest.mark.parametrize(("seed", "zeros"), [(1, 0.0), (2, 0.3)])
