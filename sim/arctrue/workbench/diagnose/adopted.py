@@ -26,6 +26,7 @@ class AdoptedProduct(ProductOfParts):
     wave_orders: ClassVar[tuple[float, ...]] = ()
     fixed_to: ClassVar[Frame] = "disc"
     electrical: ClassVar[int | None] = None
+    turned: ClassVar[str] = ""
 
     needs_settings = False
     defaults: ClassVar[dict[str, object]] = {}
@@ -44,6 +45,7 @@ class AdoptedProduct(ProductOfParts):
                 "orders": list(cls.wave_orders),
                 "fixed_to": cls.fixed_to,
                 "electrical_head": cls.electrical or 0,
+                "turned_by": cls.turned,
             }
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from arctrue.workbench.diagnose.candidate import RUNS_ARE_THE_SAMPLE, Candidate
 from arctrue.workbench.effects.base import Effect, Nonlinear
-from arctrue.workbench.effects.part_conditions import Condition, conditions
+from arctrue.workbench.effects.part_conditions import DIRECTION_TIME, Condition, conditions
 from arctrue.workbench.effects.product_of_parts import Frame, ProductOfParts
 from arctrue.workbench.inference.channels import best_factor
 from arctrue.workbench.inference.detectable import (
@@ -250,7 +250,14 @@ def _residual_unseen(
 
 def _simple(observations: Observations) -> list[Condition]:
     found = conditions(observations)
-    return [item for item in found if item.time_constant_s is None and item.from_run is None]
+    return [
+        item
+        for item in found
+        if item.time_constant_s is None
+        and item.from_run is None
+        and not item.form
+        and item is not DIRECTION_TIME
+    ]
 
 
 def _frames(observations: Observations) -> list[Frame]:

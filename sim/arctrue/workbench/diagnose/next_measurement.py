@@ -126,6 +126,11 @@ ANOTHER_REFERENCE = NextMeasurement(
     "the table repeats in each turn, and an error of the reference's scale goes on growing",
     None,
 )
+TURN_THE_PART_FURTHER = NextMeasurement(
+    "the same stations with the part turned by further whole stations: the error moves with the "
+    "part, so that it belongs to the part and not to the table",
+    None,
+)
 TURN_THE_POLYGON = NextMeasurement(REINDEX, "polygon_reindexed")
 AT_ONE_SPEED = NextMeasurement(
     "one run with five times as many samples a turn: the line appears at one speed only and may "
@@ -141,6 +146,11 @@ ONE_MORE_DIGIT = NextMeasurement(
 LOOK_AT_THE_STAND = NextMeasurement(
     "the same measurement once more, with the stand, the mounts and the counter checked: a single "
     "knock does not repeat",
+    "again",
+)
+CLAMPED_AGAIN = NextMeasurement(
+    "the same runs without touching heads, reference and their mounts in between: zero and order 1 "
+    "then stay the same from run to run",
     "again",
 )
 
@@ -254,6 +264,8 @@ def measurement_for_parts(product: ProductOfParts, observations: Observations) -
                 words += ". Record the temperature too: warming up, which this set cannot show"
                 words += ", looks the same"
             return NextMeasurement(words, kind)
+    if product.turned_by:
+        return TURN_THE_PART_FURTHER
     if product.condition is TRAVEL:
         return ANOTHER_REFERENCE
     if product.condition.from_run is not None:
@@ -261,7 +273,7 @@ def measurement_for_parts(product: ProductOfParts, observations: Observations) -
     if product.condition.column is not None:
         return NextMeasurement(
             f"the same measurement with another {product.condition.column}, all else equal: the "
-            "error grows with it",
+            "error changes with it",
             None,
         )
     if any(order != round(order) for order in product.orders):

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from arctrue.workbench.diagnose.high_lines import gains_with, high_lines
 from arctrue.workbench.diagnose.parts_range import only_cancels, passes_its_wave, resolved_orders
+from arctrue.workbench.diagnose.turned import stations_of, turned_products
 from arctrue.workbench.effects.part_conditions import (
     Condition,
     column_condition,
@@ -30,9 +31,6 @@ Float = NDArray[np.float64]
 
 HIGHEST_ORDER = 30
 """Highest order of the angle of a product; all half and whole orders up to it are tried."""
-STATION_DECIMALS = 3
-"""Decimals of a degree to which targets are rounded to count the different stations: 3.6″, more
-than the rounding of a file and less than the distance of two stations."""
 CONDITIONS_OF_A_LINE = 3
 """Number of conditions that are scored exactly with a line of a high order, after the constant
 one."""
@@ -84,21 +82,24 @@ def level_share(order: float | None) -> float:
     return (1.0 if order is None else float(orders[0] / order)) / total
 
 
-def condition_shares(found: Sequence[Condition]) -> list[float]:
-    """Return the share of the false-alarm probability for each condition; the shares add up to 1.
+def condition_shares(found: Sequence[Condition], further: int = 0) -> list[float]:
+    """Return the share of the false-alarm probability for each condition; the shares of the
+    conditions and of ``further`` other kinds of products add up to 1.
 
     Each kind of condition gets the same share. The settlings exp(−t/τ) from one start (of the set
-    or of each run) divide one share among their time constants, and the changes between two runs
-    among the pairs of runs.
+    or of each run) divide one share among their time constants, the changes between two runs among
+    the pairs of runs, and the forms of a column (its square, its size) among themselves.
     """
     kinds = [_kind(item) for item in found]
     sizes = Counter(kinds)
-    return [1.0 / (len(sizes) * sizes[kind]) for kind in kinds]
+    return [1.0 / ((len(sizes) + further) * sizes[kind]) for kind in kinds]
 
 
 def _kind(condition: Condition) -> tuple[str, str]:
     if condition.time_constant_s is not None:
         return "settling", str(condition.each_run)
+    if condition.form:
+        return "form", condition.column or ""
     return ("run", "") if condition.from_run is not None else (condition.words, "")
 
 
@@ -157,7 +158,7 @@ def _reference_waves(residuals: Residuals, factors: Sequence[Float]) -> tuple[Fl
     orders = _half_orders()
     power, constants = _waves(residuals, factors, capture=False)
     target_deg = np.degrees(rows.target_rad)
-    stations = rows.faces or _stations(target_deg)
+    stations = rows.faces or stations_of(target_deg)
     if stations <= 2 * HIGHEST_ORDER and keep_to_faces(stations, rows.run, target_deg):
         # An order n and its alias faces − n look the same at the faces (or at stations in equal
         # steps), so that only the lower order is scored. The order of the faces is a constant.
@@ -167,11 +168,6 @@ def _reference_waves(residuals: Residuals, factors: Sequence[Float]) -> tuple[Fl
         # On an arc, an order that does not complete a period is only a slow curve.
         power[:, orders * arc < 2.0 * np.pi] = 0.0
     return power, constants
-
-
-def _stations(target_deg: Float) -> int:
-    """Return the number of different stations; 359.9999° is the station 0°."""
-    return int(np.unique(np.mod(np.round(target_deg, STATION_DECIMALS), 360.0)).size)
 
 
 def _frames(order: float | None, observations: Observations, in_reference: bool) -> list[Frame]:
@@ -223,7 +219,9 @@ def best_parts(residuals: Residuals, *, look_alikes: bool = False) -> list[Parts
     observations = residuals.observations
     found = conditions(observations)
     channels = (observations.capture is not None) + (observations.reference is not None)
-    shares = [share / max(channels, 1) for share in condition_shares(found)]
+    turned = turned_products(observations)
+    kinds = condition_shares(found, bool(turned))
+    shares = [share / max(channels, 1) for share in kinds]
     places: list[tuple[float, Condition, float | None, bool]] = []
     certain: list[tuple[float, Condition, float | None, bool]] = []
     tried = 0.0
@@ -285,6 +283,7 @@ def best_parts(residuals: Residuals, *, look_alikes: bool = False) -> list[Parts
                 continue
             effect = ProductOfParts.of(condition, ELECTRICAL_MULTIPLES, FRAME_OF_HEAD[head], head)
             scored.append(_scored(residuals, effect, tried, shares[found.index(condition)]))
+    scored += _turned(residuals, turned, tried, (1.0 - sum(kinds)) / max(channels, 1))
     scored = [
         item
         for item in scored
@@ -296,6 +295,25 @@ def best_parts(residuals: Residuals, *, look_alikes: bool = False) -> list[Parts
     short = sorted(simple, key=lambda item: -(item.gain - 2.0 * item.rank))[:SHORTLIST]
     refined = [_refined_settling(residuals, item) for item in short[:2]] + short[2:]
     return sorted(refined, key=lambda item: -(item.gain - 2.0 * item.rank))
+
+
+def _turned(
+    residuals: Residuals, effects: Sequence[ProductOfParts], tried: float, share: float
+) -> list[PartsCandidate]:
+    """Score the products that turn with a column; they divide ``share`` among the columns, both
+    signs, and one or all orders. Of the products with the same column and sign, only the best is
+    returned: all orders together always leave the least error."""
+    names = Counter(effect.turned_by for effect in effects)
+    tried += len(effects)
+    share /= 2.0 * max(len(names), 1)
+    log_rows = np.log(max(residuals.observations.rows, 2))
+    best: dict[str, PartsCandidate] = {}
+    for item in (_scored(residuals, effect, tried, share) for effect in effects):
+        before = best.get(item.effect.turned_by)
+        gained = item.gain - item.rank * log_rows
+        if before is None or gained > before.gain - before.rank * log_rows:
+            best[item.effect.turned_by] = item
+    return list(best.values())
 
 
 def parts_above(residuals: Residuals) -> list[PartsCandidate]:
@@ -412,12 +430,12 @@ def _without_idle_conditions(
 
     kept: list[PartsCandidate] = []
     for item in sorted(scored, key=lambda item: order.index(item.effect.condition)):
-        wave = (item.effect.orders, item.effect.electrical_head)
-        simpler = [
-            worth(other)
-            for other in kept
-            if wave == (other.effect.orders, other.effect.electrical_head)
-        ]
+        simpler = [worth(other) for other in kept if _wave(item) == _wave(other)]
         if worth(item) > max(simpler, default=-np.inf) + FRAME_MARGIN:
             kept.append(item)
     return kept
+
+
+def _wave(item: PartsCandidate) -> tuple[object, ...]:
+    effect = item.effect
+    return effect.orders, effect.electrical_head, effect.turned_by

@@ -21,6 +21,7 @@ from arctrue.workbench.effects.base import Effect, Nonlinear
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.forward.cycles import CycleChange, cycle_change, run_change
 from arctrue.workbench.inference.forward.events import Step, columns_of_steps, search_steps
+from arctrue.workbench.inference.forward.mountings import mounting_change
 from arctrue.workbench.inference.forward.of_solution import (
     records_of,
     records_of_events,
@@ -362,7 +363,9 @@ def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Finding
         ]
     if not bands:
         steps, slow = _of_stations(solution, quantum, timed=timed)
-    cycles = None if bands else cycle_change(solution) or run_change(solution)
+    cycles = None
+    if not bands:
+        cycles = mounting_change(solution) or cycle_change(solution) or run_change(solution)
     if cycles is not None:
         # A few offsets are no slow curve, and no single event.
         steps, slow = [], None

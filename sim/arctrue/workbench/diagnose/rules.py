@@ -29,6 +29,7 @@ from arctrue.workbench.diagnose.jumps import jumps_in_words, whole_counts
 from arctrue.workbench.diagnose.next_measurement import (
     AT_ANOTHER_SPEED,
     AT_ONE_SPEED,
+    CLAMPED_AGAIN,
     LONGER_AND_BACK,
     LOOK_AT_THE_STAND,
     MORE_READINGS_THAN_COEFFICIENTS,
@@ -61,9 +62,11 @@ from arctrue.workbench.diagnose.posterior import (
 from arctrue.workbench.diagnose.probabilities import UNKNOWN
 from arctrue.workbench.diagnose.rounding import rounded_at_the_stations
 from arctrue.workbench.diagnose.same_ramp import same_ramp
+from arctrue.workbench.diagnose.speed_ladder import not_in_proportion
 from arctrue.workbench.diagnose.survey import Survey
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
 from arctrue.workbench.inference.forward.cycles import p_among_cycles
+from arctrue.workbench.inference.forward.mountings import describes_mountings
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.same_place import RepeatedError
 from arctrue.workbench.inference.significance import SIGNIFICANCE
@@ -189,9 +192,15 @@ def jumped_once(case: Case) -> Decision | None:
 
 
 def moved_between_cycles(case: Case) -> Decision | None:
-    """The offset of the reference changes between cycles or runs; neither the best effect nor the
-    best product of parts explains these changes better than chance."""
+    """The offset of the reference changes between cycles or runs, or its order 1 between runs;
+    neither the best effect nor the best product of parts explains these changes better than
+    chance."""
     change, best = case.survey.findings.cycles, case.best
+    if change is not None and change.order_1_arcsec:
+        tried = [item for item in (best, case.product) if item is not None]
+        if any(describes_mountings(case.survey.base, item.solution) for item in tried):
+            return None
+        return Decision("unknown", seen=change.words(), next=CLAMPED_AGAIN)
     if change is None or best is None or best.second_of_runs is not None:
         return None
     tried = [item for item in (best, case.product) if item is not None]
@@ -625,8 +634,8 @@ def comes_again_and_again(case: Case) -> Decision | None:
 
 
 def fails_its_own_test(case: Case) -> Decision | None:
-    """The best effect is an order of a shape with corners, a constant although the runs differ, or
-    an error that follows the reading.
+    """The best effect is an order of a shape with corners, a constant although the runs differ, a
+    delay whose offsets follow no straight line of the speed, or an error that follows the reading.
 
     A pattern with corners is not one order, an error that differs with the speed of the runs is not
     a constant, and an error that follows the reading of the reference is not an error of the table.
@@ -638,6 +647,8 @@ def fails_its_own_test(case: Case) -> Decision | None:
         why = shape_with_corners(case.survey.findings.causes)
     if why is None and follows_the_reading(case.survey.residuals, best, NEAR_TIE):
         why = "it follows the reading of the reference, so that the reference's scale is nonlinear"
+    if why is None:
+        why = not_in_proportion(case.survey.base, best, OF_THE_SAME_KIND)
     further = case.further
     explained = further is not None and further.verdict in ("named", "ambiguous")
     if why is None and _of_the_runs(case) and case.with_best is not None and not explained:

@@ -39,7 +39,9 @@ class Condition:
     column_zero: float = 0.0
     """Value of the column at which the condition is 0."""
     by_direction: bool = False
-    """Whether the column is multiplied by the direction of approach."""
+    """Whether the condition is multiplied by the direction of approach."""
+    form: str = ""
+    """Name of the form of the column, one of FORMS; empty for the column itself."""
     from_run: int | None = None
     """First run of the reference in which the factor is 1, if it is 0 before and 1 from then
     on."""
@@ -49,6 +51,8 @@ class Condition:
         """Return the settings with which a :class:`ProductOfParts` has this condition."""
         if self.column is not None:
             found: dict[str, object] = {"column": self.column, "column_zero": self.column_zero}
+            if self.form:
+                return found | {"condition": self.form}
             return found | ({"condition": "direction"} if self.by_direction else {})
         if self.from_run is not None:
             return {"from_run": self.from_run}
@@ -85,6 +89,13 @@ def _time(rows: Rows) -> Float | None:
     return None if rows.time_s is None else (rows.time_s - rows.session_start_s) / 3600.0
 
 
+def _direction_time(rows: Rows) -> Float | None:
+    time = _time(rows)
+    if time is None or rows.direction is None or isinstance(rows, CaptureRows):
+        return None
+    return rows.direction * time
+
+
 def _travel(rows: Rows) -> Float | None:
     return np.degrees(rows.target_rad) if isinstance(rows, ReferenceRows) else None
 
@@ -116,10 +127,11 @@ is then no eccentricity of the model."""
 LONG_TRAVEL_RAD = 4.0 * np.pi
 """Two turns. Over more turns, the orders of the disc repeat and cannot follow an error that grows
 with the angle."""
+DIRECTION_TIME = Condition("time", "direction × time", "h", _direction_time, by_direction=True)
 CONDITIONS: Mapping[str, Condition] = {
     "|speed|" if condition.values is _speed_size else condition.part: condition
     for condition in (ALWAYS, *SIMPLE_CONDITIONS, TRAVEL)
-}
+} | {"direction*time": DIRECTION_TIME}
 """Conditions by their names in the setting ``condition``."""
 BY_GATEWARE: Mapping[str, GatewareCondition] = {
     "direction": "direction",
@@ -154,6 +166,54 @@ def column_condition(column: str, zero: float) -> Condition:
     away = f"({column} − {zero:g})" if zero > 0.0 else f"({column} + {-zero:g})"
     words = column if zero == 0.0 else away
     return Condition(column, words, unit, values, column=column, column_zero=zero)
+
+
+@dataclass(frozen=True)
+class _Form:
+    """A function of a column: its public name, words and unit (with the column's in braces)."""
+
+    part: str
+    words: str
+    unit: str
+    of: Callable[[Float], Float]
+
+
+FORMS: Mapping[str, _Form] = {
+    "square": _Form("{0}^2", "{0}²", "{0}²", np.square),
+    "size": _Form("|{0}|", "|{0}|", "{0}", np.abs),
+    "signed_square": _Form(
+        "{0}*|{0}|", "{0} × |{0}|", "{0}²", lambda values: values * np.abs(values)
+    ),
+}
+"""Forms of a column by their names in the setting ``condition``: a deflection by a square of a
+torque or a current, friction that grows with the size of a load, and the pressure of wind, which
+grows with the square of the speed and keeps its sign."""
+
+
+def form_condition(column: str, form: str) -> Condition:
+    """Make the condition of a form of a user's additional column (one of FORMS), with the column's
+    own zero: without torque, current or wind there is no error.
+
+    Raises ValueError for an unknown form.
+    """
+    if form not in FORMS:
+        raise ValueError(f"no form {form!r} of a column; there are: {', '.join(FORMS)}")
+    used = FORMS[form]
+
+    def values(rows: Rows) -> Float | None:
+        found = rows.conditions.get(column)
+        return None if found is None else np.asarray(used.of(found))
+
+    unit = column_unit(column)
+    compound = f"({unit})" if "·" in unit and used.unit != "{0}" else unit
+    return Condition(
+        used.part.format(column),
+        used.words.format(column),
+        used.unit.format(compound),
+        values,
+        column=column,
+        form=form,
+    )
 
 
 def condition_named(
@@ -227,10 +287,24 @@ def times_direction(condition: Condition) -> Condition:
 def conditions_by_direction(observations: Observations) -> list[Condition]:
     """Return every additional column times the direction, if the reference was read in both
     directions: friction, and with it the reversal error, may grow with a load."""
-    rows = observations.reference
-    if rows is None or rows.direction is None or float(np.ptp(rows.direction)) == 0.0:
+    if not _both_ways(observations):
         return []
     return [times_direction(item) for item in _columns(observations)]
+
+
+def _both_ways(observations: Observations) -> bool:
+    rows = observations.reference
+    return rows is not None and rows.direction is not None and float(np.ptp(rows.direction)) > 0.0
+
+
+def _forms(observations: Observations) -> list[Condition]:
+    """Return the forms of the user's additional columns."""
+    return [
+        form_condition(item.column, form)
+        for item in _columns(observations)
+        for form in FORMS
+        if item.column is not None
+    ]
 
 
 def _columns(observations: Observations) -> list[Condition]:
@@ -252,6 +326,8 @@ def conditions(observations: Observations) -> list[Condition]:
         ALWAYS,
         *recorded_conditions(observations),
         *conditions_by_direction(observations),
+        *([DIRECTION_TIME] if _both_ways(observations) else []),
+        *_forms(observations),
         *_run_conditions(observations),
     ]
     if _is_travelled(observations):

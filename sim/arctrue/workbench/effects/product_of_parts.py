@@ -36,12 +36,14 @@ from arctrue.workbench.effects.base import (
 from arctrue.workbench.effects.part_conditions import (
     ALWAYS,
     BY_GATEWARE,
+    FORMS,
     TEMPERATURE,
     Condition,
     Float,
     Rows,
     column_condition,
     condition_named,
+    form_condition,
     run_condition,
     times_direction,
 )
@@ -85,6 +87,7 @@ class ProductOfParts(Effect):
         "orders": [],
         "fixed_to": "disc",
         "electrical_head": 0,
+        "turned_by": "",
     }
     parameter_units = {"size": "arcsec", "amplitude": "arcsec", "phase": "deg"}
     capture_sees = "as its frame says"
@@ -98,6 +101,9 @@ class ProductOfParts(Effect):
     """Multiples of the angle (or of the electrical phase); () for a constant."""
     frame: Frame
     electrical_head: int | None
+    turned_by: str
+    """Column in degrees that is added to the angle of the wave, with a minus in front if it is
+    subtracted; empty for none."""
 
     def __init__(self, **settings: object) -> None:
         """Check and store the settings.
@@ -105,22 +111,27 @@ class ProductOfParts(Effect):
         ``condition`` is a name of CONDITIONS. In its place, ``time_constant_s`` > 0 sets the factor
         exp(−t/τ), with t from the start of each run (``each_run``) or of the set, or ``column``
         sets a column minus ``column_zero``, which ``condition`` "direction" multiplies by the
-        direction of the reference, or ``from_run`` sets the factor to 1 from this run of the
-        reference on and to 0 before. ``orders``: an empty list is a constant.
-        ``electrical_head``: 1 to 4 for multiples of that head's electrical phase. Raises ValueError
-        for settings that define no product.
+        direction of the reference, and a name of FORMS replaces by that form of the column, or
+        ``from_run`` sets the factor to 1 from this run of the reference on and to 0 before.
+        ``orders``: an empty list is a constant.
+        ``electrical_head``: 1 to 4 for multiples of that head's electrical phase. ``turned_by``: a
+        column in degrees that is added to the angle of the orders of a reference, or, with a minus
+        in front of its name, subtracted. Raises ValueError for settings that define no product.
         """
         super().__init__(**settings)
         said = self.settings
         constant_s, column = float(str(said["time_constant_s"])), str(said["column"])
         by_direction = bool(column) and said["condition"] == "direction"
-        condition = bool(said["condition"]) and not by_direction
+        form = str(said["condition"]) if column and said["condition"] in FORMS else ""
+        condition = bool(said["condition"]) and not by_direction and not form
         from_run = int(str(said["from_run"]))
         if sum([condition, constant_s != 0.0, bool(column), from_run != 0]) > 1:
             self._refuse("condition", "only one of condition, time_constant_s, column and from_run")
         if constant_s < 0.0:
             self._refuse("time_constant_s", "seconds above 0, or 0 for no settling")
-        if column:
+        if form:
+            self.condition = form_condition(column, form)
+        elif column:
             self.condition = column_condition(column, float(str(said["column_zero"])))
             if by_direction:
                 self.condition = times_direction(self.condition)
@@ -143,6 +154,9 @@ class ProductOfParts(Effect):
         self.orders = tuple(float(order) for order in orders)  # type: ignore[attr-defined]
         self.frame = said["fixed_to"]  # type: ignore[assignment]
         self.electrical_head = int(str(said["electrical_head"])) or None
+        self.turned_by = str(said["turned_by"])
+        if self.turned_by and (self.frame != "reference" or not self.orders):
+            self._refuse("turned_by", "a column only with orders that are fixed to the reference")
         reason = self._why_no_lanes()
         if reason:
             self.compensation = "none"  # type: ignore[misc, assignment]
@@ -153,8 +167,11 @@ class ProductOfParts(Effect):
         a condition. The empty string means no reason, or one that ``compensation_note`` states."""
         if self.condition is ALWAYS:
             return ""
+        if self.condition.form:
+            return "the firmware loads no lane that follows a square or a size of a column"
         if self.condition.by_direction:
-            return "the firmware loads no lane that follows a column and the direction"
+            what = "the time" if self.condition.column is None else "a column"
+            return f"the firmware loads no lane that follows {what} and the direction"
         if self.condition.from_run is not None:
             return "no lane changes between two runs"
         if any(order != round(order) for order in self.orders):
@@ -198,6 +215,9 @@ class ProductOfParts(Effect):
 
     def missing(self, observations: Observations) -> list[str]:
         channels = (observations.capture, observations.reference)
+        rows = observations.reference
+        if self.turned_by and (rows is None or self._turned_name not in rows.conditions):
+            return [f"the column {self._turned_name} in the reference"]
         if any(rows is not None and self.condition.values(rows) is not None for rows in channels):
             return []
         what = "condition" if self.condition.column is None else "column"
@@ -212,11 +232,28 @@ class ProductOfParts(Effect):
         if self.electrical_head is not None:
             return [*names, f"electrical:head{self.electrical_head}"]
         names += [f"order:{order:g}" for order in self.orders]
+        if self.turned_by:
+            names.append(f"turned:{self.turned_by}")
         return [*names, self.frame]
 
     @property
     def unconditional_orders(self) -> bool:
-        return not self.condition.part and self.electrical_head is None and bool(self.orders)
+        plain = not self.condition.part and self.electrical_head is None and not self.turned_by
+        return plain and bool(self.orders)
+
+    @property
+    def _turned_name(self) -> str:
+        """Return the name of the column of ``turned_by``, without its sign."""
+        return self.turned_by.removeprefix("-")
+
+    def _turned_rad(self, rows: ReferenceRows) -> Float | None:
+        """Return the angle of the wave, which a column turns; None without this column."""
+        turned = rows.conditions.get(self._turned_name)
+        if turned is None:
+            return None
+        # Of half as many waves as stations, the targets have the same phase at all stations; the
+        # true angles differ from the targets by the error, which would be a column of its own.
+        return rows.target_rad + (-1.0 if self.turned_by[0] == "-" else 1.0) * np.radians(turned)
 
     def column_names(self, observations: Observations) -> list[str]:
         if not self.orders:
@@ -296,6 +333,11 @@ class ProductOfParts(Effect):
             if rows.electrical1_rad is None:
                 return None
             wave = self._wave(rows.electrical1_rad)
+        elif self.turned_by:
+            turned_rad = self._turned_rad(rows)
+            if turned_rad is None:
+                return None
+            wave = self._wave(turned_rad)
         elif self.frame == "stator":
             wave = reference_motion(rows, self.orders)
         else:
@@ -330,6 +372,16 @@ class ProductOfParts(Effect):
             cosine, sine = coefficients[pair]
             prefix = "" if len(self.orders) == 1 else f"order_{order:g}_"
             found |= amplitude_and_phase(cosine, sine, covariance[pair, pair], prefix, unit)
+        rows = observations.reference
+        columns: Columns | None = None
+        if self.turned_by and len(self.orders) > 1 and rows is not None:
+            columns = self.reference_columns(rows, nonlinear, FitContext())
+        if columns is not None:
+            prediction = columns @ coefficients
+            rms = float(np.sqrt(np.mean(prediction**2)))
+            slope = columns.T @ prediction / (prediction.size * max(rms, 1e-300))
+            sigma = float(np.sqrt(np.abs(slope @ covariance @ slope)))
+            found = {"rms": Parameter(rms, sigma, unit)} | found
         return found
 
     def conditioned_lanes(
@@ -340,7 +392,7 @@ class ProductOfParts(Effect):
     ) -> list[ConditionedLane]:
         column = self.condition.column or ""
         condition = "column" if column else BY_GATEWARE.get(self.condition.words)
-        if condition is None or self.condition.by_direction:
+        if condition is None or self.condition.by_direction or self.condition.form:
             return []
         zero = self.condition.column_zero
         if not self.orders:
@@ -406,7 +458,7 @@ class ProductOfParts(Effect):
             multiples = ", ".join(f"{order:g}" for order in self.orders)
             words.append(f"electrical phase of head {self.electrical_head} × {multiples}")
         elif self.orders:
-            words.append("order " + ", ".join(f"{order:g}" for order in self.orders))
+            words.append(self._orders_in_words())
         frames = {
             "disc": "disc-fixed",
             "stator": "stator-fixed",
@@ -414,6 +466,9 @@ class ProductOfParts(Effect):
             **{name: f"head {head} only" for head, name in FRAME_OF_HEAD.items()},
         }
         size = parameters.get("amplitude") or parameters.get("size")
+        rms = parameters.get("rms")
+        if size is None and rms is not None:
+            return f"{' × '.join(words)}, {frames[self.frame]}, {rms.value:.2g}″ RMS"
         if changes and size is not None:
             return (
                 f"{' × '.join(words) or 'the zero'} changes by {abs(size.value):.2g}″ between two "
@@ -424,5 +479,17 @@ class ProductOfParts(Effect):
             text += f", {frames[self.frame]}"
         if size is not None:
             unit = size.unit.replace("arcsec", "″")
-            text += f", {abs(size.value):.2g}{unit}"
+            # The sign shows whether the error rises or falls with the user's column.
+            falls = bool(self.condition.column) and not self.orders and size.value < 0.0
+            text += f", {'−' if falls else ''}{abs(size.value):.2g}{unit}"
         return text
+
+    def _orders_in_words(self) -> str:
+        """Return the orders, and the angle to which they belong if a column turns it."""
+        several = len(self.orders) > 2 and bool(np.all(np.diff(self.orders) == 1.0))
+        if not self.turned_by:
+            return "order " + ", ".join(f"{order:g}" for order in self.orders)
+        ends = f"orders {self.orders[0]:g} to {self.orders[-1]:g}"
+        text = ends if several else "order " + ", ".join(f"{order:g}" for order in self.orders)
+        sign = "−" if self.turned_by[0] == "-" else "+"
+        return f"{text} of target_deg {sign} {self._turned_name}"

@@ -10,11 +10,11 @@ from sim.tests.workbench.small_sets import COUNTS_PER_REV, Float, measurement_se
 
 from arctrue.workbench.diagnose.high_lines import high_lines
 from arctrue.workbench.diagnose.parts_scan import (
-    _stations,
     _with_columns_from_zero,
     best_parts,
     parts_above,
 )
+from arctrue.workbench.diagnose.turned import stations_of
 from arctrue.workbench.effects.part_conditions import (
     ALWAYS,
     column_condition,
@@ -89,4 +89,4 @@ def test_each_column_is_tried_once_without_its_zero() -> None:
 
 
 def test_a_station_at_the_end_of_the_turn_is_the_first() -> None:
-    assert _stations(np.array([0.0, 120.0, 240.0, 359.9999, 120.0001, -0.0001])) == 3
+    assert stations_of(np.array([0.0, 120.0, 240.0, 359.9999, 120.0001, -0.0001])) == 3

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import fdtrc
 
+from arctrue.workbench.inference.forward.speed_levels import speed_levels
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.law import reference_clock
 
@@ -40,6 +41,11 @@ class CycleChange:
     rms_arcsec: float
     """Standard deviation of the means of the cycles or runs."""
     of_runs: bool = False
+    order_1_arcsec: float = 0.0
+    """RMS over the runs of the change of the amplitude vector of order 1 from its mean; 0 if only
+    the zeros change."""
+    by_speed: str = ""
+    """Offsets at each speed up and down, in words, if the offsets of the runs follow the speed."""
     explained_by: tuple[str, ...] = ()
     """Effects that explain the offsets together; empty if nothing explains them."""
 
@@ -49,6 +55,17 @@ class CycleChange:
             return (
                 f"the offset of the reference changes from run to run by {self.rms_arcsec:.2g}″ "
                 f"RMS, which {' and '.join(self.explained_by)} explain together"
+            )
+        if self.order_1_arcsec:
+            return (
+                f"each run of the reference has its own zero and its own order 1, which scatter by "
+                f"{self.rms_arcsec:.2g}″ and {self.order_1_arcsec:.2g}″ RMS, as if a head or the "
+                "reference was clamped again before each run"
+            )
+        if self.by_speed:
+            return (
+                f"the offset of the reference changes from run to run by {self.rms_arcsec:.2g}″ "
+                f"RMS and follows the speed: {self.by_speed}"
             )
         if self.of_runs:
             return (
@@ -119,6 +136,7 @@ def run_change(solution: Solution, largest_p: float = CHANGES_P) -> CycleChange 
     rows, left = solution.observations.reference, solution.reference_residual_arcsec()
     if rows is None or left is None or rows.cycle is not None or solution.unknown_noise:
         return None
+    levels = speed_levels(rows, left)
     if rows.direction is not None:
         for side in np.unique(rows.direction):
             own = rows.direction == side
@@ -150,7 +168,9 @@ def run_change(solution: Solution, largest_p: float = CHANGES_P) -> CycleChange 
         return None
     if float(fdtrc(change.size, len(inside), square / change.size / noise)) >= largest_p:
         return None
-    return CycleChange(float(np.std([piece.mean() for piece in runs])), of_runs=True)
+    by_speed = levels.words() if levels is not None and levels.follow_the_speed() else ""
+    rms = float(np.std([piece.mean() for piece in runs]))
+    return CycleChange(rms, of_runs=True, by_speed=by_speed)
 
 
 def _changes_inside(runs: list[Float], side: int, apart: int) -> list[float]:

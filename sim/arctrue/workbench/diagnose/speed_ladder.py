@@ -1,0 +1,55 @@
+"""Tests whether an error of the runs that is taken for a delay grows in proportion to the speed."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import fdtrc
+
+from arctrue.workbench.diagnose.candidate import Candidate, changes_arcsec
+from arctrue.workbench.inference.forward.speed_levels import SURE_P, of_runs, speed_levels
+from arctrue.workbench.inference.solution import Solution
+
+Float = NDArray[np.float64]
+
+IN_PROPORTION = 0.98
+"""Smallest share of the squares of an effect's run means that a straight line through zero
+explains, for an effect that is in proportion to the speed; the order-dependent part of a delay
+averages to less."""
+
+
+def not_in_proportion(base: Solution, best: Candidate, least_share: float) -> str | None:
+    """Explain in words why an effect in proportion to the speed does not describe the runs of a
+    reference; None if it may, or for any other effect.
+
+    The part of the run means that changes its sign with the direction is compared with a step and
+    a straight line (a reversal error and a delay). The rest of the run means is the noise of the
+    F test. ``least_share``: smallest share of the sum of squares of the straight line, beyond the
+    step, that the departure from it must reach.
+    """
+    rows, left = base.observations.reference, base.reference_residual_arcsec()
+    found = None if rows is None or left is None else speed_levels(rows, left)
+    if rows is None or found is None:
+        return None
+    speed = found.speed_rad_s
+    if not _is_line(speed, of_runs(rows, changes_arcsec(base, best.solution)["reference"])):
+        return None
+    step = np.column_stack([np.ones(speed.size), np.sign(speed)])
+    of_step, of_line = found.left(step), found.left(np.column_stack([step, speed]))
+    of_levels = found.left(found.columns)
+    departs, follows = of_line - of_levels, of_step - of_line
+    if departs <= least_share * follows:
+        return None
+    ratio = departs / (found.number - 2) / max(of_levels / found.free, 1e-300)
+    if float(fdtrc(found.number - 2, found.free, ratio)) >= SURE_P:
+        return None
+    return f"the offsets of the runs do not grow in proportion to the speed: {found.words()}"
+
+
+def _is_line(speed: Float, change: Float) -> bool:
+    """Tell whether the change of the run means is in proportion to the speed."""
+    away = change - change.mean()
+    square = float(away @ away)
+    line = speed - speed.mean()
+    explained = float(line @ away) ** 2 / max(float(line @ line), 1e-300)
+    return square > 0.0 and explained >= IN_PROPORTION * square

@@ -1,0 +1,105 @@
+"""Compares the means of the runs of a reference at each speed, up and down.
+
+An error of motion (a delay, a reversal error, drag) changes its sign with the direction. The rest
+of the means of the runs, which does not, is the noise of the comparison.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import fdtrc
+
+from arctrue.workbench.observations import ReferenceRows
+
+Float = NDArray[np.float64]
+
+SURE_P = 1e-4
+"""Largest p of a sure result; it equals the limit for a lack of fit."""
+LEAST_SPEEDS = 4
+"""Fewest speeds: a sign and a slope describe any error of two speeds, and of three speeds a single
+one would decide."""
+LEAST_FREE = 3
+"""Fewest degrees of freedom of the runs besides the speeds."""
+SAME_SPEED = 0.02
+"""Largest relative difference of two speeds that count as the same; a drive repeats a set speed
+within a few per mille."""
+MOST_BESIDE = 0.1
+"""Largest share of the squares of the run means that the speeds may leave if the means are said to
+follow them."""
+
+
+@dataclass(frozen=True, eq=False)
+class SpeedLevels:
+    """Means of the runs, and their part at each speed that changes its sign with the direction."""
+
+    speed_rad_s: Float
+    means: Float
+    level: NDArray[np.int64]
+    """Number of the speed of each run, the slowest first."""
+
+    @property
+    def columns(self) -> Float:
+        """The constant and one column for each speed, with the sign of the direction."""
+        there = self.level[:, np.newaxis] == np.arange(self.number)
+        return np.hstack(
+            [np.ones((self.means.size, 1)), np.sign(self.speed_rad_s)[:, None] * there]
+        )
+
+    @property
+    def number(self) -> int:
+        """Number of speeds."""
+        return int(self.level.max()) + 1
+
+    @property
+    def free(self) -> int:
+        """Degrees of freedom that the constant and the speeds leave."""
+        return self.means.size - 1 - self.number
+
+    def left(self, columns: Float) -> float:
+        """Return the sum of squares of the means that columns leave."""
+        found = self.means - columns @ np.linalg.lstsq(columns, self.means, rcond=None)[0]
+        return float(found @ found)
+
+    def follow_the_speed(self) -> bool:
+        """Tell whether the speeds, up and down, describe the means of the runs."""
+        before, after = self.left(np.ones((self.means.size, 1))), self.left(self.columns)
+        if after > MOST_BESIDE * before:
+            return False
+        ratio = (before - after) / self.number / max(after / self.free, 1e-300)
+        return float(fdtrc(self.number, self.free, ratio)) < SURE_P
+
+    def words(self) -> str:
+        """Return the part of the means that changes its sign with the direction, by speed."""
+        halves = np.linalg.lstsq(self.columns, self.means, rcond=None)[0][1:]
+        size_deg_s = np.degrees(np.abs(self.speed_rad_s))
+        speeds = [float(size_deg_s[self.level == number].mean()) for number in range(self.number)]
+        smallest = 0.01 * float(np.abs(halves).max(initial=0.0))
+        listed = (f"{0.0 if abs(value) < smallest else value:.2g}″" for value in halves)
+        at = ", ".join(f"{value:.3g}" for value in speeds)
+        return f"±({', '.join(listed).replace('-', '−')}) at {at}°/s up and down"
+
+
+def of_runs(rows: ReferenceRows, values: Float) -> Float:
+    """Return the mean of ``values``, (rows,), over each run."""
+    pieces = np.split(values, np.flatnonzero(np.diff(rows.run) != 0) + 1)
+    return np.array([piece.mean() for piece in pieces])
+
+
+def speed_levels(rows: ReferenceRows, left: Float) -> SpeedLevels | None:
+    """Return the means of the runs by speed; None with too few speeds or runs, or with one
+    direction."""
+    if rows.speed_rad_s is None:
+        return None
+    speed = of_runs(rows, rows.speed_rad_s)
+    if np.unique(np.sign(speed)).size != 2 or not speed.all():
+        return None
+    size = np.abs(speed)
+    order = np.argsort(size)
+    new = np.diff(size[order], prepend=-1.0) > SAME_SPEED * size[order]
+    level = np.empty(size.size, dtype=np.int64)
+    level[order] = np.cumsum(new) - 1
+    found = SpeedLevels(speed, of_runs(rows, left), level)
+    return found if found.number >= LEAST_SPEEDS and found.free >= LEAST_FREE else None

@@ -1,0 +1,84 @@
+"""Tests that a delay is named only if the offsets of the runs grow in proportion to the speed."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from arctrue.measurement import MeasurementSet, Reference, Table
+from arctrue.workbench.diagnose.diagnosis import Diagnosis
+from tests.workbench.base_diagnosis import diagnosis_of
+
+Float = NDArray[np.float64]
+SPEEDS_DEG_S = (4.0, 8.0, 16.0, 24.0, 32.0)
+NOISE, STEP_S = 0.3, 0.6
+
+
+def _ladder(of_speed: Callable[[float], float], seed: int, zeros: float = 0.0) -> Diagnosis:
+    """Diagnose whole turns up and down at five speeds, twice, with an offset of each run and the
+    scatter ``zeros`` of the runs' zeros."""
+    random = np.random.default_rng(seed)
+    pieces, start_s, start_deg = [], 0.0, 0.0
+    speeds = [sign * speed for _ in range(2) for speed in SPEEDS_DEG_S for sign in (1.0, -1.0)]
+    for number, speed in enumerate(speeds):
+        since = np.arange(int(360.0 / abs(speed) / STEP_S)) * STEP_S
+        offset = of_speed(speed) + zeros * random.normal()
+        pieces.append(
+            np.column_stack(
+                [
+                    np.full(since.size, number),
+                    start_s + since,
+                    start_deg + speed * since,
+                    np.full(since.size, np.sign(speed)),
+                    np.full(since.size, offset),
+                ]
+            )
+        )
+        start_s += float(since[-1]) + 5.2
+        start_deg += speed * float(since[-1])
+    run, time_s, target, direction, offset = np.vstack(pieces).T
+    angle = np.radians(target)
+    error = 8.0 * np.cos(angle + 0.3) + 2.0 * np.cos(2.0 * angle) + offset
+    reference = Reference(
+        target,
+        error + random.normal(0.0, NOISE, run.size),
+        run=run.astype(np.int64),
+        time_s=time_s,
+        direction=direction,
+    )
+    return diagnosis_of(MeasurementSet(Table(), None, reference))
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_reversal_above_a_speed_is_no_delay(seed: int) -> None:
+    found = _ladder(lambda speed: 2.0 * np.sign(speed) * (abs(speed) > 20.0), seed)
+    assert found.verdict == "unknown"
+    assert found.named is None
+    assert found.decision.resembles is not None
+    assert found.decision.resembles.name == "latency"
+    assert "do not grow in proportion to the speed" in (found.decision.unlike or "")
+    said = " ".join(found.findings.sentences())
+    assert "its own zero" not in said
+    # The offsets at the speeds 24 and 32°/s are 2″; the mean of 50 readings of 0.3″ has 0.04″.
+    values = re.search(r"±\((.*)\) at 4, 8, 16, 24, 32°/s", found.decision.unlike or "")
+    assert values is not None
+    offsets = [float(one.strip("″").replace("−", "-")) for one in values[1].split(", ")]
+    assert offsets == pytest.approx([0.0, 0.0, 0.0, 2.0, 2.0], abs=0.15)
+
+
+@pytest.mark.parametrize(("seed", "zeros"), [(1, 0.0), (2, 0.3)])
+def test_a_delay_keeps_its_name(seed: int, zeros: float) -> None:
+    """20 µs are 2.3″ at 32°/s."""
+    found = _ladder(lambda speed: -speed * 3600.0 * 20e-6, seed, zeros)
+    assert found.named is not None
+    assert found.named.name == "latency"
+
+
+def test_a_delay_and_a_reversal_error_are_both_named() -> None:
+    found = _ladder(lambda speed: -speed * 3600.0 * 20e-6 + 0.7 * np.sign(speed), 1)
+    assert found.named is not None
+    assert {found.named.name, *(item.name for item in found.further)} >= {"latency", "hysteresis"}
