@@ -16,6 +16,7 @@ from arctrue.workbench.diagnose.coverage import Coverage
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
 from arctrue.workbench.diagnose.rules import LEAST_EXCESS
 from arctrue.workbench.diagnose.second_finding import SecondFinding
+from arctrue.workbench.diagnose.shared_curve import shared_curve
 from arctrue.workbench.effects.base import Parameter
 from arctrue.workbench.inference.detectable import Detectable
 from arctrue.workbench.inference.left import Left
@@ -160,8 +161,10 @@ def sentences(result: Diagnosis) -> list[str]:
             f"This set cannot decide: {result.decision.cannot_tell}.",
             *_index(result),
             *result.findings.sentences(),
+            *shared_curve(result.base),
             *_probable(result),
             *_measurement(result),
+            *_negligible(result),
         ]
     if result.verdict == "adequate":
         said = [
@@ -232,12 +235,15 @@ def sentences(result: Diagnosis) -> list[str]:
     findings = result.findings
     first = result.verdict == "unknown" and findings.reversal is not None and bool(findings.steps)
     said = [*found, *said] if first else [*said, *found]
+    said += shared_curve(result.base)
     said += _probable(result)
     said += _measurement(result)
-    if result.negligible:
-        names = ", ".join(item.name for item in result.negligible)
-        said.append(f"Significant but too small to matter: {names}.")
-    return said
+    return said + _negligible(result)
+
+
+def _negligible(result: Diagnosis) -> list[str]:
+    names = ", ".join(item.name for item in result.negligible)
+    return [f"Significant but too small to matter: {names}."] if names else []
 
 
 def _further_with_description(result: Diagnosis) -> list[str]:
