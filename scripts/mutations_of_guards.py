@@ -494,7 +494,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "a_cut_run_is_a_gap",
         "a truncated run is taken for one whose last rows were dropped",
-        f"{DIAGNOSE}/data_faults.py",
+        "sim/arctrue/workbench/observations/run_turns.py",
         "np.ceil(turns) - turns <= dropped",
         "np.ceil(turns) - turns <= 1.0",
         "sim/tests/workbench/diagnose/test_data_faults.py"

@@ -92,7 +92,8 @@ def fit(
     params = _parameters(before, found, wanted, undetermined_parameters(solution, directions))
     lost = [name for name, item in params.items() if item.state == "undetermined"]
     of_arc = warnings_of_the_arc(start.content, observations)
-    warnings = (*data.warnings, *doubts_of(data), *of_arc, *not_determined(lost))
+    of_rows = (*doubts_of(data), *observations.left_out)
+    warnings = (*data.warnings, *of_rows, *of_arc, *not_determined(lost))
     return FitResult(grown, params, solution, warnings, found, directions)
 
 

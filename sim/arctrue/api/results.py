@@ -268,6 +268,7 @@ def _warnings(rows: MeasurementSet, model: Model, observations: Observations) ->
     return (
         *rows.warnings,
         *doubts_of(rows),
+        *observations.left_out,
         *doubtful_columns(observations),
         *warnings_of_the_arc(model.content, observations),
     )

@@ -237,6 +237,7 @@ def load(
         )
     warnings = [
         *doubts_of(measurement),
+        *observations.left_out,
         *cut_runs(observations),
         *doubtful_columns(observations),
         *_duplicates(observations),

@@ -80,6 +80,7 @@ def set_section(analysis: Analysis, ranking: Ranking | None) -> dict[str, Any]:
         "masked_rows": [str(row) for row in masked[:MOST_MASKED]],
         "warnings": [
             *analysis.measurement.warnings,
+            *analysis.observations.left_out,
             *warnings_of_a_kept_arc(analysis.model, analysis.observations),
         ],
         "faults": None if diagnosis is None else diagnosis["data_faults"],

@@ -24,6 +24,12 @@ from arctrue.workbench.observations.reference_columns import (
     frozen_rows,
     saturated_rows,
 )
+from arctrue.workbench.observations.run_turns import (
+    MOST_FOR_MEDIANS,
+    WHOLE_TURN_TOLERANCE,
+    RunEnds,
+    run_ends,
+)
 from arctrue.workbench.observations.stored import StoredCapture
 
 Float = NDArray[np.float64]
@@ -32,12 +38,6 @@ Boolean = NDArray[np.bool_]
 STEP_TOLERANCE = 0.1
 """Largest relative deviation of a plausible step from the steps around it. A step is the change of
 the angle from one row to the next."""
-WHOLE_TURN_TOLERANCE = 0.02
-"""A run counts as one that should have whole turns if its number of turns is nearer than this to a
-whole number."""
-LEAST_GAP_STEPS = 3.0
-"""A step that is longer than this number of usual steps means missing rows, not a change of
-speed."""
 LOST_SIGMA = 8.0
 """Smallest deviation of an implausible step, in standard deviations of the noise of a step. If the
 rows are closely spaced, with steps of only a few counts, this limit exceeds STEP_TOLERANCE times
@@ -57,9 +57,6 @@ rows."""
 SEPARATION_DEG = 0.5
 """Smallest error of the stated head separation that is a fault: half a millimetre at the disc. A
 smaller error of the mounting is an effect."""
-MOST_FOR_MEDIANS = 100_000
-"""The median of a longer capture is calculated from evenly spread rows; their number is at least
-this value and less than twice this value."""
 AROUND_ROWS = 31
 """Number of rows from which the usual step is calculated: the speed may change slowly, but not from
 row to row."""
@@ -76,7 +73,6 @@ def data_faults(observations: Observations) -> list[str]:
         for run, (start, end) in enumerate(spans):
             found += _step_faults(rows, run, start, end, observations)
         if rows.head == 2:
-            found += _short_runs(rows, spans)
             found += _temperature_faults("capture", rows.temperature_c, observations.sample_line)
     # A fault of head 1 or of the time stamps is found again in the difference to every other head.
     found = list(dict.fromkeys(found))
@@ -271,54 +267,48 @@ def _temperature_faults(
 def cut_runs(observations: Observations) -> list[str]:
     """Return a warning for each run that is cut, while the other runs have whole turns.
 
-    Such a run is used: its rows are as good as those of the other runs. A run of less than one turn
-    is a fault, which :func:`data_faults` describes.
+    Such a run is used: its rows are as good as those of the other runs. :func:`too_short` concerns
+    runs of less than one turn.
     """
     found: list[str] = []
     for rows in observations.pairs()[:1]:
-        spans = run_spans(rows.run)
-        turns, short, ends_in_gap = _ends(rows, spans)
-        whole = np.abs(turns - np.round(turns)) < WHOLE_TURN_TOLERANCE
-        if turns.size > 2 and whole.sum() >= turns.size - 1:
+        ends = _ends(rows)
+        whole = np.abs(ends.turns - np.round(ends.turns)) < WHOLE_TURN_TOLERANCE
+        if ends.turns.size > 2 and whole.sum() >= ends.turns.size - 1:
             found += [
-                f"capture, run {run}: cut after {turns[run]:.3f} turns; the other runs are whole "
-                "turns; the run is used, but a calibration uses its whole turns only"
-                for run in np.flatnonzero(~(whole | short | ends_in_gap)).tolist()
+                f"capture, run {run}: cut after {ends.turns[run]:.3f} turns; the other runs are "
+                "whole turns; the run is used, but a calibration uses its whole turns only"
+                for run in np.flatnonzero(~(whole | ends.short | ends.ends_in_gap)).tolist()
             ]
     return found
 
 
-def _short_runs(rows: CaptureRows | StoredCapture, spans: list[tuple[int, int]]) -> list[str]:
-    turns, short, ends_in_gap = _ends(rows, spans)
-    return [
-        f"capture, run {run}: {turns[run]:.3f} of a turn, a whole turn is needed"
-        for run in np.flatnonzero(short & ~ends_in_gap).tolist()
-    ]
+def too_short(observations: Observations) -> str | None:
+    """Return the reason why a capture with runs of less than one turn determines no model; None
+    for a capture without such runs.
+
+    Such runs among runs of whole turns were left out before
+    (:func:`~arctrue.workbench.observations.run_turns.rows_of_short_runs`).
+    """
+    for rows in observations.pairs()[:1]:
+        ends = _ends(rows)
+        turns = ends.turns[ends.too_short]
+        if turns.size == 0:
+            return None
+        several = f"{turns.size} of the {ends.turns.size} runs have" if turns.size > 1 else "run "
+        if turns.size == 1:
+            several += f"{int(np.flatnonzero(ends.too_short)[0])} has"
+        return (
+            f"in the capture {several} {_range(turns)} of a turn, and the difference of two heads "
+            "determines the orders of the disc only over a whole turn"
+        )
+    return None
 
 
-def _ends(
-    rows: CaptureRows | StoredCapture, spans: list[tuple[int, int]]
-) -> tuple[Float, Boolean, Boolean]:
-    """Return for each run its number of turns, whether it has less than one turn, and whether its
-    last turn lacks no more rows than a gap of the record; (runs,)."""
-    turns = np.array([_turns(rows, start, end) for start, end in spans])
-    short = turns < 1.0 - WHOLE_TURN_TOLERANCE
-    # A record that lacks rows inside its runs may lack rows at their ends as well.
-    dropped = max(_longest_gap_turns(rows, start, end) for start, end in spans)
-    return turns, short, np.ceil(turns) - turns <= dropped
+def _range(turns: Float) -> str:
+    low, high = (f"{value:.3f}" for value in (turns.min(), turns.max()))
+    return low if low == high else f"{low} to {high}"
 
 
-def _turns(rows: CaptureRows | StoredCapture, start: int, end: int) -> float:
-    """Return the number of turns of a run, including the step that would follow its last row."""
-    angle_rad = abs(float(rows.angle_rad[end - 1] - rows.angle_rad[start]))
-    return angle_rad / (2.0 * np.pi) * (end - start) / max(end - start - 1, 1)
-
-
-def _longest_gap_turns(rows: CaptureRows | StoredCapture, start: int, end: int) -> float:
-    """Return the longest gap between the rows of a run, in turns; 0 where no rows are missing."""
-    step = np.abs(np.diff(rows.angle_rad[start:end]))
-    if step.size == 0:
-        return 0.0
-    longest = float(step.max())
-    usual = float(np.median(step[:: max(step.size // MOST_FOR_MEDIANS, 1)]))
-    return longest / (2.0 * np.pi) if longest > LEAST_GAP_STEPS * usual else 0.0
+def _ends(rows: CaptureRows | StoredCapture) -> RunEnds:
+    return run_ends(rows.angle_rad / (2.0 * np.pi), run_spans(rows.run))

@@ -15,7 +15,7 @@ from arctrue.workbench.diagnose.adding import Adding
 from arctrue.workbench.diagnose.candidate import Candidate, within_the_record
 from arctrue.workbench.diagnose.case import DEEPEST, REFUSED_P, Case
 from arctrue.workbench.diagnose.coverage import Coverage, coverage
-from arctrue.workbench.diagnose.data_faults import data_faults
+from arctrue.workbench.diagnose.data_faults import data_faults, too_short
 from arctrue.workbench.diagnose.decision import Decision, Verdict
 from arctrue.workbench.diagnose.evidence import described_above, survey
 from arctrue.workbench.diagnose.facts import Facts
@@ -165,6 +165,9 @@ def diagnose(
     faults = data_faults(observations)
     if faults:
         return _stated(observations, None, Facts(faults))
+    short = too_short(observations)
+    if short is not None:
+        return _stated(observations, None, Facts(too_short=short))
     report_step("fitting the model")
     base = fit(terms, observations)
     if base.noise_is_unknown:

@@ -19,7 +19,7 @@ from arctrue.workbench.diagnose.coverage import (
 from arctrue.workbench.diagnose.decision import Decision
 from arctrue.workbench.diagnose.distance import LEAST_P, distance, ways_unlike
 from arctrue.workbench.diagnose.grounds import Grounds
-from arctrue.workbench.diagnose.next_measurement import ONE_MORE_DIGIT
+from arctrue.workbench.diagnose.next_measurement import ONE_MORE_DIGIT, WHOLE_TURNS_OF_THE_HEADS
 from arctrue.workbench.diagnose.posterior import PARTS_ADVANTAGE, posterior, stated
 from arctrue.workbench.diagnose.rounding import rounded_at_the_stations
 from arctrue.workbench.diagnose.undetermined import WHOLE_TURNS, undetermined
@@ -32,6 +32,8 @@ class Facts:
     survey."""
 
     faults: Sequence[str] = ()
+    too_short: str | None = None
+    """Reason why runs of less than one turn determine no model."""
     case: Case | None = None
     """The survey's case; None where the rows are faulty, or too few to show their noise."""
     covers: Coverage = field(default_factory=Coverage)
@@ -49,6 +51,8 @@ class Facts:
 
         If the rows do not determine the model, this is a reason even if an effect is found.
         """
+        if self.too_short is not None:
+            return Blindness(self.too_short, WHOLE_TURNS_OF_THE_HEADS)
         if self.case is None:
             return None
         why = undetermined(self.case.survey.base)

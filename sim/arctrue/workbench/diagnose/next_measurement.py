@@ -111,6 +111,11 @@ class Question:
 
 
 RECORD_AGAIN = NextMeasurement("record the faulty runs again", None)
+WHOLE_TURNS_OF_THE_HEADS = (
+    "a capture with runs of a whole turn or more; if the table cannot turn so far, a reference "
+    "over its arc, up and down several times, in a set without capture"
+)
+"""Next measurement if the runs of a capture are arcs."""
 MORE_READINGS_THAN_COEFFICIENTS = NextMeasurement(
     "the same stations once more: this set has no more readings than coefficients, so that the "
     "noise is not known (or state standard_uncertainty_arcsec)",

@@ -16,6 +16,7 @@ from arctrue.workbench.diagnose.coverage import Coverage
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
 from arctrue.workbench.diagnose.rules import LEAST_EXCESS
 from arctrue.workbench.diagnose.second_finding import SecondFinding
+from arctrue.workbench.diagnose.shared_curve import shared_curve
 from arctrue.workbench.effects.base import Parameter
 from arctrue.workbench.effects.part_conditions import MOST_RUNS, too_many_runs
 from arctrue.workbench.inference.detectable import Detectable
@@ -162,8 +163,10 @@ def sentences(result: Diagnosis) -> list[str]:
             *_index(result),
             *result.findings.sentences(),
             *_not_searched(result),
+            *shared_curve(result.base),
             *_probable(result),
             *_measurement(result),
+            *_negligible(result),
         ]
     if result.verdict == "adequate":
         said = [
@@ -235,12 +238,15 @@ def sentences(result: Diagnosis) -> list[str]:
     first = result.verdict == "unknown" and findings.reversal is not None and bool(findings.steps)
     said = [*found, *said] if first else [*said, *found]
     said += _not_searched(result)
+    said += shared_curve(result.base)
     said += _probable(result)
     said += _measurement(result)
-    if result.negligible:
-        names = ", ".join(item.name for item in result.negligible)
-        said.append(f"Significant but too small to matter: {names}.")
-    return said
+    return said + _negligible(result)
+
+
+def _negligible(result: Diagnosis) -> list[str]:
+    names = ", ".join(item.name for item in result.negligible)
+    return [f"Significant but too small to matter: {names}."] if names else []
 
 
 def _not_searched(result: Diagnosis) -> list[str]:

@@ -104,7 +104,7 @@ def faulty_rows(facts: Facts) -> Decision | None:
 
 def unknown_noise(facts: Facts) -> Decision | None:
     """No channel has three readings more than coefficients or a stated uncertainty."""
-    if facts.case is not None:
+    if facts.case is not None or facts.too_short is not None:
         return None
     why = "it has too few rows for its coefficients to show the noise"
     return Decision("cannot_tell", cannot_tell=why, next=MORE_READINGS_THAN_COEFFICIENTS)
@@ -447,7 +447,9 @@ def makes_it_worse(case: Case) -> Decision | None:
         f"{channel} {value:.4g}″ RMS ({before.rms_arcsec[channel]:.4g}″ before)"
         for channel, value in after.rms_arcsec.items()
     )
-    return _only_resembles(case, f"adding it makes the error larger: {said}")
+    # Least squares weights the rows by the noise, and the noise is estimated anew with the effect.
+    why = "the rows, weighted by their noise, agree better with it, but their error rises"
+    return _only_resembles(case, f"{why}: {said}")
 
 
 def _of_the_runs(case: Case) -> bool:

@@ -59,7 +59,9 @@ def fit_of_channels(residuals: Residuals) -> dict[str, FitOfChannel]:
         ("reference", residuals.reference_arcsec, reference_lack_of_fit),
     ):
         if values is not None:
-            rms = float(np.sqrt(np.mean(values**2)))
+            # The constant of the reference is not observable.
+            left = values - values.mean() if channel == "reference" else values
+            rms = float(np.sqrt(np.mean(left**2)))
             noise = row_noise_arcsec(residuals.observations, values, channel, rms)
             found[channel] = FitOfChannel(rms, noise, lack(residuals))
     return found

@@ -44,7 +44,12 @@ def on_every_row(solution: Solution) -> Solution:
 
 def channel_figures(solution: Solution, channel: str) -> ChannelFigures | None:
     """Return RMS and peak of the residuals of every row of a channel; None if the set lacks that
-    channel."""
+    channel.
+
+    The mean of the reference's residuals is subtracted, because the constant a₀ is not observable.
+    With slow noise, the constant of generalised least squares is far from the mean of the rows, and
+    a better model could have the larger RMS.
+    """
     observations = solution.observations
     capture = channel == "capture"
     stored = observations.stored if capture else observations.stored_reference
@@ -52,8 +57,8 @@ def channel_figures(solution: Solution, channel: str) -> ChannelFigures | None:
         values = (
             solution.capture_residual_arcsec() if capture else solution.reference_residual_arcsec()
         )
-        return None if values is None else _figures(values.size, *_sums(values))
-    square, peak, size = 0.0, 0.0, int(stored.run.size)
+        return None if values is None else _figures(_extent(values), centred=not capture)
+    total, size = _extent(np.zeros(0)), int(stored.run.size)
     for block in row_blocks(size):
         rows = stored.part(block) if isinstance(stored, ReferenceRows) else stored.rows(block)
         columns = block_columns(solution.terms, solution.widths, rows, solution.context)
@@ -62,15 +67,39 @@ def channel_figures(solution: Solution, channel: str) -> ChannelFigures | None:
             left -= solution.reference_offset_arcsec
         else:
             left -= solution.run_offsets_arcsec[rows.run]
-        of_block, highest = _sums(left)
-        square, peak = square + of_block, max(peak, highest)
+        total = total.joined(_extent(left))
         rows_done(block.stop, size)
-    return _figures(size, square, peak)
+    return _figures(total, centred=not capture)
 
 
-def _sums(values: NDArray[np.float64]) -> tuple[float, float]:
-    return float(values @ values), float(np.abs(values).max(initial=0.0))
+@dataclass(frozen=True)
+class _Extent:
+    """Number, sum, sum of squares, smallest and largest of residuals."""
+
+    rows: int
+    total: float
+    square: float
+    low: float
+    high: float
+
+    def joined(self, other: _Extent) -> _Extent:
+        return _Extent(
+            self.rows + other.rows,
+            self.total + other.total,
+            self.square + other.square,
+            min(self.low, other.low),
+            max(self.high, other.high),
+        )
 
 
-def _figures(rows: int, square: float, peak: float) -> ChannelFigures:
-    return ChannelFigures(rows, float(np.sqrt(square / max(rows, 1))), peak)
+def _extent(values: NDArray[np.float64]) -> _Extent:
+    low, high = float(values.min(initial=np.inf)), float(values.max(initial=-np.inf))
+    return _Extent(values.size, float(values.sum()), float(values @ values), low, high)
+
+
+def _figures(found: _Extent, *, centred: bool) -> ChannelFigures:
+    rows = max(found.rows, 1)
+    mean = found.total / rows if centred else 0.0
+    peak = max(found.high - mean, mean - found.low, 0.0)
+    variance = max(found.square / rows - mean**2, 0.0)
+    return ChannelFigures(found.rows, float(np.sqrt(variance)), peak)

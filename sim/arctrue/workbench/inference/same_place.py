@@ -469,6 +469,13 @@ class Visits:
         return tuple(spots)
 
 
+def visits_of_rows(rows: ReferenceRows) -> Visits | None:
+    """Return the visits of the places within the turn, with no residuals; None if no second pass
+    repeats its places."""
+    size = rows.run.size
+    return _visits(rows, np.zeros(size), np.zeros((size, 0)), None, over_travel=False)
+
+
 def visits_of(solution: Solution) -> Visits | None:
     """Return the visits of the places of a reference; None if no second pass repeats its places.
 

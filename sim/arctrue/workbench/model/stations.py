@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.workbench.inference.same_place import visits_of_rows
 from arctrue.workbench.model.model import Model, ModelEffect, default_model
 from arctrue.workbench.numeric.harmonics import harmonic_columns
 from arctrue.workbench.observations import Observations, ReferenceRows
@@ -68,6 +69,10 @@ MOST_INFLATED = 10.0
 """Largest standard uncertainty of a coefficient on a short arc, as a multiple of that over whole
 turns with as many rows. Orders that cancel each other have far larger ones: for 20 orders on 240°
 the multiple is seventy million, and their coefficients follow any slow error."""
+LEAST_REPEATED = 0.9
+"""Smallest share of the rows at places that at least two passes visited, if the passes share a
+curve of the angle. With a smaller share, a part of the arc was passed once, where the curve would
+contain a drift."""
 MOST_ROWS = 4000
 """Largest number of rows with which the orders that the arc determines are found; 200 for each wave
 of order 20 in a turn."""
@@ -90,10 +95,32 @@ def on_its_arc(model: Model, observations: Observations) -> Model:
     arc_deg = 360.0 - _largest_gap_deg(rows.target_rad)
     if arc_deg >= SHORT_ARC_DEG:
         return model
-    kept = _determined_orders(rows) if arc_deg >= HALF_TURN_DEG else []
-    disc = [ModelEffect(DISC, {"orders": kept})] if kept else []
+    curves = _curves_of_the_passes(observations, rows)
+    kept = _determined_orders(rows) if curves is None and arc_deg >= HALF_TURN_DEG else []
+    disc = [ModelEffect(DISC, curves or {"orders": kept})] if curves or kept else []
     parts = [disc if _is_default(entry) else [entry] for entry in model.effects]
     return replace(model, effects=[entry for part in parts for entry in part])
+
+
+def _curves_of_the_passes(
+    observations: Observations, every: ReferenceRows
+) -> dict[str, object] | None:
+    """Return the settings of ``graduation_harmonics`` for passes that visit the same places of an
+    arc; None if the passes do not."""
+    rows = observations.reference
+    visits = None if rows is None else visits_of_rows(rows)
+    if visits is None or float(np.mean(visits.of_row >= 0)) < LEAST_REPEATED:
+        return None
+    angles = np.unique(np.round(np.degrees(every.target_rad) % 360.0, 6))
+    gaps = np.diff(np.append(angles, angles[0] + 360.0))
+    widest = int(np.argmax(gaps))
+    start, length = float(angles[(widest + 1) % angles.size]), 360.0 - float(gaps[widest])
+    gap = float(np.delete(gaps, widest).max())
+    # Half a wave of the highest order is longer than each gap between the stations.
+    most = min(math.ceil(180.0 / gap - 1e-6) - 1, MOST_ORDER)
+    if most < LEAST_ORDER:
+        return None
+    return {"orders": list(range(1, most + 1)), "arc_deg": [round(start, 6), round(length, 6)]}
 
 
 def _is_default(entry: ModelEffect) -> bool:
@@ -113,17 +140,24 @@ def warnings_of_the_arc(model: Model, observations: Observations) -> list[str]:
     rows, after = observations.every_reference_row, on_its_arc(model, observations)
     if model == after or rows is None:
         return []
-    orders = next((e.settings["orders"] for e in after.effects if e.name == DISC), None)
+    disc = next((e.settings for e in after.effects if e.name == DISC), {})
+    orders = disc.get("orders")
     arc_deg = float(np.degrees(np.ptp(rows.target_rad)))
     in_radians = ""
     if TURN_RAD_SHARE * 2.0 * np.pi <= arc_deg <= WHOLE_TURN_RAD:
         in_radians = "; one turn is 6.28 radians, and target_deg must be in degrees"
     said = str(orders).strip("[]")
+    covered = f"the reference covers {360.0 - _largest_gap_deg(rows.target_rad):.3g}° of the turn"
+    if "arc_deg" in disc:
+        return [
+            f"{covered}: in place of the orders of the disc the model contains a smooth curve of "
+            "the angle, equal in all passes: an error of the disc or of the reference's scale is "
+            f"part of it; --model chooses orders{in_radians}"
+        ]
     kept = "no order of the disc" if orders is None else f"only the orders {said} of the disc"
     return [
-        f"the reference covers {360.0 - _largest_gap_deg(rows.target_rad):.3g}° of the turn: the "
-        f"model contains {kept}, because other orders look like a slow drift there; --model "
-        f"chooses orders{in_radians}"
+        f"{covered}: the model contains {kept}, because other orders look like a slow drift there; "
+        f"--model chooses orders{in_radians}"
     ]
 
 

@@ -21,12 +21,14 @@ from arctrue.workbench.observations.reference_angle import reading_and_angle
 from arctrue.workbench.observations.reference_speed import reference_speed
 from arctrue.workbench.observations.rows import ReferenceRows
 from arctrue.workbench.observations.run_speed import run_speeds
+from arctrue.workbench.observations.run_turns import rows_of_short_runs
 from arctrue.workbench.observations.since_reversal import since_reversal
 from arctrue.workbench.observations.stored import RunFacts, StoredCapture, electrical_rad
 from arctrue.workbench.observations.true_angle import true_angle
 from arctrue.workbench.observations.used_rows import (
     counted_once,
     duplicates,
+    numbered_in_the_file,
     used_capture_rows,
     used_reference_rows,
 )
@@ -67,10 +69,14 @@ def observations_of(
     masked: list[MaskedRow] = []
     used_capture = used_reference = None
     outlying_share = {}
+    left_out: list[str] = []
     says_which_rows = capture is not None and capture.trusted is not None
     if capture is not None:
         _require_a_place_each(facts, capture)
-        used = used_capture_rows(capture, facts, separation, mask_outliers=mask_outliers)
+        short, left_out = rows_of_short_runs(capture, facts.counts_per_rev)
+        whole_runs = capture.where(~short) if short.any() else capture
+        used = used_capture_rows(whole_runs, facts, separation, mask_outliers=mask_outliers)
+        used = numbered_in_the_file(used, short)
         _require_rows("capture", used.rows.run.size, capture.run.size)
         capture, used_capture = used.rows, used.numbers
         masked += used.masked
@@ -133,6 +139,7 @@ def observations_of(
         drive_gear_teeth=facts.drive_gear_teeth,
         disc_diameter_mm=facts.disc_diameter_mm,
         masked=tuple(masked),
+        left_out=tuple(left_out),
         may_mask=mask_outliers and not says_which_rows,
         outlying_share=outlying_share,
         used_capture_rows=used_capture,

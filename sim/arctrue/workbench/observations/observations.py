@@ -48,6 +48,8 @@ class Observations:
     """Every row of the reference, if ``reference`` is only a part."""
     masked: tuple[MaskedRow, ...] = ()
     """Rows that are not used, in the order of the files."""
+    left_out: tuple[str, ...] = ()
+    """Sentences on the runs that are left out."""
     may_mask: bool = True
     """True if single wrong rows may be left out; False if the set, or the caller that reads the
     set, decides which rows are used."""

@@ -103,15 +103,22 @@ def duplicates(reference: Reference) -> Boolean:
 def counted_once(used: UsedRows[Reference], again: Boolean) -> UsedRows[Reference]:
     """Return the used rows of a reference with their numbers in the file; list the rows in
     ``again``, which were omitted before, as duplicates."""
-    if not again.any():
-        return used
-    left = np.flatnonzero(~again)
-    listed = [replace(item, row=int(left[item.row - 2]) + 2) for item in used.masked]
-    listed += [
+    listed = [
         MaskedRow("reference", row + 2, "duplicate") for row in np.flatnonzero(again).tolist()
     ]
+    used = numbered_in_the_file(used, again)
+    return replace(used, masked=sorted([*used.masked, *listed], key=_line))
+
+
+def numbered_in_the_file(used: UsedRows[Channel], omitted: Boolean) -> UsedRows[Channel]:
+    """Return the used rows with their numbers in the file, whose rows in ``omitted`` were omitted
+    before."""
+    if not omitted.any():
+        return used
+    left = np.flatnonzero(~omitted)
+    listed = [replace(item, row=int(left[item.row - 2]) + 2) for item in used.masked]
     numbers = left if used.numbers is None else left[used.numbers]
-    return replace(used, numbers=numbers, masked=sorted(listed, key=_line))
+    return replace(used, numbers=numbers, masked=listed)
 
 
 def _column_mask(rows: Capture | Reference) -> Boolean:

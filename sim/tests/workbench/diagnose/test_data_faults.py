@@ -13,7 +13,8 @@ from arctrue.measurement import Capture, MeasurementSet
 from arctrue.studies.benchmark.diagnosis import diagnosed
 from arctrue.studies.simulate.experiment import full
 from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
-from arctrue.workbench.diagnose.data_faults import cut_runs, data_faults
+from arctrue.workbench.diagnose.data_faults import cut_runs, data_faults, too_short
+from arctrue.workbench.diagnose.report import sentences
 from arctrue.workbench.observations.build import observations_of
 from arctrue.workbench.observations.outliers.excursions import excursions, step_scatter
 
@@ -218,11 +219,53 @@ def test_a_cut_run_is_used_and_the_effect_is_named() -> None:
     assert len(cut_runs(found.observations)) == 1
 
 
-def test_a_run_of_less_than_a_turn_is_a_fault() -> None:
-    made, capture = _copied()
-    end = int(np.flatnonzero(capture.run == 1)[-1]) + 1
+def _cut(capture: Capture, turns: dict[int, float]) -> Capture:
+    """Return the capture with some runs cut after a number of turns."""
     kept = np.ones(capture.run.size, dtype=bool)
-    kept[end - round(2.3 * SAMPLES_A_TURN) : end] = False
-    seen = observations_of(replace(made, capture=capture.where(kept)))
-    assert data_faults(seen) == ["capture, run 1: 0.700 of a turn, a whole turn is needed"]
-    assert cut_runs(seen) == []
+    for run, length in turns.items():
+        start, *_, end = np.flatnonzero(capture.run == run)
+        kept[start + round(length * SAMPLES_A_TURN) : end + 1] = False
+    return capture.where(kept)
+
+
+@pytest.mark.parametrize("standing", [1, 2])
+def test_runs_of_less_than_a_turn_are_left_out(standing: int) -> None:
+    """The runs of whole turns are used; rows keep their lines in the file."""
+    made, capture = _copied()
+    cut = _cut(capture, {0: 0.5, 2: 0.7})
+    seen = observations_of(replace(made, capture=cut))
+    assert data_faults(seen) == []
+    assert too_short(seen) is None
+    (said,) = seen.left_out
+    assert "run 0 has 0.500 of a turn; run 2 has 0.700 of a turn" in said
+    assert seen.capture is not None
+    assert seen.capture.runs == 2
+    assert seen.capture.run.size == np.isin(cut.run, [1, 3]).sum()
+    # The first used sample follows the header and the rows of run 0.
+    assert seen.sample_line(0) == 2 + np.count_nonzero(cut.run == 0)
+    # A run in which the table stands still is no short run.
+    cut.head1_counts[cut.run == standing] = cut.head1_counts[cut.run == standing][0]
+    still = observations_of(replace(made, capture=cut))
+    assert any("stands still" in text for text in data_faults(still))
+
+
+def test_an_outlier_behind_a_short_run_is_listed_with_its_line() -> None:
+    made, capture = _copied()
+    cut = _cut(capture, {0: 0.5})
+    cut.head2_counts[ROW] += 3_000
+    seen = observations_of(replace(made, capture=cut))
+    assert [item.row for item in seen.masked] == [ROW + 2]
+
+
+def test_a_capture_of_arcs_cannot_tell() -> None:
+    """Sweeps of 150° of two heads are no faulty data."""
+    made, capture = _copied()
+    cut = _cut(capture, dict.fromkeys(range(4), 150.0 / 360.0))
+    seen = observations_of(replace(made, capture=cut))
+    assert data_faults(seen) == []
+    assert seen.left_out == ()
+    _, found = diagnosed(replace(made, capture=cut))
+    assert found.verdict == "cannot_tell"
+    said = " ".join(sentences(found))
+    assert "4 of the 4 runs have 0.417 of a turn" in said
+    assert "a capture with runs of a whole turn or more" in said

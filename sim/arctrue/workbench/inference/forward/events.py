@@ -315,12 +315,35 @@ def _shares(readings: float) -> Float:
 
 
 def _inside(record: Record) -> NDArray[np.int64]:
-    """Return the rows at which a step has enough rows of its stretch on both sides."""
+    """Return the rows at which a step has enough rows of its stretch on both sides, and is no curve
+    of the base."""
     found = []
     for number in np.unique(record.stretch):
         own = np.flatnonzero(record.stretch == number)
         found.append(own[LEAST_SIDE_ROWS : own.size - LEAST_SIDE_ROWS + 1])
-    return np.concatenate(found).astype(np.int64)
+    rows = np.concatenate(found).astype(np.int64)
+    return rows[_own_shares(record, rows) > LEAST_OWN]
+
+
+LEAST_OWN = 1e-3
+"""Smallest share of a step's sum of squares, after its mean, that the base leaves; the step's u is
+then at most 32 times that without the base (1/√0.001). Passes one after another show why: the time
+minus the angle of the pass is a step at each start of a pass."""
+
+
+def _own_shares(record: Record, rows: NDArray[np.int64]) -> Float:
+    """Return the share of the sum of squares of a step at each row that the base leaves."""
+    found = np.zeros(rows.size)
+    for number in np.unique(record.stretch):
+        own = np.flatnonzero(record.stretch == number)
+        inside = np.isin(rows, own)
+        first = rows[inside] - own[0]
+        # The sum of each column of the base from each row to the end of the stretch.
+        sums = np.cumsum(record.base[own][::-1], axis=0)[::-1][first]
+        after = own.size - first
+        whole = after * first / own.size
+        found[inside] = (after - np.sum(sums**2, axis=1)) / np.maximum(whole, 1e-300)
+    return found
 
 
 def _gains(record: Record, rows: Rows, places: NDArray[np.int64], noise: KernelNoise) -> Float:
