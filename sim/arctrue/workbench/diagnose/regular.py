@@ -257,7 +257,8 @@ class Findings:
                 f"{self.slow.length:.4g} s, is most of the remaining error of the reference."
             )
         if self.oscillation is not None:
-            found.append(f"The noise contains {self.oscillation.words()}.")
+            where = "error" if self.oscillation.present_s is not None else "noise"
+            found.append(f"The {where} contains {self.oscillation.words()}.")
         if self.noise_level_ratio is not None:
             found.append(
                 "The noise level of the reference changes with time: the level of its noisy parts "
