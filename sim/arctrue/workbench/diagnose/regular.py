@@ -8,7 +8,7 @@ its result has passed this test.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -62,6 +62,36 @@ class Band:
 
     in_time: bool
     highest: float
+
+
+MOST_FAST = 5
+"""Largest number of fast lines in a sentence; the JSON contains all."""
+
+
+@dataclass(frozen=True)
+class FastLineOfRows:
+    """A line in single rows, too fast for the averaged rows of the search."""
+
+    rate: float
+    amplitude_arcsec: float
+    in_time: bool
+    turns_s: float | None
+    """Turns per second, which convert an order into a frequency; None without times."""
+
+    @property
+    def period_s(self) -> float | None:
+        """Period; None where it is not known."""
+        if self.in_time:
+            return 1.0 / self.rate
+        return None if self.turns_s is None else 1.0 / (self.rate * self.turns_s)
+
+    def words(self) -> str:
+        """Return the amplitude, and the period or the order."""
+        size = f"{self.amplitude_arcsec:.3g}″ at"
+        if self.period_s is None:
+            return f"{size} order {self.rate:.5g}"
+        seconds = f"{size} {self.period_s:.4g} s"
+        return seconds if self.in_time else f"{seconds}, order {self.rate:.5g}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,6 +186,8 @@ class Findings:
     """Offset of a reference at stations that changes from cycle to cycle."""
     places: RepeatedError | None = None
     """Error that every pass of the reference shows at the same places."""
+    fast: tuple[FastLineOfRows, ...] = ()
+    """Lines in single rows, too fast for the averaged rows of the search, the largest first."""
     cause: str | None = None
     """The named effect that was in the model during the search for these findings."""
     same: tuple[str, ...] = ()
@@ -167,6 +199,7 @@ class Findings:
         """True if there are no findings."""
         lists = self.causes or self.steps or self.not_noise
         others = (self.oscillation, self.slow, self.reversal, self.places)
+        lists = lists or self.fast
         return not lists and all(item is None for item in others)
 
     def further(self, name: str, left: Findings) -> Findings:
@@ -219,6 +252,14 @@ class Findings:
         """Return the findings as JSON."""
         return {
             "regular": [cause.data() for cause in self.causes],
+            "fast_lines": [
+                {
+                    "order": None if line.in_time else line.rate,
+                    "period_s": line.period_s,
+                    "amplitude_arcsec": line.amplitude_arcsec,
+                }
+                for line in self.fast
+            ],
             "steps": [step.data() for step in self.steps],
             "whiteness_p": self.whiteness_p,
             "noise_level_ratio": self.noise_level_ratio,
@@ -273,6 +314,14 @@ class Findings:
             yield (
                 max(cause.taken_arcsec for cause in self.causes),
                 f"Regular errors in the reference, with the size of each: {words}.",
+            )
+        if self.fast:
+            words = "; ".join(line.words() for line in self.fast[:MOST_FAST])
+            more = len(self.fast) - MOST_FAST
+            words += f"; and {more} smaller" if more > 0 else ""
+            yield (
+                self.fast[0].amplitude_arcsec / np.sqrt(2.0),
+                f"Single rows show further lines, too fast for the search above: {words}.",
             )
         if self.reversal is not None:
             # Half of the error acts upwards and half downwards.
@@ -350,6 +399,7 @@ def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Finding
     oscillation: Oscillation | None = None
     slow: SlowChange | None = None
     ratio = 0.0
+    fast: list[FastLineOfRows] = []
     for record in records_of(solution, declared):
         found = search_record(record)
         whiteness.append(found.whiteness_p)
@@ -363,6 +413,7 @@ def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Finding
         if not steps:
             steps = [_jump(step, record, timed=timed) for step in found.steps]
         turns_s = record.turns_on_the_clock if timed else None
+        fast += _fast(record, turns_s, fast)
         causes += [
             item
             for item in _causes(found, expected, unknown, turns_s)
@@ -394,7 +445,24 @@ def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Finding
         tuple(counts),
         ratio or None,
         cycles,
+        fast=tuple(sorted(fast, key=lambda line: -line.amplitude_arcsec)),
     )
+
+
+def _fast(
+    record: Record, turns_s: float | None, known: Sequence[FastLineOfRows]
+) -> list[FastLineOfRows]:
+    """Return the fast lines of a record without those that a record over the angle also shows."""
+    found = [
+        FastLineOfRows(
+            line.rate, line.amplitude_arcsec, record.in_time, None if record.in_time else turns_s
+        )
+        for line in record.fast
+    ]
+    if not record.in_time:
+        return found
+    rates = [1.0 / line.period_s for line in known if line.period_s is not None]
+    return [line for line in found if nearest(rates, line.rate) * record.span >= SAME_LINE]
 
 
 def _is_one_count(step: Jump, quantum_arcsec: float) -> bool:

@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.inference.forward.fast_lines import fast_lines
+from arctrue.workbench.inference.forward.fast_lines import FastSize, fast_lines, sizes_of
 from arctrue.workbench.noise.kernel_fit import Rows
 
 Float = NDArray[np.float64]
@@ -68,6 +68,8 @@ class Record:
     in_time: bool
     declared: float | None = None
     """Rate whose multiples are expected, such as the tooth count of the drive."""
+    fast: tuple[FastSize, ...] = ()
+    """Lines over ``place`` in the single rows that are too fast for the search in averaged rows."""
 
     @property
     def whole_orders_only(self) -> bool:
@@ -158,12 +160,16 @@ def record_of(
         return np.asarray(sums / (count if values.ndim == 1 else count[:, np.newaxis]))
 
     averaged = [mean(columns)]
+    fast: tuple[FastSize, ...] = ()
     for over in (place, *also) if block > 1 else ():
         steps = np.abs(np.diff(mean(over)))[np.diff(stretch[cuts]) == 0]
         # Half the rate of the averaged rows: a slower line has no alias.
         lowest = 0.5 / max(float(np.median(steps)), 1e-300)
-        lines = fast_lines(over, stretch, residual_arcsec, lowest)
-        averaged += [mean(line) for line in lines]
+        highest = 2.0 / ROWS_A_PERIOD * lowest
+        lines = list(fast_lines(over, stretch, residual_arcsec, highest))
+        averaged += [mean(line.columns) for line in lines if line.rate > lowest]
+        if over is place:
+            fast = sizes_of(lines, residual_arcsec)
     number, middle, where = stretch[cuts], mean(clock), mean(place)
     within = np.diff(number) == 0
     steps = np.diff(middle)[within]
@@ -192,6 +198,7 @@ def record_of(
         longest=max(ways),
         in_time=in_time,
         declared=declared,
+        fast=fast,
     )
 
 
