@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 from arctrue.base.progress import ReportStep
 from arctrue.workbench.diagnose.adding import Adding
-from arctrue.workbench.diagnose.candidate import Candidate, within_the_record
+from arctrue.workbench.diagnose.candidate import Candidate, is_line, within_the_record
 from arctrue.workbench.diagnose.case import DEEPEST, REFUSED_P, Case
 from arctrue.workbench.diagnose.coverage import Coverage, coverage
 from arctrue.workbench.diagnose.data_faults import data_faults
@@ -239,7 +239,7 @@ def _with_the_found(
     item, product = found.named, found.described
     if product is not None and found.verdict == "unknown":
         kept = findings.steps or findings.causes or findings.places or findings.slow
-        if not kept:
+        if not kept and findings.oscillation is None:
             return findings
         left = findings_of(product.at_maximum, effects)
         if left.slow is None:
@@ -249,15 +249,18 @@ def _with_the_found(
         return replace(
             findings,
             causes=left.causes if findings.causes else (),
+            oscillation=left.oscillation if findings.oscillation is not None else None,
             steps=left.steps if findings.steps else (),
             places=left.places,
+            fast=left.fast if findings.fast else (),
+            drift=left.drift if findings.drift is not None else None,
         )
     if item is None or findings.empty or case.with_best is None:
         return findings
     if item.regular is not None and findings.places is not None:
         findings = replace(findings, places=case.with_best.survey.findings.places)
     if item.regular is None:
-        left = findings.further(item.name, case.with_best.survey.findings)
+        left = findings.further(item.name, case.with_best.survey.findings, is_line=is_line(item))
         if item.second_of_runs is None or findings.cycles is None:
             return left
         both = (item.name, item.second_of_runs.words)

@@ -20,6 +20,7 @@ from arctrue.workbench.diagnose.undetermined import undetermined
 from arctrue.workbench.effects.base import Effect, Nonlinear
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.forward.cycles import CycleChange, cycle_change, run_change
+from arctrue.workbench.inference.forward.even_drift import EvenDrift, even_drift
 from arctrue.workbench.inference.forward.events import Step, columns_of_steps, search_steps
 from arctrue.workbench.inference.forward.of_solution import (
     records_of,
@@ -188,6 +189,8 @@ class Findings:
     """Error that every pass of the reference shows at the same places."""
     fast: tuple[FastLineOfRows, ...] = ()
     """Lines in single rows, too fast for the averaged rows of the search, the largest first."""
+    drift: EvenDrift | None = None
+    """Even drift of a reference that has lines too, and no slow change of another form."""
     cause: str | None = None
     """The named effect that was in the model during the search for these findings."""
     same: tuple[str, ...] = ()
@@ -197,14 +200,16 @@ class Findings:
     @property
     def empty(self) -> bool:
         """True if there are no findings."""
-        lists = self.causes or self.steps or self.not_noise
+        lists = bool(self.causes or self.steps or self.fast or self.not_noise)
         others = (self.oscillation, self.slow, self.reversal, self.places)
-        lists = lists or self.fast
         return not lists and all(item is None for item in others)
 
-    def further(self, name: str, left: Findings) -> Findings:
+    def further(self, name: str, left: Findings, *, is_line: bool = False) -> Findings:
         """Return ``left``, the findings with the effect ``name`` in the model, with a list of the
-        findings that this effect explained."""
+        findings that this effect explained.
+
+        An oscillation that a line explains is this line, with a size that is not its own.
+        """
         kept = [(cause, line) for cause in left.causes for line in cause.lines]
         same = [
             f"{line.amplitude_arcsec:.3g}″ at {cause.place_of(line)}"
@@ -214,7 +219,7 @@ class Findings:
                 other.in_time == cause.in_time and _same_rate(line, found) for other, found in kept
             )
         ]
-        if self.oscillation is not None and left.oscillation is None:
+        if self.oscillation is not None and left.oscillation is None and not is_line:
             same.append(self.oscillation.words())
         return replace(left, cause=name, same=tuple(same))
 
@@ -260,6 +265,9 @@ class Findings:
                 }
                 for line in self.fast
             ],
+            "even_drift": None
+            if self.drift is None
+            else {"size_arcsec": self.drift.size_arcsec, "sigma_arcsec": self.drift.sigma_arcsec},
             "steps": [step.data() for step in self.steps],
             "whiteness_p": self.whiteness_p,
             "noise_level_ratio": self.noise_level_ratio,
@@ -296,6 +304,12 @@ class Findings:
             found.append(
                 f"A slow change of unknown form, {angle_words(self.slow.size_arcsec)} over "
                 f"{self.slow.length:.4g} s, is most of the remaining error of the reference."
+            )
+        if self.drift is not None:
+            found.append(
+                "With these lines in the model, the error of the reference changes evenly by "
+                f"{angle_words(self.drift.size_arcsec)} (u {angle_words(self.drift.sigma_arcsec)}) "
+                f"over {self.drift.length:.4g} s."
             )
         if self.oscillation is not None:
             where = "error" if self.oscillation.present_s is not None else "noise"
@@ -400,6 +414,8 @@ def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Finding
     slow: SlowChange | None = None
     ratio = 0.0
     fast: list[FastLineOfRows] = []
+    drift: EvenDrift | None = None
+    of_orders: Record | None = None
     for record in records_of(solution, declared):
         found = search_record(record)
         whiteness.append(found.whiteness_p)
@@ -410,6 +426,8 @@ def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Finding
             oscillation = oscillation_of(found, "reference")
         if timed and not bands[1:]:
             slow = slow_change(record, _columns_of(found))
+        if timed and found.lines and drift is None:
+            drift = even_drift(record, _columns_of(found), found.noise.noise)
         if not steps:
             steps = [_jump(step, record, timed=timed) for step in found.steps]
         turns_s = record.turns_on_the_clock if timed else None
@@ -417,8 +435,12 @@ def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Finding
         causes += [
             item
             for item in _causes(found, expected, unknown, turns_s)
-            if not any(_is_same(item, other, record) for other in causes)
+            if not any(
+                _is_same(item, other, record) or _is_at_a_speed(item, other, of_orders)
+                for other in causes
+            )
         ]
+        of_orders = of_orders if record.in_time else record
     if not bands:
         steps, slow = _of_stations(solution, timed=timed)
     if rows is not None:
@@ -446,6 +468,7 @@ def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Finding
         ratio or None,
         cycles,
         fast=tuple(sorted(fast, key=lambda line: -line.amplitude_arcsec)),
+        drift=drift if slow is None else None,
     )
 
 
@@ -562,6 +585,25 @@ def _is_same(item: RegularCause, other: RegularCause, record: Record) -> bool:
         return False
     rates = [line.rate * other.turns_s for line in other.lines]
     return nearest(rates, item.lines[0].rate) * record.span < SAME_LINE
+
+
+def _is_at_a_speed(item: RegularCause, other: RegularCause, record: Record | None) -> bool:
+    """Tell whether a line over time has the frequency of an order at the speed of a stretch.
+
+    ``record`` is the record over the angle; over time, an order is one line for each speed.
+    """
+    if record is None or not item.in_time or other.in_time:
+        return False
+    for number in np.unique(record.stretch):
+        own = record.stretch == number
+        length = float(np.ptp(record.measured[own]))
+        if length <= 0.0:
+            continue
+        speed = float(np.ptp(record.place[own])) / length
+        rates = [line.rate * speed for line in other.lines]
+        if nearest(rates, item.lines[0].rate) * length < SAME_LINE:
+            return True
+    return False
 
 
 def _place(line: Line, record: Record) -> dict[str, float]:

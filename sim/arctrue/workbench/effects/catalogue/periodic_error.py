@@ -369,7 +369,8 @@ def _stands(rows: CaptureRows | ReferenceRows) -> bool:
     """Tell whether the rows of a reference are stations at which the table stands."""
     if not isinstance(rows, ReferenceRows):
         return False
-    return rows.speed_rad_s is None or 2 * np.count_nonzero(rows.speed_rad_s) < rows.run.size
+    speed = rows.speed_rad_s
+    return speed is None or bool(2 * np.count_nonzero(speed) < rows.run.size)
 
 
 def _wave(rows: CaptureRows | ReferenceRows, nonlinear: Nonlinear) -> Columns | None:
