@@ -20,6 +20,7 @@ from arctrue.workbench.diagnose.decision import Decision, Verdict
 from arctrue.workbench.diagnose.evidence import described_above, survey
 from arctrue.workbench.diagnose.facts import Facts
 from arctrue.workbench.diagnose.grounds import Grounds
+from arctrue.workbench.diagnose.lag import Lag, lag_of
 from arctrue.workbench.diagnose.next_measurement import NextMeasurement, measurement_for
 from arctrue.workbench.diagnose.of_the_runs import IndexScatter, index_beyond_its_prior
 from arctrue.workbench.diagnose.posterior import PARTS_ADVANTAGE
@@ -75,6 +76,9 @@ class Diagnosis:
     """Numbers on which the stated probability rests; None where nothing was tested."""
     second: SecondFinding | None = None
     """The error that remains with the named effect in the model, if that error is significant."""
+    lag: Lag | None = None
+    """The lag of the condition that describes the error, if this lag explains most of what remains
+    with the description."""
     signal_period: SignalPeriod | None = None
     """The signal period, if the named line is a multiple of it."""
     covers: Coverage = field(default_factory=Coverage)
@@ -195,8 +199,12 @@ def diagnose(
     second = _second(found.decision, left) if found.verdict == "named" else None
     period = signal_period(found.named, tried.untestable, effects)
     findings = _with_the_found(findings, found, case, effects)
+    lag = lag_of(found.described, base) if found.verdict == "unknown" else None
+    if lag is not None:
+        findings = replace(findings, slow=None)
     return replace(
         found,
+        lag=lag,
         before=adding.before,
         left=left,
         second=second,

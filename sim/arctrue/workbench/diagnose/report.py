@@ -122,6 +122,7 @@ def diagnosis_data(result: Diagnosis, model: list[str]) -> dict[str, Any]:
         "class": result.effect_class,
         "class_correlation": dict(said.class_correlation),
         "description": result.description,
+        "lag_s": None if result.lag is None else result.lag.time_constant_s,
         "parts": parts,
         "resembles": None if said.resembles is None else said.resembles.name,
         "unlike": said.unlike,
@@ -215,7 +216,7 @@ def sentences(result: Diagnosis) -> list[str]:
     else:
         said = [
             f"None of the known effects fits. Best description: {result.description}.",
-            *_further_with_description(result),
+            *(_further_with_description(result) if result.lag is None else [result.lag.words()]),
         ]
     found = [
         words
