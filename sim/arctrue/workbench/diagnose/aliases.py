@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from arctrue.workbench.diagnose.candidate import Candidate
+from arctrue.workbench.diagnose.candidate import Candidate, is_line
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.scan import (
     ALIAS_AHEAD,
@@ -14,6 +14,7 @@ from arctrue.workbench.inference.scan import (
     samples_a_turn,
 )
 from arctrue.workbench.observations import Observations
+from arctrue.workbench.observations.one_speed import speed_turns_s
 
 UNEVEN = 1e-3
 """Largest relative difference between distances of even stations. With 360 stations, this
@@ -21,6 +22,11 @@ difference changes the phase of the 360th order by 0.4° from one station to the
 little that orders and their aliases look equal."""
 HIGHEST_ORDER = DISC_BINS / 8.0
 """Highest alias among the samples of a capture that is tested and listed."""
+
+MOST_FOLDED = 8.0
+"""Most rows of a period with which the periods of a line's aliases are stated. With more rows a
+period, the slowest alias has nearly one row a period, and a reference that averages over its step
+would show an eighth of it (sinc 7/8 = 0.14)."""
 
 
 def above_half_the_samples(item: Candidate, residuals: Residuals) -> bool:
@@ -92,3 +98,29 @@ def _of_stations(item: Candidate, observations: Observations) -> list[float]:
     low = float(order % stations)
     others = {low, stations - low, stations + low, 2.0 * stations - low}
     return sorted(round(one, 6) for one in others if one > 0.0 and abs(one - order) > UNEVEN)
+
+
+def folded_periods_s(item: Candidate, observations: Observations) -> tuple[float, list[float]]:
+    """Return the step of a reference with even steps of time, and the periods of the two slowest
+    lines that look like the line ``item`` at these rows; no periods if there are none.
+
+    At the step h, the frequencies 1/h − f and 1/h + f look like f.
+    """
+    rows = observations.reference
+    nonlinear = item.nonlinear
+    if rows is None or rows.time_s is None or nonlinear.get("in_capture") or not is_line(item):
+        return 0.0, []
+    frequency = nonlinear.get("frequency", 0.0)
+    if not nonlinear.get("in_time"):
+        order = nonlinear.get("order", 0.0)
+        speed = speed_turns_s(rows, order) if order > 0.0 else None
+        frequency = 0.0 if speed is None else order * abs(speed)
+    steps = np.diff(rows.time_s)[np.diff(rows.run) == 0]
+    if steps.size == 0 or frequency <= 0.0:
+        return 0.0, []
+    step = float(np.median(steps))
+    if step <= 0.0 or float(np.max(np.abs(steps / step - np.round(steps / step)))) > UNEVEN:
+        return 0.0, []
+    if frequency * step >= 0.5 or frequency * step * MOST_FOLDED <= 1.0:
+        return step, []
+    return step, [1.0 / (1.0 / step - frequency), 1.0 / (1.0 / step + frequency)]

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 from arctrue.base.progress import ReportStep
 from arctrue.workbench.diagnose.adding import Adding
-from arctrue.workbench.diagnose.candidate import Candidate, within_the_record
+from arctrue.workbench.diagnose.candidate import Candidate, is_line, within_the_record
 from arctrue.workbench.diagnose.case import DEEPEST, REFUSED_P, Case
 from arctrue.workbench.diagnose.coverage import Coverage, coverage
 from arctrue.workbench.diagnose.data_faults import data_faults, too_short
@@ -20,6 +20,7 @@ from arctrue.workbench.diagnose.decision import Decision, Verdict
 from arctrue.workbench.diagnose.evidence import described_above, survey
 from arctrue.workbench.diagnose.facts import Facts
 from arctrue.workbench.diagnose.grounds import Grounds
+from arctrue.workbench.diagnose.lag import Lag, lag_of
 from arctrue.workbench.diagnose.next_measurement import NextMeasurement, measurement_for
 from arctrue.workbench.diagnose.of_the_runs import (
     DirectionDifference,
@@ -80,6 +81,9 @@ class Diagnosis:
     """Numbers on which the stated probability rests; None where nothing was tested."""
     second: SecondFinding | None = None
     """The error that remains with the named effect in the model, if that error is significant."""
+    lag: Lag | None = None
+    """The lag of the condition that describes the error, if this lag explains most of what remains
+    with the description."""
     signal_period: SignalPeriod | None = None
     """The signal period, if the named line is a multiple of it."""
     covers: Coverage = field(default_factory=Coverage)
@@ -205,8 +209,12 @@ def diagnose(
     second = _second(found.decision, left) if found.verdict == "named" else None
     period = signal_period(found.named, tried.untestable, effects)
     findings = _with_the_found(findings, found, case, effects)
+    lag = lag_of(found.described, base) if found.verdict == "unknown" else None
+    if lag is not None:
+        findings = replace(findings, slow=None)
     return replace(
         found,
+        lag=lag,
         before=adding.before,
         left=left,
         second=second,
@@ -249,7 +257,7 @@ def _with_the_found(
     item, product = found.named, found.described
     if product is not None and found.verdict == "unknown":
         kept = findings.steps or findings.causes or findings.places or findings.slow
-        if not kept:
+        if not kept and findings.oscillation is None:
             return findings
         left = findings_of(product.at_maximum, effects)
         if left.slow is None:
@@ -259,15 +267,18 @@ def _with_the_found(
         return replace(
             findings,
             causes=left.causes if findings.causes else (),
+            oscillation=left.oscillation if findings.oscillation is not None else None,
             steps=left.steps if findings.steps else (),
             places=left.places,
+            fast=left.fast if findings.fast else (),
+            drift=left.drift if findings.drift is not None else None,
         )
     if item is None or findings.empty or case.with_best is None:
         return findings
     if item.regular is not None and findings.places is not None:
         findings = replace(findings, places=case.with_best.survey.findings.places)
     if item.regular is None:
-        left = findings.further(item.name, case.with_best.survey.findings)
+        left = findings.further(item.name, case.with_best.survey.findings, is_line=is_line(item))
         if item.second_of_runs is None or findings.cycles is None:
             return left
         both = (item.name, item.second_of_runs.words)

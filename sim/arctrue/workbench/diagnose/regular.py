@@ -8,7 +8,7 @@ its result has passed this test.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,6 +20,7 @@ from arctrue.workbench.diagnose.undetermined import undetermined
 from arctrue.workbench.effects.base import Effect, Nonlinear
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.forward.cycles import CycleChange, cycle_change, run_change
+from arctrue.workbench.inference.forward.even_drift import EvenDrift, even_drift
 from arctrue.workbench.inference.forward.events import Step, columns_of_steps, search_steps
 from arctrue.workbench.inference.forward.mountings import mounting_change
 from arctrue.workbench.inference.forward.of_solution import (
@@ -59,6 +60,36 @@ class Band:
 
     in_time: bool
     highest: float
+
+
+MOST_FAST = 5
+"""Largest number of fast lines in a sentence; the JSON contains all."""
+
+
+@dataclass(frozen=True)
+class FastLineOfRows:
+    """A line in single rows, too fast for the averaged rows of the search."""
+
+    rate: float
+    amplitude_arcsec: float
+    in_time: bool
+    turns_s: float | None
+    """Turns per second, which convert an order into a frequency; None without times."""
+
+    @property
+    def period_s(self) -> float | None:
+        """Period; None where it is not known."""
+        if self.in_time:
+            return 1.0 / self.rate
+        return None if self.turns_s is None else 1.0 / (self.rate * self.turns_s)
+
+    def words(self) -> str:
+        """Return the amplitude, and the period or the order."""
+        size = f"{self.amplitude_arcsec:.3g}″ at"
+        if self.period_s is None:
+            return f"{size} order {self.rate:.5g}"
+        seconds = f"{size} {self.period_s:.4g} s"
+        return seconds if self.in_time else f"{seconds}, order {self.rate:.5g}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,6 +181,10 @@ class Findings:
     """Offset of a reference at stations that changes from cycle to cycle."""
     places: RepeatedError | None = None
     """Error that every pass of the reference shows at the same places."""
+    fast: tuple[FastLineOfRows, ...] = ()
+    """Lines in single rows, too fast for the averaged rows of the search, the largest first."""
+    drift: EvenDrift | None = None
+    """Even drift of a reference that has lines too, and no slow change of another form."""
     cause: str | None = None
     """The named effect that was in the model during the search for these findings."""
     same: tuple[str, ...] = ()
@@ -159,13 +194,16 @@ class Findings:
     @property
     def empty(self) -> bool:
         """True if there are no findings."""
-        lists = self.causes or self.steps or self.not_noise
+        lists = bool(self.causes or self.steps or self.fast or self.not_noise)
         others = (self.oscillation, self.slow, self.reversal, self.places)
         return not lists and all(item is None for item in others)
 
-    def further(self, name: str, left: Findings) -> Findings:
+    def further(self, name: str, left: Findings, *, is_line: bool = False) -> Findings:
         """Return ``left``, the findings with the effect ``name`` in the model, with a list of the
-        findings that this effect explained."""
+        findings that this effect explained.
+
+        An oscillation that a line explains is this line, with a size that is not its own.
+        """
         kept = [(cause, line) for cause in left.causes for line in cause.lines]
         same = [
             f"{line.amplitude_arcsec:.3g}″ at {cause.place_of(line)}"
@@ -175,7 +213,7 @@ class Findings:
                 other.in_time == cause.in_time and _same_rate(line, found) for other, found in kept
             )
         ]
-        if self.oscillation is not None and left.oscillation is None:
+        if self.oscillation is not None and left.oscillation is None and not is_line:
             same.append(self.oscillation.words())
         return replace(left, cause=name, same=tuple(same))
 
@@ -213,6 +251,17 @@ class Findings:
         """Return the findings as JSON."""
         return {
             "regular": [cause.data() for cause in self.causes],
+            "fast_lines": [
+                {
+                    "order": None if line.in_time else line.rate,
+                    "period_s": line.period_s,
+                    "amplitude_arcsec": line.amplitude_arcsec,
+                }
+                for line in self.fast
+            ],
+            "even_drift": None
+            if self.drift is None
+            else {"size_arcsec": self.drift.size_arcsec, "sigma_arcsec": self.drift.sigma_arcsec},
             "steps": [step.data() for step in self.steps],
             "whiteness_p": self.whiteness_p,
             "noise_level_ratio": self.noise_level_ratio,
@@ -250,8 +299,15 @@ class Findings:
                 f"A slow change of unknown form, {angle_words(self.slow.size_arcsec)} over "
                 f"{self.slow.length:.4g} s, is most of the remaining error of the reference."
             )
+        if self.drift is not None:
+            found.append(
+                "With these lines in the model, the error of the reference changes evenly by "
+                f"{angle_words(self.drift.size_arcsec)} (u {angle_words(self.drift.sigma_arcsec)}) "
+                f"over {self.drift.length:.4g} s."
+            )
         if self.oscillation is not None:
-            found.append(f"The noise contains {self.oscillation.words()}.")
+            where = "error" if self.oscillation.present_s is not None else "noise"
+            found.append(f"The {where} contains {self.oscillation.words()}.")
         if self.noise_level_ratio is not None:
             found.append(
                 "The noise level of the reference changes with time: the level of its noisy parts "
@@ -266,6 +322,14 @@ class Findings:
             yield (
                 max(cause.taken_arcsec for cause in self.causes),
                 f"Regular errors in the reference, with the size of each: {words}.",
+            )
+        if self.fast:
+            words = "; ".join(line.words() for line in self.fast[:MOST_FAST])
+            more = len(self.fast) - MOST_FAST
+            words += f"; and {more} smaller" if more > 0 else ""
+            yield (
+                self.fast[0].amplitude_arcsec / np.sqrt(2.0),
+                f"Single rows show further lines, too fast for the search above: {words}.",
             )
         if self.reversal is not None:
             # Half of the error acts upwards and half downwards.
@@ -343,6 +407,9 @@ def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Finding
     slow: SlowChange | None = None
     ratio = 0.0
     quantum = 0.0 if rows is None else display_step(rows.error_arcsec)
+    fast: list[FastLineOfRows] = []
+    drift: EvenDrift | None = None
+    of_orders: Record | None = None
     for record in records_of(solution, declared):
         found = search_record(record, quantum)
         whiteness.append(found.whiteness_p)
@@ -353,14 +420,21 @@ def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Finding
             oscillation = oscillation_of(found, "reference")
         if timed and not bands[1:]:
             slow = slow_change(record, _columns_of(found))
+        if timed and found.lines and drift is None:
+            drift = even_drift(record, _columns_of(found), found.noise.noise)
         if not steps:
             steps = [_jump(step, record, timed=timed) for step in found.steps]
         turns_s = record.turns_on_the_clock if timed else None
+        fast += _fast(record, turns_s, fast)
         causes += [
             item
             for item in _causes(found, expected, unknown, turns_s)
-            if not any(_is_same(item, other, record) for other in causes)
+            if not any(
+                _is_same(item, other, record) or _is_at_a_speed(item, other, of_orders)
+                for other in causes
+            )
         ]
+        of_orders = of_orders if record.in_time else record
     if not bands:
         steps, slow = _of_stations(solution, quantum, timed=timed)
     cycles = None
@@ -384,7 +458,25 @@ def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Finding
         reversal,
         ratio or None,
         cycles,
+        fast=tuple(sorted(fast, key=lambda line: -line.amplitude_arcsec)),
+        drift=drift if slow is None else None,
     )
+
+
+def _fast(
+    record: Record, turns_s: float | None, known: Sequence[FastLineOfRows]
+) -> list[FastLineOfRows]:
+    """Return the fast lines of a record without those that a record over the angle also shows."""
+    found = [
+        FastLineOfRows(
+            line.rate, line.amplitude_arcsec, record.in_time, None if record.in_time else turns_s
+        )
+        for line in record.fast
+    ]
+    if not record.in_time:
+        return found
+    rates = [1.0 / line.period_s for line in known if line.period_s is not None]
+    return [line for line in found if nearest(rates, line.rate) * record.span >= SAME_LINE]
 
 
 def _same_rate(one: Line, other: Line) -> bool:
@@ -480,6 +572,25 @@ def _is_same(item: RegularCause, other: RegularCause, record: Record) -> bool:
         return False
     rates = [line.rate * other.turns_s for line in other.lines]
     return nearest(rates, item.lines[0].rate) * record.span < SAME_LINE
+
+
+def _is_at_a_speed(item: RegularCause, other: RegularCause, record: Record | None) -> bool:
+    """Tell whether a line over time has the frequency of an order at the speed of a stretch.
+
+    ``record`` is the record over the angle; over time, an order is one line for each speed.
+    """
+    if record is None or not item.in_time or other.in_time:
+        return False
+    for number in np.unique(record.stretch):
+        own = record.stretch == number
+        length = float(np.ptp(record.measured[own]))
+        if length <= 0.0:
+            continue
+        speed = float(np.ptp(record.place[own])) / length
+        rates = [line.rate * speed for line in other.lines]
+        if nearest(rates, item.lines[0].rate) * length < SAME_LINE:
+            return True
+    return False
 
 
 def _place(line: Line, record: Record) -> dict[str, float]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from arctrue.base.figures import with_uncertainty
 from arctrue.base.percent import probability_percent
-from arctrue.workbench.diagnose.aliases import aliases, in_capture
+from arctrue.workbench.diagnose.aliases import aliases, folded_periods_s, in_capture
 from arctrue.workbench.diagnose.calibrated import LIKE_BENCHMARK
 from arctrue.workbench.diagnose.candidate import RUNS_ARE_THE_SAMPLE, Candidate, is_line
 from arctrue.workbench.diagnose.coverage import Coverage
@@ -124,6 +124,7 @@ def diagnosis_data(result: Diagnosis, model: list[str]) -> dict[str, Any]:
         "class": result.effect_class,
         "class_correlation": dict(said.class_correlation),
         "description": result.description,
+        "lag_s": None if result.lag is None else result.lag.time_constant_s,
         "parts": parts,
         "resembles": None if said.resembles is None else said.resembles.name,
         "unlike": said.unlike,
@@ -181,6 +182,7 @@ def sentences(result: Diagnosis) -> list[str]:
         of_values = effect.describe_values(result.named.parameters())
         of_values = of_values or size_sentence(result.named)
         said += [words for words in (of_data, of_values, *_aliased(result)) if words]
+        said += _folded(result.named, result)
         if len(result.effect_class) > 1:
             larger = ", ".join(result.effect_class[1:])
             said.append(f"Effects with more parameters would explain it too: {larger}.")
@@ -219,7 +221,7 @@ def sentences(result: Diagnosis) -> list[str]:
     else:
         said = [
             f"None of the known effects fits. Best description: {result.description}.",
-            *_further_with_description(result),
+            *(_further_with_description(result) if result.lag is None else [result.lag.words()]),
         ]
     found = [
         words
@@ -455,6 +457,18 @@ def _aliased(result: Diagnosis) -> list[str]:
     return [
         f"Its order has fewer than two stations a period: orders {orders} and others look the same "
         "at these stations. Stations that are closer, or uneven, would separate them."
+    ]
+
+
+def _folded(item: Candidate, result: Diagnosis) -> list[str]:
+    """Return a sentence on the faster lines that look like a line at even steps of time."""
+    step_s, periods_s = folded_periods_s(item, result.observations)
+    if not periods_s:
+        return []
+    words = " or ".join(f"{period_s:.4g} s" for period_s in periods_s)
+    return [
+        f"The rows come every {step_s:.4g} s: a line of {words} would look the same. Uneven or "
+        "shorter steps would separate them."
     ]
 
 

@@ -132,7 +132,7 @@ def test_a_slower_line_stays_in_the_search() -> None:
     time_s, turns, run, error = _motor(2, order=20.0)
     none = np.zeros((run.size, 0))
     fast = averaged_fast_lines([turns, time_s], run, error)
-    assert fast.shape[1] == 0
+    assert fast.columns.shape[1] == 0
     record = record_of(time_s, turns, run, error, none, in_time=False, fast=fast)
     found = search_lines(record)
     assert [line.rate for line in found.lines] == pytest.approx([20.0], abs=0.01)

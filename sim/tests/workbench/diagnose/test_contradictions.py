@@ -187,6 +187,12 @@ def test_a_line_that_keeps_to_the_schedule_of_the_visits_is_none_in_time() -> No
     assert reported is not None
     assert "192 s" in reported
     assert _of_line(3.0 / 192.0 + 0.1 / 1920.0) is not None
+    # A load that changes in every other pass looks like a line of half this frequency: its phase
+    # is then half a period later at every visit.
+    reported = _of_line(2.5 / 192.0)
+    assert reported is not None
+    assert "every other pass" in reported
+    assert _of_line(2.5 / 192.0 + 0.5 / 1920.0) is None
     # The rule accepts a line that is half a resolution of ten visits away from this frequency,
     # because the line drifts against the visits. It also accepts a much slower line.
     assert _of_line(1.0 / 192.0 + 0.5 / 1920.0) is None

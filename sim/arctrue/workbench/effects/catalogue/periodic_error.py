@@ -40,8 +40,8 @@ this share of the tooth count. One order in 25 is this close by chance."""
 
 OF_THE_SCHEDULE = 0.25
 """The visits of the stations count as the cause of a frequency if the frequency is nearer than this
-to a multiple of the frequency of the visits, in units of the run's frequency resolution (1/length).
-With ten visits of a station, one of 20 frequencies is this close by chance."""
+to a multiple of half the frequency of the visits, in units of the run's frequency resolution
+(1/length). With ten visits of a station, one of 10 frequencies is this close by chance."""
 REGULAR = 0.05
 """The visits of a station count as a schedule if the relative spread of the times between them is
 less than this."""
@@ -197,10 +197,16 @@ class PeriodicError(Effect):
         rows = observations.capture if nonlinear["in_capture"] else observations.reference
         where = "R₂ − R₁" if nonlinear["in_capture"] else "the reference run"
         if nonlinear["in_time"]:
+            line = f"A line in {where} of {nonlinear['frequency']:.5g} Hz "
+            line += f"({1.0 / nonlinear['frequency']:.5g} s), fixed to time: "
+            if rows is not None and _stands(rows):
+                return (
+                    f"{line}its phase continues from pass to pass of the stations, where an error "
+                    "of the angle would repeat."
+                )
             return (
-                f"A line in {where} of {nonlinear['frequency']:.5g} Hz "
-                f"({1.0 / nonlinear['frequency']:.5g} s), fixed to time: the speed varies in this "
-                "set, and the frequency of the line does not change with it."
+                f"{line}the speed varies in this set, and the frequency of the line does not "
+                "change with it."
             )
         order = nonlinear["order"]
         if self._by_direction:
@@ -229,9 +235,11 @@ class PeriodicError(Effect):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> str | None:
-        """Refuse a line in time whose phase is the same at every visit to a station.
+        """Refuse a line in time whose phase is the same, or changes by half a period, at every
+        visit to a station.
 
-        At the stations, such a line is a function of the station and the direction of approach.
+        At the stations, such a line is a function of the station and the direction of approach, or
+        this function with another sign in every other pass.
         """
         rows = observations.reference
         if not nonlinear["in_time"] or nonlinear["in_capture"] or rows is None:
@@ -247,7 +255,14 @@ class PeriodicError(Effect):
                 "that depends on the place and on the direction of approach looks the same"
             )
         times = nonlinear["frequency"] * visits_s
-        away = abs(times - round(times)) / visits_s * float(np.ptp(rows.time_s))
+        span = float(np.ptp(rows.time_s)) / visits_s
+        away = abs(times - round(times)) * span
+        if abs(times - np.floor(times) - 0.5) * span <= OF_THE_SCHEDULE:
+            return (
+                f"its sign changes from one visit of a station to the next, {visits_s:.4g} s "
+                "later: an error that differs between every other pass, by a load or a side, looks "
+                "the same"
+            )
         if round(times) < 1 or away > OF_THE_SCHEDULE:
             return None
         return (
@@ -348,6 +363,14 @@ class PeriodicError(Effect):
     def _of_the_angle(self, nonlinear: Nonlinear) -> bool:
         """Tell whether the reference run has the effect, and the effect is fixed to the angle."""
         return not (nonlinear["in_time"] or nonlinear["in_capture"])
+
+
+def _stands(rows: CaptureRows | ReferenceRows) -> bool:
+    """Tell whether the rows of a reference are stations at which the table stands."""
+    if not isinstance(rows, ReferenceRows):
+        return False
+    speed = rows.speed_rad_s
+    return speed is None or bool(2 * np.count_nonzero(speed) < rows.run.size)
 
 
 def _wave(rows: CaptureRows | ReferenceRows, nonlinear: Nonlinear) -> Columns | None:

@@ -7,7 +7,8 @@ its base.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,12 +41,69 @@ lines."""
 FINE = 0.005
 """Accuracy of a rate, in units of 1/span: the phase at the ends of the record is then wrong by
 0.016 rad, and the alias of the error has 1 % of the alias of the line."""
+BLOCKS = 8
+"""Number of blocks of rows of which each must be predicted by the others, as in the search for
+lines."""
+PREDICTED_SHARE = 0.5
+"""Smallest share of a line's own error that the other blocks must predict, as in the search for
+lines; an oscillation that loses its phase within a block has a share of 0."""
+
+
+@dataclass(frozen=True, eq=False)
+class FastLine:
+    """A line in single rows."""
+
+    rate: float
+    columns: Float
+    """Cos and sin, for each sense of motion, shape (rows, k)."""
+
+
+@dataclass(frozen=True)
+class FastSize:
+    """Rate and amplitude of a line in single rows that the other blocks predict."""
+
+    rate: float
+    amplitude_arcsec: float
+
+
+def sizes_of(lines: Sequence[FastLine], left_arcsec: Float) -> tuple[FastSize, ...]:
+    """Return the amplitude of each line that is the same in all blocks of rows, the largest first.
+
+    All lines are fitted together; with two senses of motion the amplitude is the RMS of both.
+    """
+    if not lines:
+        return ()
+    every = np.hstack([line.columns for line in lines])
+    fitted = np.linalg.lstsq(every, left_arcsec, rcond=1e-10)[0]
+    rest = left_arcsec - every @ fitted
+    block = np.arange(left_arcsec.size) * BLOCKS // left_arcsec.size
+    found, first = [], 0
+    for line in lines:
+        width = line.columns.shape[1]
+        wave = line.columns @ fitted[first : first + width]
+        first += width
+        if _share_predicted(line.columns, rest + wave, block) > PREDICTED_SHARE:
+            found.append(FastSize(line.rate, float(np.sqrt(2.0 * np.mean(wave**2)))))
+    return tuple(sorted(found, key=lambda line: -line.amplitude_arcsec))
+
+
+def _share_predicted(columns: Float, left: Float, block: Integer) -> float:
+    """Return the share of a line's square in each block that the other blocks predict."""
+    own = missed = 0.0
+    for number in range(BLOCKS):
+        here = block == number
+        inside = columns[here]
+        alone = inside @ np.linalg.lstsq(inside, left[here], rcond=1e-10)[0]
+        elsewhere = np.linalg.lstsq(columns[~here], left[~here], rcond=1e-10)[0]
+        own += float(alone @ alone)
+        missed += float(np.sum((alone - inside @ elsewhere) ** 2))
+    return 1.0 - missed / max(own, 1e-300)
 
 
 def fast_lines(
     place: Float, stretch: Integer, left_arcsec: Float, lowest: float
-) -> Iterator[Float]:
-    """Yield cos and sin of every significant line above the rate ``lowest``, shape (rows, k).
+) -> Iterator[FastLine]:
+    """Yield every significant line above the rate ``lowest``, with its cos and sin.
 
     Each line has one pair of columns for each sense of motion, because a lag or backlash gives the
     line another phase on the way back. Slower lines are subtracted too: uneven rows show them at
@@ -62,7 +120,7 @@ def fast_lines(
         columns = np.hstack([sense[:, np.newaxis] * waves for sense in senses.T])
         left = left - columns @ np.linalg.lstsq(columns, left, rcond=1e-10)[0]
         if rate > lowest:
-            yield columns
+            yield FastLine(rate, columns)
 
 
 def changes_evenly(place: Float, other: Float, stretch: Integer) -> bool:

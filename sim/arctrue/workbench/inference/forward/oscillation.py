@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from arctrue.workbench.inference.forward.of_solution import has_records, longest_stretch
+from arctrue.workbench.inference.forward.partial import part_line
 from arctrue.workbench.inference.forward.record import MOST_ROWS, ROWS_A_PERIOD, Record, record_of
 from arctrue.workbench.inference.forward.search import LineSearch, search_lines, whitened_left
 from arctrue.workbench.inference.solution import Solution
@@ -67,8 +68,12 @@ class Oscillation:
     channel: str
     gain: float
     """Gain in log likelihood over the best noise without the oscillation."""
+    present_s: tuple[float, float] | None = None
+    """Times between which a line that keeps its phase is present; None for a resonance."""
+    amplitude_arcsec: float | None = None
+    """Amplitude of that line while it is present."""
 
-    def data(self) -> dict[str, float | str]:
+    def data(self) -> dict[str, float | str | list[float] | None]:
         """Return the oscillation as JSON."""
         return {
             "frequency_hz": self.hz,
@@ -76,10 +81,19 @@ class Oscillation:
             "rms_arcsec": self.rms_arcsec,
             "quality": self.quality,
             "channel": self.channel,
+            "present_s": None if self.present_s is None else list(self.present_s),
         }
 
     def words(self) -> str:
-        """Describe the oscillation in words: it loses its phase after a number of periods."""
+        """Describe the oscillation in words: it loses its phase after a number of periods, or it is
+        a line in a part of the record."""
+        if self.present_s is not None:
+            start_s, end_s = self.present_s
+            return (
+                f"a line of {1.0 / self.hz:.4g} s, {self.amplitude_arcsec:.3g}″ in the "
+                f"{self.channel}, which is present only from {start_s:.4g} s to {end_s:.4g} s and "
+                "keeps its phase there"
+            )
         return (
             f"a damped oscillation near {self.hz:.3g} Hz (noise-driven), {self.rms_arcsec:.2g}″ "
             f"RMS in the {self.channel}, which keeps its phase for about "
@@ -112,6 +126,18 @@ def oscillation_of(found: LineSearch, channel: str) -> Oscillation | None:
         return None
     if part.variance < LEAST_SHARE * float(np.mean(rows.left() ** 2)):
         return None
+    line = part_line(record, lines, best, part.frequency)
+    if line is not None:
+        return Oscillation(
+            line.hz,
+            line.sigma_hz,
+            line.rms_arcsec,
+            _quality(part),
+            channel,
+            line.score - plain.score,
+            (line.start_s, line.end_s),
+            line.amplitude_arcsec,
+        )
     rms = float(np.sqrt(part.variance))
     return Oscillation(part.frequency, sigma_hz, rms, _quality(part), channel, gain)
 

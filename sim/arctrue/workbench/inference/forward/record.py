@@ -11,7 +11,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.inference.forward.fast_lines import changes_evenly, fast_lines
+from arctrue.workbench.inference.forward.fast_lines import (
+    FastSize,
+    changes_evenly,
+    fast_lines,
+    sizes_of,
+)
 from arctrue.workbench.noise.kernel_fit import Rows
 
 Float = NDArray[np.float64]
@@ -68,6 +73,8 @@ class Record:
     in_time: bool
     declared: float | None = None
     """Rate whose multiples are expected, such as the tooth count of the drive."""
+    fast: tuple[FastSize, ...] = ()
+    """Lines over ``place`` in the single rows that are too fast for the search in averaged rows."""
 
     @property
     def whole_orders_only(self) -> bool:
@@ -141,13 +148,13 @@ def record_of(
     *,
     in_time: bool,
     declared: float | None = None,
-    fast: Float | None = None,
+    fast: AveragedFastLines | None = None,
 ) -> Record:
     """Average consecutive rows of each stretch; ``columns`` are the columns of the model.
 
     Rows must be sorted by stretch and, within a stretch, by the clock. ``fast``: result of
-    :func:`averaged_fast_lines`, which is added to the base; without it, the lines over ``place``
-    are searched.
+    :func:`averaged_fast_lines`, whose columns are added to the base; without it, the lines over
+    ``place`` are searched.
     """
     cuts, count = _averages(stretch)
     if fast is None:
@@ -176,7 +183,7 @@ def record_of(
         width=width,
         readings=count,
         residual_arcsec=mean(residual_arcsec),
-        base=_base(np.hstack([mean(columns), fast]), number, middle),
+        base=_base(np.hstack([mean(columns), fast.columns]), number, middle),
         stretch=number,
         step=float(np.median(steps)),
         clock_span=longest,
@@ -184,29 +191,49 @@ def record_of(
         longest=max(ways),
         in_time=in_time,
         declared=declared,
+        fast=fast.sizes_over(place),
     )
 
 
-def averaged_fast_lines(places: Sequence[Float], stretch: Integer, residual_arcsec: Float) -> Float:
-    """Return the averaged columns of lines that are too fast for the averaged rows of a record,
-    because these rows show their aliases; shape (averaged rows, k).
+@dataclass(frozen=True, eq=False)
+class AveragedFastLines:
+    """Lines in single rows that are too fast for the averaged rows of a record."""
+
+    columns: Float
+    """Averaged columns of the lines that the averaged rows show at an alias, shape (averaged rows,
+    k)."""
+    sizes: tuple[tuple[Float, tuple[FastSize, ...]], ...]
+    """Each coordinate that was searched, and the lines over it that the search for lines in
+    averaged rows does not reach."""
+
+    def sizes_over(self, place: Float) -> tuple[FastSize, ...]:
+        """Return the lines over a coordinate; none if it was not searched."""
+        return next((found for over, found in self.sizes if over is place), ())
+
+
+def averaged_fast_lines(
+    places: Sequence[Float], stretch: Integer, residual_arcsec: Float
+) -> AveragedFastLines:
+    """Return the lines that are too fast for the averaged rows of a record, because these rows show
+    their aliases or cannot show them.
 
     The lines over each coordinate in ``places`` are searched. A coordinate that changes evenly with
     an earlier one shows the same lines and is not searched.
     """
     cuts, count = _averages(stretch)
-    found = [np.zeros((cuts.size, 0))]
-    searched: list[Float] = []
+    columns = [np.zeros((cuts.size, 0))]
+    sizes: list[tuple[Float, tuple[FastSize, ...]]] = []
     for over in places if cuts.size < stretch.size else ():
-        if any(changes_evenly(over, other, stretch) for other in searched):
+        if any(changes_evenly(over, other, stretch) for other, _ in sizes):
             continue
-        searched.append(over)
         steps = np.abs(np.diff(_mean(over, cuts, count)))[np.diff(stretch[cuts]) == 0]
         # Half the rate of the averaged rows: a slower line has no alias.
         lowest = 0.5 / max(float(np.median(steps)), 1e-300)
-        lines = fast_lines(over, stretch, residual_arcsec, lowest)
-        found += [_mean(line, cuts, count) for line in lines]
-    return np.hstack(found)
+        highest = 2.0 / ROWS_A_PERIOD * lowest
+        lines = list(fast_lines(over, stretch, residual_arcsec, highest))
+        columns += [_mean(line.columns, cuts, count) for line in lines if line.rate > lowest]
+        sizes.append((over, sizes_of(lines, residual_arcsec)))
+    return AveragedFastLines(np.hstack(columns), tuple(sizes))
 
 
 def _averages(stretch: Integer) -> tuple[Integer, Float]:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.inference.forward.events import Step, columns_of_steps, search_steps
+from arctrue.workbench.inference.forward.pairs import Pair, pair_of
 from arctrue.workbench.inference.forward.record import Record, orthonormal
 from arctrue.workbench.inference.forward.tests_of_a_line import (
     FAMILY_WISE,
@@ -178,6 +179,7 @@ def search_lines(record: Record, *, oscillator_gain: float = OSCILLATOR_GAIN) ->
     found: list[_Tried] = []
     noise: KernelNoise | None = None
     rejected: list[Rejected] = []
+    incoherent: list[_Tried] = []
     while True:
         others = record.columns(np.array(rates))
         without = noise_with(record, others, noise)
@@ -188,7 +190,7 @@ def search_lines(record: Record, *, oscillator_gain: float = OSCILLATOR_GAIN) ->
             _tried(record, rate, rates, without, level)
             for rate in _places(record, rates, without, level)
         ]
-        best, rejected = None, []
+        best, rejected, incoherent = None, [], []
         for item in sorted(tried, key=lambda item: -item.gain):
             judged = item
             if item.why is None:
@@ -197,8 +199,16 @@ def search_lines(record: Record, *, oscillator_gain: float = OSCILLATOR_GAIN) ->
                 best = judged
                 break
             rejected.append(Rejected(judged.rate, judged.gain, judged.why))
+            if item.why is None:
+                incoherent.append(item)
         if best is None:
-            break
+            pair = _pair(record, incoherent, rates, without, level, oscillator_gain)
+            if not pair or len(rates) + len(pair) > MOST_LINES:
+                break
+            found += pair
+            rates = _moved(record, [*rates, *(one.rate for one in pair)], pair[-1].fit.noise)
+            noise = pair[-1].fit.noise
+            continue
         found.append(best)
         rates.append(best.rate)
         rates = _moved(record, rates, best.fit.noise)
@@ -612,6 +622,44 @@ def _judged(
     if tried.oscillator_gain <= oscillator_gain:
         return replace(tried, why=f"gains {tried.oscillator_gain:.1f} over an oscillator")
     return tried
+
+
+def _pair(
+    record: Record,
+    incoherent: Sequence[_Tried],
+    rates: Sequence[float],
+    without: KernelFit,
+    level: Level,
+    oscillator_gain: float,
+) -> list[_Tried]:
+    """Return two lines next to each other, of which one alone is not the same in all blocks; empty
+    if there are none."""
+    for item in () if record.whole_orders_only else incoherent:
+        found = pair_of(
+            record,
+            item.rate,
+            rates,
+            without,
+            needed=oscillator_gain * level.at(record, item.rate),
+            predicted=PREDICTED_SHARE,
+            scan=scan,
+            moved=_moved,
+        )
+        lines = [] if found is None else _of_pair(record, found, level)
+        if lines and all(line.gain > _needed(record, line.rate, line.gain) for line in lines):
+            return lines
+    return []
+
+
+def _of_pair(record: Record, found: Pair, level: Level) -> list[_Tried]:
+    """Return the lines of a pair, each with its gain in the terms of :func:`_tried`."""
+    lines = []
+    for rate, gain, over in zip(found.rates, found.gains, found.oscillator_gains, strict=True):
+        excess = level.at(record, rate)
+        share = float(own_shares(record, record.line_columns(rate))[0])
+        own = record.of_few_rows(gain) * share / excess
+        lines.append(_Tried(rate, own, over / excess, found.fit, None))
+    return lines
 
 
 def _ordered(

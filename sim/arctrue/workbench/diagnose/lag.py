@@ -1,0 +1,120 @@
+"""Finds a lag between a condition and the error that a product of parts describes by it.
+
+A body that follows a condition T through a first order lag has T_b′ = (T − T_b)/τ. The product of
+T alone then has too small a size, and what remains is a loop of the error against T with the
+periods of T itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.workbench.diagnose.candidate import Candidate
+from arctrue.workbench.effects.part_conditions import TEMPERATURE
+from arctrue.workbench.effects.product_of_parts import ProductOfParts
+from arctrue.workbench.inference.design_matrix import channel_columns
+from arctrue.workbench.inference.solution import Solution
+
+Float = NDArray[np.float64]
+
+MOST_OF_LEFT = 0.5
+"""Smallest share of the error that remains with the condition alone, which the lag must remove. One
+lagged curve in place of one without a lag takes so much from noise only if this noise itself has
+the form of the condition."""
+AHEAD_SPANS = 0.125
+"""Longest lag, in lengths of the record: with a longer one, the condition before the first row
+determines the error, and that is not known."""
+TRIED = 24
+"""Number of lags that are tried, in equal ratios: neighbours differ by less than half, and the best
+one lies between them."""
+LEAST_ROWS = 100
+"""Fewest rows: the lag is one value of four, beside size, constant and orders of the table."""
+LEAST_CHANGE = 3.0
+"""Smallest number of changes of the condition's sense, after a mean over the lag: the lag of a
+condition that rises evenly is an offset."""
+
+
+@dataclass(frozen=True)
+class Lag:
+    """Time constant and size of an error that follows a condition through a lag."""
+
+    part: str
+    time_constant_s: float
+    size: float
+    unit: str
+
+    def words(self) -> str:
+        """Describe the lag in words."""
+        return (
+            f"The error follows {self.part} with a lag of about {self.time_constant_s:.3g} s: with "
+            f"this lag its size is {abs(self.size):.3g}{self.unit}. A further line or slow change "
+            "at the periods of this column is no other error."
+        )
+
+
+def lag_of(item: Candidate | None, base: Solution) -> Lag | None:
+    """Return the lag of the condition in a product that has a condition alone, in a reference with
+    times; None if there is none."""
+    rows = base.observations.reference
+    if item is None or not isinstance(item.effect, ProductOfParts) or rows is None:
+        return None
+    condition = item.effect.condition
+    recorded = condition.column is not None or condition is TEMPERATURE
+    if item.effect.orders or condition.by_direction or not recorded:
+        return None
+    values, time_s = condition.values(rows), rows.time_s
+    if values is None or time_s is None or time_s.size < LEAST_ROWS:
+        return None
+    steps = np.diff(time_s)
+    if not np.all(steps > 0.0):
+        return None
+    columns = channel_columns(base.terms, base.observations, base.context, capture=False)
+    others = np.column_stack([np.ones(time_s.size), columns])
+    measured = rows.measured_arcsec
+    alone, _ = _left(others, values, measured)
+    longest, shortest = AHEAD_SPANS * float(np.ptp(time_s)), float(np.median(steps))
+    if longest <= shortest:
+        return None
+    lags = np.geomspace(shortest, longest, TRIED)
+    tried = [_left(others, behind(values, time_s, lag), measured) for lag in lags]
+    at = int(np.argmin([left for left, _ in tried]))
+    if at == TRIED - 1 or tried[at][0] > (1.0 - MOST_OF_LEFT) * alone:
+        return None
+    fine = np.geomspace(lags[max(at - 1, 0)], lags[at + 1], TRIED)
+    tried = [_left(others, behind(values, time_s, lag), measured) for lag in fine]
+    at = int(np.argmin([left for left, _ in tried]))
+    smooth = behind(values, time_s, float(fine[at]))
+    turns = np.count_nonzero(np.diff(np.sign(np.diff(smooth))))
+    if turns < LEAST_CHANGE:
+        return None
+    return Lag(condition.part, float(fine[at]), tried[at][1], f"″{_per(condition.unit)}")
+
+
+def _per(unit: str) -> str:
+    return "" if unit in ("", "1") else f"/{unit}"
+
+
+def behind(values: Float, time_s: Float, lag_s: float) -> Float:
+    """Return the condition behind a first-order lag, which begins at rest; values are joined by
+    straight lines."""
+    found = np.empty_like(values)
+    found[0] = values[0]
+    for row in range(1, values.size):
+        step = float(time_s[row] - time_s[row - 1])
+        kept = np.exp(-step / lag_s)
+        rise = (values[row] - values[row - 1]) / step
+        # Exact for a straight line: T_b = T − τ·T′ + (T_b − T + τ·T′)₀·e^(−t/τ)
+        start = found[row - 1] - values[row - 1] + lag_s * rise
+        found[row] = values[row] - lag_s * rise + kept * start
+    return found
+
+
+def _left(others: Float, own: Float, measured: Float) -> tuple[float, float]:
+    """Return the sum of squares that remains with a column, and this column's coefficient."""
+    columns = np.column_stack([own, others])
+    fitted = np.linalg.lstsq(columns, measured, rcond=1e-10)[0]
+    rest = measured - columns @ fitted
+    return float(rest @ rest), float(fitted[0])
