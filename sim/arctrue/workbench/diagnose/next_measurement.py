@@ -159,6 +159,18 @@ CLAMPED_AGAIN = NextMeasurement(
     "again",
 )
 
+WITH_THE_INDEX = NextMeasurement(
+    "a capture across several index passes, with the index counts recorded: the number of counts "
+    "of a turn of the faulty head differs from counts_per_rev; then check cable, supply and input "
+    "filter of this head",
+    None,
+)
+SLOWER_WITH_THE_INDEX = NextMeasurement(
+    "the fast runs once more, at speeds between the slow and the fast runs, with the index counts "
+    "recorded: the number of counts of a turn of the faulty head differs from counts_per_rev above "
+    "a certain speed; then check the bandwidth and the input filter of this head",
+    None,
+)
 AT_ANOTHER_SPEED = NextMeasurement(
     "one more run at twice the speed, in the same direction: an error that grows with the angle "
     "keeps its size per turn, an error that grows with the time has half its size per turn",

@@ -21,7 +21,6 @@ from arctrue.measurement.asked import (
     TURNED_FACES,
     WARMER_K,
 )
-from arctrue.workbench.diagnose.confounded import ALIKE
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 Float = NDArray[np.float64]
@@ -37,6 +36,9 @@ CYCLES = 5
 """Number of cycles of a planned polygon measurement: half of the paper's ten."""
 STATION_S = 4.0
 """Time for one planned station: settling and reading of an autocollimator."""
+EVENLY = 0.98
+"""Smallest correlation of temperature and time at which the temperature changes evenly; with this
+correlation, the columns of two effects count as equal as well (ALIKE in :mod:`confounded`)."""
 MOVING_STATIONS = 360
 """Number of stations of a planned reference that is read while the table moves: one per degree."""
 
@@ -160,7 +162,7 @@ def _further_run(
 
 def _rises_with_time(rows: CaptureRows) -> bool:
     """Tell whether the temperature changes evenly with the time, so that one cannot be told from
-    the other: their correlation is at least ALIKE, over the set and within the runs."""
+    the other: their correlation is at least EVENLY, over the set and within the runs."""
     celsius = rows.temperature_c
     if celsius is None:
         return False
@@ -171,7 +173,7 @@ def _rises_with_time(rows: CaptureRows) -> bool:
     if float(np.ptp(within)) == 0.0:
         return False
     found = (np.corrcoef(rows.time_s, celsius), np.corrcoef(time_s, within))
-    return all(abs(float(item[0, 1])) >= ALIKE for item in found)
+    return all(abs(float(item[0, 1])) >= EVENLY for item in found)
 
 
 def _temperature_c(

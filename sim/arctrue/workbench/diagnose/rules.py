@@ -36,8 +36,10 @@ from arctrue.workbench.diagnose.next_measurement import (
     OF_PARTS,
     ONE_MORE_DIGIT,
     RECORD_AGAIN,
+    SLOWER_WITH_THE_INDEX,
     TURN_THE_POLYGON,
     TURN_THE_REFERENCE,
+    WITH_THE_INDEX,
     NextMeasurement,
     Question,
 )
@@ -62,6 +64,7 @@ from arctrue.workbench.diagnose.posterior import (
 from arctrue.workbench.diagnose.probabilities import UNKNOWN
 from arctrue.workbench.diagnose.rounding import rounded_at_the_stations
 from arctrue.workbench.diagnose.same_ramp import same_ramp
+from arctrue.workbench.diagnose.slips_alike import slips_alike
 from arctrue.workbench.diagnose.speed_ladder import not_in_proportion
 from arctrue.workbench.diagnose.survey import Survey
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
@@ -188,6 +191,20 @@ def jumped_once(case: Case) -> Decision | None:
         seen=jumps_in_words(steps, count_arcsec),
         look_alikes=alike,
         next=LOOK_AT_THE_STAND,
+    )
+
+
+def loses_counts_again(case: Case) -> Decision | None:
+    """R₂ − R₁ changes three times or more by the same whole number of counts."""
+    if case.depth > 1:
+        return None
+    found = slips_alike(case.survey.base)
+    if found is None or found.size_arcsec < case.survey.matters_arcsec:
+        return None
+    return Decision(
+        "unknown",
+        seen=found.words(),
+        next=SLOWER_WITH_THE_INDEX if found.only_when_fast else WITH_THE_INDEX,
     )
 
 
@@ -885,6 +902,7 @@ RULES = (
     Rule("unknown", unknown_is_likelier, of_survey=False),
     Rule("ambiguous", too_improbable_for_a_name, of_survey=False),
     Rule("unknown", jumped_once),
+    Rule("unknown", loses_counts_again),
     Rule("unknown", moved_between_cycles),
     Rule("unknown", driven_by_noise),
     Rule("unknown", runs_change_alike),
