@@ -90,6 +90,18 @@ def test_a_load_in_proportion_keeps_the_simple_form(seed: int) -> None:
     assert parts == ["load_nm", "reference"]
 
 
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_load_without_an_effect_is_not_described(seed: int) -> None:
+    assert diagnosis_of(_loaded(np.zeros(LOADS.size), 0, seed)).described is None
+
+
+def test_the_description_states_that_an_error_falls() -> None:
+    """The torque takes 2″ at 100 N·m away."""
+    found = diagnosis_of(_loaded(-2.0 * LOADS / 100.0, 0, 1))
+    assert (found.description or "").endswith("reference only, −0.02″/N·m")
+    assert "the error changes with it" in (found.next_measurement or "")
+
+
 def test_a_column_far_from_zero_has_no_forms() -> None:
     """An air pressure of 990 to 1010 hPa and its square differ by 10⁻⁴ of their change."""
     made = _loaded(np.zeros(LOADS.size), 0, 1)
