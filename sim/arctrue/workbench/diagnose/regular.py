@@ -329,7 +329,7 @@ class Findings:
             words += f"; and {more} smaller" if more > 0 else ""
             yield (
                 self.fast[0].amplitude_arcsec / np.sqrt(2.0),
-                f"Single rows show further lines, too fast for the search above: {words}.",
+                f"Single rows show lines too fast for the averaged rows of the search: {words}.",
             )
         if self.reversal is not None:
             # Half of the error acts upwards and half downwards.

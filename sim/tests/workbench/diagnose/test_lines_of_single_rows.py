@@ -53,7 +53,7 @@ def test_each_line_is_listed_with_its_size(seed: int) -> None:
     assert sorted(listed) == sorted(LINES)
     for period_s, size in LINES.items():
         assert listed[period_s] == pytest.approx(size, abs=0.2)
-    assert "Single rows show further lines" in " ".join(found.sentences())
+    assert "Single rows show lines too fast" in " ".join(found.sentences())
 
 
 def test_an_oscillation_that_noise_drives_is_no_line() -> None:
