@@ -20,8 +20,8 @@ def stations(
     direction: NDArray[np.int64] | NDArray[np.float64],
     speed_rad_s: NDArray[np.float64] | float = 0.0,
 ) -> Conditions:
-    """Return the conditions at stations, arrays ``(n,)``; the table approaches each station in its
-    ``direction`` of rotation.
+    """Return the conditions at stations, arrays ``(n,)``; the table reaches each station from its
+    ``direction``.
 
     The table is at the usual temperature, long after the start. At the first station after a
     reversal the table moves five degrees too far and approaches the station again, as the procedure

@@ -23,8 +23,7 @@ of a tooth."""
 
 @dataclass(frozen=True, slots=True)
 class GearMesh(Cause):
-    """The meshing teeth twist the shaft between disc and table top ``teeth``·k times a turn, k = 1,
-    2, ….
+    """The meshing teeth twist the shaft between disc and table top, ``teeth``·k times a turn.
 
     If the gear is not centred, its pitch varies once a turn: the angle in the mesh is teeth·θ +
     wobble·sin(θ + wobble phase), which adds the orders teeth ± 1.

@@ -62,10 +62,10 @@ class Polygon:
     def direction_rad(self, face: NDArray[np.intp], deviation_rad: Float) -> Float:
         """Return the direction of each face about the axis, as the reflected ray shows it.
 
-        The ray meets the face at a distance from the centre of the face; this distance is the
-        sideways part of the mounting offset. There the slope of a hollow face (a parabola of depth
-        ``flatness_m``) is not 0. By the law of reflection in space, a tilted face reflects into
-        another horizontal direction than an upright one.
+        The ray meets the face at a distance from its centre, the sideways part of the mounting
+        offset; there a hollow mirror (a parabola of depth ``flatness_m``) has another slope. By the
+        law of reflection in space, a tilted face reflects into another horizontal direction than an
+        upright one.
 
         Parameters
         ----------
