@@ -29,7 +29,7 @@ STEEPEST_REVERSAL = 0.5
 """Limit of the slope of the lanes with the modulator direction after a reversal, as in the
 firmware: at least half of STEEPEST remains for the other parts, also of a later calibration."""
 MOST_SPEED_FEEDBACK = SPEED_FEEDBACK_EIGHTHS / 8
-"""Limit of :func:`speed_feedback`: below 1/2, the measured speed settles whatever the
+"""Limit of :func:`speed_feedback`. If the feedback is below 1/2, the measured speed settles for any
 phases of the lanes (derivation in the header of ``table_speed.vhd``)."""
 
 
@@ -76,8 +76,8 @@ def speed_feedback(coefficients: Coefficients, clock_hz: float = CLOCK_HZ) -> fl
 
     When the measured speed changes, these lanes change the corrected angle by g times the change of
     the travel in a window. ``table_speed`` measures ω in the corrected angle, so that
-    ωₙ = ω + g·(ωₙ₋₁ − ωₙ₋₂). A window lasts 2¹⁴ clocks or a period of A and B; the square of the
-    ratio changes by up to twice the change of the ratio.
+    ωₙ = ω + g·(ωₙ₋₁ − ωₙ₋₂). A window lasts 2¹⁴ clocks, or one period of A and B if this is longer.
+    The square of ω/ω₀ changes by up to twice the change of ω/ω₀ (ω₀: nominal speed).
     """
     if coefficients.extension is None or coefficients.extension.conditions is None:
         return 0.0
