@@ -94,8 +94,8 @@ def speed_feedback(coefficients: Coefficients, clock_hz: float = CLOCK_HZ) -> fl
 
 
 def reversal_slope(coefficients: Coefficients) -> float:
-    """Return a bound of |dε/dR| of the change of the direction after a reversal: Σ|A|/W over
-    the lanes with the modulator direction."""
+    """Return a bound of the |dε/dR| that the change of the direction causes after a reversal:
+    Σ|A|/W over the lanes with the modulator direction."""
     extension = coefficients.extension
     if extension is None or extension.conditions is None:
         return 0.0
