@@ -189,9 +189,9 @@ def objections(measurement: MeasurementSet, coefficients: Coefficients) -> list[
     table.
 
     If the correction is too steep or a lane's amplitude too large, only these reasons are returned.
-    Otherwise the function checks the head separation of a capture, and the error in the reference
-    run or, in a set without a reference run, the estimate from the two heads. A capture that cannot
-    be used gives no objection.
+    Otherwise the function checks the head separation of a capture. It also checks the error in the
+    reference run or, in a set without a reference run, the estimate from the two heads. A capture
+    that cannot be used gives no objection.
     """
     measurement = _without_masked_stations(measurement)
     table, capture, reference = measurement.table, measurement.capture, measurement.reference

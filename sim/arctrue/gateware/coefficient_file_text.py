@@ -109,8 +109,8 @@ def _lane_lines(coefficients: Coefficients, table: str) -> list[str]:
 
 
 def _real_order(step: int, turn_step: int, counts_per_rev: int) -> float:
-    """Return the order whose fraction is that of the turn step and which is nearest to the order of
-    the phase step."""
+    """Return the order that has the fraction of the turn step and is nearest to the order of the
+    phase step."""
     turn = 1 << PHASE_STEP_WIDTH
     fraction = Fraction(turn_step, turn)
     return float(round(Fraction(step * counts_per_rev, turn) - fraction) + fraction)

@@ -102,7 +102,7 @@ def certified_error(
     if reference is not None and reference.standard_uncertainty_arcsec is None:
         raise ValueError(
             "reference.standard_uncertainty_arcsec is not stated in measurement.toml: the "
-            "uncertainty of a certificate needs that of the reference"
+            "uncertainty of a certificate includes it"
         )
     if measurement.table.counts_per_rev is None:
         raise ValueError(
