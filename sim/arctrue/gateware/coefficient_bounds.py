@@ -37,12 +37,12 @@ def slope_and_amplitude(coefficients: Coefficients) -> tuple[float, float]:
     """Return bounds of |dε/dR| and of a lane's largest amplitude in counts, valid at any
     temperature.
 
-    Each bound is the largest value at RANGE_STEPS + 1 temperatures of ``thermal``, plus the largest
-    excess of a lane over the chord between two of these temperatures, c₂h²/4, where h is their
-    distance. Phases are ignored: Σ n·|c_n| bounds the sum of all lanes anywhere in the turn, also
-    with modulators, because these are at most 1. Lanes with the modulator direction also change
-    after a reversal. A set for a missing head can replace the lanes; the local table's slope is
-    added to the steeper of the two.
+    Each bound is the largest value at RANGE_STEPS + 1 temperatures of ``thermal``, plus c₂h²/4.
+    This is the largest excess of a lane over its chord between two neighbours of these
+    temperatures, which are h apart. Phases are ignored: Σ n·|c_n| bounds the sum of all lanes
+    anywhere in the turn, also with modulators, because these are at most 1. Lanes with the
+    modulator direction also change after a reversal. A set for a missing head can replace the
+    lanes; the local table's slope is added to the steeper of the two.
     """
     thermal, orders = coefficients.thermal, coefficients.real_orders
     written = coefficients.amplitudes_counts * np.exp(-1j * coefficients.phases_rad)

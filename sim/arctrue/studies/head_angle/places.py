@@ -212,8 +212,8 @@ def _noise(places: Float) -> Float | None:
 
 
 def _unlike(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
-    """Tell whether two sets of places differ by more than about 1° even after any change of the
-    first head and of the positive direction."""
+    """Tell whether two sets of places differ by more than about 1° for every choice of the first
+    head and of the positive direction."""
     return not any(
         np.allclose(_steps(other), np.roll(way, shift), atol=1.0)
         for way in (_steps(one), _steps(one)[::-1])
