@@ -44,7 +44,8 @@ def of_comparison(comparison: ReferenceComparison | None) -> list[str]:
         return []
     return [
         f"against the set's own reference run the error rises from {before.rms:.3f}″ to "
-        f"{after.rms:.3f}″ RMS; are the heads swapped, or is the reference that of another table?"
+        f"{after.rms:.3f}″ RMS; are the heads swapped, or does the reference belong to "
+        "another table?"
     ]
 
 

@@ -3,10 +3,11 @@ motion, ISO 230-7) from turns of four heads, with the equations of the firmware.
 
 Simultaneous readings of four heads give the displacement c = x + jy of the axis at every sample.
 The running mean of its lines at the orders −N to N is the motion that repeats. The mean square of
-the remainder, minus the share of the noise, is the square of the result. A line that is compared
-with a mean of the relative variance v has the expected square 1 + v, so it is divided by 1 + v.
-Motion of the axis above order N and a drift from turn to turn count as motion that does not repeat.
-Errors of the disc above order N appear as noise of the parity and make the result too small.
+the remainder, minus the share of the noise, is the square of the result. The mean has the relative
+variance v, so the squared difference between a line and the mean is on average 1 + v times the
+variance of the line; it is divided by 1 + v. Motion of the axis above order N and a drift from turn
+to turn count as motion that does not repeat. Errors of the disc above order N appear as noise of
+the parity and make the result too small.
 
 The firmware forms the same sums sample by sample: firmware/calibration/axis_motion.c.
 """
@@ -30,11 +31,12 @@ class AxisTurn:
     """One turn, arcseconds.
 
     ``unit`` (n,): e^{jR₁}. ``share`` (n,): share of the turn that belongs to each sample.
-    ``residuals`` (H, n): readings minus the fit. ``sight`` (H,): ρᵢ·e^{jpᵢ}. ``still``, ``forward``
-    and ``backward``: motion at the orders 0, 1 and −1 that the fit contains. ``gain`` (N,): noise
-    gain of each order of the disc, infinite if the heads do not determine the order; order 1 is not
-    used. ``variance``: of one reading. ``colour``: power of the noise at the disc's orders divided
-    by its mean power.
+    ``residuals`` (H, n): readings minus the fit. ``sight`` (H,): ρᵢ·e^{jpᵢ}. ``off_arcsec`` (H,):
+    offsets minus the nominal places; they contain the motion at order 0. ``forward`` and
+    ``backward``: motion at the orders 1 and −1 that the fit contains. ``gain`` (N,): noise gain of
+    each order of the disc, infinite if the heads do not determine the order; order 1 is not used.
+    ``variance``: of one reading. ``colour``: power of the noise at the disc's orders divided by its
+    mean power.
     """
 
     unit: Complex

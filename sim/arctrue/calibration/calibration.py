@@ -189,9 +189,9 @@ def objections(measurement: MeasurementSet, coefficients: Coefficients) -> list[
     table.
 
     If the correction is too steep or a lane's amplitude too large, only these reasons are returned.
-    Otherwise the function checks the head separation of a capture, and the error in the reference
-    run or, in a set without a reference run, the estimate from the two heads. A capture that cannot
-    be used gives no objection.
+    Otherwise the function checks the head separation of a capture. It also checks the error in the
+    reference run or, in a set without a reference run, the estimate from the two heads. A capture
+    that cannot be used gives no objection.
     """
     measurement = _without_masked_stations(measurement)
     table, capture, reference = measurement.table, measurement.capture, measurement.reference
@@ -337,14 +337,14 @@ def _disagreements(estimate: Estimate, capture: Capture) -> list[str]:
     at_worst = f" at order {estimate.orders[orders[worst]]}" if orders.size > 1 else ""
     text = (
         f"the runs disagree at order{'s' if orders.size > 1 else ''} {named} by up to "
-        f"{apart[worst]:.2f}″{at_worst}; the uncertainties include that"
+        f"{apart[worst]:.2f}″{at_worst}; the uncertainties include this"
     )
     if capture.temperature_c is not None:
         by_run = [float(capture.temperature_c[capture.run == r.run].mean()) for r in estimate.runs]
         if max(by_run) - min(by_run) > 1.0:
             text += (
                 f". Their temperatures are {min(by_run):.1f} to {max(by_run):.1f} °C; "
-                "--run picks runs that belong together"
+                "--run selects runs of one temperature"
             )
     return [text]
 

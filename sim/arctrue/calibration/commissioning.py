@@ -79,12 +79,13 @@ def judge_connection(
     at_head, off, mirrored = _cables(places, np.asarray(places_deg))
     faults = _sense_faults(travels, most)
     faults += [
-        f"head {head}: no index seen in a turn: look at Z and its polarity (4 in head{head}_input)"
+        f"head {head}: no index detected in a turn: check Z and its polarity (4 in "
+        f"head{head}_input)"
         for head in (np.flatnonzero(~indexed) + 1).tolist()
     ]
     if mirrored:
         faults.append(
-            "the places lie in the other direction: count them the way the table turns, or set "
+            "the places run in the opposite direction: count them as the table turns, or set "
             "8 in the input of every head"
         )
     if 0 in at_head:
@@ -116,7 +117,7 @@ def _sense_faults(travels: Integer, most: int) -> list[str]:
     still = np.abs(travels) < (1.0 - COUNTED_WRONG) * most
     if back.all():
         faults.append(
-            "all heads count down: the table turned in the negative direction, or set 8 in the "
+            "all heads count down: turn the table in its positive direction, or set 8 in the "
             "input of every head"
         )
     for head, travel in enumerate(travels.tolist(), start=1):
@@ -127,7 +128,8 @@ def _sense_faults(travels: Integer, most: int) -> list[str]:
             )
         elif back[head - 1] and not back.all():
             faults.append(
-                f"head {head}: counts against the others: exchange A and B (8 in head{head}_input)"
+                f"head {head}: counts in the opposite direction: exchange A and B (8 in "
+                f"head{head}_input)"
             )
     return faults
 

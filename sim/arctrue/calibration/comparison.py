@@ -60,10 +60,10 @@ def compare(reference: Reference, coefficients: Coefficients) -> ReferenceCompar
     gateware.
 
     The gateware outputs whole counts, so that its rounding is part of the error after the
-    correction. A lane that follows the direction has the direction of the row, and 0 if the rows
-    state none. The rows contain neither the words of the host nor, as a rule, a speed; a lane that
-    follows one of them has the amplitude 0. The turn of a lane of a real order, and the local
-    table, belong to the correction.
+    correction. A lane that follows the direction uses the direction of the row, or 0 if the rows
+    state no direction. The rows contain neither the words of the host nor, as a rule, a speed; a
+    lane that follows one of them has the amplitude 0. The correction includes the local table and
+    the lanes of real orders, which depend on the number of the turn.
     """
     counts_per_rev = coefficients.counts_per_rev
     counts = reading_counts(reference, counts_per_rev)

@@ -51,7 +51,7 @@ def as_function_of_reading(orders: Integer, values: Float) -> Float:
     (2·orders,).
 
     The gateware calculates ε at the reading, equation (8). With ε(R) in place of ε(θ) an error of
-    ε·ε′ would remain, for an eccentricity of 150″ 0.055″ at order 2; with g no such error remains.
+    ε·ε′ would remain (0.055″ at order 2 for an eccentricity of 150″); with g no such error remains.
     """
     most = int(orders.max(initial=1))
     number = 1 << max(10, int(np.ceil(np.log2(16 * most))))

@@ -1,7 +1,7 @@
 """Determines the separation α from the capture, its uncertainty, and whether it is plausible.
 
 mean(R₂ − R₁) over uniform true angle is the separation according to the index marks: both heads
-count from the same mark, and ε(θ + α) − ε(θ) has no mean. This mean repeats within ± 1 count per
+count from the same mark, and ε(θ + α) − ε(θ) has the mean 0. This mean repeats within ± 1 count per
 head. The heads may detect the mark at different places. Repeated runs do not show this constant
 difference, but α contains all of it (10 µm at the disc are 38″). A set states the standard
 uncertainty of the difference as ``table.index_detection_arcsec``; the default is the standard

@@ -101,7 +101,7 @@ def calibrate_mean(
     hidden = estimate.unseen_orders
     if hidden.size:
         listed = ", ".join(map(str, hidden[:6].tolist())) + (", …" if hidden.size > 6 else "")
-        warnings.append(f"these heads do not see order {listed} while the axis may move there")
+        warnings.append(f"these heads do not determine order {listed} if the axis may move there")
     return MeanCalibration(
         estimate,
         coefficients,

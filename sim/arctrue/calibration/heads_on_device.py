@@ -7,8 +7,8 @@ for the disc's orders:
 - the disc's orders, from the combinations that no rotation changes: with four heads the parity,
   which no motion of the axis changes either; with three heads both combinations, if the axis is at
   rest at these orders; with two heads the only combination;
-- the offsets aᵢ, so that no residual has a mean;
-- with three and four heads order 1 of the disc, the backward circle of the axis, and the lateness
+- the offsets aᵢ, for which the residual of every head has the mean 0;
+- with three and four heads: order 1 of the disc, the backward circle of the axis, and the lateness
   dᵢ and radius ratio ρᵢ of each head, from the readings' lines at order 1 and from the priors.
 
 The firmware solves the same equations, but computes the normal matrix from a part of the samples
@@ -54,7 +54,7 @@ class OnDevice:
     ``disc``: complex amplitudes cosine − j·sine of orders 1 to N, arcseconds, 0 for an order that
     the heads do not determine; ``variances`` (2, N) of cosine and sine;
     ``circles`` (orders, 2): radii of the forward and the backward circle, arcseconds; ``axis``:
-    the turn for :mod:`axis_asynchronous`, None if the heads are not four.
+    the turn for :mod:`axis_asynchronous`, None if there are not four heads.
     """
 
     disc: Complex
@@ -105,7 +105,7 @@ class _Fit:
         self.apart = ((counts - counts[0]) - counts_per_rev * whole[:, None]) * unit
         self.offsets = self.apart.mean(axis=1) * RAD_PER_ARCSEC
         if np.abs(self.offsets - places_rad).max() > BELIEVABLE_ARCSEC * RAD_PER_ARCSEC:
-            raise ValueError("a head is not where the places say")
+            raise ValueError("a head is far from its place")
         mounting, index = (1.0 / max(u, 1e-6) ** 2 for u in (u_place_arcsec, u_index_arcsec))
         self.precision_late = mounting + index
         self.share = mounting / (mounting + index)

@@ -42,9 +42,9 @@ class HeadsOnDisc:
 
     ``orders`` (N,), ``values`` (2N,) in arcseconds, cosines before sines: g(R) of the disc reading;
     ``places_rad`` (H,): angles from head 1 to each head; ``offsets_rad`` (H,): mean of R_i − R_1
-    over a turn, p_i minus the angle by which head i detects the index mark late; ``radius_ratios``
-    (H,): the disc's nominal radius divided by the radius of each head; order 1 is multiplied by
-    this ratio.
+    over a turn, which is p_i minus the angle by which head i detects the index mark late;
+    ``radius_ratios`` (H,): the disc's nominal radius divided by the radius of each head; order 1 is
+    multiplied by this ratio.
     """
 
     orders: Integer
@@ -88,8 +88,8 @@ def mean_lanes(
     counts_per_rev: int,
     lanes: int = LANES_DEFAULT,
 ) -> Coefficients:
-    """Return the ``lanes`` largest orders of E as a function of r_s, if their amplitude exceeds
-    ``least_arcsec``."""
+    """Return the ``lanes`` largest orders of E as a function of r_s; an order with amplitude 0 is
+    left out."""
     most = int(disc.orders.max(initial=1))
     number = 1 << max(10, int(np.ceil(np.log2(8 * most))))
     reading: Float = np.arange(number) * np.float64(2.0 * np.pi / number)

@@ -29,7 +29,7 @@ STEEPEST_REVERSAL = 0.5
 """Limit of the slope of the lanes with the modulator direction after a reversal, as in the
 firmware: at least half of STEEPEST remains for the other parts, also of a later calibration."""
 MOST_SPEED_FEEDBACK = SPEED_FEEDBACK_EIGHTHS / 8
-"""Limit of :func:`speed_feedback`: below 1/2, the measured speed settles whatever the
+"""Limit of :func:`speed_feedback`. If the feedback is below 1/2, the measured speed settles for any
 phases of the lanes (derivation in the header of ``table_speed.vhd``)."""
 
 
@@ -37,12 +37,12 @@ def slope_and_amplitude(coefficients: Coefficients) -> tuple[float, float]:
     """Return bounds of |dε/dR| and of a lane's largest amplitude in counts, valid at any
     temperature.
 
-    Each bound is the largest value at RANGE_STEPS + 1 temperatures of ``thermal``, plus the largest
-    excess of a lane over the chord between two of these temperatures, c₂h²/4, where h is their
-    distance. Phases are ignored: Σ n·|c_n| bounds the sum of all lanes anywhere in the turn, also
-    with modulators, because these are at most 1. Lanes with the modulator direction also change
-    after a reversal. A set for a missing head can replace the lanes; the local table's slope is
-    added to the steeper of the two.
+    Each bound is the largest value at RANGE_STEPS + 1 temperatures of ``thermal``, plus c₂h²/4.
+    This is the largest excess of a lane over its chord between two neighbours of these
+    temperatures, which are h apart. Phases are ignored: Σ n·|c_n| bounds the sum of all lanes
+    anywhere in the turn, also with modulators, because these are at most 1. Lanes with the
+    modulator direction also change after a reversal. A set for a missing head can replace the
+    lanes; the local table's slope is added to the steeper of the two.
     """
     thermal, orders = coefficients.thermal, coefficients.real_orders
     written = coefficients.amplitudes_counts * np.exp(-1j * coefficients.phases_rad)
@@ -76,8 +76,8 @@ def speed_feedback(coefficients: Coefficients, clock_hz: float = CLOCK_HZ) -> fl
 
     When the measured speed changes, these lanes change the corrected angle by g times the change of
     the travel in a window. ``table_speed`` measures ω in the corrected angle, so that
-    ωₙ = ω + g·(ωₙ₋₁ − ωₙ₋₂). A window lasts 2¹⁴ clocks or a period of A and B; the square of the
-    ratio changes by up to twice the change of the ratio.
+    ωₙ = ω + g·(ωₙ₋₁ − ωₙ₋₂). A window lasts 2¹⁴ clocks, or one period of A and B if this is longer.
+    The square of ω/ω₀ changes by up to twice the change of ω/ω₀ (ω₀: nominal speed).
     """
     if coefficients.extension is None or coefficients.extension.conditions is None:
         return 0.0
@@ -94,8 +94,8 @@ def speed_feedback(coefficients: Coefficients, clock_hz: float = CLOCK_HZ) -> fl
 
 
 def reversal_slope(coefficients: Coefficients) -> float:
-    """Return a bound of |dε/dR| of the change of the direction after a reversal: Σ|A|/W over
-    the lanes with the modulator direction."""
+    """Return a bound of the |dε/dR| that the change of the direction causes after a reversal:
+    Σ|A|/W over the lanes with the modulator direction."""
     extension = coefficients.extension
     if extension is None or extension.conditions is None:
         return 0.0

@@ -65,10 +65,10 @@ def write_coefficient_file(path: Path | str, coefficients: Coefficients, title: 
 def read_coefficient_file(path: Path | str, bitstream: Capability | None = None) -> Coefficients:
     """Read a coefficient file and check it for ``bitstream``; None: the default build.
 
-    Raises CoefficientFileError for a file that is missing or cannot be read, wrong TOML, a key that
-    is missing, unknown or of the wrong type, a word outside its format, words that contradict their
-    values in arcseconds, degrees or counts, or a part that the bitstream cannot hold (the message
-    then names the generic that the part needs).
+    Raises CoefficientFileError for a file that cannot be read, wrong TOML, a key that is missing,
+    unknown or of the wrong type, and a word outside its format. The same error is raised if words
+    contradict their values in arcseconds, degrees or counts, or if the bitstream cannot hold a
+    part; the message then names the generic that the part needs.
     """
     path = Path(path)
     try:

@@ -28,7 +28,7 @@ def agree(
         difference = math.remainder(difference, turn)
     if abs(difference) > _AGREEMENT * unit:
         raise ContentError(
-            f"{place}: found {value}, but {word_key} = {word} says {word * unit:.9g}; "
+            f"{place}: found {value}, but {word_key} = {word} is {word * unit:.9g}; "
             "change both or neither"
         )
 

@@ -22,7 +22,7 @@ def coefficient_file_text(coefficients: Coefficients, title: str = "") -> str:
     lines = [
         "# Coefficients of the gateware: offset + sum of amplitude * cos(order * angle + phase).",
         "# Loaded: phase_step (turn a count / 2^48), phase_offset (turn / 2^24), amplitude and",
-        "# offset.word (count / 2^11). The other values state the same for people.",
+        "# offset.word (count / 2^11). The other values state the same in other units.",
         f"schema = {schema if coefficients.extension is None else EXTENDED_SCHEMA}",
     ]
     if title:
@@ -38,7 +38,7 @@ def coefficient_file_text(coefficients: Coefficients, title: str = "") -> str:
     thermal = coefficients.thermal
     if thermal is not None:
         lines[1:3] += [
-            "# Lanes with a slope follow the temperature T: their cosine and sine gain",
+            "# Lanes with a slope follow the temperature T: their cosine and sine change by",
             "# slope[0:2] (T - T0) + slope[2:4] (T - T0)^2, in count / 2^20; T0 is reference_c.",
             "# Below least_c and above most_c they keep the values that they have at this limit.",
         ]
@@ -109,8 +109,8 @@ def _lane_lines(coefficients: Coefficients, table: str) -> list[str]:
 
 
 def _real_order(step: int, turn_step: int, counts_per_rev: int) -> float:
-    """Return the order whose fraction is that of the turn step and which is nearest to the order of
-    the phase step."""
+    """Return the order that has the fraction of the turn step and is nearest to the order of the
+    phase step."""
     turn = 1 << PHASE_STEP_WIDTH
     fraction = Fraction(turn_step, turn)
     return float(round(Fraction(step * counts_per_rev, turn) - fraction) + fraction)

@@ -61,8 +61,9 @@ class RampState:
 class RampVelocity:
     """Models the entity ``ramp_velocity``; one call of :meth:`clock` is one clock.
 
-    ``velocity``: 2⁻⁵¹ count per clock; ``way``: braking distance, 2⁻ᶠ count; ``excess``: -r for the
-    next total, which correction_ramp stores; ``step``: change of ``excess`` in a clock.
+    ``velocity``: 2⁻⁵¹ count per clock; ``way``: braking distance, 2⁻ᶠ count; ``excess``: −r for the
+    next total (the entity correction_ramp stores this value); ``step``: change of ``excess`` in a
+    clock.
     """
 
     excess: int = 0
@@ -83,8 +84,8 @@ class RampVelocity:
     velocity."""
 
     def clock(self, marker: bool, rate: int, acceleration: int) -> None:
-        """Advance by one clock; the caller then sets ``excess``, for which it computes the new
-        value from ``step`` and ``ends``."""
+        """Advance by one clock; the caller then computes the new ``excess`` from ``step`` and
+        ``ends``, and sets it."""
         whole = self.velocity >> RAMP_VELOCITY_FRACTION
         moved = self.fraction + whole
         is_held = marker or self.was_marker

@@ -115,11 +115,11 @@ def error_compensation(
     ``pair_sums``: (clocks, pairs) in 2⁻ᶠ count; ``angle`` and ``position``: counts, (clocks,);
     ``apply`` and ``swap_marker``: (clocks,). ``state``: the state after the previous clocks,
     default: after reset. ``zero_moved`` toggles at the first angle that counts from a new zero;
-    ``put_back``: counts in ``position`` that did not come from an edge; both (clocks,), by default
-    those of ``state``. ``mean_term`` and ``jump``, both (clocks,), are for the mean of the heads.
-    ``mean_term`` is in 2⁻²⁰ count. ``jump`` is the number of counts by which the reading jumps at
-    the first angle that uses new words of the mean (``swap_marker`` is true there), and 0 at all
-    other angles.
+    ``put_back``: counts in ``position`` that did not come from an edge; both (clocks,), default:
+    the values of ``state``. ``mean_term`` and ``jump``, both (clocks,), are for the mean of the
+    heads. ``mean_term`` is in 2⁻²⁰ count. ``jump`` is the number of counts by which the reading
+    jumps at the first angle that uses new words of the mean (``swap_marker`` is true there), and 0
+    at all other angles.
     """
     state = state or CompensationState()
     moved = np.full(apply.shape, state.zero_moved) if zero_moved is None else zero_moved

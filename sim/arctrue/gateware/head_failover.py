@@ -38,12 +38,12 @@ class HeadFailover:
     """Registers of the entity with ``failover.enable`` set; one call of ``clock`` is one clock.
 
     A head remains left out until a prepared set is loaded in which it is not the missing head, or
-    until it returns. It returns after it has found its index again, if the processor has requested
-    its return or the time ``return_after`` (not 0, in units of 2^(``interval_bits`` + 3) clocks)
-    has passed. The entity then loads set 0, but loads no set while the coefficients that the
-    processor wrote are active. If the core refuses the set of a failed head, the entity loads this
-    set for no further failure before the next swap. A write of the register ``failover`` also ends
-    this state; the model omits it.
+    until it returns. It returns if it has found its index again and one of two further conditions
+    is true: the processor has requested its return, or the time ``return_after`` (not 0, in units
+    of 2^(``interval_bits`` + 3) clocks) has passed. The entity then loads set 0, but loads no set
+    while the coefficients that the processor wrote are active. If the core refuses the set of a
+    failed head, the entity does not load this set for a failure again before the next swap or a
+    write of the register ``failover``; the model omits the write.
     """
 
     heads: int

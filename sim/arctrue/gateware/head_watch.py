@@ -20,9 +20,9 @@ from arctrue.generated.number_formats import (
 STEP_COUNTS: Final = 32
 """Limit of a step for heads on a radius of 100 mm at 2²⁴ counts. An axis that moves by 0.5 µm
 changes a reading by 0.5 µm / 100 mm = 1.03″ = 13.35 counts, and a difference of two readings by up
-to 26.7 counts. An eccentricity of 37.7 µm changes it by up to 2 · 37.7 µm / 100 mm = 155.5″, and in
-1.31 ms (8 intervals) at 90°/s by 155.5″ · 2 sin(90°/s · 1.31 ms / 2) = 0.32″ = 4.1 counts. Rounding
-adds 1 count."""
+to 26.7 counts. An eccentricity of 37.7 µm adds a sine with an amplitude of up to 2 · 37.7 µm / 100
+mm = 155.5″ to the difference. In 1.31 ms (8 intervals) at 90°/s this sine changes by up to 155.5″ ·
+2 sin(90°/s · 1.31 ms / 2) = 0.32″ = 4.1 counts. Rounding adds 1 count."""
 
 
 class Cause(IntEnum):

@@ -53,7 +53,7 @@ class MeanSet:
             if not -WEIGHT_LIMIT <= weight < WEIGHT_LIMIT:
                 raise ValueError(
                     f"weight of head {head}: {weight / WEIGHT_ONE:g}, the gateware holds -2 to "
-                    "less than 2; place the heads otherwise"
+                    "less than 2; choose other places of the heads"
                 )
         if sum(self.weights) != WEIGHT_ONE:
             raise ValueError(

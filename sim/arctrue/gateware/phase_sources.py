@@ -12,12 +12,12 @@ from arctrue.gateware.extension import Extension, PhaseSource
 from arctrue.generated.number_formats import PHASE_WIDTH
 
 SIDE_MOST = 8
-"""Largest magnitude of the side that is tried for a lane whose phase comes from an index of the
-drive; :class:`PhaseSource` defines the side, a whole number."""
+"""Largest magnitude of the side (a whole number, see :class:`PhaseSource`) that is tried for a lane
+whose phase comes from an index of the drive."""
 SIDE_TOLERANCE = 0.005
-"""Largest distance, in periods per turn, between a fitted order minus its side and a multiple of
-the number of the drive's indices in a turn. It is five times the standard uncertainty of an order
-that is fitted to one turn of a reference."""
+"""A fitted order minus its side must be a multiple of the number of the drive's indices in a turn;
+this is the largest permitted deviation, in periods per turn. It is five times the standard
+uncertainty of an order that is fitted to one turn of a reference."""
 
 
 def with_phase_from_heads(coefficients: Coefficients) -> Coefficients:

@@ -11,10 +11,9 @@ from arctrue.generated.number_formats import PHASE_WIDTH
 
 
 class Folded(NamedTuple):
-    """Folded phases: within 2⁻²⁴ turn of the phase, cos(phase) is cos(``folded``) where
-    ``negative`` is 0, and −cos(``folded``) where it is −1. ``folded``: int32, 2⁻²⁴ turn, below a
-    quarter turn;
-    ``negative``: int32."""
+    """Folded phases: cos(phase) equals cos(``folded``) where ``negative`` is 0 and −cos(``folded``)
+    where it is −1, apart from an error of 2⁻²⁴ turn in the phase. ``folded``: int32, 2⁻²⁴ turn,
+    below a quarter turn; ``negative``: int32."""
 
     folded: NDArray[np.int32]
     negative: NDArray[np.int32]

@@ -172,7 +172,11 @@ def two_heads_budget(measurement: MeasurementSet, calibration: Calibration) -> B
         (),
         (
             f"orders above {number}",
-            *([f"orders {', '.join(map(str, hidden))}, which α hides"] if hidden else []),
+            *(
+                [f"orders {', '.join(map(str, hidden))}, which the heads do not determine"]
+                if hidden
+                else []
+            ),
             *(
                 []
                 if any(one.quantity == REVERSAL for one in lines)
@@ -357,7 +361,7 @@ def reversal_lines(direction: NDArray[np.generic] | None, error: Float) -> list[
     return [
         Contribution(
             REVERSAL,
-            "mean error approached from below minus from above; the correction leaves it",
+            "mean error approached from below minus from above; it is not corrected",
             "B",
             "two values",
             0.5 * abs(float(up.mean() - down.mean())),

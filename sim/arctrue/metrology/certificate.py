@@ -4,8 +4,8 @@ certificate.
 U = k·u with k = 2. u² is the sum of xᵀ·C·x and of the squares of the contributions that the fit
 does not contain; C is the covariance of the fitted coefficients, and x contains the values of their
 design-matrix columns at the angle (JCGM 100:2008, equations 10 and 13). The sensitivity to the head
-separation is computed for the whole fit: for each head except head 1, another fit uses another
-place of this head (JCGM 100:2008, clause 5.1.4); the mountings of the heads are independent.
+separation is computed by further fits (JCGM 100:2008, clause 5.1.4): one for each head except head
+1, with another place of this head. The mountings of the heads are independent.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ def certified_error(
     if reference is not None and reference.standard_uncertainty_arcsec is None:
         raise ValueError(
             "reference.standard_uncertainty_arcsec is not stated in measurement.toml: the "
-            "uncertainty of a certificate needs that of the reference"
+            "uncertainty of a certificate includes it"
         )
     if measurement.table.counts_per_rev is None:
         raise ValueError(

@@ -104,4 +104,4 @@ def test_a_table_has_the_checks_of_the_command(tmp_path: Path) -> None:
         at.export(data, settled, file, table_format="linuxcnc", points=100_001)
     assert not file.exists()
     said = at.export(data, settled, file, table_format="simplefoc")
-    assert any("the table does not know the direction" in text for text in said)
+    assert any("the table has no values by direction" in text for text in said)

@@ -48,7 +48,7 @@ def test_a_reversed_head_is_named_and_its_place_found(reversed_head: int) -> Non
     sense = tuple(-1 if head == reversed_head else 1 for head in range(1, 5))
     found = judged(sense=sense)
     (fault,) = found.faults
-    assert f"head {reversed_head}: counts against" in fault
+    assert f"head {reversed_head}: counts in the opposite direction" in fault
     assert f"8 in head{reversed_head}_input" in fault
     assert found.places_deg == pytest.approx(PLACES, abs=0.001)
 
@@ -74,11 +74,11 @@ def test_a_dead_wire_a_missing_index_and_wrong_directions() -> None:
     (still,) = (one for one in judged(moving=(1.0, 1.0, 0.0, 1.0)).faults if "moved" in one)
     assert still.startswith("head 3: moved by 0.000")
     (index,) = judged(indexed=(True, True, False, True)).faults
-    assert index.startswith("head 3: no index seen")
+    assert index.startswith("head 3: no index detected")
     down = judged(sense=(-1, -1, -1, -1)).faults
     assert any("all heads count down" in one for one in down)
     mirrored = judged(tuple(-place for place in PLACES)).faults
-    assert any("the other direction" in one for one in mirrored)
+    assert any("the opposite direction" in one for one in mirrored)
 
 
 def test_places_that_no_cable_explains_are_reported() -> None:

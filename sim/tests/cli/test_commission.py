@@ -129,7 +129,10 @@ def test_exchanged_and_reversed_heads_are_named(monkeypatch: pytest.MonkeyPatch)
     with connected(monkeypatch, cables=(0, 1, 3, 2), sense=(1, -1, 1, 1)) as device:
         done = commission(device)
     assert done.exit_code == 1, done.output
-    assert "head 2: counts against the others: exchange A and B (8 in head2_input)" in done.output
+    assert (
+        "head 2: counts in the opposite direction: exchange A and B (8 in head2_input)"
+        in done.output
+    )
     assert "cable 3 is at head 4, cable 4 is at head 3" in done.output
 
 
@@ -141,7 +144,7 @@ def test_heads_as_planned_and_a_missing_index(monkeypatch: pytest.MonkeyPatch) -
         device.core.set("head3.flags", 0)
         missing = commission(device, "--connection")
     assert missing.exit_code == 1
-    assert "head 3: no index seen" in missing.output
+    assert "head 3: no index detected" in missing.output
 
 
 def test_places_radii_and_skew_are_measured_and_written(monkeypatch: pytest.MonkeyPatch) -> None:

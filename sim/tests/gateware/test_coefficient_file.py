@@ -72,7 +72,7 @@ def test_other_editors(tmp_path: Path, encoding: str) -> None:
         ("lanes = 8", "lanes = true", "a whole number from 1 to 64, found true"),
         ("lanes = 8", "lanes = 2", r"lane\[3\].lane: expected a whole number from 0 to 1"),
         ("lane = 1\n", "lane = 0\n", r"lane\[2\].lane: lane 0 is listed twice"),
-        ("counts = 1.5", "counts = 1.6", "offset.counts: found 1.6, but word = 3072 says 1.5"),
+        ("counts = 1.5", "counts = 1.6", "offset.counts: found 1.6, but word = 3072 is 1.5"),
         ("counts = 1.5", "counts = nan", "offset.counts: expected a finite number"),
         ("word = 3072", "", "offset.word: is missing"),
         ("word = 3072\n", "word = 33554432\n", "offset.counts"),

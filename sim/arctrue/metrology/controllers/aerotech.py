@@ -16,10 +16,11 @@ VALUES_A_LINE = 6
 
 
 class Aerotech(TableOfCommand):
-    """One-dimensional calibration table of axis 1: arcseconds by which the controller moves the
-    axis further, linear between rows.
+    """One-dimensional calibration table of axis 1: arcseconds that the controller adds to the
+    command, linear between rows.
 
-    Rows are 0° to 360°, because the controller uses the nearest end outside its rows.
+    The rows cover 0° to 360°, because outside its rows the controller uses the value of the nearest
+    row.
     """
 
     name = "aerotech"

@@ -70,7 +70,7 @@ class TableFormat(ABC):
             If a stated value does not fit the format, or a value that it needs is missing.
         """
         if steps_per_second is not None:
-            raise ValueError(f"--steps-per-second: {self.name} does not take it")
+            raise ValueError(f"--steps-per-second: {self.name} does not use this value")
         return self
 
     def check_points(self, points: int | None) -> None:
@@ -108,7 +108,7 @@ class TableFormat(ABC):
         if correction.reversal_arcsec and not self.knows_direction:
             left_out.append(
                 f"reversal error {figure(correction.reversal_arcsec, 3, signed=True)}″: the table "
-                "does not know the direction"
+                "has no values by direction"
             )
         return left_out
 

@@ -116,7 +116,8 @@ def _days_of(
     mean, *_ = np.linalg.lstsq(root * design, root * values, rcond=None)
     parts = values.shape[1]
     freedom = max((days.size - design.shape[1]) * parts, 1)
-    # Variance of a value with weight 1. It is at least 1, the variance if only u contributes.
+    # Draws of the variance of a value with weight 1. Its estimate is at least 1, the variance if
+    # only u contributes.
     square = max(weighted_rss(values, weight, design), float(freedom)) / random.chisquare(
         freedom, number
     )

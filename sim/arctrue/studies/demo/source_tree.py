@@ -9,7 +9,7 @@ from arctrue.base.source_tree import ROOT, lack_of_source_tree
 
 
 class DemoError(RuntimeError):
-    """Raised if the demo cannot run or its simulation failed; the text says what to do."""
+    """Raised if the demo cannot run or its simulation failed; the text states the remedy."""
 
 
 def check_source_tree() -> None:

@@ -1,4 +1,4 @@
-"""Searches the best places of three and four heads: places with little noise in each order (low
+"""Searches for the best places of three and four heads: places with little noise in each order (low
 gains) at which the mean stays usable if any one head is missing.
 
 Three heads determine the disc's error if the axis does not move; four heads determine the disc's
@@ -128,7 +128,7 @@ def best_places(heads: int, most_order: int) -> list[PlacesChoice]:
         places = tuple(np.round(best[index], 1).tolist())
         if all(_unlike(places, one.places_deg) for one in found):
             found.append(judged_places(places, most_order))
-    # The places are rounded to values at which a head can be mounted.
+    # The rounding of the places changes their gains, so the sets are sorted again.
     return sorted(found, key=lambda one: one.worst_gain)
 
 
@@ -212,8 +212,8 @@ def _noise(places: Float) -> Float | None:
 
 
 def _unlike(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
-    """Tell whether two sets of places differ by more than about 1° even after any change of the
-    first head and of the positive direction."""
+    """Tell whether two sets of places differ by more than about 1° for every choice of the first
+    head and of the positive direction."""
     return not any(
         np.allclose(_steps(other), np.roll(way, shift), atol=1.0)
         for way in (_steps(one), _steps(one)[::-1])

@@ -1,6 +1,6 @@
-"""Calculates the standard uncertainty of the mean of four heads that each cause alone gives.
+"""Calculates, for each cause alone, the standard uncertainty of the mean of four heads.
 
-The test ``sim/tests/studies/heads/test_budget.py`` draws each cause at random and compares.
+The test ``sim/tests/studies/heads/test_budget.py`` compares it with random draws of each cause.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from arctrue.studies.revolution import ECCENTRICITY_M
 from arctrue.table import DISC_RADIUS_M
 
 PLACE_ARCSEC = 10.0
-"""Standard deviation of the place of each head; issue 27 names this error as harmless."""
+"""Standard deviation of the place of each head; issue 27 calls an error of this size harmless."""
 SKEW_S = 10e-9
 """Standard deviation of the delay of each head: one clock of the gateware, 10 ns."""
 SPEED_DEG_S = 90.0
-"""Speed of the skew's row, that of the fault table."""
+"""Speed for the row ``skew``; the fault table uses the same speed."""
 OFFSET_STEPS = 16
 """Steps of an offset per count: u24.4."""
 INDEX_COUNTS = 1.0

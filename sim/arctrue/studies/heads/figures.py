@@ -28,7 +28,8 @@ MISSING_COUNTS = 48
 WATCHED_INTERVALS = 8
 """Longest comparison of head_watch, in intervals of 2**WATCH_INTERVAL_BITS clocks."""
 AXIS_MOTION_M = 0.5e-6
-"""Motion of the axis within the comparison that the preset of the step allows (issue 27)."""
+"""Largest motion of the axis during one comparison for which the preset of the step is chosen
+(issue 27)."""
 RADIUS_M = 0.1
 """Radius of the disc for which the preset of the step is stated."""
 SPEED_DEG_S = 90.0
@@ -39,8 +40,8 @@ SLIP_CLOCKS_A_COUNT = 4
 
 
 def three_heads() -> dict[str, Any]:
-    """Return what an axis motion of MOTION_ARCSEC along x adds to the output of three heads, by
-    order, and the noise gains of the weak orders.
+    """Return, by order, the amplitude that an axis motion of MOTION_ARCSEC along x adds to the
+    output of three heads, and the noise gains of the weak orders.
 
     The calibration fits the disc's order to the differences of the heads, to which the motion also
     contributes.

@@ -213,7 +213,7 @@ def _change_of_mean(coefficients: Any, bench: Bench, change: Float, weights: Flo
 
 def _missing(bench: Bench) -> list[dict[str, Any]]:
     """Return the error of one turn after the calibration, for the mean of all four heads and for
-    the mean of each three of them."""
+    every mean of three of them."""
     coefficients = replace(bench, axis=AXIS).mean()
     assert coefficients.extension is not None
     counts, angle = bench.turn(6, AXIS)

@@ -207,8 +207,8 @@ def _at_once(settings: HiddenSettings) -> list[Cause]:
 SLOW = 0.5
 """Second measured speed, in units of the usual speed."""
 BETWEEN = 0.7
-"""Third speed, in units of the usual speed: ``centrifugal_lobes`` is judged at this speed, which
-none of its runs has; ``latency`` has a run at this speed.
+"""Third speed, in units of the usual speed. The case ``centrifugal_lobes`` is judged at this speed,
+but has no measured run at it; the case ``latency`` has such a run.
 """
 
 _WARMING = (

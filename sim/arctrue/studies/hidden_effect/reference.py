@@ -92,8 +92,8 @@ def on_the_move(recording: Recording, drive: Motion, stations: int, turns: int =
 
 
 def _motion_span_s(drive: Motion, track: EdgeTrack) -> tuple[float, float]:
-    """Return the instants of the motion at the first and the last edge; only ripple changes the
-    speed."""
+    """Return the instants of the motion at the first and the last edge; the table must pass the
+    angle of each only once."""
     times = np.linspace(0.0, drive.duration_s, 4096)
     angle = drive.state(times).angle_rad
     order = slice(None, None, 1 if angle[-1] > angle[0] else -1)

@@ -145,7 +145,7 @@ class Rig:
         """Write a whole bank with all its lanes and make it active.
 
         The caller must have set ``freeze``: otherwise the firmware would write its own bank, which
-        contains only orders of the turn.
+        contains only integer orders.
         """
         instrument = self.instrument
         swaps = instrument.read("swap_count")

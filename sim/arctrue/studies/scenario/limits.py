@@ -44,7 +44,7 @@ def _errors_of(turn: ScenarioTurn, result: ScenarioResult) -> list[str]:
     limits = result.scenario.limits
     if turn.corrected is None:
         wanted = (limits.corrected_rms_arcsec, limits.corrected_reach_arcsec)
-        return [] if wanted == (None, None) else [f"turn {turn.number}: no edge left the core"]
+        return [] if wanted == (None, None) else [f"turn {turn.number}: the core gave no edge"]
     found = []
     for name, value, limit in (
         ("RMS", turn.corrected.rms_arcsec, limits.corrected_rms_arcsec),

@@ -117,7 +117,8 @@ class TemperaturePoint(Struct, frozen=True, forbid_unknown_fields=True):
 
     celsius: Annotated[float, Meta(ge=-50, le=150)]
     at_turn: NotNegative = 0.0
-    """Travel, in turns, from whose first instant the time ``after_s`` counts."""
+    """Travel, in turns; the time ``after_s`` counts from the instant at which the table completes
+    it."""
     after_s: Number = 0.0
 
 
