@@ -73,7 +73,7 @@ architecture rtl of turn_offset_sweep is
   constant BUILT        : positive := LANES / FOLD;
   constant PARTS        : positive := 3;
   constant SWEEP_CLOCKS : positive := TURN_SWEEP_CLOCKS_A_LANE * LANES;
-  -- Clocks from the first of the three items of a sweep's last offset until the memory has this offset, plus two.
+  -- Clocks from the first of the three items of a sweep's last offset until the memory holds this offset, plus 2.
   constant TAIL_CLOCKS  : positive := 10;
 
   constant SUM_WIDTH    : positive := TURN_NUMBER_WIDTH + PHASE_PART_WIDTH + 1;

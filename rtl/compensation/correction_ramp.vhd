@@ -31,7 +31,7 @@
 --
 -- **One carry chain per clock.** The entity computes r one clock ahead (`next_excess`), and from it the bounds -r ±
 -- limit, with which ε is compared in the next clock. When the ramp ends, r becomes 0 and the bounds become ±limit.
--- -`limit` - 2⁻ᶠ is the complement of `limit`, so that one look-up table chooses a bit of the total.
+-- The lower limit, -`limit` - 2⁻ᶠ, is the complement of `limit`, so one look-up table per bit selects the total.
 --
 -- **Latency.** 1 clock from `correction` and `marker` to `total`, `limited` and `busy`.
 --
