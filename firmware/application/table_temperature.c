@@ -8,7 +8,7 @@
 #define READING_S 0.5
 #define LEAST_C (-55.0)
 #define MOST_C 150.0
-/* Number of failures in a row, and number of agreeing readings in a row, that are not taken for chance. */
+/* Numbers of failures in a row and of agreeing readings in a row from which on they do not count as chance. */
 enum { FAILURES_MOST = 3, AGREE_LEAST = 3 };
 /* Largest rate at which the table may have changed while its thermometer was silent: 3 K per minute. */
 #define SILENT_K_S 0.05
