@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // AXI4-Lite rules (AMBA AXI, issue D, A3.1.2, A3.2.1, A3.3.1 and B1.1.1) at the core's port: responses
-// stay valid and unchanged until they are accepted, none is valid after a reset, each belongs to an
-// earlier accepted transfer, and each transfer gets exactly one. The master keeps to the same rules.
+// stay valid and unchanged until they are accepted, and none is valid after a reset. Each response belongs
+// to an earlier accepted transfer, and each transfer gets exactly one response. The master keeps to the same rules.
 // Inside the core: requests to a unit are legal and belong to the accepted transfer, a word
 // that is read is the one that the unit gave, and neither kind of transfer blocks the other.
 //

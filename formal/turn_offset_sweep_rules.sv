@@ -93,7 +93,7 @@ module turn_offset_sweep_rules #(
     initial begin
         step[0] = 0; step[1] = 0; offset[0] = 0; offset[1] = 0; age[0] = OLDEST; age[1] = OLDEST;
     end
-    // What the entity reads.
+    // Words that the entity reads.
     reg [STEP - 1:0] read_step = 0;
     reg [PHASE - 1:0] read_offset = 0;
     reg read_is_lane = 0;
