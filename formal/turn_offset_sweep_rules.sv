@@ -83,7 +83,7 @@ module turn_offset_sweep_rules #(
     wire [7:0] stored_place = before(place, WRITTEN);
 
     reg running = 0;
-    // Clocks that the angle needs at least until the next wrap upwards and downwards.
+    // Least number of clocks until the next wrap upwards, and until the next wrap downwards.
     reg [7:0] up_after = 0, down_after = 0;
     // The words of the lane in both banks, whether they have never been written, and clocks since the last write.
     reg [STEP - 1:0] step [0:1];
