@@ -6,9 +6,9 @@
 
 #include "assertion.h"
 
-/* SHARE: weight of a turn in the running variance. MOST_TIMES: limit of the variance that one turn shows (a quarter of
-   the squared change since the turn before), as a multiple of the running variance, so that a jump of the order itself
-   is not taken for scatter. */
+/* SHARE: weight of a turn in the running variance. MOST_TIMES: limit of the variance of one turn (a quarter of the
+   squared change since the turn before), as a multiple of the running variance. Without the limit, a jump of the order
+   itself would count as scatter. */
 #define SHARE 0.1
 #define MOST_TIMES 9.0
 
