@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// An effective amplitude is the rounded product of the nominal amplitude of its own lane and bank and the modulator that
-// this lane has chosen; its magnitude is at most that of the nominal amplitude. The product itself is left out: the rules
-// assume only that a factor between -1 and 1 makes no number larger, and that 1 changes none. While `swept` is high, the
-// effective amplitudes of both banks belong to their present words. The rules follow one lane of one bank, which may be
-// any; the words that the entity reads from its memory are those of this lane. A sweep may omit steps of other lanes, so
-// that it is short; the entity cannot tell. scripts/formal_proofs.py states the numbers of bits. Source: the entity's
-// header.
+// An effective amplitude is the rounded product of the nominal amplitude of its own lane and bank and the modulator
+// that this lane has chosen; its magnitude is at most that of the nominal amplitude. The multiplier is not modelled:
+// the rules assume only that a factor between -1 and 1 makes no number larger, and that 1 changes none. While `swept`
+// is high, the effective amplitudes of both banks belong to their present words. The rules follow one lane of one bank,
+// which may be any; the words that the entity reads from its memory are those of this lane. To keep the proof short, a
+// sweep may omit steps of other lanes; they do not affect this lane. scripts/formal_proofs.py states the numbers of
+// bits. Source: the entity's header.
 
 module amplitude_sweep_rules #(
     parameter LANES = 2
@@ -51,7 +51,7 @@ module amplitude_sweep_rules #(
     reg signed [WIDTH - 1:0] nominal = 0, nominal_read = 0, stored = 0;
     reg [2:0] choice = 0, choice_read = 0;
     reg read_it = 0, is_of_words = 0, whole = 0;
-    // The lane's item is in this stage, with its present words.
+    // High if the lane's item is in this stage and was read from its present words.
     reg [1:5] in_stage = 0;
     reg [7:0] step_1 = 0, step_2 = 0, step_3 = 0, step_4 = 0, step_5 = 0;
     reg [7:0] step_then = 0;
@@ -129,7 +129,7 @@ module amplitude_sweep_rules #(
                 assert (!in_stage[k] || sweep_step < SQUARE_STEP + k);
                 assert (step_now < SQUARE_STEP || step_now >= LAST_STEP || next == step_now + 1);
                 assert (next <= SQUARE_STEP || step_now == next - 1);
-                // An item without the present words was read before the last write, and so were the items before it.
+                // If an item was read before the last write, so were all items before it.
                 assert (step_now != place || in_stage[k] || (!is_of_words && (in_stage & (31 >> k)) == 0));
             end
         end

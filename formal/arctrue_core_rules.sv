@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // AXI4-Lite rules (AMBA AXI, issue D, A3.1.2, A3.2.1, A3.3.1 and B1.1.1) at the core's port: responses
-// stay valid and unchanged until they are accepted, none is valid after a reset, each belongs to an
-// earlier accepted transfer, and each transfer gets exactly one. The master keeps to the same rules.
+// stay valid and unchanged until they are accepted, and none is valid after a reset. Each response belongs
+// to an earlier accepted transfer, and each transfer gets exactly one response. The master keeps to the same rules.
 // Inside the core: requests to a unit are legal and belong to the accepted transfer, a word
 // that is read is the one that the unit gave, and neither kind of transfer blocks the other.
 //
 // The sampler, the compensation, all arithmetic and the signals at the edge of
 // the core are left out: the registers may read any value from them. Each register and
-// the held half of a wide word may also have any value. Two units answer transfers themselves; the proof assumes only
-// this about them: a bank's word follows its read by 4 clocks (proven: sampler_rules), and a coefficient's acknowledge
-// comes once for each write, later than it (proven: coefficient_memory_rules).
+// the held half of a wide word may also have any value. Two units answer transfers themselves. The proof assumes that
+// the sampler outputs a bank's word 4 clocks after its read (proven: sampler_rules), and that coefficient_memory
+// acknowledges each write once, after the write (proven: coefficient_memory_rules).
 
 module arctrue_core_rules #(
     parameter LANES = 1, parameter CAPTURE_DEPTH = 2 // as the netlist
@@ -132,7 +132,7 @@ module arctrue_core_rules #(
     wire [1:0] probe_state;
     wire probe_taken, probe_is_write, probe_register_read;
     wire probe_register_request, probe_register_writes;
-    // Units are asked in the clock after the transfer was accepted.
+    // A unit gets its request in the clock after the transfer was accepted.
     reg asks = 0;
     always @(posedge clock) asks <= probe_taken && !reset;
     wire probe_to_registers, probe_to_coefficients, probe_to_offset, probe_to_capture;

@@ -64,7 +64,7 @@ module quadrature_output_rules (
     reg [3:0] referenced_then = 0;
     reg z_before, gated_then;
     reg [1:0] state_now, width_now, state_then, width_then, phase_now, tie;
-    // The last edge of a fault is decided before the fault is reported.
+    // The last edge before the output stops is decided before the fault is reported.
     reg [4:0] clocks_at_fault = 0;
     always @(posedge clock) begin
         referenced_then <= {referenced_then[2:0], referenced};

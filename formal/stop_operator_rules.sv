@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The place stays between -width and width, and moves by the motion outside of the dead zone until it stops there. The
-// references have other forms than the VHDL: the place moves first and is limited then; the play is the distance of two
-// positions. Once the place is known, it is the reference's place, whichever place between -width and width the
-// reference had at the reset or at the last change of the width. Source: the entity's header.
+// references are written in another form than the VHDL: the place first moves and is then limited; the play is the
+// distance of two positions. Once the place is known, it is the reference's place, whichever place between -width and
+// width the reference had at the reset or at the last change of the width. Source: the entity's header.
 
 module stop_operator_rules (
     input clock, input reset, input [31:0] position, input [15:0] put_back, input [23:0] width,

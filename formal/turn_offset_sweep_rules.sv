@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The phase offset that an angle reads was computed for the angle's own turn, from the present words of the bank, at
-// every wrap and in every clock between two wraps. So the phase is a function of turn and angle, and over a wrap it makes
-// the step of the angle only; turn_counter_rules prove that turn and angle together follow the angle. Between two wraps
-// in the same direction the angle needs half a turn of the smallest permitted length, one clock a count; wraps back and
-// forth may follow at once. The rules follow one lane, which may be any; the words that the entity reads from its
-// memories are those of this lane. The benches compare the arithmetic behind the multiplier with the model.
-// scripts/formal_proofs.py states the numbers of bits. Source: the entity's header.
+// every wrap and in every clock between two wraps. So the phase is a function of turn and angle, and at a wrap it
+// changes only by the step of the angle; turn_counter_rules prove that turn and angle together follow the angle.
+// Between two wraps in the same direction the angle moves at least half a turn of the smallest permitted length, at one
+// count per clock; a wrap in the other direction may follow at once. The rules follow one lane, which may be any; the
+// words that the entity reads from its memories are those of this lane. The benches compare the arithmetic behind the
+// multiplier with the model. scripts/formal_proofs.py states the numbers of bits. Source: the entity's header.
 
 module turn_offset_sweep_rules #(
     parameter LANES = 2
@@ -20,7 +20,7 @@ module turn_offset_sweep_rules #(
     localparam HALF_TURN = 36 * LANES + 24; // REAL_ORDER_COUNTS_A_LANE and REAL_ORDER_COUNTS_BESIDE, halved
     localparam LANE_BITS = LANES - 1;
     localparam ITEM = 5 + LANE_BITS;
-    // Clocks from an item of the sweep to its offset in the memory, and from the first read of a word to that.
+    // Clocks until the memory holds the offset of an item: from the item, and from the first read of a word for it.
     localparam WRITTEN = 6, READ = 9;
     localparam OLD = 2 * SWEEP + 8; // clocks after a write until all offsets are computed anew
     localparam OLDEST = OLD + 4;
@@ -79,11 +79,11 @@ module turn_offset_sweep_rules #(
     wire lane_now = lane_of(probe_now);
     wire is_lane = lane_now == lane_of_rules;
     wire [7:0] place = place_of(probe_now);
-    // The place of the item whose offset the memory has had since this clock.
+    // The place of the item whose offset the memory holds from this clock on.
     wire [7:0] stored_place = before(place, WRITTEN);
 
     reg running = 0;
-    // Clocks that the angle needs at least until the next wrap upwards and downwards.
+    // Least number of clocks until the next wrap upwards, and until the next wrap downwards.
     reg [7:0] up_after = 0, down_after = 0;
     // The words of the lane in both banks, whether they have never been written, and clocks since the last write.
     reg [STEP - 1:0] step [0:1];
@@ -93,7 +93,7 @@ module turn_offset_sweep_rules #(
     initial begin
         step[0] = 0; step[1] = 0; offset[0] = 0; offset[1] = 0; age[0] = OLDEST; age[1] = OLDEST;
     end
-    // What the entity reads.
+    // Words that the entity reads.
     reg [STEP - 1:0] read_step = 0;
     reg [PHASE - 1:0] read_offset = 0;
     reg read_is_lane = 0;
@@ -180,7 +180,8 @@ module turn_offset_sweep_rules #(
         is_near = turn == other || turn == other + 3'd1 || turn == other - 3'd1;
     endfunction
 
-    // The turn is at most one away from its value `clocks` clocks ago, and if it is one away, the next is far.
+    // The turn differs by at most 1 from its value `clocks` clocks ago. If it differs, the next wrap in that direction
+    // needs about another half turn.
     function follows(input [TURN - 1:0] old, input [7:0] clocks);
         follows = is_near(turn_1, old)
                   && (turn_1 != old + 3'd1 || up_after + clocks + 1 >= HALF_TURN)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Reads what the core measures: probe, events, indices, capture, positions and turns; arms the position compare. */
+/* Reads the measurements of the core: probe, events, indices, capture, positions and turns; arms the position compare. */
 
 #include <math.h>
 

@@ -88,7 +88,8 @@ uint32_t core_write_prepared(const struct core_access *core, uint32_t set,
                              const struct coefficients *coefficients) {
     ASSERT(set <= HEADS_MOST && coefficients->lanes <= LANES_LIMIT);
     uint32_t sum = 0;
-    /* Closes the set; the choice of heads, the last word, opens it. */
+    /* A 0 as the choice of heads makes the set invalid. core_write_mean() writes this word last, which makes the set
+       valid again. */
     core_write(core, SET_AT(set) + SET_MEAN + MEAN_CHOICE * WORD_BYTES, 0);
     for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
         sum += core_write_prepared_lane(core, set, lane, &coefficients->lane[lane],

@@ -9,9 +9,9 @@
 #include "transfer_function.h"
 #include "units.h"
 
-/* The value of an order is refused if the error that it leaves exceeds the error that the active value leaves by more
-   than NO_WORSE standard uncertainties, plus the effect of a change during the turn, plus NOISE_SHARE times the noise
-   of a reading. A smaller difference cannot be seen in any reading. */
+/* The value of an order is refused if it leaves a larger error than the active value, and the difference exceeds the
+   sum of NO_WORSE standard uncertainties, the effect of a change during the turn, and NOISE_SHARE times the noise of a
+   reading. No reading shows a smaller difference. */
 #define NO_WORSE 6.0
 #define NOISE_SHARE 0.5
 /* Least difference of a modulator (the factor of a lane that follows a condition, -1 to 1) with which two conditions

@@ -240,7 +240,7 @@ struct load_place {
 enum load_answer load_end(struct load *load, const struct load_place *place,
                           const struct coefficients *active, uint32_t crc);
 
-/* Forgets what earlier turns have shown of the received set. */
+/* Forgets the results of earlier turns for the received set. */
 void load_begin_evidence(struct load *load);
 
 /* Refuses the received set, even if its reception has not ended, and stores the reason. */

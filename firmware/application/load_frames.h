@@ -18,9 +18,9 @@ enum load_answer load_frame_refused(struct load *load, enum load_answer reason);
 /* Tells whether all lanes and heads of the prepared set that is being received have arrived, or no such set is being
    received. A prepared set applies if one head is left out. */
 bool load_without_is_whole(const struct load *load);
-/* Returns an upper bound of the table's |d eps / d R|. A window shorter than a turn begins with a step from 0 to its
-   first point, which counts as a slope over one count, and ends with a step to 0 from a value that is at most one
-   count's slope away from the first point. The points that did not arrive are 0. */
+/* Returns an upper bound of the table's |d eps / d R|. A window shorter than a turn begins and ends with a step between
+   0 and its first point, which counts as a slope over one count; the step at the end may be larger by the slope of one
+   count. The points that did not arrive are 0. */
 double load_table_steepest(const struct load_table *received, uint32_t counts_per_rev);
 
 #endif

@@ -24,8 +24,8 @@ double load_table_unit(const struct table_place *place) {
     return 1.0 / (double)(16U << 2U * (place->choice >> TABLE_FRACTION_SHIFT & 3U));
 }
 
-/* Tells whether two windows overlap or touch. A window that begins like an earlier one only fills up the number of
-   windows; it never gives the value. */
+/* Tells whether two windows overlap or touch. Windows with the same start are allowed: only the first of them gives the
+   value, the others complete the number of windows. */
 static bool load_windows_overlap(const struct table_place *place, uint32_t windows,
                                  uint32_t counts_per_rev) {
     bool overlap = false;

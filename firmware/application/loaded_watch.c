@@ -6,9 +6,9 @@
 
 #include "assertion.h"
 
-/* SHARE: weight of a turn in the running variance. MOST_TIMES: limit of the variance that one turn shows (a quarter of
-   the squared change since the turn before), as a multiple of the running variance, so that a jump of the order itself
-   is not taken for scatter. */
+/* SHARE: weight of a turn in the running variance. MOST_TIMES: limit of the variance of one turn (a quarter of the
+   squared change since the turn before), as a multiple of the running variance. Without the limit, a jump of the order
+   itself would count as scatter. */
 #define SHARE 0.1
 #define MOST_TIMES 9.0
 
@@ -56,7 +56,7 @@ void watch_lane(struct loaded_watch *watch, uint32_t place, const struct sight *
 }
 
 void watch_table(struct loaded_watch *watch, double evidence, double enough) {
-    /* The lower limit lets a few turns end the fault, however long it lasted. */
+    /* Because of the lower limit, a few turns end the fault, however long it lasted. */
     double sum = fmax(fmin(watch->table_evidence + evidence, 0.0), -2.0 * enough);
     watch->table_evidence = (float)sum;
     watch->at_fault = watch->at_fault || sum <= -enough;

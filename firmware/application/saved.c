@@ -233,7 +233,7 @@ uint32_t saved_write(const struct saved *saved, uint32_t sequence, uint32_t *wor
 }
 
 /* Takes one parameter from the record and finds it by the check sum of its name. The search begins at `first`, the
-   parameter's place in a record of this firmware, because the check sums of all names take long. */
+   parameter's place in a record of this firmware, because computing the check sums of all names takes long. */
 static void saved_take_parameter(struct source *from, struct parameters *parameters,
                                  uint32_t first) {
     uint32_t sum = saved_take(from);

@@ -186,7 +186,7 @@ struct application {
        zero. For head 1 the core moves the zero instead; zero_moves is the number of these moves. */
     int32_t head2_zero;
     uint32_t zero_moves;
-    /* `zero_in_doubt`: true while the angle of head 1 at its index is not 0 and a loss of counts is not proven;
+    /* `zero_in_doubt`: true while the angle of head 1 at its index differs from 0 without proof of a loss of counts;
        `position_at_doubt`: position of head 1 when this state began. */
     bool zero_in_doubt;
     int32_t position_at_doubt;

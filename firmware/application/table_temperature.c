@@ -8,7 +8,7 @@
 #define READING_S 0.5
 #define LEAST_C (-55.0)
 #define MOST_C 150.0
-/* Number of failures in a row, and number of agreeing readings in a row, that are not taken for chance. */
+/* Numbers of failures in a row and of agreeing readings in a row from which on they do not count as chance. */
 enum { FAILURES_MOST = 3, AGREE_LEAST = 3 };
 /* Largest rate at which the table may have changed while its thermometer was silent: 3 K per minute. */
 #define SILENT_K_S 0.05
@@ -77,9 +77,9 @@ static double table_temperature_decay(double times) {
 
 /* The thermometer lags as T_s' = (T - T_s) / tau. An observer of T_s, T - T_s and the slope of T, with three equal
    poles q, has no lasting error while T changes at a constant rate. Over dt, with a = exp(-dt / tau): T_s goes to T_s +
-   (1 - a) (T - T_s) + (dt - tau (1 - a)) T', T - T_s to a (T - T_s) + tau (1 - a) T'. F is the matrix of this step, and
-   H selects T_s. With the gains K the determinant of z I - (I - K H) F is (z - q)^3; K follows from this at z = 0, 1
-   and a. */
+   (1 - a) (T - T_s) + (dt - tau (1 - a)) T'; T - T_s goes to a (T - T_s) + tau (1 - a) T'. F is the matrix of this
+   step; H selects T_s. With the gains K the determinant of z I - (I - K H) F is (z - q)^3; K follows from this at z =
+   0, 1 and a. */
 static void table_temperature_observe(struct table_temperature *table, double celsius,
                                       double passed) {
     double tau = table->time_constant_s;

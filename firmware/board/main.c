@@ -188,7 +188,7 @@ static bool work_waits(void) {
 static void tell_settings(const struct text_sink *sink) {
     const struct application *application = &firmware.application;
     if (upper.save.found == SAVED_UNREAD) {
-        text_word(sink, "nothing saved is in use: the flash does not answer\r\n");
+        text_word(sink, "no saved data is in use: the flash does not answer\r\n");
     }
     if (application->settings_origin != SETTINGS_PRESET) {
         text_word(sink, "settings ");

@@ -10,9 +10,9 @@
    a motion of the axis; order 1 of g acts with the factor rho_i. With four heads, the parity, which contains neither
    rotation nor any motion of the axis, shows the orders from 2 on. With three heads, both combinations without rotation
    show them if the axis does not move at these orders. With two heads, one combination shows all orders. With three and
-   four heads, the Fourier components of the readings at order 1, together with prior values of d_i and rho_i, determine
-   order 1 of the disc, the circular motion of the axis against the table's rotation, d_i and rho_i, by Gauss-Newton
-   iteration.
+   four heads, a Gauss-Newton iteration determines order 1 of the disc, the circular motion of the axis against the
+   table's rotation, d_i and rho_i. It uses the Fourier components of the readings at order 1, and prior values of d_i
+   and rho_i.
 
    Each pass over the turn computes all residuals at the present values; the passes end when a further step would change
    the values by less than 1e-11 of the largest value. */

@@ -43,7 +43,7 @@ static const struct {
     {"singular", "the fit has no solution: set fewer orders; is separation_deg right?"},
     {"not_converged", "the fit does not end: set fewer orders; is separation_deg right?"},
     {"not_finite", "the fit has no solution: set fewer orders; is separation_deg right?"},
-    {"amplitude", "an order is beyond what a coefficient holds: is counts_per_rev right?"},
+    {"amplitude", "an order's amplitude exceeds a lane's range: is counts_per_rev right?"},
     {"noise", "the turn is much noisier than usual (noise_limit), or its noise is above "
               "alarm_noise_arcsec: look for vibration, an unsteady speed and bad cables"},
     {"not_better", "nothing is wrong: the coefficients in use are as good"},
@@ -53,7 +53,7 @@ static const struct {
     {"separation",
      "the heads are not separation_deg apart, or a head of the mean is not at its "
      "place, within alarm_separation_arcsec: if a head was moved, set separation_deg to "
-     "what status shows; else check the index of every head"},
+     "the value in status; else check the index of every head"},
     {"output", "the output stands still (help cannot_keep_up), or its line drivers are released "
                "(help released)"},
     {"core_reset", "the fabric was reset and is set up again: the correction is off until a turn "
@@ -75,7 +75,7 @@ static const struct {
      "turns came faster than they are processed, and some were left out; nothing else is lost"},
     {"stuck_capture", "in four turns no capture was completed: the correction is off and the "
                       "capture was begun anew; check sample_period"},
-    {"coefficients", "the gateware does not hold what was written to it: do not use this board"},
+    {"coefficients", "the gateware does not hold the written words: do not use this board"},
     {"temperature", "the die is hotter than alarm_temperature_c: cool the board"},
     {"thermometer", "the table's temperature is held at its last good value: status shows why; the "
                     "loaded lanes that follow it stay as they are"},
@@ -90,12 +90,11 @@ static const struct {
      "a turn, or at most 6,144 (3,072 with more than two heads); dump again"},
     {"swap", "the core did not take new coefficients: the correction is off and the calibration "
              "starts anew; if this happens again, do not use this board"},
-    {"wrong_crc", "the frame was changed on the way, or is no frame: send it again"},
+    {"wrong_crc", "the frame was changed in transit, or is no frame: send it again"},
     {"wrong_frame", "another frame was expected: begin the load anew"},
     {"too_many_lanes", "more orders than the gateware has lanes: export fewer with --lanes"},
-    {"out_of_range", "an order, phase or amplitude is beyond what a lane holds, maybe at a "
-                     "temperature of the file's range: is the file "
-                     "whole?"},
+    {"out_of_range", "an order, phase or amplitude exceeds a lane's range, maybe at a "
+                     "temperature of the file's range: is the file whole?"},
     {"order_twice", "two lanes of the file have the same order: write the file anew"},
     {"not_whole", "frames are missing, or the gateware no longer holds the points of the loaded "
                   "table: load the file anew"},
@@ -140,7 +139,7 @@ static const struct {
     {"too_few_counts", "a lane of a real order needs 72 counts a turn for each lane of the "
                        "gateware, and 48 more: leave "
                        "it out, or build fewer lanes"},
-    {"not_read_back", "the gateware does not hold what was written to it: do not use this board"},
+    {"not_read_back", "the gateware does not hold the written words: do not use this board"},
     {"lost", "a fault has cleared the settings: the parameters are as they were saved, or "
              "preset, and the switches are preset; set those that differ, then bypass off"},
     {"held", "the third fault in a row, or the settings are lost: the core goes on with its "
@@ -154,14 +153,14 @@ static const struct {
     {"flash_unknown", "no flash answers, or one that the firmware does not know: nothing is saved"},
     {"under_way", "a save or a flash command has not ended yet: wait for its answer"},
     {"flash_silent", "the flash's controller does not answer: nothing is saved"},
-    {"flash_stuck", "an operation of the flash does not end: what was saved before stays"},
-    {"flash_not_erased", "the flash was not erased; is it protected? What was saved before stays"},
-    {"flash_not_read_back", "the flash does not hold what was written; is it protected? "
-                            "What was saved before stays; save "
+    {"flash_stuck", "an operation of the flash does not end: the saved data stays"},
+    {"flash_not_erased", "the flash was not erased; is it protected? The saved data stays"},
+    {"flash_not_read_back", "the flash does not hold the written data; is it protected? "
+                            "The saved data stays; save "
                             "again"},
-    {"unread", "the flash did not answer at the start: what was saved is not in use; start again"},
+    {"unread", "the flash did not answer at the start: the saved data is not in use; start again"},
     {"not_read_at_start",
-     "the flash did not answer at the start: what was saved is not in use; start again "
+     "the flash did not answer at the start: the saved data is not in use; start again "
      "to use it, or save again to replace it"},
     {"fewer_orders",
      "the record holds more orders than would be saved now: let the table turn until "

@@ -478,7 +478,7 @@ static const struct command commands[] = {
     {"help", "help | help WORD: what a command, reason or alarm means, and what to do", 1, 2, help},
     {"status", "status", 1, 1, status},
     {"version", version_use, 1, 1, version_command},
-    {"show", "show harmonics | show parameters | show heads: all known of each head", 2, 2, show},
+    {"show", "show harmonics | show parameters | show heads: all data of each head", 2, 2, show},
     {"set", set_use, 3, 3, set_command},
     {"trigger", trigger_use, 1, 3, pins_command},
     {"sync", sync_use, 1, 3, pins_command},
@@ -497,7 +497,7 @@ static const struct command commands[] = {
      freeze},
     {"bypass", "bypass on | bypass off: the output follows head 1", 2, 2, bypass},
     {"telemetry", "telemetry on | telemetry off: a line of JSON a turn", 2, 2, telemetry},
-    {"forget", "forget: switch the correction off and calibrate from nothing", 1, 1, forget},
+    {"forget", "forget: switch the correction off and calibrate anew", 1, 1, forget},
     {"clear_output",
      "clear_output: the output follows again from the present position, its missed counts stay "
      "lost, and released line drivers are enabled: make the servo safe first, and let it look for "

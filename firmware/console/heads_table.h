@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Prints all that the device knows of its heads, for their commissioning: a row for each head. */
+/* Prints all data of the heads, for their commissioning: a row for each head. */
 
 #ifndef ARCTRUE_HEADS_TABLE_H
 #define ARCTRUE_HEADS_TABLE_H

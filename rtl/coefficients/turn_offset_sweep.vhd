@@ -21,10 +21,10 @@
 -- **Exact.** m·ν is calculated modulo one turn with all 48 bits: no error accumulates from turn to turn, and the offset
 -- does not depend on the path to turn m. The offset is rounded once, half up, to 24 bits.
 --
--- **Swap.** `swept` rises 36 · LANES + 12 clocks after the last write, when at least one whole sweep has run since the
--- write, and falls with the next write; while it is high, the offsets of the idle bank are complete. After a swap,
--- `take_over` starts the copy of the active bank's turn steps into the idle bank. `copies` is high during this copy,
--- for 18 · LANES + 4 or 5 clocks; write no turn step while it is high.
+-- **Swap.** While `swept` is high, the offsets of the idle bank are complete. `swept` falls with a write and rises
+-- 36 · LANES + 12 clocks after the last write, when at least one whole sweep has run since. After a swap, `take_over`
+-- starts the copy of the active bank's turn steps into the idle bank. `copies` is high during this copy, for
+-- 18 · LANES + 4 or 5 clocks; write no turn step while it is high.
 --
 -- **Latency.** 1 clock from `read_address` to `read_word`. The memory contains an offset 8 clocks after the sweep
 -- begins to compute it.
@@ -73,7 +73,7 @@ architecture rtl of turn_offset_sweep is
   constant BUILT        : positive := LANES / FOLD;
   constant PARTS        : positive := 3;
   constant SWEEP_CLOCKS : positive := TURN_SWEEP_CLOCKS_A_LANE * LANES;
-  -- Clocks from the first of the three items of a sweep's last offset until the memory has this offset, plus two.
+  -- Clocks from the first of the three items of a sweep's last offset until the memory holds this offset, plus 2.
   constant TAIL_CLOCKS  : positive := 10;
 
   constant SUM_WIDTH    : positive := TURN_NUMBER_WIDTH + PHASE_PART_WIDTH + 1;

@@ -2,11 +2,11 @@
 --
 -- # correction_ramp
 --
--- Adds a decaying remainder r to the correction ε, so that the applied correction, total = ε + r, makes no step when
--- the coefficients are swapped or the compensation is switched on or off; a servo that reads the output sees no jump.
--- Each such change comes with a `marker`: the entity then holds the total for three clocks and latches the remainder r
--- = held total − ε; from then on |r| decays to 0, while the total follows each change of ε at once. The rate of ε
--- itself is never limited, because a limit would clip a correction that must be fast.
+-- Adds a decaying remainder r to the correction ε, so that the applied correction makes no step when the coefficients
+-- are swapped or the compensation is switched on or off. The applied correction is the total, ε + r. Each such change
+-- comes with a `marker`: the entity then holds the total for three clocks and latches the remainder r = held total − ε.
+-- From then on |r| decays to 0, while the total follows each change of ε at once. The rate of ε itself is never limited,
+-- because a limit would clip a correction that must be fast.
 --
 -- **Velocity.** The decay of r begins and ends with velocity 0 (ramp_velocity): every 256 clocks the velocity of r
 -- changes by at most 256 clocks · `ramp_acceleration`; its magnitude is at most `ramp_rate`. A marker changes r but not
@@ -31,7 +31,7 @@
 --
 -- **One carry chain per clock.** The entity computes r one clock ahead (`next_excess`), and from it the bounds -r ±
 -- limit, with which ε is compared in the next clock. When the ramp ends, r becomes 0 and the bounds become ±limit.
--- -`limit` - 2⁻ᶠ is the complement of `limit`, so that one look-up table chooses a bit of the total.
+-- The lower limit, -`limit` - 2⁻ᶠ, is the complement of `limit`, so one look-up table per bit selects the total.
 --
 -- **Latency.** 1 clock from `correction` and `marker` to `total`, `limited` and `busy`.
 --

@@ -256,7 +256,7 @@ begin
     variable elapsed_judged   : u_unsigned(ELAPSED_WIDTH - 1 downto 0) := (others => '0');
     variable judged_is_bound  : std_ulogic                             := '0';
     variable judged_is_down   : std_ulogic                             := '0';
-    -- Travel at the nominal speed in these clocks: the product of both, one bit of the clocks per clock of the fabric
+    -- Travel at the nominal speed in elapsed_judged clocks: a product to which each clock adds one bit of `factor`
     variable factor           : u_unsigned(ELAPSED_WIDTH - 1 downto 0) := (others => '0');
     variable of_idle          : std_ulogic                             := '0';
     variable nominal_travel   : u_unsigned(NOMINAL_WIDTH - 1 downto 0) := (others => '0');

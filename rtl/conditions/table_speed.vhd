@@ -10,10 +10,11 @@
 -- **Window.** A window ends with the first such passage after 2**WINDOW = 16,384 clocks (164 µs at 100 MHz). The mean
 -- over the window is the only filter. If a period of A and B takes longer, a window is one period.
 --
--- **Slowing down.** If no passage comes for 2**WINDOW clocks, the table moves at most 4 counts in that time. Each time
--- the age of the window is a multiple of 2**WINDOW clocks, from twice 2**WINDOW on, the entity then reports a bound,
--- with `is_bound` high: |speed| is at most 8 counts / (time since the window began). If the window contains earlier
--- passages, its mean belongs to a faster motion: it is not reported, and the next passage begins a new window.
+-- **Slowing down.** If no passage comes for 2**WINDOW clocks, the table moves at most 4 counts in that time. The entity
+-- then reports a bound, with `is_bound` high: |speed| is at most 8 counts / (time since the window began). The first
+-- bound comes when the window is twice 2**WINDOW clocks old, and a new one every 2**WINDOW clocks. If the window
+-- contains earlier passages, its mean belongs to a faster motion: it is not reported, and the next passage begins a new
+-- window.
 --
 -- **Standstill.** If no window ends for 2**LONGEST - 1 = 2²⁴ - 1 clocks (168 ms at 100 MHz), the entity reports the
 -- speed 0. A vibration across one passage moves less than 2 counts and gives speed 0, so that the speed does not
@@ -24,9 +25,9 @@
 --
 -- **Feedback.** Lanes that follow the speed move the corrected angle, in which the speed is measured. If the correction
 -- changes by g times the change of the travel in a window, a measured speed is wrong by g times the difference of the
--- two speeds measured before it. g is τ / 2**WINDOW clocks for a latency τ, and at most the sum of the amplitudes of
--- these lanes (twice the amplitude for the squared speed) over the travel in a window at the nominal speed. The speed
--- settles for -1/2 < g < 1; export and firmware refuse lanes with |g| above SPEED_FEEDBACK_EIGHTHS / 8.
+-- two speeds measured before it. Lanes that correct a latency τ have g = τ / (2**WINDOW clocks). In general |g| is at
+-- most the sum of the amplitudes of these lanes, doubled for the squared speed, divided by the travel in a window at the
+-- nominal speed. The speed settles for -1/2 < g < 1; export and firmware refuse lanes with |g| above SPEED_FEEDBACK_EIGHTHS / 8.
 --
 -- **Lag.** The mean of a window is half a window old when the window ends, and one and a half windows old when the next
 -- window ends: 0.08 to 0.25 ms at 100 MHz, plus a period of A and B; the division adds 3 µs at the most.

@@ -125,8 +125,8 @@ package number_formats_pkg is
   -- Ramp of the correction: binary logarithm of the clocks between two changes of its velocity. In the last 16
   -- of these 256 clocks the ramp reads its remainder and chooses the next velocity.
   constant RAMP_TICK_WIDTH            : positive := 8;
-  -- Fraction bits of the ramp's velocity below those of its rate: one step of the velocity at the smallest acceleration,
-  -- 2**-59 count per clock and clock, times 256 clocks is 2**-51 count per clock, 16 bits below 2**-35.
+  -- Fraction bits of the ramp's velocity below those of its rate. One step of the velocity lasts 256 clocks: at the
+  -- smallest acceleration, 2**-59 count per clock and clock, it is 2**-51 count per clock, 16 bits below 2**-35.
   constant RAMP_VELOCITY_FRACTION     : positive := 16;
   -- Margin of the braking distance: 2**-3 of the distance of 256 clocks, which is 32 clocks and covers the 15 clocks from
   -- the reading of the remainder to the change of the velocity.
@@ -163,10 +163,10 @@ package number_formats_pkg is
   constant SPEED_WINDOW_BITS          : positive := 14;
   -- Limit of |g| in eighths. When the measured speed changes, the lanes of the speed change the corrected angle; g is
   -- this change divided by the change of the travel in a window. These lanes move the angle in which the speed is
-  -- measured: speed(n) = true + g * (speed(n - 1) - speed(n - 2)), which diverges from g = 1 on, and from g = -1/2 on
-  -- for the other sign. With |g| <= 3/8 an error is multiplied by at most 0.61 per window (0.83 for the other sign),
-  -- and the rounding of the speed, one clock per window, grows by at most 1 / (1 - 2 * |g|) = 4: it moves the
-  -- correction by at most 4 * |g| = 1.5 counts at one count per clock, and by 0.02 count at the paper's 30 deg/s.
+  -- measured: speed(n) = true + g * (speed(n - 1) - speed(n - 2)), which diverges for g >= 1 and for g <= -1/2. With
+  -- |g| <= 3/8 an error is multiplied by at most 0.61 per window if g > 0, and by 0.83 if g < 0. The rounding of the
+  -- speed, one clock per window, grows by at most 1 / (1 - 2 * |g|) = 4: it moves the correction by at most
+  -- 4 * |g| = 1.5 counts at one count per clock, and by 0.02 count at the paper's 30 deg/s.
   constant SPEED_FEEDBACK_EIGHTHS     : positive := 3;
   -- Binary logarithm of the clocks without an end of a window after which the speed is 0: 168 ms at 100 MHz.
   constant SPEED_LONGEST_BITS         : positive := 24;

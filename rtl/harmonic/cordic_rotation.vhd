@@ -19,9 +19,8 @@
 -- stands for the middle of the truncated interval, that is for this value plus half a unit. The half unit is not
 -- stored: it needs no logic, and it does not change the sign.
 --
--- **Mirrored angles.** The complement of an angle has the complement of z in every stage, because of the half unit that
--- is not stored. The adder of iteration 1 also forms this complement: each of its LUTs has an input left for
--- `mirrored`.
+-- **Mirrored angles.** Because the half unit is not stored, the complement of an angle has the complement of z in every
+-- stage. The adder of iteration 1 also forms this complement: each of its LUTs has a free input for `mirrored`.
 --
 -- **x and y.** After the iterations 0 to 6, x and y are each one of 64 constants, rounded from exact values. Each later
 -- addition or subtraction takes one adder, whose carry input rounds the shifted operand. After iteration 9 y keeps its

@@ -12,8 +12,8 @@
 -- left out from the first angle on to which the new set applies, and `rearm_heads` makes its decoder forget the index,
 -- so that its next index defines its zero again. If the core refuses the set, the head stays in the mean, and
 -- `heads_status.swap_refused` reports this; the set is not loaded at further failures until `failover` is written or a
--- swap takes place. A fault of a decoder while a set is being loaded, in the clock of a request for a set, or while
--- `failover.enable` is 0, leaves no head out; the head's next index shows the lost counts.
+-- swap takes place. While a set is being loaded, in the clock of a request for a set, and while `failover.enable` is 0,
+-- a decoder's fault leaves no head out; the next index of this decoder's head shows the lost counts.
 --
 -- **Return.** A head that is left out comes back after its next index, either on request (`heads_command.come_back`) or
 -- after the time `failover.return_after` unless this is 0; the set of all heads is then loaded. A dead head gives no

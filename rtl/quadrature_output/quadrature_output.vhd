@@ -213,9 +213,8 @@ begin
     variable lag         : u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');
     variable negative    : std_ulogic;
     variable is_far      : std_ulogic;
-    -- The lag without the steps that are already subtracted. A step in the direction of the last step (up if one_up is
-    -- high, else down) needs one count of lag, a step in the opposite direction two. A last step that is not yet
-    -- subtracted is taken into account by the thresholds.
+    -- The lag minus the steps under way, except a step of the previous clock; one_up accounts for that step. A step up
+    -- needs one count of lag if one_up is high, otherwise two; a step down needs two or one.
     variable remaining   : thermometer                              := (4 downto 1 => '0', others => '1');
     variable one_up      : std_ulogic                               := '1';
     -- Steps: (0) the step that the output makes now, (1) the step before
@@ -362,8 +361,8 @@ begin
       referenced_then := referenced_then(1 downto 0) & referenced;
 
       lag := corrected_position - output;
-      -- While the output does not follow, its count is the count at which (A, B) have the held levels and which lies
-      -- nearest to the position, from 2 counts before it to 1 count after it. This is the largest such count up to
+      -- While the output does not follow, its count lies from 2 counts before the position to 1 count after it: it is
+      -- the only count in this range at which (A, B) have the held levels. This is the largest such count up to
       -- position + 1: place + 4 * floor((position + 1 - place) / 4), where 1 - place is -2 to 1.
       less_place := (0 => not place_of_output(0), others => place_of_output(1));
       started    := corrected_position + less_place;

@@ -74,7 +74,7 @@ def test_version_without_a_core() -> None:
         ("hlep", "error: no such command, try help: hlep"),
         (
             "show",
-            "error: use: show harmonics | show parameters | show heads: all known of each head",
+            "error: use: show harmonics | show parameters | show heads: all data of each head",
         ),
         ("show all", "error: expected show harmonics, parameters or heads, not all"),
         ("set keep", "error: use: set PARAMETER VALUE"),
