@@ -67,7 +67,7 @@ def _name_fault(path: Path) -> str | None:
 
 
 def _file_fault(path: Path) -> str | None:
-    """Return the reason why a result must not replace this file; None if it may."""
+    """Return the reason why no result may be written to this file; None if there is none."""
     if str(path) == "-":
         return "'-' is not a file name; the command writes this result only to a file."
     if not path.exists():

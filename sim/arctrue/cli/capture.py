@@ -62,7 +62,7 @@ def capture(
     """
     there = (out / FILE_NAME).exists()
     if there and not append:
-        tell_error(f"{out}: holds a measurement set already; name a new folder, or --append")
+        tell_error(f"{out}: holds a measurement set already; name a new folder, or give --append")
         sys.exit(NO_DEVICE)
     if kind is not None and not there:
         tell_error(f"--next {kind} compares with the first run, and {out} holds no set yet")
