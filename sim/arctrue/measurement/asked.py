@@ -2,8 +2,8 @@
 
 A requested run of the heads repeats the first run of the set, with at most one condition changed
 (for example the speed). A requested reference run repeats the reference run of the set in a similar
-way, or is the first one. The recorded run is compared with the run that it repeats, within the
-limits below.
+way, or is the set's first reference run. The recorded run is compared with the run that it repeats,
+within the limits below.
 """
 
 from __future__ import annotations

@@ -115,7 +115,7 @@ def _mask_file(measurement: MeasurementSet) -> dict[str, NDArray[Any]] | None:
     """Return the columns of mask.csv, which lists the rows that must be used although they look
     wrong; None if the set names no such rows.
 
-    The masked rows are listed too, because a set with a mask.csv decides about every row itself.
+    The masked rows are listed too, so that the file has all decisions of the user about rows.
     """
     parts = {"capture": measurement.capture, "reference": measurement.reference}
     decided = {
