@@ -57,8 +57,8 @@ def capture(
     further run of the set OUT. With --next the command prints what to do at the table, waits for
     Enter (at a terminal), and refuses a turn that is not the requested measurement (exit code 1).
     Exit code 2: the device does not answer, characters were lost, --append would lose a column of
-    OUT, or OUT already holds a set or one of its files and --append is not given. The
-    device's clock restarts with each capture, so the pause between two runs is unknown.
+    OUT, or (without --append) OUT already holds a set or one of its files. The device's clock
+    restarts with each capture, so the pause between two runs is unknown.
     """
     there = (out / FILE_NAME).exists()
     if there and not append:
