@@ -103,7 +103,7 @@ async function show(state) {
   showHeads(state.heads);
   const reference = document.getElementById("reference").value, since = state.since[reference];
   document.getElementById("since").textContent = `Since turn ${since.turn} (${since.recorded} UTC), ` +
-    (reference === "first" ? "the first that the page has." : "the first with the present coefficients.");
+    (reference === "first" ? "the first turn that the page has." : "the first turn with the present coefficients.");
   const changes = since.changes.slice().sort((a, b) => b.significant - a.significant);
   rows(document.querySelector("#changed tbody"), [
     ...changes.map((c) => [c.quantity, `${c.size_arcsec.toFixed(3)}″`, `${c.u_arcsec.toFixed(3)}″`,

@@ -123,7 +123,7 @@ async function follow(main) {
       const answer = await fetch(main.dataset.ranking, { signal: AbortSignal.timeout(ANSWER_MS) });
       state = await answer.json();
     } catch {
-      silent += 1; // the server may be busy: ask again
+      silent += 1; // the server may be busy: request again
       if (silent === MOST_SILENT) gone(main);
       continue;
     }
