@@ -103,7 +103,7 @@ def state_of(console: Console) -> FlashState:
         int(answers.get("started_from", "0"), 16),
     )
     if not state.sector_bytes:
-        raise FlashRefusedError("the ID of the flash is none that the device supports")
+        raise FlashRefusedError("the device does not support the flash with this ID")
     return state
 
 

@@ -432,7 +432,7 @@ def wait_until_judged(console: Console, sent: SentSet, seconds: float) -> tuple[
         raise ConsoleError(
             f"{console.port}: waiting for a turn "
             + " and one ".join(_WAITED[name] for name in status.waits_for)
-            + f" for {seconds:g} s; nothing is loaded. Load again while the table turns so, "
+            + f" for {seconds:g} s; nothing is loaded. Load again while the table turns like this, "
             "or load the lanes that follow a condition without a test (--force)"
         )
     if status.undecided:
