@@ -88,7 +88,7 @@ def _files_of_a_set(folder: Path) -> set[str]:
     try:
         tables = tomllib.loads(description.read_text(encoding="utf-8"))
     except (OSError, ValueError):
-        return found  # the command that reads the set reports what is wrong with the file
+        return found  # the command that reads the set reports the fault of the file
     entries = [table.get("file") for table in tables.values() if isinstance(table, dict)]
     return found | {name for name in entries if isinstance(name, str)}
 
