@@ -82,8 +82,8 @@ def write_measurement_set(folder: Path | str, measurement: MeasurementSet) -> No
     Raises
     ------
     ValueError
-        If the set has neither capture nor reference, a value is not finite or above the limit
-        that the reader accepts, or the folder holds such a file but no set.
+        If the set has neither capture nor reference, if a value is not finite or exceeds the
+        reader's limit, or if a folder without a set holds a file with the name of a part of a set.
     OSError
         If the folder cannot be written.
     """
