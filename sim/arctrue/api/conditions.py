@@ -105,7 +105,7 @@ class Side:
 
 @dataclass
 class Wanted:
-    """What the arguments require of a fit."""
+    """Requirements of the arguments on a fit."""
 
     conditions: list[Condition] = field(default_factory=list)
     places: dict[str, float] = field(default_factory=dict)

@@ -48,8 +48,8 @@ def fit(
     bounds : mapping of str to (low, high), optional
         Limits of a parameter, None on an open side. Limits of a phase hold up to whole turns.
     tie : mapping of str to str, (str, float) or callable, optional
-        What a parameter equals: another parameter, a multiple of another parameter
-        ``("other.name", 2.0)``, or the result of a function of a mapping of all values.
+        Makes a parameter equal to another parameter, to a multiple of another parameter
+        ``("other.name", 2.0)``, or to the result of a function of a mapping of all values.
 
     Returns
     -------

@@ -93,7 +93,7 @@ def simulate(
     Returns
     -------
     Dataset
-        A capture and a reference run.
+        A capture, and a reference run unless the experiment has none (``lean``).
 
     Raises
     ------

@@ -35,7 +35,7 @@ def _version_of_ghdl(command: str) -> tuple[int, str] | None:
 
 
 def find_ghdl() -> tuple[str, str]:
-    """Find a GHDL that makes correct netlists in $GHDL_NETLIST, build/ghdl5 or PATH.
+    """Search $GHDL_NETLIST, build/ghdl5 and PATH for a GHDL that makes correct netlists.
 
     Returns command and version. Raises ToolError if there is none.
     """

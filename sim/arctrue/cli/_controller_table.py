@@ -39,8 +39,9 @@ def write_controller_table(
     orders = ", ".join(map(str, correction.orders)) or "none"
     console.print(f"orders in the table: {orders}", soft_wrap=True)
     console.print(
-        f"{form.name}, {points} steps a turn: the controller's interpolation leaves at most "
-        f"{left.largest_arcsec:.3f}″ ({left.rms_arcsec:.3f}″ RMS) of what the model corrects",
+        f"{form.name}, {points} steps a turn: the table, as the controller interpolates it, "
+        f"differs from the model by at most {left.largest_arcsec:.3f}″ ({left.rms_arcsec:.3f}″ "
+        "RMS)",
         soft_wrap=True,
     )
     for one in left_out:

@@ -11,8 +11,8 @@ from arctrue.workbench.model.taken_away import Outcome
 
 
 def print_export(result: Export, became: Outcome, lanes: int) -> None:
-    """Print the lanes in use, of ``lanes`` that the gateware has, what corrects each effect of the
-    model, and what is not corrected."""
+    """Print how many of the gateware's ``lanes`` are in use, which part corrects each effect of the
+    model, and which errors are not corrected."""
     in_use = table(
         f"Lanes, {len(result.orders)} of {lanes} in use",
         number("order"),

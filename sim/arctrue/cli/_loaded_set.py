@@ -191,7 +191,7 @@ def store(
     data.
 
     Folders of the user's effects are stored relative to the model file, so that both can be moved
-    together. ``comment``: lines that are written at the head of the file for human readers.
+    together. ``comment``: lines for human readers, which are written at the beginning of the file.
     """
     known = [*(model_file.parent / folder for folder in model.folders), *folders]
     model.folders = list(dict.fromkeys(folder_entry(model_file, folder) for folder in known))
@@ -271,13 +271,13 @@ def _table_warnings(model: Model, model_file: Path | None, observations: Observa
 
 
 def _duplicates(observations: Observations) -> list[str]:
-    """Return the warning that the reference has rows twice."""
+    """Return a warning if rows occur twice in the reference."""
     found = [row.row for row in observations.masked if row.reason == "duplicate"]
     if not found:
         return []
     return [
-        f"the reference has {len(found)} rows that equal an earlier row in every column, the "
-        f"time included (first: row {found[0]}); each is counted once"
+        f"the reference has {len(found)} rows that equal an earlier row in every column, "
+        f"including the time (first: row {found[0]}); they are not used"
     ]
 
 

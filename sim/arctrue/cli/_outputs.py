@@ -67,7 +67,7 @@ def _name_fault(path: Path) -> str | None:
 
 
 def _file_fault(path: Path) -> str | None:
-    """Return the reason why a result must not replace this file; None if it may."""
+    """Return the reason why no result may be written to this file; None if there is none."""
     if str(path) == "-":
         return "'-' is not a file name; the command writes this result only to a file."
     if not path.exists():
@@ -88,7 +88,7 @@ def _files_of_a_set(folder: Path) -> set[str]:
     try:
         tables = tomllib.loads(description.read_text(encoding="utf-8"))
     except (OSError, ValueError):
-        return found  # the command that reads the set reports what is wrong with the file
+        return found  # the command that reads the set reports the fault of the file
     entries = [table.get("file") for table in tables.values() if isinstance(table, dict)]
     return found | {name for name in entries if isinstance(name, str)}
 

@@ -57,8 +57,8 @@ class ReferenceCalibration:
             console.print(f"not applied: {text}", soft_wrap=True)
 
     def figures(self, extents: Callable[[ReferenceComparison], dict[str, Any]]) -> dict[str, Any]:
-        """Return the figures for JSON; a figure that a two-head calibration also has gets the same
-        key."""
+        """Return the figures for JSON, with the keys that the calibration by two heads uses for the
+        same figures."""
         return {
             "method": "reference",
             "runs": [],

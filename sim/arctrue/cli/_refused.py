@@ -12,8 +12,8 @@ NOT_WRITTEN = 1
 
 
 def may_write(warnings: Iterable[str], refused: Sequence[str], *, force: bool) -> bool:
-    """Print warnings and objections; tell whether the file may be written: there is no objection,
-    or the user forces it."""
+    """Print warnings and objections; return True if there is no objection or the user forces the
+    file."""
     for warning in warnings:
         tell_warning(warning)
     for objection in refused:

@@ -40,7 +40,7 @@ from arctrue.workbench.model.noise_floor import floor_of
     "pairs",
     multiple=True,
     metavar="KEY=VALUE",
-    help="Value of a setting of EFFECT, which the model may already have.",
+    help="Value of a setting of EFFECT; also for an EFFECT that the model already has.",
 )
 @for_people
 def add(
@@ -55,8 +55,8 @@ def add(
 ) -> None:
     """Add EFFECT to the model, fit the model to SET, and show how the error falls.
 
-    Without --set, drive_gear_error gets the multiples and side lines of the tooth count that SET
-    shows, and hysteresis the transition that SET shows. If the model already has EFFECT, --set
+    Without --set, the command chooses from SET the multiples and side lines of the tooth count for
+    drive_gear_error, and the transition for hysteresis. If the model already has EFFECT, --set
     changes a setting of EFFECT and the command fits the model again.
     """
     settings = settings_from(pairs)

@@ -77,7 +77,7 @@ def make(
     seed: int | None,
     samples: int | None,
 ) -> None:
-    """Write the plan of a run: the digests of generator and scoring first, the seed afterwards."""
+    """Write the plan of a run: first the digests of generator and scoring, then the seed."""
     plan = make_plan(tier, folder, generator, limit, seed, samples)
     console.print(
         f"{plan.sets} sets, seed {plan.seed}; generator {plan.generator}, scoring {plan.scoring}"
@@ -138,7 +138,7 @@ def score(
     kept: bool,
     json_file: Path | None,
 ) -> None:
-    """Compare the answers with the truth and with the oracle, which knows the cause.
+    """Compare the answers with the truth and with the oracle, a test that is given the cause.
 
     Several folders are shards of one run. --answers reads a JSON object with one answer for each
     set, under the set's name in `benchmark sets`. An answer is an object with `verdict` and

@@ -57,12 +57,12 @@ def capture(
     further run of the set OUT. With --next the command prints what to do at the table, waits for
     Enter (at a terminal), and refuses a turn that is not the requested measurement (exit code 1).
     Exit code 2: the device does not answer, characters were lost, --append would lose a column of
-    OUT, or OUT already holds a set or one of its files and --append is not given. The
-    device's clock restarts with each capture, so the pause between two runs is unknown.
+    OUT, or (without --append) OUT already holds a set or one of its files. The device's clock
+    restarts with each capture, so the pause between two runs is unknown.
     """
     there = (out / FILE_NAME).exists()
     if there and not append:
-        tell_error(f"{out}: holds a measurement set already; name a new folder, or --append")
+        tell_error(f"{out}: holds a measurement set already; name a new folder, or give --append")
         sys.exit(NO_DEVICE)
     if kind is not None and not there:
         tell_error(f"--next {kind} compares with the first run, and {out} holds no set yet")

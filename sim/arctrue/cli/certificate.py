@@ -59,7 +59,8 @@ HEADS = {2: "two", 3: "three", 4: "four"}
     "--schema",
     "schema_file",
     type=click.Path(path_type=Path, dir_okay=False, exists=True),
-    help="Official dcc.xsd to check the file; the schemas that it imports are in the same folder.",
+    help="Official dcc.xsd for a check of the certificate. The schemas that dcc.xsd imports must "
+    "be in the same folder.",
 )
 @model_option
 @effects_option
@@ -77,10 +78,10 @@ def certificate(
 ) -> None:
     """Write the certificate of SET: its error function with expanded uncertainty (k = 2).
 
-    The command fits the model of --model to SET; by default the paper's model or, for a reference
-    run alone, the harmonics that its targets determine. Next to the XML file it writes a printable
-    page (.html). All entries about item, laboratory and persons come from
-    --details and SET: if one is missing, the command names it and writes no file.
+    The command fits the model of --model to SET. Without --model it fits the paper's model or, for
+    a reference run alone, the harmonics that the targets determine. Next to the XML file it writes
+    a printable page (.html). All entries about item, laboratory and persons come from --details and
+    SET: if one is missing, the command names it and writes no file.
     """
     if measurement_set.is_file():
         raise ValueError(

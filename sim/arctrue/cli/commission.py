@@ -65,7 +65,7 @@ TURNED_WIDTHS = (5, 11, 6, 15, 8, 9, 7, 6)
 def commission(
     port: str, places_deg: tuple[float, ...] | None, only: bool, write: bool, timeout: float
 ) -> None:
-    """Guide the user through the first operation of the heads at PORT, and report what is wrong.
+    """Guide the user through the first operation of the heads at PORT, and report faults.
 
     Step 1: the table turns twice in its positive direction, by hand or by its drive. The command
     names each head that counts in the wrong direction, does not count, has no index, or is

@@ -115,7 +115,7 @@ def _print_second(act: SecondAct) -> None:
     print_hidden(act.result)
     say(
         f"{'Within' if act.passed else 'Outside'} the limits; {act.total_s:.0f} s in all, "
-        f"building the instrument included"
+        "including the build of the instrument"
     )
 
 

@@ -198,7 +198,7 @@ def status(port: str) -> None:
     """
     daemon = daemon_of(port) if port else announced_at("")
     if daemon is None:
-        tell_error(f"no daemon runs{f' on {port}' if port else ''}: arctrue device run PORT")
+        tell_error(f"no daemon runs{f' on {port}' if port else ''}; start: arctrue device run PORT")
         sys.exit(NO_DEVICE)
     try:
         found = ask(daemon, "status")

@@ -127,7 +127,7 @@ def _guide(
 
 
 def _adopted(result: Diagnosis, name: str, folder: Path) -> Path:
-    """Write the product of parts that the diagnosis found as an effect; return the effect's file.
+    """Write an effect from the product of parts that the diagnosis found; return its file.
 
     Raises ValueError if the diagnosis found no product.
     """

@@ -155,7 +155,7 @@ def check(file: Path, measurement_set: Path | None, json_file: Path | None) -> N
     wrong = []
     for name, kind in found.items():
         checks = checks_of(kind, observations, built_in())
-        answers = table(name, words("check"), words(), words("what was found"))
+        answers = table(name, words("check"), words(), words("result"))
         for one in checks:
             answers.add_row(one.question, one.outcome, one.words)
         console.print(answers)

@@ -49,12 +49,12 @@ _OF_GATEWARE = (
     "lanes", "sensor_lag", "range_c", "modulators", "reversal_width", "local_table", "mean_file",
     "real_orders", "phase_from", "probe",
 )  # fmt: skip
-"""Options that a table for another controller cannot follow."""
+"""Options that do not apply to a table for another controller."""
 _NOT_OF_MEAN = (
     "json_file", "lanes", "temperature", "sensor_lag", "fit_sensor_lag", "range_c", "modulators",
     "reversal_width", "real_orders", "phase_from", "probe", "force",
 )  # fmt: skip
-"""Options that the local table of a mean of heads cannot follow."""
+"""Options that do not apply to the local table of a mean of heads."""
 
 
 @click.command("export", short_help="Write a model for the gateware or another controller.")
@@ -119,7 +119,7 @@ _NOT_OF_MEAN = (
 @click.option(
     "--reversal-width",
     type=Finite(min=1e-3, max=20.0),
-    help="With --modulators: half the travel, in degrees, in which the correction changes over "
+    help="With --modulators: half of the angle, in degrees, over which the correction changes "
     f"after a reversal. Default: as the model's hysteresis, or {USUAL_REVERSAL_WIDTH_DEG:g}.",
 )
 @click.option(

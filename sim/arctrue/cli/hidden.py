@@ -212,8 +212,8 @@ def print_result(result: HiddenResult) -> None:
     console.print(curves)
     without, with_effect = (result.fresh_capture_arcsec[key] for key in ("without", "with"))
     say(
-        f"Fresh capture, nothing fitted: {without:.3f}″ RMS left without the effect, "
-        f"{with_effect:.3f}″ with it"
+        f"Fresh capture, nothing fitted: residual {without:.3f}″ RMS of the model without the "
+        f"effect, {with_effect:.3f}″ with it"
     )
     if result.reversal_arcsec is not None:
         paper, corrected = (result.reversal_arcsec[key] for key in ("paper", "corrected"))

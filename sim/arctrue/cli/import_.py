@@ -267,7 +267,7 @@ def _typed(value: object) -> str:
 
 
 def _print(files: Sequence[Path], imported: Imported) -> None:
-    grid = table("Columns", *map(words, ("file", "column", "is", "unit", "said by")))
+    grid = table("Columns", *map(words, ("file", "column", "quantity", "unit", "assigned by")))
     for path, sources in zip(files, imported.mapped, strict=True):
         for name, source in sources.items():
             grid.add_row(path.name, source.column, name, source.unit or "–", source.said_by)

@@ -100,8 +100,8 @@ def life(
 
     All sets come from one machine; each has a `date` in its measurement.toml. The command fits the
     model of --model, or the paper's model, to each set anew, and lists sets that it cannot use.
-    FOLDER may be the store of arctrue device run, whose captures are dated sets. Exit code 1: an
-    alarm: a size exceeds its limit, or may exceed it within --horizon. 2: bad input, or no daemon
+    FOLDER may be the store of arctrue device run, whose captures are dated sets. Exit code 1
+    (alarm): a size exceeds its limit, or may exceed it within --horizon. 2: bad input, or no daemon
     accepted the alarms.
     """
     model = load_model(model_file)
@@ -143,7 +143,7 @@ def _send_alarms(port: str, history: LifeHistory) -> None:
     try:
         daemon = daemon_of(port)
         if daemon is None:
-            raise ConsoleError(f"{port}: no daemon runs: arctrue device run PORT")
+            raise ConsoleError(f"{port}: no daemon runs; start: arctrue device run PORT")
         ask(daemon, "life", alarms=alarms)
     except ConsoleError as error:
         tell_error(f"the alarms were not sent: {error}")

@@ -130,7 +130,7 @@ _COLUMNS = (
     ("turn", 5),
     ("result", -8),
     ("reason", -18),
-    ("apart °", 10),
+    ("head 2 °", 10),
     ("noise″", 6),
     ("error″", 7),
     ("die °C", 6),

@@ -23,8 +23,8 @@ from arctrue.cli._tables import number, table, words
 FULL_INTERPOLATION = 1024
 COARSE_INTERPOLATION = 64
 LEAST_INTERPOLATION = 16
-"""Smallest interpolation factor; with a smaller one, the ramp to new coefficients lasts until after
-the polygon's cycles have begun."""
+"""Smallest interpolation factor; with a smaller factor, the ramp to new coefficients has not ended
+when the polygon's cycles begin."""
 
 
 @click.command(short_help="Repeat the paper's experiment on the virtual instrument.")

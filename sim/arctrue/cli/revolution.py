@@ -98,8 +98,9 @@ def revolution(
 def _heads_of(result: RevolutionResult) -> str:
     settings = result.settings
     if settings.heads == 2:
-        return f"heads {settings.alpha_error_arcsec:g}″ off 33°"
-    return f"mean of {result.telemetry.get('mean_of_heads', 1)} heads up to 50″ off their places"
+        return f"angle between the heads 33° + {settings.alpha_error_arcsec:g}″"
+    heads = result.telemetry.get("mean_of_heads", 1)
+    return f"mean of {heads} heads, each within 50″ of its planned place"
 
 
 def _print(result: RevolutionResult) -> None:

@@ -24,7 +24,7 @@ PLACE_PARAMETERS = ("separation_deg", "head3_deg", "head4_deg")
 STEPS = (
     "Turn the table twice in its positive direction, by hand or by its drive.",
     "Let the table turn forward at constant speed until the capture has ended.",
-    "Let it turn backward at the same speed.",
+    "Let the table turn backward at the same speed until the capture has ended.",
 )
 """Movement that each step needs, as an instruction to the operator."""
 CONNECTION_COLUMNS = ("cable", "moved turns", "index", "place °", "is at head")
@@ -108,7 +108,7 @@ def planned_places(device: Parameters) -> tuple[float, ...]:
 
 def read_heads_table(console: Console) -> list[tuple[str, ...]]:
     """Return the cells of the console's table of the heads, one row per head; "–" for a value that
-    the device does not know. Raises ConsoleError if the device does not know the table."""
+    the device does not know. Raises ConsoleError if the device has no such table."""
     lines = [tuple(line.split()) for line in console.command("show heads")]
     names = tuple(name for name, _ in TABLE_COLUMNS)
     if not lines or lines[0] != names or any(len(line) != len(names) for line in lines):

@@ -62,7 +62,7 @@ class DumpHead:
         """
         heads = {len(row) for row in rows.values()}
         if len(heads) != 1:
-            raise ValueError(f"rows have {sorted(heads)} heads; expected as many in each row")
+            raise ValueError(f"rows have {sorted(heads)} heads; expected one number for all rows")
         counts = np.array([rows[row] for row in range(self.samples)], dtype=np.int64)
         further = dict(zip(FURTHER_HEADS, counts.T[2:], strict=False))
         clocks = self.start_time + self.period_clocks * np.arange(self.samples)

@@ -29,8 +29,8 @@ _INTERNET = (socket.AF_INET, socket.AF_INET6)
 
 
 def bind_to(interface: str) -> None:
-    """Set the environment variables that tell EPICS to use one interface only; call this before
-    softioc starts. PVXS ignores them for one socket, see :func:`confine_to_loopback`."""
+    """Set the environment variables that restrict EPICS to one interface; call this before softioc
+    starts. PVXS ignores them for one socket, see :func:`confine_to_loopback`."""
     for name in ("EPICS_CAS_INTF_ADDR_LIST", "EPICS_PVAS_INTF_ADDR_LIST"):
         os.environ[name] = interface
     for name in ("EPICS_CAS_BEACON_ADDR_LIST", "EPICS_PVAS_BEACON_ADDR_LIST"):

@@ -14,8 +14,8 @@ else:
     import termios
 
     PORT_ERRORS: tuple[type[Exception], ...] = (OSError, ValueError, termios.error)
-    """Exceptions that pyserial lets through when a port cannot be opened; its own SerialException
-    is an OSError, and the error of termios is none."""
+    """Exceptions of pyserial when a port cannot be opened; its own SerialException is an OSError,
+    termios.error is not."""
 
 COMMAND_SHOWN = 200
 """Largest number of characters of another program's command line that a message shows."""

@@ -103,7 +103,7 @@ def state_of(console: Console) -> FlashState:
         int(answers.get("started_from", "0"), 16),
     )
     if not state.sector_bytes:
-        raise FlashRefusedError("the device reads the ID of a flash that it does not know")
+        raise FlashRefusedError("the device does not support the flash with this ID")
     return state
 
 
@@ -147,7 +147,7 @@ def _compare(console: Console, data: bytes, address: int, first: int, last: int)
         answer = _ask(console, f"flash check {address + place:X} {len(part):X}")
         if answer[0] != f"crc {zlib.crc32(part):08X}":
             raise FlashRefusedError(
-                f"the flash from {address + place:#x} on does not contain what was sent; does "
+                f"the flash from {address + place:#x} on does not contain the sent data; does "
                 "another program write to the flash?"
             )
 

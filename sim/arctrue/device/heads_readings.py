@@ -40,7 +40,7 @@ def read_heads(
     ``seconds`` have passed.
 
     ``tell`` is called with the number of turns so far. Raises ConsoleError if the device does not
-    know the command or its answer has another form.
+    have the command or its answer has another form.
     """
     positions, angles, indexed = [], [], []
     end = time.monotonic() + seconds

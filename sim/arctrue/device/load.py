@@ -167,8 +167,8 @@ def load_frames(
     that the heads cannot see, lanes that follow a word of the processor. With ``force`` it also
     accepts orders that turns leave undecided. Without ``sets`` the sets for a missing head are
     omitted. If the set corrects a mean of heads, the lines also define this mean. Raises ValueError
-    for an offset without a mean, which the device does not accept, and for parts for which the
-    console has no command.
+    for an offset without a mean, which the device refuses, and for parts that no console command
+    can load.
     """
     mean = _mean_of(coefficients)
     if coefficients.offset and mean is None:
@@ -432,7 +432,7 @@ def wait_until_judged(console: Console, sent: SentSet, seconds: float) -> tuple[
         raise ConsoleError(
             f"{console.port}: waiting for a turn "
             + " and one ".join(_WAITED[name] for name in status.waits_for)
-            + f" for {seconds:g} s; nothing is loaded. Load again while the table turns so, "
+            + f" for {seconds:g} s; nothing is loaded. Load again while the table turns like this, "
             "or load the lanes that follow a condition without a test (--force)"
         )
     if status.undecided:

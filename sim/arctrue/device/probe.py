@@ -180,5 +180,5 @@ def _value(answers: dict[str, str], name: str, console: Console) -> float:
     except (KeyError, ValueError) as error:
         raise ConsoleError(
             f"{console.port}: the device does not state {name}: does it have a core, and firmware "
-            "that knows the command probe? `status` on its console shows it"
+            "with the command probe? `status` on its console shows it"
         ) from error

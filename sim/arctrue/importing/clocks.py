@@ -120,7 +120,7 @@ def _coarse(reference_time_s: Float, reference_turns: Float, time_s: Float, turn
     product = np.fft.irfft(
         np.fft.rfft(first, size) * np.conj(np.fft.rfft(second, size)), size
     ) / np.sqrt((first @ first) * (second @ second))
-    # # The absolute value is used, because encoder and reference may count in opposite directions.
+    # The absolute value is used, because encoder and reference may count in opposite directions.
     match = np.abs(product)
     best = int(np.argmax(match))
     longest = max(first.size, second.size) / min(first.size, second.size)

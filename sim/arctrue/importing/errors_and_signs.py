@@ -190,7 +190,7 @@ def _refuse_standstill(rows: FileRows, reading: Float, target: Float) -> None:
             where = rows.angles[still][0] * 360.0
             column = rows.sources[still].column if still in rows.sources else still
             more = (
-                "A reference angle moves with the table: name the column that does"
+                "A reference angle changes when the table turns: name a column that changes"
                 if still == "target"
                 else "Is the encoder connected, and is this its column? Name the right one"
             )

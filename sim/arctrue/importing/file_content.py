@@ -94,7 +94,7 @@ class FileContent:
         Parameters
         ----------
         message : str
-            Text that says what was expected, what was found and what to do.
+            Text that states the expected and the found content, and the remedy.
         row : int, optional
             Index of the row, from 0.
         column : str, optional

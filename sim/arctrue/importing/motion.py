@@ -14,10 +14,10 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 LARGEST_REVERSAL_TURNS = 1.0 / 360.0
-"""Angle of a reversal that always ends a pass, whatever the range is: one degree; chosen."""
+"""Reversal, in turns, that ends a pass for any range of the angle: one degree, a chosen value."""
 REVERSAL_SHARE = 0.01
-"""Angle of a reversal that ends a pass, as a share of the whole range, if this is less than one
-degree; a smaller reversal is noise. Chosen."""
+"""Reversal that ends a pass, as a share of the whole range, if this is less than one degree; a
+smaller reversal counts as noise. A chosen value."""
 LEAST_ROWS_A_PASS = 4
 """Smallest mean number of rows in a pass; if passes are shorter, the rows are not in order of
 angle."""

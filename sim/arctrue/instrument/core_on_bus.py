@@ -183,12 +183,12 @@ class CoreOnBus(CompiledCore):
         _now(self.registers.command(*names))
 
     def snapshot(self) -> Snapshot:
-        """Return the positions of both heads and of the corrected output at one clock.
+        """Return positions, angles and times of heads 1 and 2 and of the output at one clock.
 
         Returns
         -------
         Snapshot
-            The positions and the clock.
+            The state of the core at this clock.
         """
         return _now(self.registers.snapshot())
 

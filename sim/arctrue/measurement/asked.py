@@ -2,8 +2,8 @@
 
 A requested run of the heads repeats the first run of the set, with at most one condition changed
 (for example the speed). A requested reference run repeats the reference run of the set in a similar
-way, or is the first one. The recorded run is compared with the run that it repeats, within the
-limits below.
+way, or is the set's first reference run. The recorded run is compared with the run that it repeats,
+within the limits below.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ MORE_TURNS = 30
 MORE_SAMPLES = 5
 FACES = 24
 TURNED_FACES = 1.0 / 3.0
-"""Values of a requested run: factor of the speed, rise of temperature in K, number of turns, factor
-of the samples per turn, faces of the polygon if the set does not state them, and the share of a
-face by which the polygon is turned."""
+"""Values of a requested run, in this order: factor of the speed, rise of temperature in K, number
+of turns, factor of the samples per turn, faces of the polygon if the set does not state them, and
+the share of a face by which the polygon is turned."""
 
 ENOUGH = 2.0 / 3.0
 """Fraction of the requested value (speed, rise of temperature, number) that a run must reach."""

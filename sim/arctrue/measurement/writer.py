@@ -82,8 +82,8 @@ def write_measurement_set(folder: Path | str, measurement: MeasurementSet) -> No
     Raises
     ------
     ValueError
-        If the set has neither capture nor reference, a value is not finite or above the limit
-        that the reader accepts, or the folder holds such a file but no set.
+        If the set has neither capture nor reference, if a value is not finite or exceeds the
+        reader's limit, or if a folder without a set holds a file with the name of a part of a set.
     OSError
         If the folder cannot be written.
     """
@@ -115,7 +115,7 @@ def _mask_file(measurement: MeasurementSet) -> dict[str, NDArray[Any]] | None:
     """Return the columns of mask.csv, which lists the rows that must be used although they look
     wrong; None if the set names no such rows.
 
-    The masked rows are listed too, because a set with a mask.csv decides about every row itself.
+    The masked rows are listed too, so that the file has all decisions of the user about rows.
     """
     parts = {"capture": measurement.capture, "reference": measurement.reference}
     decided = {

@@ -131,7 +131,7 @@ class _Job:
         try:
             doing = json.loads((self._folder / PROGRESS).read_text(encoding="utf-8"))["doing"]
         except (OSError, ValueError, KeyError):
-            doing = "waiting for its turn"
+            doing = "starting, or waiting until another ranking ends"
         return {"doing": doing, "seconds": seconds}
 
     @property

@@ -180,9 +180,9 @@ def _history(turns: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _heads(turns: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the results for each head and for the axis from the latest turn in which the device
-    calibrated the mean of the heads, or if it corrects head 1, from the latest turn with delays of
-    the heads. The left-out heads and the parity come from the latest turn of all."""
+    """Return the results for each head and for the axis. They come from the latest turn in which
+    the device calibrated the mean of the heads or, if there is none, from the latest turn with
+    delays of the heads. The left-out heads and the parity come from the latest turn."""
     keys = ("places_deg", "late_ns")
     now = next((turn for key in keys for turn in reversed(turns) if turn.get(key)), None)
     if now is None:

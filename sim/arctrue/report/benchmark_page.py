@@ -43,11 +43,11 @@ FIGURES = {CALIBRATION_ERROR: "calibration_error", LOG_SCORE: "log_score_gain"}
 HEAD = """# How often the diagnosis is right
 
 `arctrue benchmark` hides causes in simulated tables and gives the diagnosis only the folder of the
-measurement set. The truth is compared with the answer and with an *oracle*: the generalised
-likelihood ratio that knows the cause's exact form and the covariance by which the noise was
-drawn. It *sees* a cause that it would find in 95 % of such sets at a false alarm of 1 %; this
-false alarm includes its search for an order, a frequency or an instant. A cause that changes the
-prediction by less than half a count RMS does not count as visible.
+measurement set. The answer is compared with the truth and with an *oracle*: the generalised
+likelihood ratio, computed with the cause's exact form and the covariance by which the noise was
+drawn. The oracle *sees* a cause if it would find it in 95 % of such sets at a false alarm of 1 %;
+this false alarm includes its search for an order, a frequency or an instant. A cause that changes
+the prediction by less than half a count RMS does not count as visible.
 
     make benchmark                               # dev: 650 sets; TIER=quick, public, sealed, cases
     make benchmark TIER=calibration              # 195 sets: how often a sure answer is wrong
@@ -74,8 +74,8 @@ READING = """## How to read it
 *False name*: the answer names an effect that is not in the set; any name for a stranger is false.
 *Falsely adequate*: the answer is that nothing is missing, although the oracle sees something.
 *Right*: the answer names the truth. *First in class*: the answer is a class that this set cannot
-separate, and the truth is first in it. *In class*: the truth is listed, but another is first. Of
-several causes each counts as the truth. A wrongly stated separation of the heads is a
+separate, and the truth is first in it. *In class*: the truth is listed, but another is first. If
+a set has several causes, each counts as the truth. A wrongly stated separation of the heads is a
 `head_angle_error`. *Silent*: the answer is `cannot_tell`, although the oracle sees something.
 *Stranger*: a cause that no effect of the catalogue and no product of parts describes. *Product of
 parts*: a condition (temperature, speed, settling) times a wave of one order on the disc, the stator

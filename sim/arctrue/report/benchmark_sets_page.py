@@ -38,7 +38,7 @@ frequency: the right name at another order or frequency is a false name. A dampe
 noise counts as a cause that the catalogue does not have: `unknown` is right if the diagnosis states
 the oscillator's frequency within the half width at half power.
 
-The oracle is an ideal test, which knows the form of the cause and the noise. The oracle of the
+The oracle is an ideal test that uses the true form of the cause and the noise. The oracle of the
 second generator removes from each cause, by projection, 20 orders, the offsets of the runs and all
 other causes, and whitens the result with the spectrum of the drawn noise.
 

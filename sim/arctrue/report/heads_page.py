@@ -104,8 +104,8 @@ def _fault_table(found: Mapping[str, Any]) -> tuple[str, ...]:
         f"and if head k is the only head for which this is true. Axis motion of {motion} changes "
         "the "
         f"difference of two heads on a radius of {one['radius_m'] * 1e3:g} mm by up to "
-        f"{one['axis_counts']:.1f} counts (at 2²⁴ counts per turn, "
-        f"on a radius r, by {one['axis_counts_mm']:.0f} counts · mm / r); an eccentricity of "
+        f"{one['axis_counts']:.1f} counts at 2²⁴ counts per turn "
+        f"(on a radius r: {one['axis_counts_mm']:.0f} counts · mm / r). An eccentricity of "
         f"{eccentricity} adds up to {one['swing_counts']:.1f} counts",
         f"in {one['watched_s'] * 1e3:.2f} ms at {fast}. Under these conditions, with a limit of "
         f"{step} counts, the gateware never "

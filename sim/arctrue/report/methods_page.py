@@ -71,7 +71,7 @@ def methods_page(found: Mapping[str, Any]) -> str:
             "",
             "`arctrue methods` calibrates one simulated table with each method of the paper's "
             "introduction and with two to four heads. The command compares each",
-            "corrected angle with the true angle, which the methods do not know, and makes this "
+            "corrected angle with the true angle, which the methods do not use, and makes this "
             "page from [methods.json](data/methods.json).",
             "",
             "```sh",

@@ -28,8 +28,8 @@ Ranking = dict[str, Any]
 ``findings``, ``regressors`` and ``device``."""
 
 SEED = 1
-"""Seed of the random draws from which the share that chance alone explains is computed; ``arctrue
-compare`` uses the same seed."""
+"""Seed of the random draws that give the share of the residual which chance alone explains;
+``arctrue compare`` uses the same seed by default."""
 
 
 def ranked(

@@ -43,7 +43,7 @@ def test_the_latest_turn_and_the_counters_are_metrics(replay: Replay, tmp_path: 
         until(lambda: ask(found, "status")["turns"] == 1)
         ask(found, "life", alarms={"hysteresis.reversal_error": "ALARM: it passes its limit."})
         for wrong in ({"": "no name"}, {"name": 1}, ["name"], {str(n): "" for n in range(101)}):
-            with pytest.raises(ConsoleError, match="are not taken"):
+            with pytest.raises(ConsoleError, match="are not accepted"):
                 ask(found, "life", alarms=wrong)
         read = samples(fetched(found, found.token))
         assert read["arctrue_turns_total", ""] == 1.0

@@ -149,7 +149,7 @@ def test_the_heads_of_a_mean_are_shown(replay: Replay, page: Page, tmp_path: Pat
         expect(rows.nth(1)).to_have_text("264.3100°20.2″1.0010000.00100012.3 ns0.600″in use")
         expect(rows.nth(2)).to_contain_text("left out")
         expect(page.locator("#heads-note")).to_have_text(
-            "By turn 2. Parity: -3.5 counts. u of a delay: 0.4 ns."
+            "From turn 2. Parity: -3.5 counts. u of a delay: 0.4 ns."
         )
         expect(page.locator("#axis-note")).to_have_text(
             "Motion that does not repeat: 0.728″ RMS, u 0.031″."
@@ -172,7 +172,7 @@ def test_the_delays_of_two_heads_are_shown(replay: Replay, page: Page, tmp_path:
         expect(page.locator("main")).to_have_attribute("data-turn", "1")
         rows = page.locator("#heads section").first.locator("tbody tr")
         expect(rows).to_have_text(["1––––0.0 ns–in use", "2––––-12.3 ns–in use"])
-        expect(page.locator("#heads-note")).to_have_text("By turn 1. u of a delay: 0.4 ns.")
+        expect(page.locator("#heads-note")).to_have_text("From turn 1. u of a delay: 0.4 ns.")
 
 
 @pytest.mark.large

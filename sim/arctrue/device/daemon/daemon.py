@@ -270,7 +270,7 @@ class Daemon:
             given = checked_machine_alarms(alarms)
             write_machine_alarms(self._settings.machine_alarms, given)
         except (ValueError, OSError) as error:
-            return {"error": f"the alarms of the machine's history are not taken: {error}"}
+            return {"error": f"the alarms of the machine's history are not accepted: {error}"}
         before, self.state.machine_alarms = self.state.machine_alarms, given
         new = [text for name, text in given.items() if before.get(name) != text]
         ended = [name for name in before if name not in given]

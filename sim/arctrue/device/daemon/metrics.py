@@ -33,7 +33,7 @@ _OF_TURN = {
     "separation_deg": ("head_separation_degrees", "Angle between the heads."),
     "noise_arcsec": ("noise_arcsec", "Noise of a reading, standard deviation."),
     "residual_arcsec": ("residual_arcsec", "Residual of the estimate, RMS."),
-    "active_arcsec": ("error_active_arcsec", "Error that the active set leaves, RMS."),
+    "active_arcsec": ("error_active_arcsec", "Remaining error with the active set, RMS."),
     "loaded_arcsec": ("error_loaded_arcsec", "Residual of the loaded orders, RMS."),
     "temperature_c": ("die_temperature_celsius", "Temperature of the die."),
     "table_c": ("table_temperature_celsius", "Temperature of the table."),

@@ -42,7 +42,7 @@ class ProbeWatch:
         """Whether the device may have a queue; False after it has refused the command."""
 
     def look(self, now_s: float) -> None:
-        """Request missing values, or events if none is missing, unless an answer is pending."""
+        """Request missing values, or events if no value is missing; wait for a pending answer."""
         if self._asked_s is not None and now_s < self._asked_s + ANSWER_S:
             return
         self._asked_s, self._answer = now_s, {}

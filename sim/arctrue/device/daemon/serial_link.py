@@ -73,7 +73,7 @@ class SerialLink:
             return
         waiting = bool(self._unsent)
         if len(self._unsent) + len(data) > MOST_UNSENT_BYTES:
-            self._lose("the device takes no bytes")
+            self._lose("the device accepts no bytes")
             return
         self._unsent += data
         if not waiting:

@@ -138,7 +138,12 @@ class Server:
         request = _request(line)
         if not hmac.compare_digest(str(request.get("token", "")).encode(), self._token):
             writer.write(
-                _line({"error": "the token is wrong; the daemon's run file has the right one"})
+                _line(
+                    {
+                        "error": "the token is wrong; the file token in the daemon's --store has "
+                        "the right one"
+                    }
+                )
             )
             return
         asked = request.get("ask")

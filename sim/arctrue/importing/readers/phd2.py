@@ -135,8 +135,8 @@ def _since_first(sections: Sequence[_Section]) -> list[float]:
 
 
 def _star_apart_deg(first: _Section, section: _Section) -> float:
-    """Return how much farther east the star is than that of the first stretch: the axis points so
-    much farther back. The result is 0 if the log does not state both right ascensions."""
+    """Return the right ascension of the star minus that of the first stretch's star. The axis
+    points farther back by this angle. The result is 0 if the log lacks one of them."""
     here, there = section.right_ascension_deg, first.right_ascension_deg
     if here is None or there is None:
         return 0.0
@@ -144,8 +144,8 @@ def _star_apart_deg(first: _Section, section: _Section) -> float:
 
 
 def _flipped_deg(first: _Section, section: _Section) -> float:
-    """Return how much farther back the axis stands because the telescope changed the side of the
-    pier.
+    """Return the angle by which the axis stands farther back after the telescope changed the side
+    of the pier.
 
     A German mount that has followed a star to the meridian turns its axis back by half a turn. The
     telescope then goes from the west side of the pier to the east side (the sides of ASCOM's

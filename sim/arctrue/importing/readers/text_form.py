@@ -143,11 +143,10 @@ def _has_comma(form: Form, data: Sequence[str]) -> bool:
 
 
 def _score(form: Form, data: Sequence[str]) -> tuple[int, int] | None:
-    """Rate a form by one group of lines, those with the same number of fields; return None if no
-    line has a number in this form.
+    """Rate a form; return None if no line has a number in this form.
 
-    Returns, for the group of lines with the highest rating, the number of numbers minus the number
-    of other fields, and the number of lines.
+    Each group of lines with the same number of fields has a rating. The function returns the
+    highest rating: the number of numbers minus the number of other fields, and the number of lines.
     """
     widths: dict[int, int] = {}
     numbers: dict[int, int] = {}

@@ -100,7 +100,7 @@ int Harness::access(bool write, uint32_t address, uint32_t *word) {
     while (bus.busy) {
         if (clock >= until) {
             bus.silence();
-            message = "nobody answers on the bus (address " + std::to_string(address) +
+            message = "the core does not answer on the bus (address " + std::to_string(address) +
                       "); is the core held in reset?";
             return -1;
         }

@@ -47,7 +47,7 @@ function showHeads(heads) {
   const parity = heads.parity_counts === null || heads.parity_counts === undefined ? "" :
     ` Parity: ${heads.parity_counts.toFixed(1)} counts.`;
   const late = typeof heads.u_late_ns !== "number" ? "" : ` u of a delay: ${heads.u_late_ns.toFixed(1)} ns.`;
-  document.getElementById("heads-note").textContent = `By turn ${heads.turn}.${parity}${late}`;
+  document.getElementById("heads-note").textContent = `From turn ${heads.turn}.${parity}${late}`;
   const [asynchronous, u] = heads.asynchronous;
   document.getElementById("axis-note").textContent = typeof asynchronous !== "number" ? "" :
     `Motion that does not repeat: ${asynchronous.toFixed(3)}″ RMS, u ${u.toFixed(3)}″.`;
@@ -103,7 +103,7 @@ async function show(state) {
   showHeads(state.heads);
   const reference = document.getElementById("reference").value, since = state.since[reference];
   document.getElementById("since").textContent = `Since turn ${since.turn} (${since.recorded} UTC), ` +
-    (reference === "first" ? "the first that the page has." : "the first with the present coefficients.");
+    (reference === "first" ? "the first turn that the page has." : "the first turn with the present coefficients.");
   const changes = since.changes.slice().sort((a, b) => b.significant - a.significant);
   rows(document.querySelector("#changed tbody"), [
     ...changes.map((c) => [c.quantity, `${c.size_arcsec.toFixed(3)}″`, `${c.u_arcsec.toFixed(3)}″`,

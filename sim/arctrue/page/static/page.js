@@ -26,7 +26,7 @@ async function draw(place) {
     if (!answer.ok) throw new Error(`${answer.status}`);
     const figure = await answer.json();
     for (const trace of figure.data) {
-      // The server states the ink of light paper; draw such a line in the ink of the present paper.
+      // The server sends the text colour of the light theme; use that of the present theme instead.
       if (trace.line && trace.line.color === "#1c2530") trace.line.color = colour("--ink");
     }
     const layout = dressed(figure.layout);
@@ -123,7 +123,7 @@ async function follow(main) {
       const answer = await fetch(main.dataset.ranking, { signal: AbortSignal.timeout(ANSWER_MS) });
       state = await answer.json();
     } catch {
-      silent += 1; // the server may be busy: ask again
+      silent += 1; // the server may be busy: request again
       if (silent === MOST_SILENT) gone(main);
       continue;
     }

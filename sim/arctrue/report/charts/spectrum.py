@@ -55,8 +55,7 @@ def spectrum(residuals: Residuals, along: Along = "order") -> Chart:
 def all_spectra(residuals: Residuals) -> Chart:
     """Draw orders, frequencies and periods in three columns, with one row per channel.
 
-    The dashed line is the amplitude that one in a hundred draws of the fitted noise exceeds
-    anywhere in its panel.
+    One in a hundred draws of the fitted noise exceeds the dashed line somewhere in its panel.
     """
     panels = [
         _panel(residuals, channel, along)
@@ -80,9 +79,9 @@ def _panel(residuals: Residuals, channel: str, along: Along) -> Panel:
         title += f", from {found.rates.min():.3g}"
         title += "" if speed is None else f" (one speed: order 1 is {speed:.4g} Hz too)"
     places = 1.0 / found.rates if along == "s" else found.rates
-    # ``limit``: reduction of χ² by the two coefficients of a line that noise alone exceeds anywhere
-    # with the probability CHANCE_P. The noise, and so the amplitude at the limit, differs between
-    # rates.
+    # ``limit``: reduction of χ² by the two coefficients of a line. Noise alone exceeds it at some
+    # rate with the probability CHANCE_P. The noise differs between rates, and therefore also the
+    # amplitude at the limit.
     limit = 2.0 * np.log(max(found.trials, 1.0) / CHANCE_P)
     chance = found.amplitude_arcsec * np.sqrt(limit / np.maximum(found.gain, 1e-30))
     shown = _highest(found.amplitude_arcsec)
