@@ -11,13 +11,12 @@ from sim.tests.workbench.small_sets import measurement_set
 
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.diagnose.diagnosis import diagnose
-from arctrue.workbench.diagnose.jumps import Jump
-from arctrue.workbench.diagnose.regular import _is_one_count
 from arctrue.workbench.diagnose.survey import Survey
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference import left as left_module
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit
+from arctrue.workbench.inference.forward.events import Step
 from arctrue.workbench.inference.forward.of_solution import without_steps
 from arctrue.workbench.inference.left import Left, passes_of
 from arctrue.workbench.model.model import default_model
@@ -108,7 +107,7 @@ def test_blocks_confirm_what_removes_most_of_the_error(
     [(-20.3, 20.0, True), (31.0, 20.0, False), (3.0, 0.0, False), (3.0, 0.01, False)],
 )
 def test_a_jump_of_one_display_step_is_no_jump(size: float, quantum: float, one: bool) -> None:
-    assert _is_one_count(Jump(size, 0.4, 1.0, None, None, 50.0), quantum) is one
+    assert Step(9, 1.0, size, 0.4, 50.0).may_be_one(quantum) is one
 
 
 def _log(error: np.ndarray, step_s: float) -> MeasurementSet:
