@@ -40,11 +40,11 @@ def added(effect: Effect, residuals: Residuals) -> Solution | None:
 
 
 def best_form(effect: Effect, residuals: Residuals) -> Effect:
-    """Return the form of an effect with the best evidence, minus the BIC penalty of its parameters
-    and of the forms that were tried; each form has the noise that is estimated with it.
+    """Return the form of an effect with the largest gain minus BIC penalty. The penalty counts its
+    parameters and the forms that were tried; each form has the noise that is estimated with it.
 
-    Only the effect itself and the forms that fit best with the noise of the model, with its white
-    part, or with the noise that is estimated with the effect, are compared.
+    The candidates are the effect itself and the best forms with three noises: the noise of the
+    model, its white part, and the noise that is estimated with the effect.
     """
     if not effect.narrowed_when_added:
         return effect

@@ -40,10 +40,11 @@ def gains_at_its_level(
 
     The local RMS is that of the residuals with the effect in the model, so that the effect itself
     is no change of the level. The residuals with the effect are smallest in the rows that determine
-    it, which are often the loud rows: each is divided by the share of the row that the columns
-    leave free (MacKinnon and White, J. Econometrics 29 (1985) 305). Few rows can still hide their
-    noise in the effect. Without ``takes_most`` (the effect removes most of the error), the
-    residuals without the effect are therefore used as well, which only understate the gain.
+    it, which are often the loud rows. Each residual is therefore divided by the share of its row
+    that the columns leave free (MacKinnon and White, J. Econometrics 29 (1985) 305). Few rows can
+    still hide their noise in the effect. Without ``takes_most`` (the effect removes most of the
+    error), the residuals without the effect are therefore used as well; they only understate the
+    gain.
     """
     left, rows = base.reference_whitened, base.reference_design
     capture, own = base.whitened_columns(effect, nonlinear)

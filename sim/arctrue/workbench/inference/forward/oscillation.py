@@ -208,9 +208,9 @@ def oscillation_in_capture(solution: Solution) -> Oscillation | None:
 
 
 def oscillation_in_reference(solution: Solution) -> Oscillation | None:
-    """Return the resonance in the longest stretch of the reference that the averaged rows of
-    :func:`records_of` do not show, because it is faster or the rows are stations; None if there is
-    none."""
+    """Return the resonance in the longest stretch of the reference; None if there is none. The
+    averaged rows of :func:`records_of` do not show this resonance, because it is too fast or the
+    rows are stations."""
     found = longest_stretch(solution)
     if found is None:
         return None
