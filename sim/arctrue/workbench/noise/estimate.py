@@ -195,8 +195,9 @@ def _uneven(rows: ChannelRows, law: NoiseLaw) -> NoiseLaw | None:
         whitened = whitened / run_scale[run]
     bins = angle_bins(rows.angle_rad)
     angle_scale = _scales(whitened, bins, ANGLE_BINS)
-    # Gusts move the reference; both heads of a capture are at the same table. A slip makes one part
-    # of the turn loud in one pass of the capture, and this scale then lets the slip be found.
+    # Gusts act on the reference only, because both heads of a capture are on the same table. In a
+    # capture, a slip makes one part of the turn loud in one pass, and this scale helps to find the
+    # slip.
     of_gusts = rows.channel == "reference"
     if of_gusts and angle_scale is not None and not _repeats(whitened, bins, _passes(rows)):
         angle_scale = None
