@@ -59,8 +59,8 @@ def observations_of(
     False, every row is used except the rows that the set masks.
 
     Raises ValueError for a capture without counts_per_rev or head_separation_deg, with another
-    number of heads than the table has angles, or with a count too far from the index, and for a
-    channel whose rows are all masked.
+    number of heads than the table has angles, or with a count too far from the index. Raises it
+    also for a channel whose rows are all masked.
     """
     facts, capture, reference = measurement.table, measurement.capture, measurement.reference
     separation = float(np.radians(facts.head_separation_deg or 0.0))

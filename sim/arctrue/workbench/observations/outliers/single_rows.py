@@ -44,7 +44,8 @@ only a little."""
 OF_A_STEP = 0.5
 """Largest distance of a row from the rows on one side, as a share of its distance from the rows on
 both sides, at which the row belongs to that side of a step: an outlier has about the same distance
-from both sides. Half is at least NEAR_SIGMA, because an outlier is FAR_SIGMA away."""
+from both sides. Half of the distance is at least NEAR_SIGMA, because an outlier is FAR_SIGMA
+away."""
 TO_MIDDLE = SIDE_ROWS // 2 + 1
 """Distance, in rows, to the middle of the SIDE_ROWS rows before or after a row."""
 LEAST_ROWS = 3 * SIDE_ROWS
@@ -70,8 +71,8 @@ NORMAL_MAD = 1.4826
 LEAST_VISITS = 4
 """Smallest number of readings of a station among which a single wrong reading can be recognised."""
 LEAST_PASS_ROWS = 3
-"""Smallest number of rows of a pass in which a single wrong reading can be recognised: the other
-two rows must agree against it."""
+"""Smallest number of rows of a pass in which a single wrong reading can be recognised: two other
+rows then agree with each other."""
 SAME_PLACE_ROWS = 1.5
 """Largest distance, in steps between rows, of rows in different revolutions that count as the same
 angle."""
@@ -407,8 +408,8 @@ def station_outliers(
     size = np.diff([0, *edges.tolist(), error_arcsec.size])
     pass_of = np.repeat(np.arange(size.size), size)
     away = error_arcsec - _medians(error_arcsec, pass_of)
-    # The median of a pass of one or two rows is the rows themselves. It does not show by how much
-    # the pass deviates, so that these rows must not enter the median of their stations.
+    # The median of a pass of one or two rows follows its rows. It does not show by how much the
+    # pass deviates, so that these rows must not enter the median of their stations.
     short = size[pass_of] < LEAST_PASS_ROWS
     station = np.where(short, int(station.max(initial=0)) + 1 + np.arange(station.size), station)
     away -= of_the_others(away, station)
@@ -433,8 +434,8 @@ def at_a_step(rows: Integer, values: Float, away: Float, piece: Integer) -> Bool
 
     ``values``, ``away``, ``piece`` (number of the pass): shapes (all rows,). The result is True if
     the row differs by less than OF_A_STEP of ``away`` from most of the SIDE_ROWS rows before or
-    after it in its piece, and from at least MOST_ROWS. The rows of an outlier are MOST_ROWS with
-    the row itself.
+    after it in its piece, and from at least MOST_ROWS of them. A group of outliers has at most
+    MOST_ROWS rows, so that fewer others agree with one of its rows.
     """
     found = np.zeros(rows.size, dtype=bool)
     for number, row in enumerate(rows.tolist()):
