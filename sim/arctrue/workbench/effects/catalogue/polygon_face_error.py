@@ -24,8 +24,9 @@ WIDEST_PLACE = 3
 """Largest number of neighbouring faces that are tested together as one place of the table: three of
 24 faces are an eighth of a turn."""
 LEAST_FACES_LEFT = 0.1
-"""Smallest share of the face errors' mean square that must remain without order 1, to be faces of
-their own. A wave with a smaller remainder (a third of its size) may be a wave of another shape."""
+"""Smallest share of the face errors' mean square that must remain without order 1 to count as face
+errors. A smaller remainder, less than a third of the wave, may belong to a wave that is no
+sinusoid."""
 SURE_P = 1e-4
 """Significant face errors remain without order 1 if their p is at most this: the limit of a sure
 lack of fit."""
