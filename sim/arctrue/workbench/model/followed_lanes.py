@@ -296,7 +296,7 @@ class FollowedLanes:
 
     @property
     def reversal_width_deg(self) -> float:
-        """Half the travel after a reversal in which the correction changes over, W."""
+        """W, half the travel over which the correction changes after a reversal."""
         assert self.settings is not None
         if self.settings.reversal_width_deg is not None:
             return self.settings.reversal_width_deg
