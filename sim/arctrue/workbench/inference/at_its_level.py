@@ -1,9 +1,9 @@
 """Tests an effect of the reference in noise whose level changes with time, such as gusts of wind.
 
-The estimated noise has one level. Where a gust begins, slow noise also jumps to the new level, so
-that a few rows of the record decide on the size of an effect that does not exist. Here the
-uncertainty of the size follows from the scatter of the rows that determine it (the estimate of
-White, Econometrica 48 (1980) 817, for rows of unequal variance).
+The estimated noise has one level. Where a gust begins, the slow part of the noise jumps too. A few
+rows there then determine the size of an effect that does not exist. Here the uncertainty of the
+size follows from the scatter of the rows that determine it (the estimate of White, Econometrica 48
+(1980) 817, for rows of unequal variance).
 """
 
 from __future__ import annotations

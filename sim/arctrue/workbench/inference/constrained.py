@@ -57,10 +57,10 @@ MET = 1e-3
 uncertainty. A bound counts as reached if the value is nearer to it than this."""
 
 POINT = 0.1
-"""An equation holds at a single point of its unknowns, such as an amplitude at 0, if its slope
-there is less than this share of its slope one standard uncertainty away from that point. The slope
-of an amplitude is 1 everywhere except within the steps of the difference quotient, 1e-4 standard
-uncertainties, around 0."""
+"""An equation holds only at a single point of its unknowns (such as an amplitude at 0) if its slope
+there is less than this share of its slope one standard uncertainty away. The slope of an amplitude
+is 1 everywhere except within the steps of the difference quotient, 1e-4 standard uncertainties,
+around 0."""
 
 
 class ConditionError(ValueError):

@@ -41,8 +41,9 @@ def model_of_stations(rows: ReferenceRows, most_order: int = MOST_ORDER) -> Mode
 
 
 def require_whole_turn(observations: Observations) -> None:
-    """Raise ValueError if the rows of a set leave a gap in the turn as long as half a wave of order
-    MOST_ORDER, the highest order of the default model; this order could take any value in the gap.
+    """Raise ValueError if the rows of a set leave a gap in the turn of half a wave of order
+    MOST_ORDER or more. This order, the highest of the default model, could take any value in the
+    gap.
     """
     rows = [
         part.angle_rad
@@ -101,8 +102,8 @@ def _is_default(entry: ModelEffect) -> bool:
 
 
 TURN_RAD_SHARE = 0.9
-"""Smallest share of 6.28° that the targets cover if they look like one turn in radians: 10 or more
-stations of a turn, the last of which does not repeat the first, cover nine tenths."""
+"""Targets look like one turn in radians if they cover at least this share of 6.28°. Ten stations of
+a turn cover nine tenths, because the last station does not repeat the first."""
 WHOLE_TURN_RAD = 2.0 * np.pi + 0.005
 """Largest arc, in degrees, that looks like one turn in radians: 2π, written with two decimals."""
 

@@ -26,9 +26,9 @@ LEAST_ROWS_A_BIN = 40
 """Smallest number of rows in a bin; with this number, the scatter of the bin has an uncertainty of
 11 %, 1/√(2·40)."""
 LEAST_ROWS_A_CELL = 5
-"""Smallest number of rows of one pass in a part of the turn whose scatter is compared with that of
-other passes; the logarithm of a mean of five squares is nearly normal (Bartlett and Kendall, J. R.
-Stat. Soc. Suppl. 8 (1946) 128)."""
+"""Smallest number of rows of a pass in a part of the turn; with fewer rows, their scatter is not
+compared with that of other passes. The logarithm of a mean of five squares is nearly normal
+(Bartlett and Kendall, J. R. Stat. Soc. Suppl. 8 (1946) 128)."""
 ROBUST_LIMIT = 4.0
 """Limit of whitened residuals: larger residuals are clipped to this limit before their scatter is
 estimated."""

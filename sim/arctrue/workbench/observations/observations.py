@@ -21,7 +21,7 @@ INDEX_SCATTER_COUNTS = 1.0
 
 @dataclass(frozen=True, eq=False)
 class Observations:
-    """Measured rows of a set, and what the set states about its table."""
+    """Measured rows of a set, and the properties of its table that the set states."""
 
     title: str
     """Title of the set."""

@@ -22,11 +22,11 @@ line leave 385″ RMS with a gap of 30°, 1.7″ with 60° and 0.006″ with 90�
 extension: Huybrechs, SIAM J. Numer. Anal. 47 (2010) 4326); the error of a table is between these
 values."""
 ARC_CONDITION = 1e-6
-"""The fit over an arc sets singular values to zero that are a smaller share than this of the
-largest one, because the rows of an arc cannot separate all orders."""
+"""The fit over an arc sets singular values below this share of the largest one to zero, because the
+rows of an arc cannot separate all orders."""
 SAME_ANGLE_RAD = 0.1 * RAD_PER_ARCSEC
-"""The target is the angle of the reference if reading − target − error scatters by less than this
-value, the rounding of a file, plus a tenth of the error's scatter."""
+"""Rounding of a file. The target is the angle of the reference if reading − target − error scatters
+by less than this value plus a tenth of the error's scatter."""
 MOST_FITTED = 20_000
 """The fit over more rows uses evenly spread rows; their number is at least this value and less than
 twice this value."""

@@ -266,7 +266,7 @@ class ReferenceRows(_Sliceable):
     visit."""
     angle_rad: Float
     """True angle θ of the table at the station: the reading minus the measured error, because the
-    servo brings the reading, not θ, to the target; the target if the readings are not known.
+    servo brings the reading, not θ, to the target. If the readings are not known, it is the target.
     """
     line_rad: Float
     """Disc angle of the lines under head 1 at the station: its reading; ``angle_rad`` if the set

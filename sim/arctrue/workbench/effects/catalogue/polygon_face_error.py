@@ -205,8 +205,8 @@ def _largest_wave(values: NDArray[np.float64], first: int = 1) -> tuple[int, flo
 
 
 def _serial(values: NDArray[np.float64], first: int) -> tuple[float, float]:
-    """Return the correlation of neighbouring faces around the circle, and the p value of one at
-    least as large if the errors are independent (von Neumann's ratio on a circle).
+    """Return the correlation of neighbouring faces around the circle, and the probability of a
+    correlation at least as large if the errors are independent (von Neumann's ratio on a circle).
 
     Anderson (Ann. Math. Stat. 13 (1942) 1) gives the distribution from the eigenvalues cos(2πk/n)
     of the orders k. Orders below ``first`` have been removed; their eigenvalues are

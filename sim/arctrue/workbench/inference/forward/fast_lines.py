@@ -66,8 +66,8 @@ def fast_lines(
 
 
 def changes_evenly(place: Float, other: Float, stretch: Integer) -> bool:
-    """Tell whether the coordinate changes in proportion to another one, so that both show the same
-    lines: up to the highest rate, the phase of no line differs by more than FINE periods."""
+    """Tell whether the coordinate changes in proportion to ``other``, so that both show the same
+    lines. The phase of a line up to the highest rate then differs by at most FINE periods."""
     steps = np.abs(np.diff(place))[np.diff(stretch) == 0]
     step, from_mean = float(np.median(steps)), other - other.mean()
     square = float(from_mean @ from_mean)

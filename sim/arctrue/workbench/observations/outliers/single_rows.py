@@ -1,9 +1,9 @@
 """Finds single rows that are wrong in a recording, before any model is fitted.
 
-A row is an outlier if its value is far from the values of the rows before it and of the rows after
-it, alone or with at most two neighbours, and if no similar deviation occurs at the same angle in
-other revolutions. Real deviations differ from outliers: after a lost count the deviation stays, a
-scratch recurs at its angle in both heads, and a vibration continues.
+A row, alone or with at most two neighbours, is an outlier if its value is far from the values
+before it and after it. In addition, no similar deviation may occur at the same angle in other
+revolutions. Real deviations differ from outliers: after a lost count the deviation stays, a scratch
+recurs at its angle in both heads, and a vibration continues.
 """
 
 from __future__ import annotations
@@ -42,10 +42,9 @@ LEAST_SIDE_ROWS = 5
 """Smallest number of rows in the median on a side near an end; two wrong rows change this median
 only a little."""
 OF_A_STEP = 0.5
-"""Largest distance of a row from the rows on one side, as a share of its distance from the rows on
-both sides, at which the row belongs to that side of a step: an outlier has about the same distance
-from both sides. Half of the distance is at least NEAR_SIGMA, because an outlier is FAR_SIGMA
-away."""
+"""A row belongs to one side of a step if its distance from the rows on that side is at most this
+share of its distance from the rows on both sides. An outlier has about the same distance from both
+sides. Half of that distance is at least NEAR_SIGMA, because an outlier is FAR_SIGMA away."""
 TO_MIDDLE = SIDE_ROWS // 2 + 1
 """Distance, in rows, to the middle of the SIDE_ROWS rows before or after a row."""
 LEAST_ROWS = 3 * SIDE_ROWS
@@ -59,8 +58,8 @@ WAVE_ORDERS = 20
 """Number of orders, as in the paper's model, that are subtracted before rows on both sides of a gap
 are compared."""
 WAVE_CONDITION = 1e-6
-"""The fit of the wave sets singular values to zero that are a smaller share than this of the
-largest one, because the rows of an arc cannot separate all orders."""
+"""The fit of the wave sets singular values below this share of the largest one to zero, because the
+rows of an arc cannot separate all orders."""
 MOST_FITTED = 20_000
 """The wave of a longer run is fitted to evenly spread rows; their number is at least this value and
 less than twice this value."""
