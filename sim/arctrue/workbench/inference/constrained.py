@@ -116,8 +116,8 @@ def constrained_fit(solution: Solution, conditions: Sequence[Condition]) -> Cons
         found = conditioned(replace(found.solution, noise=noise), conditions)
     if not found.slopes.size or not directions_of(found.solution).undetermined.size:
         return found
-    # In a pseudo-inverse, unknowns that the rows determine only together vary together, so that a
-    # condition on one of them would seem to determine the others.
+    # The rows may determine unknowns only in combination. In a pseudo-inverse, such unknowns vary
+    # together, so that a condition on one of them would seem to determine the others.
     kept = directions_of(found.solution, equations=found.slopes).covariance
     shared = sum(found.solution.widths)
     return replace(

@@ -341,8 +341,9 @@ class Visits:
         ``change_arcsec``: change of the prediction of every row by the effect. Every pass repeats
         the errors of the same places, so that the sample consists of places, not of rows. The
         result is 0 if the effect is no function of the place, or if no repeated error remains with
-        it, because the passes then show its uncertainty. It is also 0 if the remaining errors of
-        neighbouring places are similar, because these are no independent errors of the places.
+        it, because the scatter of the passes then gives its uncertainty. It is also 0 if the
+        remaining errors of neighbouring places are similar, because these are no independent errors
+        of the places.
         """
         used = self.of_row >= 0
         cells = _cell_means(self.of_row, change_arcsec, self.place.size)
@@ -468,7 +469,7 @@ def visits_of(solution: Solution) -> Visits | None:
     """Return the visits of the places of a reference; None if no second pass repeats its places.
 
     A log of several turns may repeat its error in each turn, or only at the same angle of travel;
-    the passes that agree better decide.
+    the case in which the passes agree better is chosen.
     """
     rows, left = solution.observations.reference, solution.reference_residual_arcsec()
     if rows is None or left is None or "reference" in solution.unknown_noise:

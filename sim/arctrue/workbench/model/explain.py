@@ -122,7 +122,7 @@ def explain(
     """Add the effects that the diagnosis names, drop effects that others replace, and diagnose
     again.
 
-    Effects that ``model`` had stay. Raises NotTestableError for an effect of ``model`` that the set
+    All effects of ``model`` stay. Raises NotTestableError for an effect of ``model`` that the set
     cannot test.
     """
     grown, solution = fitted(model, observations, effects)

@@ -10,8 +10,8 @@ from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.display_step import display_step
 
 ARCSEC_PER_ARCMIN = 60.0
-"""Ratio of the two smallest units of angle: errors in arcminutes, degrees or radians repeat at
-least this many times better than the stated uncertainty."""
+"""Ratio of the two smallest units of angle. Errors written in arcminutes, degrees or radians seem
+to repeat at least this many times better than the stated uncertainty."""
 
 LEAST_PLACES = 12
 """Fewest places that runs in both directions share. Twelve pairs of independent readings have a

@@ -197,8 +197,8 @@ class Observations:
     def index_sigma_arcsec(self) -> float:
         """Standard deviation of the offset of R₂ − R₁ that both heads' indexes cause in a run.
 
-        The unit is arcseconds. Each index repeats as the set states; if the set does not state it,
-        to −1, 0 or 1 count with equal probability.
+        The unit is arcseconds. Each index repeats as the set states; without a statement, its error
+        is −1, 0 or 1 count with equal probability.
         """
         count = self.count_arcsec or 0.0
         if self.index_repeatability_counts is not None:

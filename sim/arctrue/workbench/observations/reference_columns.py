@@ -25,8 +25,8 @@ LEAST_RANGE_DEG = 1.0
 direction, and the noise of its angle is smaller."""
 MOST_AGAINST = 0.2
 """Largest share of steps against the direction, two or more in succession. A return to the first
-station is a single step; of random values, a quarter of the steps go against the direction in
-succession."""
+station is a single step; in random values, a quarter of the steps go against the direction, two or
+more in succession."""
 LEAST_WAY = 0.5
 """Smallest travel of a pass in its direction, relative to the range of its targets: noisy targets
 have steps against the direction, but their pass leads from one end of the range to the other."""

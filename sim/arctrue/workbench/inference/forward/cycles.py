@@ -105,8 +105,8 @@ LEAST_SIDE = 2
 """Fewest rows of a side. Runs of 24 faces with a pause of seven steps have eight changes within
 four runs if a side has two rows, and four changes if it has SIDE_ROWS."""
 LEFT_OF_CHANGES = 0.25
-"""Largest share of the squares of the changes that the means of the runs may leave: an offset lasts
-for a run, and a transient after a reversal does not."""
+"""Largest share of the sum of squared changes that the means of the runs may leave: an offset lasts
+for its run, but a transient after a reversal does not."""
 
 
 def run_change(solution: Solution, largest_p: float = CHANGES_P) -> CycleChange | None:

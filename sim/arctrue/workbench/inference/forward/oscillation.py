@@ -244,8 +244,8 @@ def _in_records(records: Iterable[Record], channel: str, rows: int) -> Oscillati
 
 
 def _first_rows(time_s: Float, left_arcsec: Float) -> Iterator[Record]:
-    """Yield the first MOST_ROWS rows, then WIDER times as many rows, averaged to as many rows as
-    before, and so on until all rows would be averaged."""
+    """Yield the first MOST_ROWS rows. Each further record contains WIDER times as many rows,
+    averaged to as many rows as before; no record contains all rows."""
     block = 1
     while block * MOST_ROWS < time_s.size:
         part = slice(block * MOST_ROWS)
