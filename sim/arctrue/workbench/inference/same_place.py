@@ -43,7 +43,7 @@ orders."""
 LEAST_LEFT = 8
 """The model's columns are removed from the passes only if each pass keeps at least this number of
 degrees of freedom; with fewer, only the mean is removed. Two passes with eight degrees of freedom
-coincide by chance with a correlation above 0.9 in one of 500 cases."""
+coincide by chance with a correlation above 0.9 in one of 2,000 cases."""
 LEAST_OWN = 0.1
 """The error of a place, or an effect, is fitted or tested only if the curves of the passes leave
 this share of its variance or more. Its standard uncertainty is then at most 3.2 times that without

@@ -68,7 +68,7 @@ curve, and the orders above it only describe any curve on this arc."""
 MOST_INFLATED = 10.0
 """Largest standard uncertainty of a coefficient on a short arc, as a multiple of that over whole
 turns with as many rows. Orders that cancel each other have far larger multiples: for 20 orders on
-240°, seventy million, and their coefficients follow any slow error."""
+240°, more than 10⁸, and their coefficients follow any slow error."""
 MOST_ROWS = 4000
 """Largest number of rows with which the orders that the arc determines are found; 200 for each wave
 of order 20 in a turn."""

@@ -23,7 +23,7 @@ SIDE_ROWS = 4
 """Rows on each side of a change, whose means are compared: a cycle of 24 faces has three such
 pairs, and slow noise over four rows is alike within and between cycles."""
 LEAST_ENDS, LEAST_INSIDE = 4, 8
-"""Fewest changes between and within cycles: with four and eight, F must exceed 25 at CHANGES_P."""
+"""Fewest changes between and within cycles: with four and eight, F must exceed 27 at CHANGES_P."""
 CHANGES_P = 1e-4
 """Largest p at which the offset is stated to change; it equals the limit of a sure lack of fit."""
 
