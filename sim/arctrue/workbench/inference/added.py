@@ -25,8 +25,8 @@ def settled(solution: Solution) -> Solution:
 def added(effect: Effect, residuals: Residuals) -> Solution | None:
     """Fit the model of ``residuals`` with one more effect; estimate noise and coefficients anew.
 
-    The model must be a fit of its own terms. The result is None if the search finds no values of
-    the search parameters.
+    The coefficients of the model must be fitted to this set. The result is None if the search finds
+    no values of the search parameters.
     """
     base = residuals.solution
     effect = best_form(effect, residuals)

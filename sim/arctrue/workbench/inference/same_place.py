@@ -54,8 +54,8 @@ equals LEAST_EXCESS, the limit of a model that is not adequate."""
 MOST_SPOTS = 40
 """Largest number of places that are tried as single places; it limits the computing time only."""
 ONE_IN = 8
-"""At most one of this number of places may count as a single place: its neighbours then show the
-usual error."""
+"""At most 1/ONE_IN of the places may count as single places: their neighbours then show the usual
+error."""
 FAMILY_WISE = 0.01
 """Probability that a single place is found by chance, over all places."""
 NEARLY_ALL = 0.9

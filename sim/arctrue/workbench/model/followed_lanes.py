@@ -308,8 +308,8 @@ class FollowedLanes:
         return 0.5 * max(widths)[1] if widths else USUAL_REVERSAL_WIDTH_DEG
 
     def extension(self, first_lane: int) -> Extension:
-        """Make the coefficient file's extension for these lanes, which follow ``first_lane`` other
-        lanes. Raises ValueError if the slope after a reversal exceeds STEEPEST_REVERSAL."""
+        """Make the coefficient file's extension for these lanes, which come after ``first_lane``
+        other lanes. Raises ValueError if the slope after a reversal exceeds STEEPEST_REVERSAL."""
         assert self.settings is not None
         assert self.observations.counts_per_rev is not None
         width_deg = self.reversal_width_deg

@@ -237,7 +237,8 @@ def _stored_capture(
 
 
 def _in_one_turn(facts: Table, columns: Capture) -> Capture:
-    """Shift the counts of each further head by whole turns to those of head 1 plus its place.
+    """Shift the counts of each further head by whole turns, so that they are nearest to those of
+    head 1 plus the angle of this head.
 
     A head that passes its index mark later than head 1 counts from a later turn.
     """

@@ -45,7 +45,7 @@ LONGER = 10.0
 Rounded values of a smooth curve keep one value at most five times as long at an extremum as next to
 it: the ratio is 2/(√2 − 1) = 4.8 for a parabola."""
 LEAST_SHARE = 0.01
-"""Smallest share of the rows of a reference that is a fault if they are equal."""
+"""Equal rows are a fault only if they are at least this share of the rows of a reference."""
 FALSE_P = 1e-6
 """Largest mean number of equal rows of this length by chance, from the share of equal rows
 elsewhere."""
