@@ -32,8 +32,8 @@ SIGNIFICANCE = 0.01
 """Largest p of a product of parts, corrected for all products that were tried, that is listed as a
 finding; it equals the limit of the diagnosis."""
 SHADOW_SHARE = 0.25
-"""A condition is a shadow if, when a stronger condition is removed from the residual, it keeps less
-than this part of its share, or if its share is then below LEAST_SHARE."""
+"""After a stronger condition is removed from the residual, a condition is a shadow if it keeps less
+than this part of its share, or if its share is below LEAST_SHARE."""
 MOST_TAKEN = 4
 """Largest number of conditions that are removed from the residual one after another; the effects of
 further conditions are too small to rank."""

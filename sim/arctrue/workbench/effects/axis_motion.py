@@ -11,8 +11,8 @@ from arctrue.workbench.numeric.harmonics import harmonic_columns
 from arctrue.workbench.observations import CaptureRows, ReferenceRows
 
 SEPARATING_HEADS = 3
-"""Smallest number of heads that separate x and y of the axis motion at an order that is not whole,
-which the disc cannot have. At a whole order, this number of heads shows only whether the axis
+"""Smallest number of heads that separate x and y of the axis motion at an order that is not whole;
+the disc has no such order. At a whole order, this number of heads shows only whether the axis
 moves."""
 
 

@@ -28,9 +28,9 @@ def one_speed(observations: Observations) -> list[str]:
 
 
 def one_velocity(observations: Observations) -> list[str]:
-    """Return a message if all rows of the capture have one speed and one direction, that is, if
-    their signed speeds differ by at most the share SAME_SPEED of the largest speed; otherwise
-    return an empty list."""
+    """Return a message if all rows of the capture have one speed and one direction; otherwise
+    return an empty list. The signed speeds may differ by the share SAME_SPEED of the largest
+    speed."""
     rows = observations.capture
     if rows is None:
         return []

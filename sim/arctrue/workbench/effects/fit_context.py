@@ -1,4 +1,4 @@
-"""Defines what effects may use of the fitted model."""
+"""Defines the parts of the fitted model that effects may use."""
 
 from __future__ import annotations
 

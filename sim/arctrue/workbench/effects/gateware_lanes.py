@@ -1,4 +1,4 @@
-"""Describes what the gateware can correct: lanes, lanes that follow a condition, local errors."""
+"""Describes the corrections of the gateware: lanes, lanes that follow a condition, local errors."""
 
 from __future__ import annotations
 

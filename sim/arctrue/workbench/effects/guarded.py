@@ -306,7 +306,7 @@ def _check_declarations(kind: type[Effect], path: Path) -> None:
     if names != expected:
         fail("search", f"{', '.join(sorted(expected))} for search_kind {kind.search_kind!r}")
     if "scan" in vars(kind):
-        fail("scan", "none: search_kind says how the parameters are looked for")
+        fail("scan", "none: search_kind states the kind of search")
     for switch in SWITCHES:
         if not isinstance(getattr(kind, switch), bool):
             fail(switch, "True or False")

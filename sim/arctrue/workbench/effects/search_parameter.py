@@ -9,7 +9,7 @@ from typing import Literal
 SearchKind = Literal[
     "grid", "disc_order", "unwrapped_order", "frequency", "line", "step", "disc_place"
 ]
-"""Kinds of search for the parameters of an effect. In this order, they find: every point of the
+"""Kinds of search for the parameters of an effect. In this order, they search: every point of the
 declared ranges; a whole order of the disc; an order over the unwrapped angle; a frequency in time;
 a line, which is an order or a frequency in either channel; the instant of a step in a run; place
 and width of a bump on the disc."""

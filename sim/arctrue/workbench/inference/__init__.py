@@ -1,6 +1,7 @@
 """Fits a list of effects to capture and reference together, and tests further effects.
 
-The order of the modules: ``design_matrix``; ``fit`` (with the noise); ``residuals`` and their score
-tests; ``search`` for search parameters; ``likelihood_ratio``, with the noise estimated anew without
-and with an effect; ``held_out`` rows. Each module works on a ``Solution``, which is frozen.
+The modules in the order of use: ``design_matrix``; ``fit``, with the noise; ``residuals``, with
+score tests; ``search`` for search parameters; ``likelihood_ratio``, which estimates the noise anew
+without and with an effect; ``held_out``, for omitted rows. Each module uses a ``Solution``, which
+is frozen.
 """

@@ -25,8 +25,8 @@ def settled(solution: Solution) -> Solution:
 def added(effect: Effect, residuals: Residuals) -> Solution | None:
     """Fit the model of ``residuals`` with one more effect; estimate noise and coefficients anew.
 
-    The model must be a fit of its own terms. The result is None if the search finds no values of
-    the search parameters.
+    The coefficients of the model must be fitted to this set. The result is None if the search finds
+    no values of the search parameters.
     """
     base = residuals.solution
     effect = best_form(effect, residuals)
@@ -40,11 +40,11 @@ def added(effect: Effect, residuals: Residuals) -> Solution | None:
 
 
 def best_form(effect: Effect, residuals: Residuals) -> Effect:
-    """Return the form of an effect with the best evidence, minus the BIC penalty of its parameters
-    and of the forms that were tried; each form has the noise that is estimated with it.
+    """Return the form of an effect with the largest gain minus BIC penalty. The penalty counts its
+    parameters and the forms that were tried; each form has the noise that is estimated with it.
 
-    Only the effect itself and the forms that fit best with the noise of the model, with its white
-    part, or with the noise that is estimated with the effect, are compared.
+    The candidates are the effect itself and the best forms with three noises: the noise of the
+    model, its white part, and the noise that is estimated with the effect.
     """
     if not effect.narrowed_when_added:
         return effect

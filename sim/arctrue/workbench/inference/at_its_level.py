@@ -1,9 +1,9 @@
 """Tests an effect of the reference in noise whose level changes with time, such as gusts of wind.
 
-The estimated noise has one level. Where a gust begins, slow noise also jumps to the new level, so
-that a few rows of the record decide on the size of an effect that does not exist. Here the
-uncertainty of the size follows from the scatter of the rows that determine it (the estimate of
-White, Econometrica 48 (1980) 817, for rows of unequal variance).
+The estimated noise has one level. Where a gust begins, the slow part of the noise jumps too. A few
+rows there then determine the size of an effect that does not exist. Here the uncertainty of the
+size follows from the scatter of the rows that determine it (the estimate of White, Econometrica 48
+(1980) 817, for rows of unequal variance).
 """
 
 from __future__ import annotations
@@ -38,12 +38,13 @@ def gains_at_its_level(
     """Return the gains of an effect with the whitened rows, and with these rows divided by their
     local RMS; an empty list if the level does not change or the effect changes the capture.
 
-    The local RMS is that of the residuals with the effect in the model, so that the effect itself
-    is no change of the level. The residuals with the effect are smallest in the rows that determine
-    it, which are often the loud rows: each is divided by the share of the row that the columns
-    leave free (MacKinnon and White, J. Econometrics 29 (1985) 305). Few rows can still hide their
-    noise in the effect. Without ``takes_most`` (the effect removes most of the error), the
-    residuals without the effect are therefore used as well, which only understate the gain.
+    The local RMS is that of the residuals with the effect in the model, so that the effect is not
+    taken for a change of the level. The residuals with the effect are smallest in the rows that
+    determine it, which are often the loud rows. Each residual is therefore divided by the share of
+    its row that the columns leave free (MacKinnon and White, J. Econometrics 29 (1985) 305). Few
+    rows can still hide their noise in the effect. Without ``takes_most`` (the effect removes most
+    of the error), the residuals without the effect are therefore used as well; they only understate
+    the gain.
     """
     left, rows = base.reference_whitened, base.reference_design
     capture, own = base.whitened_columns(effect, nonlinear)

@@ -16,8 +16,8 @@ from arctrue.workbench.observations import CaptureRows, Observations, ReferenceR
 Float = NDArray[np.float64]
 
 LEAST_EIGENVALUE = 1e-6
-"""Smallest eigenvalue of a direction that is used, as a share of the largest eigenvalue: up to
-rounding, the model explains directions with smaller eigenvalues."""
+"""Smallest eigenvalue of a direction that is used, as a share of the largest eigenvalue. The model
+explains directions with smaller eigenvalues, except for rounding."""
 
 
 class _SideBySide(Effect):

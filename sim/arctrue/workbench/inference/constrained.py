@@ -57,10 +57,10 @@ MET = 1e-3
 uncertainty. A bound counts as reached if the value is nearer to it than this."""
 
 POINT = 0.1
-"""An equation holds at a single point of its unknowns, such as an amplitude at 0, if its slope
-there is less than this share of its slope one standard uncertainty away from that point. The slope
-of an amplitude is 1 everywhere except within the steps of the difference quotient, 1e-4 standard
-uncertainties, around 0."""
+"""An equation holds only at a single point of its unknowns (such as an amplitude at 0) if its slope
+there is less than this share of its slope one standard uncertainty away. The slope of an amplitude
+is 1 everywhere except within the steps of the difference quotient, 1e-4 standard uncertainties,
+around 0."""
 
 
 class ConditionError(ValueError):
@@ -116,8 +116,8 @@ def constrained_fit(solution: Solution, conditions: Sequence[Condition]) -> Cons
         found = conditioned(replace(found.solution, noise=noise), conditions)
     if not found.slopes.size or not directions_of(found.solution).undetermined.size:
         return found
-    # In a pseudo-inverse, unknowns that the rows determine only together vary together, so that a
-    # condition on one of them would seem to determine the others.
+    # The rows may determine unknowns only in combination. In a pseudo-inverse, such unknowns vary
+    # together, so that a condition on one of them would seem to determine the others.
     kept = directions_of(found.solution, equations=found.slopes).covariance
     shared = sum(found.solution.widths)
     return replace(

@@ -1,9 +1,9 @@
 """Computes the design matrix of a model: the columns of its terms, raw and whitened by the noise.
 
-Columns of an effect that does not depend on the model are kept in memory while the rows exist: all
-columns of linear terms that consist of orders of the disc, and the last MOST_RECENT column blocks
-of other terms. Whitened columns are kept while the noise exists. A long channel is processed block
-by block; the columns of a block are released with the block.
+Columns of effects that do not depend on the model are kept in memory while the rows exist. Linear
+terms that consist of orders of the disc keep all columns, other terms the last MOST_RECENT column
+blocks. Whitened columns are kept while the noise exists. A long channel is processed block by
+block; the columns of a block are released with the block.
 """
 
 from __future__ import annotations

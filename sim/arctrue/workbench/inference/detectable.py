@@ -91,8 +91,7 @@ def needed_gain(rank: int, tests: float, freedom: float = np.inf) -> float:
     """Return the noncentrality at which a block of ``rank`` columns is found with 95 % power.
 
     The level is 1 %, divided by ``tests``: the number of candidates times the number of values that
-    the search for each tried. ``freedom`` is the number of degrees of freedom of the noise
-    variance.
+    each search tried. ``freedom`` is the number of degrees of freedom of the noise variance.
     """
     return _powerful(rank, freedom, _threshold(rank, SIGNIFICANCE / max(tests, 1.0), freedom))
 

@@ -136,9 +136,9 @@ def directions_of(
 def undetermined_parameters(solution: Solution, directions: Directions) -> list[str]:
     """Return the names of the reported parameters that change along an undetermined direction.
 
-    The slopes are computed at the solution and away from it along these directions: an amplitude
-    whose sine no row shows has no slope in the sine where the sine is 0. The instant of a step is
-    never named: it has an uncertainty of its own.
+    The slopes are computed at the solution and away from it along these directions: if no row shows
+    the sine part of an amplitude, the amplitude has no slope in the sine where the sine is 0. The
+    instant of a step is never named: it has an uncertainty of its own.
     """
     if not directions.undetermined.shape[1]:
         return []

@@ -204,9 +204,9 @@ def held_out_with(
     """Return the errors without and with the term ``further``, on the same folds and for the same
     noise.
 
-    Each fold searches the search parameters of the further term again. An omitted row counts with
-    the error 0 in both models if the kept rows do not determine the term there: if they predict it
-    with a variance above that of the row's noise.
+    In each fold, the search parameters of the further term are searched again. An omitted row
+    counts with the error 0 in both models if the kept rows do not determine the term there: their
+    prediction has a larger variance than the row's noise.
     """
     folds = folds_of(observations)
     before, after = _Errors(observations, noise), _Errors(observations, noise)

@@ -52,7 +52,7 @@ class Left:
 
     def mean_log_ratio(self, before: Left) -> float:
         """Return the mean of log(RMS after/RMS before) over the channels in which the last term of
-        this model has columns: the smaller of the means for *left* and for *held out*.
+        this model has columns. Of the means for *left* and *held out*, the smaller is returned.
 
         A result above 0 means that the residual has grown. The weight of a channel is its number of
         passes over the angle, not of rows, because the noise of neighbouring rows is correlated. A

@@ -76,8 +76,8 @@ class Evidence:
 
     @property
     def index_share(self) -> float:
-        """Share of the index repeatability in the variance of the effect's size; near 1, the runs
-        are the sample."""
+        """Share of the index repeatability in the variance of the effect's size; near 1, the number
+        of runs, not of rows, determines the degrees of freedom."""
         return self.size.freedom_and_index_share[1]
 
 

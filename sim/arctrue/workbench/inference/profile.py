@@ -3,10 +3,10 @@ contradict.
 
 At each value of the parameter, all other parameters and the noise have their most likely values.
 Such an interval is also right in two cases where the standard uncertainty of a linearised fit is
-wrong: for a drift of which slow noise has absorbed a part, and for a frequency with few periods,
-which is no linear parameter. The limit of the likelihood ratio follows from Student's t with the
-degrees of freedom of the noise variance: exact for a linear parameter in white noise (Bates and
-Watts, Nonlinear Regression Analysis and Its Applications, chapter 6).
+wrong: a drift that slow noise has partly absorbed, and a frequency with few periods, a nonlinear
+parameter. The limit of the likelihood ratio follows from Student's t with the degrees of freedom of
+the noise variance. It is exact for a linear parameter in white noise (Bates and Watts, Nonlinear
+Regression Analysis and Its Applications, chapter 6).
 """
 
 from __future__ import annotations

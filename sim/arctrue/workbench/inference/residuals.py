@@ -38,8 +38,8 @@ TIMES_THE_NOISE = 4.0
 """Smallest ratio of squares: the part of a signal-period wave that the model does not explain must
 be at least twice its phase noise."""
 MOST_OWN_SHARE = 0.5
-"""Largest value that noise can give to the limit on the share: if the model leaves a larger share
-of a block, the block is always tested."""
+"""Upper bound of the limit on the share, which follows from the noise: if the model leaves a larger
+share of a block, the block is always tested."""
 
 
 @dataclass(frozen=True)

@@ -2,11 +2,11 @@
 place belongs to the place, and only the scatter between the passes is noise (pure error).
 
 The F test of lack of fit with repeated readings is that of Draper and Smith, Applied Regression
-Analysis, chapter 2. The curve that the model could give a pass is first removed from each pass, so
-that passes which each drift smoothly in another way are no repeated error. The noise of
-neighbouring places may be correlated, and its variance may differ from place to place: Box, Ann.
-Math. Stat. 25 (1954) 290 and 484, multiplies both degrees of freedom by ε. The coefficients of the
-model do not matter, because its columns are removed from each pass.
+Analysis, chapter 2. The part of each pass that the model's columns explain is removed first, so
+that smooth drifts, different in each pass, are no repeated error. The noise of neighbouring places
+may be correlated, and its variance may differ from place to place: Box, Ann. Math. Stat. 25 (1954)
+290 and 484, multiplies both degrees of freedom by ε. The coefficients of the model do not matter,
+because its columns are removed from each pass.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ WIDEST_STEP_RAD = 2.0 * np.pi / 180.0
 """Largest median step of rows that are averaged over places of two steps: 4.5 places in a period of
 the 20th order. Stations that are farther apart must be equal in each pass."""
 LEAST_PLACES = 8
-"""Smallest number of places of a pass: with fewer, four degrees of freedom or less remain beyond a
-mean and two orders."""
+"""Smallest number of places of a pass: three degrees of freedom then remain after a mean and two
+orders."""
 LEAST_LEFT = 8
 """The model's columns are removed from the passes only if each pass keeps at least this number of
 degrees of freedom; with fewer, only the mean is removed. Two passes with eight degrees of freedom
-coincide by chance with a correlation above 0.9 in one of 500 cases."""
+coincide by chance with a correlation above 0.9 in one of 2,000 cases."""
 LEAST_OWN = 0.1
 """The error of a place, or an effect, is fitted or tested only if the curves of the passes leave
 this share of its variance or more. Its standard uncertainty is then at most 3.2 times that without
@@ -54,13 +54,13 @@ equals LEAST_EXCESS, the limit of a model that is not adequate."""
 MOST_SPOTS = 40
 """Largest number of places that are tried as single places; it limits the computing time only."""
 ONE_IN = 8
-"""At most one of this number of places may count as a single place: its neighbours then show the
-usual error."""
+"""At most 1/ONE_IN of the places may count as single places: their neighbours then show the usual
+error."""
 FAMILY_WISE = 0.01
 """Probability that a single place is found by chance, over all places."""
 NEARLY_ALL = 0.9
-"""Smallest share of the repeated mean square that single places must explain if the error that
-remains is still sure; the error that a named effect may leave has the same limit, a tenth."""
+"""Smallest share of the repeated mean square that single places must explain if the remaining error
+is still significant. A named effect may also leave at most a tenth."""
 MOST = 0.5
 """If the repeated error has more than this share of the residual's mean square, a change in time
 has less; a slow change has the same limit."""
@@ -68,7 +68,7 @@ OF_THE_PLACE = 0.9
 """Smallest share of an effect's sum of squares that must repeat at the places; the cycles have the
 same limit (MOST_WITHIN in :mod:`forward.cycles`)."""
 DRAWS, SEED = 40, 1
-"""Number of draws of the fitted noise that show its mean squares (to 4 % with 30 degrees of
+"""Number of draws of the fitted noise that give its mean squares (to 4 % with 30 degrees of
 freedom), and their seed."""
 RANK = 1e-6
 """Smallest ratio of a singular value to the largest one: angles are known to 10⁻⁶ rad."""
@@ -276,8 +276,8 @@ class Visits:
         degrees of freedom.
 
         The correlations ρ of all lags are those of the differences of the passes from the means.
-        The squares of estimated correlations are too large by 1 + 2/ν, ν the number of passes of a
-        place minus one (Bartlett).
+        The squares of estimated correlations are too large by the factor 1 + 2/ν, where ν is the
+        number of passes of a place minus one (Bartlett).
         """
         places = self.angle_rad.size
         table = np.zeros((self.passes, places))
@@ -344,10 +344,11 @@ class Visits:
         """Return p of an effect that repeats at the places, by the F test among the places.
 
         ``change_arcsec``: change of the prediction of every row by the effect. Every pass repeats
-        the errors of the same places, so that the sample is the places, not the rows. The result is
-        0 if the effect is no function of the place, or if no repeated error remains with it,
-        because the passes then show its uncertainty. It is also 0 if the remaining errors of
-        neighbouring places are similar, because these are no independent errors of the places.
+        the errors of the same places, so that the sample consists of places, not of rows. The
+        result is 0 if the effect is no function of the place, or if no repeated error remains with
+        it, because the scatter of the passes then gives its uncertainty. It is also 0 if the
+        remaining errors of neighbouring places are similar, because these are no independent errors
+        of the places.
         """
         used = self.of_row >= 0
         cells = _cell_means(self.of_row, change_arcsec, self.place.size)
@@ -431,7 +432,7 @@ class Visits:
         while len(found) < min(max(places // ONE_IN, 1), MOST_SPOTS):
             rest = moment - normal[:, found] @ sizes
             own = np.diag(normal) - np.sum((normal[:, found] @ inverse) * normal[:, found], axis=1)
-            # The curve of the passes explains the other places.
+            # At the other places, the curves of the passes explain the error.
             free = own > LEAST_OWN * count
             free[found] = False
             gain = np.where(free, rest**2 / np.where(free, own, 1.0), 0.0)
@@ -480,7 +481,7 @@ def visits_of(solution: Solution) -> Visits | None:
     """Return the visits of the places of a reference; None if no second pass repeats its places.
 
     A log of several turns may repeat its error in each turn, or only at the same angle of travel;
-    the passes that agree better decide.
+    the case in which the passes agree better is chosen.
     """
     rows, left = solution.observations.reference, solution.reference_residual_arcsec()
     if rows is None or left is None or "reference" in solution.unknown_noise:

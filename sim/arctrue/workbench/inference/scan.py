@@ -488,7 +488,7 @@ LEAST_STEP_ROWS = 4
 consecutive wrong rows."""
 LEAST_LEAD = 10.0
 """Smallest difference of the gains at which a step that stays in the later runs replaces one that
-ends with its run; ten, odds of 150 to 1, are strong evidence."""
+ends with its run; a difference of ten (odds of 150 to 1) is strong evidence."""
 STEP_PLACES = 24
 """Number of places in a run at which the information about a step is computed; between these places
 the information changes slowly and is interpolated."""
@@ -524,7 +524,8 @@ def step_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     """Search the instant after which a run's residual is higher or lower, by cumulative sums.
 
     If the effect has the setting ``stays``, the instant after which a run and all later runs are
-    higher or lower is searched too. The trials count both forms, and head 1 of several heads.
+    higher or lower is searched too. The number of trials includes both forms and, with several
+    channels, steps of head 1.
     """
     capture, precise = residuals.observations.capture, residuals.capture_precise
     noise = residuals.solution.noise.capture
@@ -594,7 +595,8 @@ def step_scan(effect: Effect, residuals: Residuals) -> list[Place]:
 def _scored_steps(
     effect: Effect, residuals: Residuals, places: list[tuple[float, dict[str, float]]]
 ) -> list[Place]:
-    """Return the exact gains of steps at the highest of ``places``, in one head or in head 1."""
+    """Return the exact gains of steps at the best of ``places``; with several channels, steps of
+    head 1 at these places are tried too."""
     channels = residuals.observations.channels_of_capture
     best = [place for _, place in sorted(places, key=lambda item: -item[0])[:BEST_PLACES]]
     if channels > 1:
@@ -604,8 +606,7 @@ def _scored_steps(
 
 
 def _at_exact_instant(effect: Effect, residuals: Residuals, found: list[Place]) -> list[Place]:
-    """Return the places, with the first one moved to the instant of its run with the largest exact
-    gain.
+    """Return the places; the first is moved to the instant in its run with the largest exact gain.
 
     The cumulative sums neglect that the model's columns absorb a part of a step that stays in the
     later runs, and therefore prefer a later instant.

@@ -23,8 +23,8 @@ Float = NDArray[np.float64]
 ROUNDS = 6
 """Largest number of Gauss–Newton steps; SMALL_STEP ends them earlier."""
 HALVINGS = 5
-"""Largest number of trials of a step; the step of each trial is a quarter of the step of the trial
-before, so that the last of the five takes 1/256 of the full step."""
+"""Largest number of trials of a step; each step is a quarter of the step before, so that the fifth
+is 1/256 of the full step."""
 SMALL_STEP = 0.02
 """The refinement ends when no search parameter would change by more than this share of its own
 uncertainty."""

@@ -7,8 +7,8 @@ import numpy as np
 from scipy.special import chdtrc, fdtrc
 
 SIGNIFICANCE = 0.01
-"""Largest corrected p with which an effect is named, chosen so that 1 % of adequate sets get a
-false name."""
+"""Largest corrected p with which an effect is named: in 1 % of sets with an adequate model, an
+effect is named falsely."""
 MANY = 1e5
 """If there are more degrees of freedom than this, the noise variance counts as known."""
 

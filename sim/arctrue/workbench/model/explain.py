@@ -122,7 +122,7 @@ def explain(
     """Add the effects that the diagnosis names, drop effects that others replace, and diagnose
     again.
 
-    Effects that ``model`` had stay. Raises NotTestableError for an effect of ``model`` that the set
+    All effects of ``model`` stay. Raises NotTestableError for an effect of ``model`` that the set
     cannot test.
     """
     grown, solution = fitted(model, observations, effects)
@@ -134,7 +134,7 @@ def explain(
     # The alternatives to each effect of the model, in the order of its effects.
     alike: list[NotSeparated | None] = [None] * kept
     while len(grown.effects) - kept < MOST_ADDED:
-        # A refused effect does not end the explanation while another one would be named.
+        # A refused effect ends the explanation only if no other effect would be named.
         next_effect = verdict.named or verdict.instead
         if next_effect is None:
             break

@@ -292,8 +292,8 @@ def export_model(
 def without_plain_lanes(
     model: Model, effects: Mapping[str, type[Effect]], conditioned: Iterable[int]
 ) -> frozenset[int]:
-    """Return those effects with lanes that follow a condition, by their index in the model, that
-    have no plain lanes."""
+    """Return the indices in the model of the effects that have lanes with a condition, but no plain
+    lanes."""
     return frozenset(
         index
         for index in conditioned

@@ -296,7 +296,7 @@ class FollowedLanes:
 
     @property
     def reversal_width_deg(self) -> float:
-        """Half the travel after a reversal in which the correction changes over, W."""
+        """W, half the travel over which the correction changes after a reversal."""
         assert self.settings is not None
         if self.settings.reversal_width_deg is not None:
             return self.settings.reversal_width_deg
@@ -308,8 +308,8 @@ class FollowedLanes:
         return 0.5 * max(widths)[1] if widths else USUAL_REVERSAL_WIDTH_DEG
 
     def extension(self, first_lane: int) -> Extension:
-        """Make the coefficient file's extension for these lanes, which follow ``first_lane`` other
-        lanes. Raises ValueError if the slope after a reversal exceeds STEEPEST_REVERSAL."""
+        """Make the coefficient file's extension for these lanes, which come after ``first_lane``
+        other lanes. Raises ValueError if the slope after a reversal exceeds STEEPEST_REVERSAL."""
         assert self.settings is not None
         assert self.observations.counts_per_rev is not None
         width_deg = self.reversal_width_deg

@@ -160,7 +160,7 @@ def _spans(
     errors: Sequence[LocalError], window_rad: float, gap_rad: float
 ) -> list[tuple[float, float]]:
     """Return the parts of the turn that contain the errors, radians. Parts are united until windows
-    of this width about their centres have the gap between them."""
+    of this width about their centres have at least this gap between them."""
     turn_rad = 2.0 * np.pi
 
     def placed(low: float, high: float) -> tuple[float, float]:

@@ -48,9 +48,9 @@ class CorrectableLanes:
         """Return the harmonics of the reading, cosine and sine of every order, (2,), by entry.
 
         The true angle of a reading R is the solution θ of R = θ + ε(θ), with the sum ε of all
-        entries. An entry at the reading keeps its harmonics; ε(θ) of another entry is sampled at
-        equal readings, and its Fourier coefficients are those of its own orders and of the
-        ``SIDEBANDS`` of all such entries.
+        entries. An entry at the reading keeps its harmonics. ε(θ) of another entry is sampled at
+        equally spaced readings; it gets Fourier coefficients of the orders of all such entries and
+        of their ``SIDEBANDS``.
         """
         parts = [
             self.components(place, np.array(entry.coefficients))

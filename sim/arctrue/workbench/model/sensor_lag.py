@@ -47,7 +47,7 @@ TOLERANCE: Final = 1e-3
 
 
 class NoLagError(ValueError):
-    """The set or the model cannot determine the time constant; the message says why."""
+    """The set or the model cannot determine the time constant; the message states the reason."""
 
 
 def slope_k_s(

@@ -42,8 +42,9 @@ def model_of_stations(rows: ReferenceRows, most_order: int = MOST_ORDER) -> Mode
 
 
 def require_whole_turn(observations: Observations) -> None:
-    """Raise ValueError if the rows of a set leave a gap in the turn as long as half a wave of order
-    MOST_ORDER, the highest order of the default model; this order could take any value in the gap.
+    """Raise ValueError if the rows of a set leave a gap in the turn of half a wave of order
+    MOST_ORDER or more. This order, the highest of the default model, could take any value in the
+    gap.
     """
     rows = [
         part.angle_rad
@@ -67,8 +68,8 @@ HALF_TURN_DEG = 180.0
 curve, and the orders above it only describe any curve on this arc."""
 MOST_INFLATED = 10.0
 """Largest standard uncertainty of a coefficient on a short arc, as a multiple of that over whole
-turns with as many rows. Orders that cancel each other have far larger ones: for 20 orders on 240°
-the multiple is seventy million, and their coefficients follow any slow error."""
+turns with as many rows. Orders that cancel each other have far larger multiples: for 20 orders on
+240°, more than 10⁸, and their coefficients follow any slow error."""
 LEAST_REPEATED = 0.9
 """Smallest share of the rows at places that at least two passes visited, if the passes share a
 curve of the angle. With a smaller share, a part of the arc was passed once, where the curve would
@@ -128,8 +129,8 @@ def _is_default(entry: ModelEffect) -> bool:
 
 
 TURN_RAD_SHARE = 0.9
-"""Smallest share of 6.28° that the targets cover if they look like one turn in radians: 10 or more
-stations of a turn, the last of which does not repeat the first, cover nine tenths."""
+"""Targets look like one turn in radians if they cover at least this share of 6.28°. Ten stations of
+a turn cover nine tenths, because the last station does not repeat the first."""
 WHOLE_TURN_RAD = 2.0 * np.pi + 0.005
 """Largest arc, in degrees, that looks like one turn in radians: 2π, written with two decimals."""
 

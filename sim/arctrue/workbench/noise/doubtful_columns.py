@@ -10,8 +10,8 @@ from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.display_step import display_step
 
 ARCSEC_PER_ARCMIN = 60.0
-"""Ratio of the two smallest units of angle: errors in arcminutes, degrees or radians repeat at
-least this many times better than the stated uncertainty."""
+"""Ratio of the two smallest units of angle. Errors written in arcminutes, degrees or radians seem
+to repeat at least this many times better than the stated uncertainty."""
 
 LEAST_PLACES = 12
 """Fewest places that runs in both directions share. Twelve pairs of independent readings have a
@@ -30,8 +30,8 @@ def doubtful_columns(observations: Observations) -> list[str]:
 def opposite_signs(observations: Observations) -> list[str]:
     """Return a warning if runs downwards have the opposite errors of runs upwards.
 
-    The means of both directions are compared at equal places, without the difference of their own
-    means, which a reversal error makes.
+    The means of both directions are compared at equal places. The overall mean of each direction is
+    subtracted, because a reversal error changes it.
     """
     rows = observations.reference
     if rows is None or rows.direction is None:
@@ -66,7 +66,8 @@ def doubtful_units(observations: Observations) -> list[str]:
     """Return a warning if the errors repeat far better than the stated uncertainty of the
     reference.
 
-    The rounding of the display counts as scatter: readings that are all equal show no unit.
+    The rounding of the display counts as scatter, because readings that are all equal repeat
+    exactly in any unit.
     """
     rows, stated = observations.reference, observations.reference_uncertainty_arcsec
     if rows is None or stated is None or rows.error_arcsec.size < 2:

@@ -26,9 +26,9 @@ LEAST_ROWS_A_BIN = 40
 """Smallest number of rows in a bin; with this number, the scatter of the bin has an uncertainty of
 11 %, 1/√(2·40)."""
 LEAST_ROWS_A_CELL = 5
-"""Smallest number of rows of one pass in a part of the turn whose scatter is compared with that of
-other passes; the logarithm of a mean of five squares is nearly normal (Bartlett and Kendall, J. R.
-Stat. Soc. Suppl. 8 (1946) 128)."""
+"""Smallest number of rows of a pass in a part of the turn; with fewer rows, their scatter is not
+compared with that of other passes. The logarithm of a mean of five squares is nearly normal
+(Bartlett and Kendall, J. R. Stat. Soc. Suppl. 8 (1946) 128)."""
 ROBUST_LIMIT = 4.0
 """Limit of whitened residuals: larger residuals are clipped to this limit before their scatter is
 estimated."""
@@ -195,8 +195,9 @@ def _uneven(rows: ChannelRows, law: NoiseLaw) -> NoiseLaw | None:
         whitened = whitened / run_scale[run]
     bins = angle_bins(rows.angle_rad)
     angle_scale = _scales(whitened, bins, ANGLE_BINS)
-    # Gusts move the reference; both heads of a capture are at the same table. A slip makes one part
-    # of the turn loud in one pass of the capture, and this scale then lets the slip be found.
+    # Gusts act on the reference only, because both heads of a capture are on the same table. In a
+    # capture, a slip makes one part of the turn loud in one pass, and this scale helps to find the
+    # slip.
     of_gusts = rows.channel == "reference"
     if of_gusts and angle_scale is not None and not _repeats(whitened, bins, _passes(rows)):
         angle_scale = None

@@ -1,9 +1,9 @@
 """Models stationary noise as a sum of decaying parts, and differentiates its likelihood.
 
-A part has the covariance a·exp(−c·τ) or, with a frequency, the covariance of an oscillator driven
-by white noise, a·exp(−c·τ)·(cos dτ + (c/d)·sin dτ). A smooth part is the critically damped
-oscillator, in which two exponentials of nearly the same rate approximate (1 + λτ)·exp(−λτ): Matérn
-noise of order 3/2.
+A part has the covariance a·exp(−c·τ) or, with an angular frequency d, the covariance of an
+oscillator driven by white noise, a·exp(−c·τ)·(cos dτ + (c/d)·sin dτ). A smooth part is the
+critically damped oscillator, in which two exponentials of nearly the same rate approximate (1 +
+λτ)·exp(−λτ): Matérn noise of order 3/2.
 
 The covariance is semiseparable, so the time to compute a likelihood and its derivatives is
 proportional to the number of rows (Foreman-Mackey et al., Astron. J. 154 (2017) 220; backward pass:

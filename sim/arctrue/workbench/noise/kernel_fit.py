@@ -107,7 +107,7 @@ def fit_from(rows: Rows, start: KernelNoise) -> KernelFit:
     known: dict[bytes, tuple[float, Float]] = {}
 
     def cost(logs: Float) -> tuple[float, Float]:
-        # The tolerance, the optimiser and the result ask for the same costs.
+        # The tolerance, the optimiser and the result use the same costs.
         key = logs.tobytes()
         if key not in known:
             value, slopes = with_slopes(

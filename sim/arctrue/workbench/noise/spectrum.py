@@ -87,5 +87,5 @@ def time_constants(step: float, span: float) -> Float:
 
 
 LARGEST_RATIO = 8.0
-"""Largest ratio of neighbouring time constants; a sum with this ratio follows a 1/f spectrum to 9
+"""Largest ratio of neighbouring time constants; a sum with this ratio follows a 1/f spectrum to 4
 %."""

@@ -28,7 +28,8 @@ covariances by a hundredth."""
 
 @dataclass(frozen=True)
 class Whiteness:
-    """p values of the tests. If one of them is small, the diagnosis may state too small σ and p."""
+    """p values of the tests. If one of them is small, the σ and p of the diagnosis may be too
+    small."""
 
     autocorrelation_p: float
     """p of Ljung and Box, Biometrika 65 (1978) 297, over LAGS lags, or fewer lags for few rows."""

@@ -61,8 +61,8 @@ def observations_of(
     False, every row is used except the rows that the set masks.
 
     Raises ValueError for a capture without counts_per_rev or head_separation_deg, with another
-    number of heads than the table has angles, or with a count too far from the index, and for a
-    channel whose rows are all masked.
+    number of heads than the table has angles, or with a count too far from the index. Raises it
+    also for a channel whose rows are all masked.
     """
     facts, capture, reference = measurement.table, measurement.capture, measurement.reference
     separation = float(np.radians(facts.head_separation_deg or 0.0))
@@ -244,7 +244,8 @@ def _stored_capture(
 
 
 def _in_one_turn(facts: Table, columns: Capture) -> Capture:
-    """Shift the counts of each further head by whole turns to those of head 1 plus its place.
+    """Shift the counts of each further head by whole turns, so that they are nearest to those of
+    head 1 plus the angle of this head.
 
     A head that passes its index mark later than head 1 counts from a later turn.
     """

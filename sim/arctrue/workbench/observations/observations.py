@@ -21,7 +21,7 @@ INDEX_SCATTER_COUNTS = 1.0
 
 @dataclass(frozen=True, eq=False)
 class Observations:
-    """Measured rows of a set, and what the set states about its table."""
+    """Measured rows of a set, and the properties of its table that the set states."""
 
     title: str
     """Title of the set."""
@@ -199,8 +199,8 @@ class Observations:
     def index_sigma_arcsec(self) -> float:
         """Standard deviation of the offset of R₂ − R₁ that both heads' indexes cause in a run.
 
-        The unit is arcseconds. Each index repeats as the set states; if the set does not state it,
-        to −1, 0 or 1 count with equal probability.
+        The unit is arcseconds. Each index repeats as the set states; without a statement, its error
+        is −1, 0 or 1 count with equal probability.
         """
         count = self.count_arcsec or 0.0
         if self.index_repeatability_counts is not None:

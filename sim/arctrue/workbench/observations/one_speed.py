@@ -28,10 +28,10 @@ def speed_turns_s(rows: CaptureRows | ReferenceRows, highest_order: float) -> fl
     """Return the common speed of all passes, turns per second; at one speed, an order equals a
     frequency.
 
-    The result is None without a time, or if speeds differ: such data show whether a periodic error
-    is fixed to the angle or to the time. Equal speeds forwards and backwards count as one speed: an
-    order and a frequency then differ only in the phase of the backward runs, and a lag may change
-    this phase too.
+    The result is None without a time, or if speeds differ: data with several speeds show whether a
+    periodic error is fixed to the angle or to the time. Equal speeds forwards and backwards count
+    as one speed: an order and a frequency then differ only in the phase of the backward runs, and a
+    lag may change this phase too.
     """
     turns, time_s = coordinate(rows, in_time=False), coordinate(rows, in_time=True)
     if turns is None or time_s is None or highest_order <= 0.0:

@@ -11,8 +11,8 @@ Integer = NDArray[np.int64]
 FACE_TOLERANCE_DEG = 0.05
 """A station counts as being at a face if its distance from the face is at most this angle."""
 LEAST_STATIONS = 3
-"""Smallest number of rows of shorter runs that show how the polygon is turned: any single row is at
-a face of a polygon that is turned by some angle."""
+"""Smallest number of rows of shorter runs that show how the polygon is turned: a single row is at a
+face for some angle of the polygon."""
 
 
 def faces_of(faces: int | None, run: Integer, target_deg: Float) -> Integer | None:

@@ -19,14 +19,14 @@ another zero or another number of counts per turn."""
 LARGEST_GAP_RAD = np.radians(30.0)
 """Smallest gap in the turn that makes the rows an arc. Orders up to 20 that approximate a straight
 line leave 385″ RMS with a gap of 30°, 1.7″ with 60° and 0.006″ with 90° (rate of a Fourier
-extension: Huybrechs, SIAM J. Numer. Anal. 47 (2010) 4326); the error of a table has a size between
-these."""
+extension: Huybrechs, SIAM J. Numer. Anal. 47 (2010) 4326); the error of a table is between these
+values."""
 ARC_CONDITION = 1e-6
-"""The fit over an arc sets singular values to zero that are a smaller share than this of the
-largest one, because the rows of an arc cannot separate all orders."""
+"""The fit over an arc sets singular values below this share of the largest one to zero, because the
+rows of an arc cannot separate all orders."""
 SAME_ANGLE_RAD = 0.1 * RAD_PER_ARCSEC
-"""The target is the angle of the reference if reading − target − error scatters by less than this
-value, the rounding of a file, plus a tenth of the error's scatter."""
+"""Rounding of a file. The target is the angle of the reference if reading − target − error scatters
+by less than this value plus a tenth of the error's scatter."""
 MOST_FITTED = 20_000
 """The fit over more rows uses evenly spread rows; their number is at least this value and less than
 twice this value."""
@@ -37,9 +37,9 @@ def reading_and_angle(facts: Table, columns: Reference) -> tuple[Float, Float]:
 
     θ = R − ε. Over an arc, the measured ε is replaced by its first orders if the target is the
     commanded angle. Otherwise θ would contain the noise of ε. The orders of an arc can approximate
-    the time, so that a drift in time minus these orders would be this noise, and a fit would assign
-    the noise to the drift. If readings are missing or do not fit their targets, both are the
-    target. If the errors have the opposite sign, the target is the angle.
+    a drift in time. The difference between the drift and these orders would equal this noise, and a
+    fit would assign the noise to the drift. If readings are missing or do not fit their targets,
+    reading and angle are the target. If the errors have the opposite sign, the target is the angle.
     """
     target = np.radians(columns.target_deg)
     away = _away(facts, columns, target)

@@ -25,8 +25,8 @@ LEAST_RANGE_DEG = 1.0
 direction, and the noise of its angle is smaller."""
 MOST_AGAINST = 0.2
 """Largest share of steps against the direction, two or more in succession. A return to the first
-station is a single step; of random values, a quarter of the steps go against the direction in
-succession."""
+station is a single step; in random values, a quarter of the steps go against the direction, two or
+more in succession."""
 LEAST_WAY = 0.5
 """Smallest travel of a pass in its direction, relative to the range of its targets: noisy targets
 have steps against the direction, but their pass leads from one end of the range to the other."""
@@ -45,7 +45,7 @@ LONGER = 10.0
 Rounded values of a smooth curve keep one value at most five times as long at an extremum as next to
 it: the ratio is 2/(√2 − 1) = 4.8 for a parabola."""
 LEAST_SHARE = 0.01
-"""Smallest share of the rows of a reference that is a fault if they are equal."""
+"""Equal rows are a fault only if they are at least this share of the rows of a reference."""
 FALSE_P = 1e-6
 """Largest mean number of equal rows of this length by chance, from the share of equal rows
 elsewhere."""

@@ -27,7 +27,7 @@ FINEST_DECIMALS = 6
 step between stations."""
 WHOLE_STEPS = 1e-3
 """Largest deviation of a time from a whole number of its rounding steps, in steps: a float64 holds
-10⁹ s to 6·10⁻⁸ s, a smaller share of a step of four decimals."""
+10⁹ s to 6·10⁻⁸ s, which is less than this share of a step of four decimals."""
 FINE_ROUNDING = 0.1
 """Largest rounding step, relative to the time between stations, with which single times between
 stations still show a steady speed: twice EVEN. With coarser times, the whole pass must fit a
@@ -195,8 +195,9 @@ def _are_even(taken_s: Float, expected_s: Float, rounding_s: float) -> bool:
     """Tell whether the times between rows equal the expected times within EVEN and the rounding of
     both time stamps; (rows − 1,).
 
-    An operator's stops of different length could look even in coarse times. They do not fit a line
-    through the whole pass, from which times that are only rounded deviate by at most half a step.
+    Coarse times of an operator's stops of different length could look even. Such times do not fit a
+    line through the whole pass; even times deviate from the line only by their rounding, at most
+    half a step.
     """
     usual_s = float(np.median(expected_s))
     coarse = rounding_s > FINE_ROUNDING * usual_s

@@ -266,7 +266,7 @@ class ReferenceRows(_Sliceable):
     visit."""
     angle_rad: Float
     """True angle θ of the table at the station: the reading minus the measured error, because the
-    servo brings the reading, not θ, to the target; the target if the readings are not known.
+    servo brings the reading, not θ, to the target. If the readings are not known, it is the target.
     """
     line_rad: Float
     """Disc angle of the lines under head 1 at the station: its reading; ``angle_rad`` if the set
@@ -305,8 +305,8 @@ class ReferenceRows(_Sliceable):
     """Travel of the targets since the last reversal, or since the first row; None without
     directions."""
     at_reversal: NDArray[np.bool_] | None = None
-    """True nearer to a reversal than the second place after each reversal; None without
-    directions."""
+    """True if the row is nearer to its last reversal than any second place after a reversal; None
+    without directions."""
     row: Integer | None = None
     """Number of the row among all used rows; None if the rows are 0, 1, … without a gap."""
     capture_runs: int | None = None

@@ -32,7 +32,7 @@ class RunFacts:
 
 @dataclass(frozen=True)
 class StoredCapture:
-    """Stores every row of a capture with two heads and a temperature in 48 bytes, without further
+    """Stores a capture with two heads and a temperature in 48 bytes per row, without further
     columns. A row in :class:`CaptureRows` takes 112 bytes, but exists only for a part of the
     capture at a time.
 

@@ -75,8 +75,8 @@ def used_reference_rows(
 def duplicates(reference: Reference) -> Boolean:
     """Return True for each row that equals an earlier row in every column, also in the time.
 
-    A file that was joined with itself has such rows; two readings have different times. Without
-    times no row is a duplicate, because a coarse display repeats its readings.
+    A file that was joined with itself has such rows; two true readings have different times.
+    Without times no row is a duplicate, because a coarse display repeats its readings.
     """
     size = reference.error_arcsec.size
     if reference.time_s is None or size == 0:

@@ -22,7 +22,7 @@ from arctrue.workbench.observations import CaptureRows, Observations
 
 STAYS = 10.0
 """Smallest difference of the gains at which a step stays in the runs after its own. The odds of the
-two forms are e^(difference/2); ten, 150 to 1, are strong evidence."""
+two forms are e^(difference/2): 150 to 1 at ten, which is strong evidence."""
 
 
 class CountSlip(Effect):

@@ -31,8 +31,8 @@ LEAST_VARIANCE = 0.1
 """Smallest sum of the variances of a harmonic's cosine and sine columns over the stations; the sum
 is 1 if the stations resolve the harmonic fully."""
 AS_GOOD = 6.0
-"""Of several harmonics that may be aliases, the first one with a gain less than this below the
-largest gain is chosen: odds of 20 to 1."""
+"""Of several harmonics that may be aliases, the first one is chosen whose gain is less than this
+below the largest gain: odds of 20 to 1."""
 LISTS = {"multiples": 0, "below": -1, "above": 1}
 """Settings that list multiples of the tooth count, with the distance of a line from its multiple,
 in orders."""
@@ -52,8 +52,8 @@ eccentric gear."""
 class DriveGearError(Effect):
     """Adds cosine and sine of the tooth count and its multiples to the reference run only.
 
-    A gear off its centre meshes slightly early and late once a turn, which causes the orders one
-    below and one above each multiple: ``below`` and ``above`` list these multiples.
+    A gear off its centre meshes slightly early and late once a turn. This causes the orders one
+    below and one above each multiple; the settings ``below`` and ``above`` list these multiples.
     """
 
     name = "drive_gear_error"

@@ -38,16 +38,17 @@ TRANSITIONS = ("short", *WITH_WIDTH)
 the rows show only an upper limit of its width."""
 TRIED_WIDTHS = np.geomspace(NARROWEST_DEG, WIDEST_DEG, 24)
 """Widths at which a transition is tried, in steps of a third: with a width that is a sixth wrong, a
-linear transition still removes more than nine tenths of the error of no transition."""
+linear transition still removes more than nine tenths of the error that remains without a
+transition."""
 MOST_OF_A_PASS = 0.125
 """Largest width that is tried, as a share of the longest travel without a reversal: WIDEST_DEG is
 this share of a turn. A linear transition over a whole pass is a straight line of the angle, the
-same in both directions, as the scale of a reference gives it."""
+same in both directions, as a scale error of the reference is."""
 FURTHER_COLUMNS = ("transition", "start")
 """Columns that a transition adds: its size after a reversal, and its size at the start."""
 MOST_LEFT = 0.5
-"""Largest share of the error above the noise of the repeats (mean square) that a transition may
-leave of what the effect without it leaves: a transition explains more of this than all else."""
+"""Largest ratio of the residual mean square with a transition to that without one, both above the
+noise of the repeats: the transition then explains more of this error than all other causes."""
 EQUAL_INTEGRAL = 2.0
 """Width of a linear transition with the same integral as an exponential one, in the travel over
 which the latter decays to 1/e."""
@@ -58,9 +59,9 @@ class Hysteresis(ScalarEffect):
 
     With a setting ``transition``, friction takes up the error within a travel after each reversal.
     The search parameter ``width`` is this travel: to the end of a linear transition, or to 1/e of
-    an exponential one. A table that moves beyond the last station before it reverses has moved a
-    part of the width before the first row; the transition therefore has a size of its own,
-    ``transition``, which equals ``reversal_error`` without such a way. The rows before the first
+    an exponential one. If the table moves beyond the last station before it reverses, it moves a
+    part of the width before the first row. The transition therefore has a size of its own,
+    ``transition``; without such a way, it equals ``reversal_error``. The rows before the first
     reversal have another size, ``start``.
     """
 
@@ -121,9 +122,9 @@ class Hysteresis(ScalarEffect):
         return names if self.transition == "none" else [*names, *FURTHER_COLUMNS]
 
     def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
-        """Return the form of the effect with the largest gain, minus the BIC penalty of its further
-        parameters and of the widths that were tried, and the number of all forms and widths that
-        were tried if it has a transition. Without a transition nothing was chosen.
+        """Return the form of the effect with the largest gain minus BIC penalty, and the number of
+        trials. The penalty counts the further parameters and the widths that were tried. The trials
+        are all forms and widths that were tried; without a transition, their number is 1.
 
         In most sets the reversals are at the same stations. A reversal error that differs from
         place to place looks like a transition there, but it differs at the other stations too, so
@@ -199,7 +200,7 @@ class Hysteresis(ScalarEffect):
             found[item.name] = Parameter(nonlinear[item.name], float("nan"), item.unit)
         rows = observations.reference
         if self.transition == "short" and rows is not None:
-            # A width below the travel to the first row is equally probable everywhere below it.
+            # All widths below this travel are equally probable.
             most = _second_travel_deg(rows)
             found["width"] = Parameter(0.5 * most, most / float(np.sqrt(12.0)), "deg")
         return found

@@ -225,7 +225,7 @@ class PeriodicError(Effect):
             line += ", fixed to the angle or to time: the column time_s, which would show which, "
             line += "is missing"
         else:
-            line += ", fixed to the angle or to the drive: time went at another rate than the angle"
+            line += ", fixed to the angle or to the drive: its order does not change with the speed"
         return f"{line}."
 
     def contradiction(

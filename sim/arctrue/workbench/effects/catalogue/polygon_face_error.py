@@ -24,8 +24,9 @@ WIDEST_PLACE = 3
 """Largest number of neighbouring faces that are tested together as one place of the table: three of
 24 faces are an eighth of a turn."""
 LEAST_FACES_LEFT = 0.1
-"""Smallest share of the face errors' mean square that must remain without order 1, to be faces of
-their own. A wave with a smaller remainder (a third of its size) may be a wave of another shape."""
+"""Smallest share of the face errors' mean square that must remain without order 1 to count as face
+errors. A smaller remainder, less than a third of the wave, may belong to a wave that is no
+sinusoid."""
 SURE_P = 1e-4
 """Significant face errors remain without order 1 if their p is at most this: the limit of a sure
 lack of fit."""
@@ -204,8 +205,8 @@ def _largest_wave(values: NDArray[np.float64], first: int = 1) -> tuple[int, flo
 
 
 def _serial(values: NDArray[np.float64], first: int) -> tuple[float, float]:
-    """Return the correlation of neighbouring faces around the circle, and the p value of one at
-    least as large if the errors are independent (von Neumann's ratio on a circle).
+    """Return the correlation of neighbouring faces around the circle, and the probability of a
+    correlation at least as large if the errors are independent (von Neumann's ratio on a circle).
 
     Anderson (Ann. Math. Stat. 13 (1942) 1) gives the distribution from the eigenvalues cos(2πk/n)
     of the orders k. Orders below ``first`` have been removed; their eigenvalues are

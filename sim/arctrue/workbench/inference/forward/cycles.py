@@ -21,17 +21,17 @@ from arctrue.workbench.noise.law import reference_clock
 Float = NDArray[np.float64]
 
 SIDE_ROWS = 4
-"""Rows on each side of a change, whose means are compared: a cycle of 24 faces has three pairs of
-them, and slow noise over four rows is alike within and between cycles."""
+"""Rows on each side of a change, whose means are compared: a cycle of 24 faces has three such
+pairs, and slow noise over four rows is alike within and between cycles."""
 LEAST_ENDS, LEAST_INSIDE = 4, 8
-"""Fewest changes between and within cycles: with four and eight, F must exceed 25 at CHANGES_P."""
+"""Fewest changes between and within cycles: with four and eight, F must exceed 27 at CHANGES_P."""
 CHANGES_P = 1e-4
 """Largest p at which the offset is stated to change; it equals the limit of a sure lack of fit."""
 
 
 MOST_WITHIN = 0.1
-"""If at most this share of an effect's sum of squares lies within the cycles, the cycles are its
-sample."""
+"""If at most this share of an effect's sum of squares lies within the cycles, the effect is tested
+by the means of the cycles."""
 
 
 @dataclass(frozen=True)
@@ -122,8 +122,8 @@ LEAST_SIDE = 2
 """Fewest rows of a side. Runs of 24 faces with a pause of seven steps have eight changes within
 four runs if a side has two rows, and four changes if it has SIDE_ROWS."""
 LEFT_OF_CHANGES = 0.25
-"""Largest share of the squares of the changes that the means of the runs may leave: an offset lasts
-for a run, and a transient after a reversal does not."""
+"""Largest share of the sum of squared changes that the means of the runs may leave: an offset lasts
+for its run, but a transient after a reversal does not."""
 
 
 def run_change(solution: Solution, largest_p: float = CHANGES_P) -> CycleChange | None:
@@ -184,8 +184,8 @@ def _changes_inside(runs: list[Float], side: int, apart: int) -> list[float]:
 
 
 def p_among_cycles(base: Solution, grown: Solution) -> float:
-    """Return p of an effect whose sample is the cycles (or runs) of the reference, by the F test of
-    their means without and with the effect; 0 if the effect also changes within them.
+    """Return p of an effect that changes only between the cycles (or runs) of the reference, by the
+    F test of their means without and with the effect; 0 if it also changes within them.
 
     ``grown``: solution of the same rows with the effect. The noise of this solution contains no
     jumps between the cycles, so that such a jump may look like the effect.

@@ -124,8 +124,8 @@ def fast_lines(
 
 
 def changes_evenly(place: Float, other: Float, stretch: Integer) -> bool:
-    """Tell whether the coordinate changes in proportion to another one, so that both show the same
-    lines: up to the highest rate, the phase of no line differs by more than FINE periods."""
+    """Tell whether the coordinate changes in proportion to ``other``, so that both show the same
+    lines. The phase of a line up to the highest rate then differs by at most FINE periods."""
     steps = np.abs(np.diff(place))[np.diff(stretch) == 0]
     step, from_mean = float(np.median(steps)), other - other.mean()
     square = float(from_mean @ from_mean)
@@ -147,8 +147,7 @@ def _senses(place: Float, stretch: Integer) -> Float:
 def _largest_line(
     place: Float, stretch: Integer, left_arcsec: Float, senses: Float
 ) -> float | None:
-    """Return the rate with the largest power among those whose power noise does not have; None if
-    there is none."""
+    """Return the rate with the largest power among the significant rates; None if there is none."""
     steps = np.abs(np.diff(place))[np.diff(stretch) == 0]
     step, span = float(np.median(steps)), float(np.ptp(place))
     if step <= 0.0 or CELLS_A_ROW * PADDED * span / step > MOST_CELLS:
@@ -188,7 +187,8 @@ def _largest_line(
 
 def _level(power: Float, apart: int, freedom: int) -> Float:
     """Return the level of the noise at each rate: the median of neighbours that are ``apart``
-    ordinates from each other and therefore independent, divided by that of noise of level 1."""
+    ordinates from each other and therefore independent, divided by the median for noise of level
+    1."""
     middle = median_filter(power[::apart], size=NEIGHBOURS, mode="reflect")
     middle = middle / (0.5 * float(chdtri(freedom, 0.5)))
     at = np.arange(power.size)

@@ -234,9 +234,9 @@ def oscillation_in_capture(solution: Solution) -> Oscillation | None:
 
 
 def oscillation_in_reference(solution: Solution) -> Oscillation | None:
-    """Return the resonance in the longest stretch of the reference that the averaged rows of
-    :func:`records_of` do not show, because it is faster or the rows are stations; None if there is
-    none."""
+    """Return the resonance in the longest stretch of the reference; None if there is none. The
+    averaged rows of :func:`records_of` do not show this resonance, because it is too fast or the
+    rows are stations."""
     found = longest_stretch(solution)
     if found is None:
         return None
@@ -270,8 +270,8 @@ def _in_records(records: Iterable[Record], channel: str, rows: int) -> Oscillati
 
 
 def _first_rows(time_s: Float, left_arcsec: Float) -> Iterator[Record]:
-    """Yield the first MOST_ROWS rows, then WIDER times as many rows, averaged to as many rows as
-    before, and so on until all rows would be averaged."""
+    """Yield the first MOST_ROWS rows. Each further record contains WIDER times as many rows,
+    averaged to as many rows as before; no record contains all rows."""
     block = 1
     while block * MOST_ROWS < time_s.size:
         part = slice(block * MOST_ROWS)

@@ -22,12 +22,13 @@ LEAST_PASSES = 4
 """Smallest number of passes that confirm a reversal error, two in each direction: at a single
 reversal, a change in time looks the same as the direction."""
 MOST_OF_THE_RECORD = 0.75
-"""Smallest share of the mean square beyond base and steps that the direction must remove in two or
-three passes, from means over parts of the passes. With an even drift in the base, none of 4,000
-random walks over two passes reaches this share, and 0.3 % of those over three passes do."""
+"""Smallest share of the mean square of the residual that the direction must remove in two or three
+passes. Base and steps are projected out; the values are means over parts of the passes. With an
+even drift in the base, none of 4,000 random walks over two passes reaches this share, and 0.3 % of
+those over three passes do."""
 PARTS_OF_A_PASS = 24
-"""Number of parts of a pass whose means are compared. The noise of single rows, which differs from
-a reversal error at a glance, then hardly counts; a random walk keeps its share."""
+"""Number of parts of a pass whose means are compared. The means contain little noise of single
+rows, which does not look like a reversal error; a random walk keeps its share."""
 LEAST_OWN = 1e-6
 """The reversal error is fitted only if the model leaves a larger share than this of the direction
 column's sum of squares; with a smaller share, the model already contains a reversal error."""

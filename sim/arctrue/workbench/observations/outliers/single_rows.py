@@ -1,9 +1,9 @@
 """Finds single rows that are wrong in a recording, before any model is fitted.
 
-A row is an outlier if its value is far from the values of the rows before it and of the rows after
-it, alone or with at most two neighbours, and if no similar deviation occurs at the same angle in
-other revolutions. Real deviations differ from outliers: after a lost count the deviation stays, a
-scratch recurs at its angle in both heads, and a vibration continues.
+A row, alone or with at most two neighbours, is an outlier if its value is far from the values
+before it and after it. In addition, no similar deviation may occur at the same angle in other
+revolutions. Real deviations differ from outliers: after a lost count the deviation stays, a scratch
+recurs at its angle in both heads, and a vibration continues.
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ LEAST_SIDE_ROWS = 5
 """Smallest number of rows in the median on a side near an end; two wrong rows change this median
 only a little."""
 OF_A_STEP = 0.5
-"""Largest distance of a row from the rows on one side, as a share of its distance from the rows on
-both sides, at which the row belongs to that side of a step: an outlier has about the same distance
-from both sides. Half is at least NEAR_SIGMA, because an outlier is FAR_SIGMA away."""
+"""A row belongs to one side of a step if its distance from the rows on that side is at most this
+share of its distance from the rows on both sides. An outlier has about the same distance from both
+sides. Half of that distance is at least NEAR_SIGMA, because an outlier is FAR_SIGMA away."""
 TO_MIDDLE = SIDE_ROWS // 2 + 1
 """Distance, in rows, to the middle of the SIDE_ROWS rows before or after a row."""
 LEAST_ROWS = 3 * SIDE_ROWS
@@ -58,8 +58,8 @@ WAVE_ORDERS = 20
 """Number of orders, as in the paper's model, that are subtracted before rows on both sides of a gap
 are compared."""
 WAVE_CONDITION = 1e-6
-"""The fit of the wave sets singular values to zero that are a smaller share than this of the
-largest one, because the rows of an arc cannot separate all orders."""
+"""The fit of the wave sets singular values below this share of the largest one to zero, because the
+rows of an arc cannot separate all orders."""
 MOST_FITTED = 20_000
 """The wave of a longer run is fitted to evenly spread rows; their number is at least this value and
 less than twice this value."""
@@ -70,8 +70,8 @@ NORMAL_MAD = 1.4826
 LEAST_VISITS = 4
 """Smallest number of readings of a station among which a single wrong reading can be recognised."""
 LEAST_PASS_ROWS = 3
-"""Smallest number of rows of a pass in which a single wrong reading can be recognised: the other
-two rows must agree against it."""
+"""Smallest number of rows of a pass in which a single wrong reading can be recognised: two other
+rows then agree with each other."""
 SAME_PLACE_ROWS = 1.5
 """Largest distance, in steps between rows, of rows in different revolutions that count as the same
 angle."""
@@ -407,8 +407,8 @@ def station_outliers(
     size = np.diff([0, *edges.tolist(), error_arcsec.size])
     pass_of = np.repeat(np.arange(size.size), size)
     away = error_arcsec - _medians(error_arcsec, pass_of)
-    # The median of a pass of one or two rows is the rows themselves. It does not show by how much
-    # the pass deviates, so that these rows must not enter the median of their stations.
+    # The median of a pass of one or two rows follows its rows. It does not show by how much the
+    # pass deviates, so that these rows must not enter the median of their stations.
     short = size[pass_of] < LEAST_PASS_ROWS
     station = np.where(short, int(station.max(initial=0)) + 1 + np.arange(station.size), station)
     away -= of_the_others(away, station)
@@ -433,8 +433,8 @@ def at_a_step(rows: Integer, values: Float, away: Float, piece: Integer) -> Bool
 
     ``values``, ``away``, ``piece`` (number of the pass): shapes (all rows,). The result is True if
     the row differs by less than OF_A_STEP of ``away`` from most of the SIDE_ROWS rows before or
-    after it in its piece, and from at least MOST_ROWS. The rows of an outlier are MOST_ROWS with
-    the row itself.
+    after it in its piece, and from at least MOST_ROWS of them. A group of outliers has at most
+    MOST_ROWS rows, so that fewer others agree with one of its rows.
     """
     found = np.zeros(rows.size, dtype=bool)
     for number, row in enumerate(rows.tolist()):
