@@ -267,7 +267,7 @@ def test_a_wrong_description_is_named(tmp_path: Path) -> None:
         ("search = 'order'", "Mine.search: expected a tuple of SearchParameter"),
         ("search_kind = 'luck'", "Mine.search_kind: expected 'grid' or 'disc_order'"),
         ("search_kind = 'frequency'", "expected frequency for search_kind 'frequency'"),
-        ("def scan(self, residuals): pass", "Mine.scan: expected none: search_kind states the kind"),
+        ("def scan(self, residuals): pass", "Mine.scan: expected none: search_kind states"),
         ("defaults = None", "Mine.defaults"),
         ("longest_call_s = 0", "Mine.longest_call_s: expected seconds above 0"),
         ("fixed_to_polygon = 'no'", "Mine.fixed_to_polygon: expected True or False, found 'no'"),
