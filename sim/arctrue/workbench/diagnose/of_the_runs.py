@@ -18,6 +18,7 @@ from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.inference.likelihood_ratio import with_index_as_known
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.significance import SIGNIFICANCE, corrected_p_value
+from arctrue.workbench.numeric.distributions import student_upper_p
 
 LEAST_OFFSETS = 2
 """Smallest number of free offsets (runs minus columns of the effect) for the comparison with the
@@ -32,9 +33,9 @@ LEAST_SCATTER = 4
 LEAST_OF_A_DIRECTION = 2
 """Smallest number of runs of each direction whose offsets are compared: with one run, a shift
 between two runs looks the same."""
-LEAST_DIFFERENCE = 3.0
-"""Smallest stated difference of the directions, in standard uncertainties: a known index exceeds it
-in 0.27 % of the sets without an effect."""
+DIFFERENCE_P = 0.0027
+"""Largest p of a stated difference of the directions: that of three standard uncertainties with a
+known index."""
 FOLLOWS_P = 1e-4
 """Largest p, over all conditions, at which the offsets count as a function of a condition; it
 equals the limit of a sure lack of fit."""
@@ -158,8 +159,8 @@ class DirectionDifference:
 
 
 def direction_difference(residuals: Residuals) -> DirectionDifference | None:
-    """Return the difference of R₂ − R₁ between the directions if it exceeds LEAST_DIFFERENCE
-    standard uncertainties; None otherwise, and with fewer than LEAST_OF_A_DIRECTION runs a
+    """Return the difference of R₂ − R₁ between the directions if chance gives it less often than
+    DIFFERENCE_P; None otherwise, and with fewer than LEAST_OF_A_DIRECTION runs a
     direction."""
     observations = residuals.observations
     rows = observations.capture
@@ -175,7 +176,10 @@ def direction_difference(residuals: Residuals) -> DirectionDifference | None:
     sigma = max(observations.index_sigma_arcsec, scatter)
     size = abs(float(up.mean() - down.mean()))
     u_arcsec = sigma * float(np.sqrt(1.0 / up.size + 1.0 / down.size))
-    if size <= LEAST_DIFFERENCE * u_arcsec:
+    # A scatter above that of the index is known from the offsets alone, with n − 2 degrees of
+    # freedom.
+    freedom = known.size - 2.0 if scatter > observations.index_sigma_arcsec else np.inf
+    if 2.0 * student_upper_p(size / u_arcsec, freedom) > DIFFERENCE_P:
         return None
     return DirectionDifference(size, u_arcsec)
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from arctrue.workbench.diagnose.high_lines import gains_with, high_lines
 from arctrue.workbench.diagnose.parts_range import only_cancels, passes_its_wave, resolved_orders
-from arctrue.workbench.diagnose.turned import stations_of, turned_products
+from arctrue.workbench.diagnose.turned import turned_products
 from arctrue.workbench.effects.part_conditions import (
     Condition,
     column_condition,
@@ -25,6 +25,7 @@ from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.scan import highest
 from arctrue.workbench.numeric.harmonics import BLOCK_ROWS, harmonic_columns
 from arctrue.workbench.observations import CaptureRows, Observations
+from arctrue.workbench.observations.different_stations import stations_of
 from arctrue.workbench.observations.polygon_faces import keep_to_faces
 
 Float = NDArray[np.float64]

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
+from scipy.special import chdtrc
+
 from arctrue.workbench.inference.solution import Solution
 
-SURE = 3.0
-"""A curve is stated if its RMS exceeds this number of standard uncertainties; chance gives such a
-size in 3 of 1,000 cases."""
+CHANCE = 0.0027
+"""A curve is stated if noise gives all its coefficients together such a size (χ²) less often; this
+is the probability outside three standard uncertainties of one number."""
 
 
 def shared_curve(base: Solution | None) -> list[str]:
@@ -18,17 +21,16 @@ def shared_curve(base: Solution | None) -> list[str]:
         if not term.effect.settings.get("arc_deg"):
             continue
         part = base.part(index)
-        parameters = term.effect.parameters(
-            base.coefficients[part],
-            base.covariance[part, part],
-            term.nonlinear,
-            base.observations,
+        coefficients, covariance = base.coefficients[part], base.covariance[part, part]
+        square = float(coefficients @ np.linalg.pinv(covariance, hermitian=True) @ coefficients)
+        if float(chdtrc(coefficients.size, square)) > CHANCE:
+            continue
+        size = term.effect.parameters(coefficients, covariance, term.nonlinear, base.observations)[
+            "curve_rms"
+        ]
+        found.append(
+            f"All passes over the arc share a smooth curve of the angle, {size.value:.3g}″ RMS: "
+            "the model contains it as the error of the disc or of the reference's scale, which "
+            "whole turns would separate."
         )
-        size = parameters["curve_rms"]
-        if size.value > SURE * size.sigma:
-            found.append(
-                f"All passes over the arc share a smooth curve of the angle, {size.value:.3g}″ "
-                "RMS: the model contains it as the error of the disc or of the reference's scale, "
-                "which whole turns would separate."
-            )
     return found

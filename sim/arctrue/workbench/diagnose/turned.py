@@ -13,11 +13,9 @@ from numpy.typing import NDArray
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.observations import Observations, ReferenceRows
 from arctrue.workbench.observations.column_unit import column_unit
+from arctrue.workbench.observations.different_stations import stations_of
 from arctrue.workbench.observations.polygon_faces import FACE_TOLERANCE_DEG, keep_to_faces
 
-STATION_DECIMALS = 3
-"""Decimals of a degree to which targets are rounded to count the different stations: 3.6″, more
-than the rounding of a file and less than the distance of two stations."""
 LEAST_STATIONS, MOST_ORDERS = 3, 30
 """Fewest stations of a turn, and highest order of g, which is that of the other products of
 parts."""
@@ -25,11 +23,6 @@ LEAST_TURNED = 0.1
 """Smallest share of the variance of a wave of g that waves of f cannot reproduce, 1 − |mean of
 exp(i n m)|²; Marquardt calls a variance inflation factor of 10 too large (Technometrics 12 (1970)
 610)."""
-
-
-def stations_of(target_deg: NDArray[np.float64]) -> int:
-    """Return the number of different stations; 359.9999° is the station 0°."""
-    return int(np.unique(np.mod(np.round(target_deg, STATION_DECIMALS), 360.0)).size)
 
 
 def turned_products(observations: Observations) -> list[ProductOfParts]:
@@ -40,7 +33,11 @@ def turned_products(observations: Observations) -> list[ProductOfParts]:
         return []
     target_deg = np.degrees(rows.target_rad)
     stations = rows.faces or stations_of(target_deg)
-    if stations < LEAST_STATIONS or not keep_to_faces(stations, rows.run, target_deg):
+    if stations < LEAST_STATIONS or 360.0 / stations <= 2.0 * FACE_TOLERANCE_DEG:
+        # Rows of a log on the move are so close to each other that any column seems to step by
+        # whole stations.
+        return []
+    if not keep_to_faces(stations, rows.run, target_deg):
         return []
     found = []
     for name, column in rows.conditions.items():

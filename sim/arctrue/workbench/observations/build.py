@@ -28,9 +28,9 @@ from arctrue.workbench.observations.true_angle import true_angle
 from arctrue.workbench.observations.used_rows import (
     counted_once,
     duplicates,
-    numbered_in_the_file,
     used_capture_rows,
     used_reference_rows,
+    without_rows,
 )
 from arctrue.workbench.observations.wrapped_targets import unwrapped
 
@@ -73,11 +73,11 @@ def observations_of(
     says_which_rows = capture is not None and capture.trusted is not None
     if capture is not None:
         _require_a_place_each(facts, capture)
-        short, left_out = rows_of_short_runs(capture, facts.counts_per_rev)
-        whole_runs = capture.where(~short) if short.any() else capture
-        used = used_capture_rows(whole_runs, facts, separation, mask_outliers=mask_outliers)
-        used = numbered_in_the_file(used, short)
+        used = used_capture_rows(capture, facts, separation, mask_outliers=mask_outliers)
         _require_rows("capture", used.rows.run.size, capture.run.size)
+        short, left_out = rows_of_short_runs(used.rows, facts.counts_per_rev)
+        if short.any():
+            used = without_rows(used, short)
         capture, used_capture = used.rows, used.numbers
         masked += used.masked
         outlying_share["capture"] = used.outlying_share

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.base.percent import percent
+from arctrue.workbench.observations.different_stations import stations_of
 from arctrue.workbench.observations.reference_speed import MOVING_STEP_DEG, continued
 from arctrue.workbench.observations.rows import ReferenceRows
 
@@ -135,7 +136,8 @@ def saturated_rows(rows: ReferenceRows, line_of: Callable[[int], int]) -> list[s
     smallest error, if they are too many for an extremum; empty if they are not.
 
     At the extremum of a smooth curve, rounded values recur as well, but fewer than LONGER times as
-    often as any other value.
+    often as any other value. One station only is no limit of a range: its rows have the same value
+    where each run is set to zero there, or while the table stands.
     """
     error, size = rows.error_arcsec, rows.error_arcsec.size
     values, count = np.unique(error, return_counts=True)
@@ -143,7 +145,12 @@ def saturated_rows(rows: ReferenceRows, line_of: Callable[[int], int]) -> list[s
         return []
     usual = int(count[1:-1].max())
     least = max(LEAST_STEPS, LEAST_SHARE * size, LONGER * usual)
-    ends = [(end, int(count[end])) for end in (-1, 0) if count[end] >= least]
+    ends = [
+        (end, int(count[end]))
+        for end in (-1, 0)
+        if count[end] >= least
+        and stations_of(np.degrees(rows.target_rad[error == values[end]])) > 1
+    ]
     if not ends:
         return []
     first = int(np.flatnonzero(np.isin(error, values[[end for end, _ in ends]]))[0])

@@ -106,11 +106,11 @@ def counted_once(used: UsedRows[Reference], again: Boolean) -> UsedRows[Referenc
     listed = [
         MaskedRow("reference", row + 2, "duplicate") for row in np.flatnonzero(again).tolist()
     ]
-    used = numbered_in_the_file(used, again)
+    used = _numbered_in_the_file(used, again)
     return replace(used, masked=sorted([*used.masked, *listed], key=_line))
 
 
-def numbered_in_the_file(used: UsedRows[Channel], omitted: Boolean) -> UsedRows[Channel]:
+def _numbered_in_the_file(used: UsedRows[Channel], omitted: Boolean) -> UsedRows[Channel]:
     """Return the used rows with their numbers in the file, whose rows in ``omitted`` were omitted
     before."""
     if not omitted.any():
@@ -119,6 +119,12 @@ def numbered_in_the_file(used: UsedRows[Channel], omitted: Boolean) -> UsedRows[
     listed = [replace(item, row=int(left[item.row - 2]) + 2) for item in used.masked]
     numbers = left if used.numbers is None else left[used.numbers]
     return replace(used, numbers=numbers, masked=listed)
+
+
+def without_rows(used: UsedRows[Capture], left_out: Boolean) -> UsedRows[Capture]:
+    """Return the used rows of a capture without the rows in ``left_out``, shape (used rows,)."""
+    numbers = np.arange(left_out.size) if used.numbers is None else used.numbers
+    return replace(used, rows=used.rows.where(~left_out), numbers=numbers[~left_out])
 
 
 def _column_mask(rows: Capture | Reference) -> Boolean:

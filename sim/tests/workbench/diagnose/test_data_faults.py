@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sim.tests.workbench.small_sets import SAMPLES_A_TURN, measurement_set
+from sim.tests.workbench.small_sets import COUNTS_PER_REV, SAMPLES_A_TURN, measurement_set
 
 from arctrue.measurement import Capture, MeasurementSet
 from arctrue.studies.benchmark.diagnosis import diagnosed
@@ -255,6 +255,21 @@ def test_an_outlier_behind_a_short_run_is_listed_with_its_line() -> None:
     cut.head2_counts[ROW] += 3_000
     seen = observations_of(replace(made, capture=cut))
     assert [item.row for item in seen.masked] == [ROW + 2]
+
+
+@pytest.mark.parametrize("place", ["end", "inside"])
+def test_a_wrong_row_makes_no_run_short(place: str) -> None:
+    """A reading that is off by a quarter turn in the last row of a whole run, or by half a turn
+    inside it, is masked; only the run that really has 0.7 of a turn is left out."""
+    made, capture = _copied()
+    cut = _cut(capture, {2: 0.7})
+    row = np.flatnonzero(cut.run == 1)[-1] if place == "end" else ROW
+    cut.head1_counts[row] += COUNTS_PER_REV // (-4 if place == "end" else 2)
+    seen = observations_of(replace(made, capture=cut))
+    assert [item.row for item in seen.masked] == [row + 2]
+    (said,) = seen.left_out
+    assert "capture: run 2 has 0.700 of a turn, and" in said
+    assert too_short(seen) is None
 
 
 def test_a_capture_of_arcs_cannot_tell() -> None:

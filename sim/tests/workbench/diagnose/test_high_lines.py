@@ -14,7 +14,6 @@ from arctrue.workbench.diagnose.parts_scan import (
     best_parts,
     parts_above,
 )
-from arctrue.workbench.diagnose.turned import stations_of
 from arctrue.workbench.effects.part_conditions import (
     ALWAYS,
     column_condition,
@@ -25,6 +24,7 @@ from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.observations.build import observations_of
+from arctrue.workbench.observations.different_stations import stations_of
 
 ORDER = 72.0
 LOADS_NM = np.array([0.0, 5.0, 2.0, 8.0])

@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
 from arctrue.workbench.diagnose.report import sentences
+from arctrue.workbench.diagnose.shared_curve import shared_curve
 from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.model.growth import settle
 from arctrue.workbench.model.model import default_model
 from arctrue.workbench.numeric.arc_curve import arc_curves
@@ -138,6 +140,27 @@ def test_a_single_pass_shares_nothing() -> None:
     passes = _passes(100.0, 400, 1)
     error = _disc(passes[0], random) + random.normal(0.0, NOISE_ARCSEC, 400)
     assert not any("share a smooth curve" in text for text in sentences(_diagnosed(*passes, error)))
+
+
+@pytest.mark.parametrize(("arc_deg", "curves"), [(60.0, 13), (240.0, 34)])
+def test_noise_is_no_curve(arc_deg: float, curves: int) -> None:
+    """Noise without a curve, five draws each: the probability of a statement is 0.27 % a draw. The
+    stated size excludes the noise, which alone has the size √13·u or √34·u."""
+    stated, squares = 0, []
+    for seed in range(5):
+        passes = _passes(arc_deg, 61, 6)
+        error = np.random.default_rng(seed).normal(0.0, NOISE_ARCSEC, passes[0].size)
+        reference = Reference(
+            passes[0], error, run=passes[3], time_s=passes[2], direction=passes[1].astype(np.int64)
+        )
+        observations = observations_of(MeasurementSet(Table(), None, reference))
+        base = fit(settle(default_model(), observations, EFFECTS), observations)
+        stated += len(shared_curve(base))
+        (size,) = [one["curve_rms"].value for one in base.parameters() if "curve_rms" in one]
+        # The square of the size has the standard deviation √(2·curves)·u² in noise alone.
+        squares.append(size**2 * 61 * 6 / NOISE_ARCSEC**2)
+    assert stated == 0
+    assert np.mean(squares) < 3.0 * (2.0 * curves / 5.0) ** 0.5
 
 
 @pytest.mark.parametrize("arc_deg", [2.0, 45.0, 120.0, 251.0])

@@ -126,3 +126,24 @@ def test_readings_at_the_limits_of_the_instrument_are_bad_data() -> None:
 @pytest.mark.parametrize("display", [0.01, 0.1, 1.0])
 def test_the_extremum_of_a_rounded_curve_is_no_limit(display: float) -> None:
     assert _faults(_log(noise=0.0, amplitude=30.0, display=display)) == []
+
+
+def test_runs_that_are_set_to_zero_show_no_limit() -> None:
+    """24 runs over 90°, each set to zero at its first station: the value 0 is the smallest and
+    occurs in each run, at one station only."""
+    random = np.random.default_rng(4)
+    station = np.tile(np.arange(0.0, 91.0, 5.0), 24)
+    run = np.repeat(np.arange(24), 19)
+    error = 0.2 * station + random.normal(0.0, 0.02, station.size)
+    error = np.round(error - error[station == 0.0][run], 5)
+    assert np.sum(error == error.min()) == 24
+    assert _faults(Reference(station, error, run=run)) == []
+
+
+def test_a_log_that_stands_first_shows_no_limit() -> None:
+    """The display shows one value for 200 rows at the angle 0, and larger values afterwards."""
+    made = _log(amplitude=0.0)
+    moved = np.maximum(np.arange(ROWS) - 200, 0)
+    error = np.where(moved > 0, np.abs(made.error_arcsec) + 0.02 * moved, 0.0)
+    log = replace(made, target_deg=made.target_deg[moved] - made.target_deg[0], error_arcsec=error)
+    assert not any("limit of its range" in said for said in _faults(log))

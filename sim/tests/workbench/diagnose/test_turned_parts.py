@@ -105,3 +105,17 @@ def test_which_columns_turn_a_part() -> None:
     assert not turned_products(replace(made, reference=between))
     within = replace(rows, conditions={"elevation_deg": np.degrees(rows.target_rad)})
     assert not turned_products(replace(made, reference=within))
+
+
+def test_no_column_turns_a_part_of_a_log_on_the_move() -> None:
+    """Rows 0.018° apart have no pitch by which a part could have been turned."""
+    rows = 20_000
+    run = np.repeat(np.arange(4), rows // 4)
+    log = Reference(
+        np.arange(rows) * 0.018,
+        np.zeros(rows),
+        run=run,
+        time_s=0.1 * np.arange(rows),
+        conditions={"tilt_deg": np.array([0.0, 0.7, 1.9, 0.4])[run]},
+    )
+    assert turned_products(observations_of(MeasurementSet(Table(), None, log))) == []

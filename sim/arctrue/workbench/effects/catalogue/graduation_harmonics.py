@@ -96,10 +96,12 @@ class GraduationHarmonics(Effect):
     ) -> dict[str, Parameter]:
         found: dict[str, Parameter] = {}
         if self._arc_deg:
-            # The curves are orthogonal on the arc, and each has the RMS 1.
-            rms = float(np.linalg.norm(coefficients))
+            # The curves are orthogonal on the arc, and each has the RMS 1. The noise of the
+            # coefficients adds the trace of their covariance to the sum of their squares.
+            square = float(coefficients @ coefficients)
+            rms = float(np.sqrt(max(square - float(np.trace(covariance)), 0.0)))
             variance = float(coefficients @ covariance @ coefficients)
-            sigma = float(np.sqrt(max(variance, 0.0))) / max(rms, 1e-300)
+            sigma = float(np.sqrt(max(variance, 0.0) / max(square, 1e-300)))
             return {"curve_rms": Parameter(rms, sigma, "arcsec")}
         for index, order in enumerate(self.integers("orders")):
             pair = slice(2 * index, 2 * index + 2)
