@@ -21,9 +21,10 @@ from arctrue.workbench.inference.solution import Solution
 Float = NDArray[np.float64]
 
 MOST_OF_LEFT = 0.5
-"""Smallest share of the error that remains with the condition alone, which the lag must remove. One
-lagged curve in place of one without a lag takes so much from noise only if this noise itself has
-the form of the condition."""
+"""Smallest share that the lag must remove of the error that remains with the condition alone, and
+with the condition after a symmetric smoothing of the same kind. Noise or display steps of a
+recorded column are in its product, and any smoothing removes most of this error; only a real lag
+also removes what the symmetric smoothing leaves."""
 AHEAD_SPANS = 0.125
 """Longest lag, in lengths of the record: with a longer one, the condition before the first row
 determines the error, and that is not known."""
@@ -32,6 +33,9 @@ TRIED = 24
 one lies between them."""
 LEAST_ROWS = 100
 """Fewest rows: the lag is one value of four, beside size, constant and orders of the table."""
+MOST_ROWS = 20_000
+"""Largest number of rows with which lags are tried, to limit cost: neighbouring rows of a longer
+record are averaged."""
 LEAST_CHANGE = 3.0
 """Smallest number of changes of the condition's sense, after a mean over the lag: the lag of a
 condition that rises evenly is an offset."""
@@ -68,20 +72,24 @@ def lag_of(item: Candidate | None, base: Solution) -> Lag | None:
     values, time_s = condition.values(rows), rows.time_s
     if values is None or time_s is None or time_s.size < LEAST_ROWS:
         return None
-    steps = np.diff(time_s)
-    if not np.all(steps > 0.0):
+    if not np.all(np.diff(time_s) > 0.0):
         return None
     columns = channel_columns(base.terms, base.observations, base.context, capture=False)
     others = np.column_stack([np.ones(time_s.size), columns])
-    measured = rows.measured_arcsec
+    each = -(-time_s.size // MOST_ROWS)
+    values, time_s, others = (_averaged(one, each) for one in (values, time_s, others))
+    measured = _averaged(rows.measured_arcsec, each)
     alone, _ = _left(others, values, measured)
-    longest, shortest = AHEAD_SPANS * float(np.ptp(time_s)), float(np.median(steps))
+    longest, shortest = AHEAD_SPANS * float(np.ptp(time_s)), float(np.median(np.diff(time_s)))
     if longest <= shortest:
         return None
     lags = np.geomspace(shortest, longest, TRIED)
     tried = [_left(others, behind(values, time_s, lag), measured) for lag in lags]
     at = int(np.argmin([left for left, _ in tried]))
     if at == TRIED - 1 or tried[at][0] > (1.0 - MOST_OF_LEFT) * alone:
+        return None
+    symmetric = min(_left(others, _both_ways(values, time_s, lag), measured)[0] for lag in lags)
+    if tried[at][0] > (1.0 - MOST_OF_LEFT) * symmetric:
         return None
     fine = np.geomspace(lags[max(at - 1, 0)], lags[at + 1], TRIED)
     tried = [_left(others, behind(values, time_s, lag), measured) for lag in fine]
@@ -100,16 +108,31 @@ def _per(unit: str) -> str:
 def behind(values: Float, time_s: Float, lag_s: float) -> Float:
     """Return the condition behind a first-order lag, which begins at rest; values are joined by
     straight lines."""
-    found = np.empty_like(values)
-    found[0] = values[0]
-    for row in range(1, values.size):
-        step = float(time_s[row] - time_s[row - 1])
-        kept = np.exp(-step / lag_s)
-        rise = (values[row] - values[row - 1]) / step
-        # Exact for a straight line: T_b = T − τ·T′ + (T_b − T + τ·T′)₀·e^(−t/τ)
-        start = found[row - 1] - values[row - 1] + lag_s * rise
-        found[row] = values[row] - lag_s * rise + kept * start
-    return found
+    steps = np.diff(time_s)
+    kept = np.exp(-steps / lag_s)
+    slack = lag_s * np.diff(values) / steps
+    # Exact for a straight line: T_b = T − τ·T′ + (T_b − T + τ·T′)₀·e^(−t/τ)
+    added = values[1:] - slack - kept * (values[:-1] - slack)
+    found = [float(values[0])]
+    for share, further in zip(kept.tolist(), added.tolist(), strict=True):
+        found.append(share * found[-1] + further)
+    return np.array(found)
+
+
+def _both_ways(values: Float, time_s: Float, lag_s: float) -> Float:
+    """Return the condition smoothed over the lag's time, as much by later as by earlier rows."""
+    back = behind(values[::-1], -time_s[::-1], lag_s)[::-1]
+    return 0.5 * (behind(values, time_s, lag_s) + back)
+
+
+def _averaged(values: Float, each: int) -> Float:
+    """Return the means of ``each`` neighbouring rows; the last mean may have fewer."""
+    if each == 1:
+        return values
+    first = np.arange(0, values.shape[0], each)
+    rows = np.diff(np.append(first, values.shape[0]))
+    means = np.add.reduceat(values, first, axis=0).T / rows
+    return np.asarray(means.T)
 
 
 def _left(others: Float, own: Float, measured: Float) -> tuple[float, float]:

@@ -27,8 +27,9 @@ MOST_STEPS = 64
 SIDE = 16
 """Number of rows before and after an instant whose means are compared."""
 FAR = 6.0
-"""Smallest difference of these means, in robust standard deviations of all such differences: normal
-noise exceeds it once in 5·10⁸ rows."""
+"""Smallest difference of these means, in robust standard deviations of all such differences: white
+normal noise of known scatter exceeds it once in 5·10⁸ rows. Of short runs the scatter is less sure,
+because differences within 2·SIDE rows share readings; EQUAL_SIGMA and BY_CHANCE then decide."""
 ROUNDS = 4
 """Largest number of rounds of search and fit: a step hides another one within SIDE rows of it."""
 EQUAL_SIGMA = 3.0
@@ -129,8 +130,10 @@ def _steps(solution: Solution, rows: CaptureRows) -> tuple[Integer, Float, Float
     sizes, sigmas = np.zeros(0), np.zeros(0)
     for _ in range(ROUNDS):
         differences = _differences(left, spans)
-        scatter = NORMAL_MAD * float(np.median(np.abs(differences)))
-        new = _largest(differences, FAR * scatter, places)
+        scatter = _scatter(differences)
+        if scatter == 0.0:
+            return None
+        new = _largest(np.nan_to_num(differences), FAR * scatter, places)
         if not new:
             break
         if len(places) + len(new) > MOST_STEPS:
@@ -159,21 +162,27 @@ def _fitted(
     left = rows.difference_arcsec - matrix @ fitted
     # The scatter of the differences of two means of SIDE rows gives that of a row, also if the
     # noise is correlated over these rows.
-    noise = NORMAL_MAD * float(np.median(np.abs(_differences(left, spans)))) * np.sqrt(SIDE / 2)
+    noise = _scatter(_differences(left, spans)) * np.sqrt(SIDE / 2)
     own = slice(model.shape[1], None)
     return fitted[own], noise * np.sqrt(np.diag(inverse)[own]), left
 
 
 def _differences(values: Float, spans: list[tuple[int, int]]) -> Float:
     """Return the mean of the SIDE rows from each row on, minus the mean of the SIDE rows before it;
-    0 near the ends of a run."""
-    found = np.zeros(values.size)
+    NaN within SIDE rows of the ends of a run."""
+    found = np.full(values.size, np.nan)
     for start, end in spans:
         if end - start >= 2 * SIDE:
             total = np.concatenate([[0.0], np.cumsum(values[start:end])])
             means = (total[SIDE:] - total[:-SIDE]) / SIDE
             found[start + SIDE : end - SIDE + 1] = means[SIDE:] - means[:-SIDE]
     return found
+
+
+def _scatter(differences: Float) -> float:
+    """Return the robust standard deviation of the differences that exist; 0 if none exists."""
+    exist = np.abs(differences[np.isfinite(differences)])
+    return NORMAL_MAD * float(np.median(exist)) if exist.size else 0.0
 
 
 def _largest(differences: Float, least: float, known: list[int]) -> list[int]:

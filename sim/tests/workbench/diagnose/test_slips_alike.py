@@ -88,6 +88,33 @@ def test_a_saw_of_the_angle_is_no_staircase(teeth: int) -> None:
     assert _found(saw, 1) is None
 
 
+def _short(slips: int, seed: int) -> MeasurementSet:
+    """Return 40 runs of one turn with 60 rows; in each of the first ``slips`` runs, head 2 loses 64
+    counts in the middle."""
+    rng = np.random.default_rng(seed)
+    rows, runs = 60, 40
+    run = np.repeat(np.arange(runs), rows)
+    turn = np.tile(np.arange(rows) * 360.0 / rows, runs)
+    lost = 64 * ((run < slips) & (np.tile(np.arange(rows), runs) >= rows // 2))
+    heads = []
+    for place in (0.0, 33.0):
+        error = 40.0 * np.cos(np.radians(turn + place) + 1.0) + 0.1 * rng.normal(size=run.size)
+        heads.append(np.round((3600.0 * (turn + place) + error) / COUNT_ARCSEC).astype(np.int64))
+    capture = Capture(run, 100.0 * run + turn / 30.0, heads[0], heads[1] - lost)
+    return MeasurementSet(Table(counts_per_rev=COUNTS, head_separation_deg=33.0), capture, None)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_losses_in_short_runs_are_counted(seed: int) -> None:
+    """29 of 60 rows have SIDE rows on both sides in their run."""
+    base = [Term(built_in()["graduation_harmonics"](orders=[1]), {})]
+    found = slips_alike(fit(base, observations_of(_short(6, seed))))
+    assert found is not None
+    assert found.counts == -64
+    assert found.of_run == dict.fromkeys(range(6), 1)
+    assert slips_alike(fit(base, observations_of(_short(0, seed)))) is None
+
+
 def test_the_diagnosis_describes_the_losses_and_asks_for_the_index() -> None:
     found = diagnosis_of(_set(_losses({2: [16] * 6, 3: [16] * 6}, 4), 4))
     assert found.verdict == "unknown"

@@ -7,6 +7,8 @@ them.
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import fdtrc
@@ -21,17 +23,29 @@ Float = NDArray[np.float64]
 LEAST_RUNS = 4
 """Fewest runs: with three, one change and a growth describe every order of the runs."""
 HIGHEST = 4
-"""Orders 2 to HIGHEST of each run show how much noise differs between the runs. Drifts, a random
-walk and a step within a run have coefficients that fall with 1/n, so that n² times their squares is
-at least as large as that of order 1."""
+"""Orders 2 to HIGHEST of each run show how much noise differs between the runs. A random walk, a
+step within a run and a drift over many runs have coefficients that fall with 1/n, so that n² times
+their squares is at least as large as that of order 1. An oscillation with a period of one or two
+runs has smaller ones; there the boundaries of the runs decide."""
 LEAST_TURN = 0.75
 """Smallest part of a turn that a run must cover, as for an order of a product of parts."""
 LEAST_ROWS = 12
 """Fewest rows of a run, for the nine coefficients of its zero and its orders 1 to HIGHEST."""
 ZERO_SHARE = 0.5
 """Smallest ratio of the scatter of the zeros to that of order 1. An oscillation of about one period
-a run also has another order 1 in each run, but it averages to nearly zero over a run: up to 1.4
-periods a run, the ratio is at most 0.43 (sinc 0.7 / sinc 0.3)."""
+a run also has another order 1 in each run, but it averages to nearly zero over a run: with a period
+of one to 1.4 runs, the ratio is at most 0.43 (sinc 0.7 / sinc 0.3). A walk of the zero makes it
+larger, and the boundaries decide."""
+EDGE = 3
+"""Number of rows whose mean is compared on each side of a boundary of two runs: a drift is
+continuous there, and only what happens between the runs makes a jump."""
+LEAST_JUMP = 0.7
+"""Smallest ratio of the jumps' scatter to that of the difference of two zeros, √2 times the zeros':
+independent zeros have a ratio of 1 or more on average, because order 1 also jumps."""
+MORE_THAN_INSIDE = 2.0
+"""Smallest ratio of the jumps' scatter to that of such differences inside the runs. A sine whose
+boundaries all lie where it is steepest reaches √2; a random walk over six runs, with four free
+jumps, reaches 2 with a probability of 0.3 % (χ²)."""
 MOST_LEFT = 0.2
 """Smallest share of the squares of the runs' order 1 that must remain with an effect or a product
 in the model: one factor of the runs describes about a fifth of the changes of six runs, the best of
@@ -40,11 +54,12 @@ a dozen about a half."""
 
 def mounting_change(solution: Solution) -> CycleChange | None:
     """Return the scatter of zero and order 1 between the runs; None if the runs do not show their
-    own order 1 and their own zero, or if the set has a capture, whose effects then decide."""
+    own order 1 and their own zero, if the error is continuous from run to run, or if the set has a
+    capture, whose effects then decide."""
     found = _of_runs(solution)
     if found is None or solution.observations.capture is not None or solution.unknown_noise:
         return None
-    zeros, orders = found
+    zeros, orders, jumps, inside = found
     free = zeros.size - 1
     square = _squares(orders[0])
     noise = np.mean([number**2 * _squares(one) for number, one in enumerate(orders[1:], 2)])
@@ -53,6 +68,8 @@ def mounting_change(solution: Solution) -> CycleChange | None:
         return None
     zero, order_1 = float(np.std(zeros)), float(np.sqrt(square / zeros.size))
     if zero < ZERO_SHARE * order_1:
+        return None
+    if jumps < max(LEAST_JUMP * np.sqrt(2.0) * zero, MORE_THAN_INSIDE * inside):
         return None
     return CycleChange(zero, of_runs=True, order_1_arcsec=order_1)
 
@@ -65,9 +82,10 @@ def describes_mountings(base: Solution, grown: Solution) -> bool:
     return _squares(after[1][0]) < MOST_LEFT * _squares(before[1][0])
 
 
-def _of_runs(solution: Solution) -> tuple[Float, list[Float]] | None:
+def _of_runs(solution: Solution) -> tuple[Float, list[Float], float, float] | None:
     """Return the zero, (runs,), and for each order its cosine and sine, (runs, 2), of each run of
-    the reference; None if a run is too short or too few runs are in the order of the file."""
+    the reference, and the scatter of the steps between and inside the runs; None if a run is too
+    short or too few runs are in the order of the file."""
     rows, left = solution.observations.reference, solution.reference_residual_arcsec()
     if rows is None or left is None or np.any(np.diff(rows.run) < 0):
         return None
@@ -85,9 +103,22 @@ def _of_runs(solution: Solution) -> tuple[Float, list[Float]] | None:
         columns = np.hstack([np.ones((piece.size, 1)), waves])
         fitted.append(np.linalg.lstsq(columns, left[piece], rcond=1e-6)[0])
     coefficients = np.array(fitted)
-    return coefficients[:, 0], [
-        coefficients[:, 2 * order - 1 : 2 * order + 1] for order in range(1, HIGHEST + 1)
-    ]
+    return (
+        coefficients[:, 0],
+        [coefficients[:, 2 * order - 1 : 2 * order + 1] for order in range(1, HIGHEST + 1)],
+        *_steps([left[piece] for piece in pieces]),
+    )
+
+
+def _steps(runs: list[Float]) -> tuple[float, float]:
+    """Return the scatter of the steps at the boundaries of the runs, about their mean, and the rms
+    of the same steps inside the runs. The mean step contains what is common to all runs: errors of
+    the table where the last place of a run is not next to the first place of the following one, and
+    an even drift, whose part within a run the model's orders take."""
+    means = [np.convolve(run, np.full(EDGE, 1.0 / EDGE), mode="valid") for run in runs]
+    jumps = np.array([after[0] - before[-1] for before, after in pairwise(means)])
+    inside = np.concatenate([mean[EDGE:] - mean[:-EDGE] for mean in means])
+    return float(np.std(jumps, ddof=1)), float(np.sqrt(np.mean(inside**2)))
 
 
 def _is_turn(rows: ReferenceRows, piece: NDArray[np.int64]) -> bool:
