@@ -149,7 +149,7 @@ def test_the_golden_image_and_what_is_saved_cannot_be_written() -> None:
 
 @pytest.mark.parametrize(
     ("fault", "reason"),
-    [("stuck", "flash_stuck"), ("bad_bit", "flash_not_read_back"), ("silent", "does not know")],
+    [("stuck", "flash_stuck"), ("bad_bit", "flash_not_read_back"), ("silent", "does not support")],
 )
 def test_a_flash_that_does_not_obey(fault: str, reason: str) -> None:
     board = Board(Chip(fault=fault))

@@ -264,7 +264,7 @@ def test_a_set_with_a_reference_alone_gives_every_table(tmp_path: Path) -> None:
         text = (tmp_path / name / form.file_name).read_text()
         written = json.loads((tmp_path / "e.json").read_text())
         assert written["format"] == name
-        assert f"leaves at most {written['left_arcsec']['largest']:.3f}″" in answer.output
+        assert f"at most {written['left_arcsec']['largest']:.3f}″" in answer.output
         # Compare with the error of the disc itself, which no part of the package has computed.
         for angle_deg in np.arange(0.0, 360.0, 7.3).tolist():
             angle = math.radians(angle_deg)

@@ -294,7 +294,7 @@ def test_what_is_not_judged_yet_is_not_denied(
     session.write_ranking(1, partly)
     where = section(client.get(first).text, "where")
     assert FOLLOWS_NONE not in where
-    assert "diagnosis will show" in where
+    assert "diagnosis will state" in where
 
     # The ranking now contains the share of the residual that each condition explains. In the first
     # case every share is 0; in the second, every share is 24 %, which the page shows but which is

@@ -479,6 +479,7 @@ def test_a_near_tie_with_a_product_of_parts_is_no_name(monkeypatch: pytest.Monke
             ahead=ahead,
             rivals=[],
             others={},
+            confounded_effect=None,
         )
         assert rules.cannot_be_split(case) == verdict
 
