@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from arctrue.cli import main as arctrue
 from arctrue.measurement import read_measurement_set
 from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.added import best_form
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.residuals import Residuals
@@ -111,7 +112,8 @@ def worm() -> None:
     assert rows is not None
     assert rows.time_s is not None
     drift = Term(EFFECTS["reference_drift"](degree=2), {})
-    gear = Term(EFFECTS["drive_gear_error"](), {})
+    residuals = Residuals(fit([drift], observations))
+    gear = Term(best_form(EFFECTS["drive_gear_error"](), residuals), {})
     figure = Figure(figsize=(8.0, 3.2), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.subplots()
