@@ -226,7 +226,8 @@ def sentences(result: Diagnosis) -> list[str]:
     found = [
         words
         for words in result.findings.sentences()
-        if result.decision.seen is None or result.decision.seen[1:] + "." != words[1:]
+        # The first sentence states the finding already.
+        if result.decision.seen is None or not words.endswith(result.decision.seen[1:] + ".")
     ]
     if result.verdict == "unknown" and result.decision.look_alikes:
         lacking = "; ".join(
