@@ -13,7 +13,7 @@ from tb.support.simulation import simulate
         pytest.param(1, marks=pytest.mark.large),
         pytest.param(4, marks=pytest.mark.large),
         9,
-        pytest.param(32, marks=pytest.mark.large),
+        32,
         pytest.param(64, marks=pytest.mark.large),
     ],
 )

@@ -15,13 +15,14 @@ SHORTEST = (
     "faults_reach_the_processor",
     "illegal_accesses_are_refused",
     "interrupt_of_a_swap_and_its_ramp",
+    "instruments_beside_the_table",
 )
 """Names of the tests that run without ``large``.
 
 Other benches cover what the others show: corrected edges (``tb/top``), samples at
 equal angles and turns that a slow processor misses (``tb/sampler``), index marks that scatter or
-are out of their place (``tb/decoder``), probe and compare (``tb/signals``), and lost counts
-(``sim/tests/faults``).
+are out of their place (``tb/decoder``), and lost counts (``sim/tests/faults``). Only
+``make test-large`` shows edges that the filter swallows and a turn that is shorter than the last.
 """
 
 

@@ -7,12 +7,13 @@ import pytest
 from tb.core.mean_core_bench import CAPTURE_DEPTH, LANES
 from tb.support.simulation import simulate
 
-OUT_AND_BACK = ("a_head_comes_back_after_its_index",)
-"""Name of the test that runs without ``large``: a head is left out after an illegal step, and
-returns.
+OUT_AND_BACK = ("a_head_comes_back_after_its_index", "a_dead_carrier_is_left_out")
+"""Names of the tests that run without ``large``: a head is left out after an illegal step, and
+returns; the carrier dies.
 
-``sim/tests/instrument/test_failover.py`` tests a head that steps against the others;
-``tb/mean/test_head_failover.py`` compares each decision and each refusal with the model.
+``tb/mean/test_head_failover.py`` compares each decision and each refusal with the model. In
+``make test-large``, ``sim/tests/instrument/test_failover.py`` tests a head that steps against the
+others.
 """
 
 

@@ -15,9 +15,8 @@ from tb.support.simulation import simulate
 @pytest.mark.parametrize(
     ("fold", "testcase"),
     [
-        (4, "words_of_the_table"),
+        (4, None),
         pytest.param(1, None, marks=pytest.mark.large),
-        pytest.param(4, None, marks=pytest.mark.large),
     ],
 )
 def test_core_with_a_local_table(fold: int, testcase: str | None) -> None:

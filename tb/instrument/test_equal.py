@@ -27,7 +27,8 @@ POWER_UPS = range(1, 9)
 """Seeds for the random values that the registers have before the first reset."""
 
 SHORTEST = ("table_conditions-WINDOW7-LONGEST11", "sampler-DEPTH8-HEADS4")
-"""Units that are compared without ``large``; the core contains most of the others."""
+"""Units that are compared without ``large``; a core with folded lanes, which contains most of the
+others, is compared as well."""
 ERROR_COMPENSATION = next(case for case in CASES if case.entity == "error_compensation")
 
 
@@ -65,15 +66,17 @@ def test_unit(case: Case, tmp_path: Path) -> None:
     assert not compare(replay, tmp_path, case.settled)
 
 
-@pytest.mark.large
 @pytest.mark.parametrize(
     "generics",
     [
-        {"LANES": 2, "CAPTURE_DEPTH": 16},
-        {"LANES": 4, "CAPTURE_DEPTH": 16, "FOLD": 2, "ROTATION": "table"},
-        {"LANES": 2, "CAPTURE_DEPTH": 16, "HEADS": 4},
+        pytest.param({"LANES": 2, "CAPTURE_DEPTH": 16}, id="parallel", marks=pytest.mark.large),
+        pytest.param(
+            {"LANES": 4, "CAPTURE_DEPTH": 16, "FOLD": 2, "ROTATION": "table"}, id="folded_table"
+        ),
+        pytest.param(
+            {"LANES": 2, "CAPTURE_DEPTH": 16, "HEADS": 4}, id="four_heads", marks=pytest.mark.large
+        ),
     ],
-    ids=["parallel", "folded_table", "four_heads"],
 )
 def test_core(generics: dict[str, int | str], tmp_path: Path) -> None:
     replay = compiled("arctrue_core", generics)

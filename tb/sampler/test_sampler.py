@@ -9,9 +9,9 @@ from tb.support.simulation import simulate
 @pytest.mark.parametrize(
     "depth",
     [
-        2,
+        pytest.param(2, marks=pytest.mark.large),
         pytest.param(13, marks=pytest.mark.large),
-        pytest.param(16, marks=pytest.mark.large),
+        16,
         pytest.param(CAPTURE_DEPTH_DEFAULT, marks=pytest.mark.large),
     ],
 )

@@ -16,10 +16,10 @@ GENERICS = {
 @pytest.mark.parametrize(
     "tests",
     [
-        "registers|from_edges|i2c|identified|leds",
-        pytest.param("interrupt|reset_in_the_middle", marks=pytest.mark.large),
+        "registers|from_edges|i2c|identified|leds|interrupt",
+        pytest.param("reset_in_the_middle", marks=pytest.mark.large),
     ],
-    ids=["pins", "interrupt_and_reset"],
+    ids=["pins", "reset"],
 )
 def test_top_level(tests: str) -> None:
     simulate(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import subprocess
 
-import pytest
 from sim.tests.firmware.library import FIRMWARE
 
 CORPUS = FIRMWARE / "fuzz" / "corpus"
@@ -13,7 +12,6 @@ BYTES_MOST = 200_000
 TARGETS = ("console", "capture", "record")
 
 
-@pytest.mark.large
 def test_no_kept_input_harms() -> None:
     command = ["make", "-s", "-C", str(FIRMWARE), "fuzz-replay"]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=600)

@@ -124,7 +124,7 @@ def test_telemetry_and_timer(tmp_path: Path, counts: Any) -> None:
         # mov.w r0, #0xD0000000; ldr r0, [r0]: nothing is mapped at this address.
         (bytes.fromhex("4ff050400068"), "data_abort"),
         # mov.w r0, #0x31000; str r0, [r0]: this page is below the stack.
-        pytest.param(bytes.fromhex("4ff444300060"), "stack_overflow", marks=pytest.mark.large),
+        (bytes.fromhex("4ff444300060"), "stack_overflow"),
         # mov.w r0, #0xE0000000; ldr r0, [r0]: the bus address of the UART, which the page table
         # does not map.
         pytest.param(bytes.fromhex("4ff060400068"), "data_abort", marks=pytest.mark.large),

@@ -291,7 +291,6 @@ def test_without_a_fabric_its_window_is_not_touched(tmp_path: Path) -> None:
         assert machine.read_register(control) == canary, "no bypass is written to an empty fabric"
 
 
-@pytest.mark.large
 def test_a_hang_is_noticed_and_reported(tmp_path: Path) -> None:
     """The interrupt handler of the global timer detects that the main program loops for ever,
     restarts the firmware and reports the address of the loop."""
