@@ -22,7 +22,7 @@ SHORTEST = (
 Other benches cover what the others show: corrected edges (``tb/top``), samples at
 equal angles and turns that a slow processor misses (``tb/sampler``), index marks that scatter or
 are out of their place (``tb/decoder``), and lost counts (``sim/tests/faults``). Only
-``make test-large`` shows edges that the filter swallows and a turn that is shorter than the last.
+``make test-large`` shows Z before the index, a shorter turn, and edges that the filter swallows.
 """
 
 

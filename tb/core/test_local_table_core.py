@@ -15,13 +15,14 @@ from tb.support.simulation import simulate
 @pytest.mark.parametrize(
     ("fold", "testcase"),
     [
-        (4, None),
+        (4, ("scratches_are_taken_away/signs=1", "words_of_the_table")),
         pytest.param(1, None, marks=pytest.mark.large),
+        pytest.param(4, None, marks=pytest.mark.large),
     ],
 )
-def test_core_with_a_local_table(fold: int, testcase: str | None) -> None:
-    """The core holds the words of a local table and, in the large tests, corrects scratches with
-    it. ``tb/local_table`` compares the table and its banks with their models."""
+def test_core_with_a_local_table(fold: int, testcase: tuple[str, ...] | None) -> None:
+    """The core holds the words of a local table and corrects scratches with it. ``tb/local_table``
+    compares the table and its banks with their models."""
     simulate(
         "arctrue_core",
         "tb.core.local_table_core_bench",
