@@ -190,6 +190,11 @@ def _built(toplevel: str, backend: Backend) -> Ghdl:
     return runner
 
 
+def _is_of(name: str, asked: str) -> bool:
+    """Tell whether a test that ran is the one asked for, or one of its parameters."""
+    return name == asked or name.startswith(f"{asked}/")
+
+
 def simulate(
     toplevel: str,
     test_module: str,
@@ -206,7 +211,8 @@ def simulate(
     ``generics`` are integers, enumerations or strings. ``testcase`` names one or more cocotb tests
     of the module; if it is None, all tests run. The cocotb process gets ``environment`` as
     environment variables. Returns the folder in which the simulation ran. Raises AssertionError
-    with the names of the cocotb tests that failed.
+    with the names of the cocotb tests that failed, or with the names in ``testcase`` of which none
+    ran.
     """
     os.environ["GHDL_BACKEND"] = backend
     # Remove the previous run's results, because a run that crashes would leave them in place.
@@ -238,5 +244,8 @@ def simulate(
     }
     failed = [name for name, passed in outcomes.items() if not passed]
     assert outcomes, f"{test_module}: no cocotb test ran; see {folder}"
+    asked = [testcase] if isinstance(testcase, str) else testcase or ()
+    absent = [one for one in asked if not any(_is_of(name, one) for name in outcomes)]
+    assert not absent, f"{test_module}: no cocotb test has the name {', '.join(absent)}"
     assert not failed, f"{test_module}: failed in the simulation: {', '.join(failed)}"
     return folder

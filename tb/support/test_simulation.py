@@ -81,3 +81,15 @@ def test_a_changed_file_is_read_again(tree: Path, monkeypatch: pytest.MonkeyPatc
         steps_of("gw0", monkeypatch)
     write(tree, 'assert false report "two" severity note;')
     assert steps_of("gw0", monkeypatch) == ["-i", "-m"]
+
+
+def test_a_name_that_no_cocotb_test_has_is_refused() -> None:
+    """Otherwise a pytest test that selects cocotb tests would pass after a test was renamed."""
+    with pytest.raises(AssertionError, match="no cocotb test has the name every_word_goes_in"):
+        simulation.simulate(
+            "delay_line",
+            "tb.compensation.delay_line_bench",
+            generics={"WIDTH": 1, "CLOCKS": 1},
+            environment={"WIDTH": "1", "CLOCKS": "1"},
+            testcase=("every_word_comes_out_once", "every_word_goes_in"),
+        )
