@@ -85,4 +85,5 @@ void state_forget_turns(struct application *application) {
         application->axis->orders = 0;
     }
     application->skew = (struct head_skew){.heads = 0};
+    application->found.geometry.heads = 0;
 }

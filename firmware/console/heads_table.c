@@ -33,6 +33,9 @@ static struct place place_of(const struct application *application, const struct
     const struct heads_found *found = &application->found;
     const struct skew_turn *turn = &application->skew.last;
     uint32_t counts_per_rev = (uint32_t)application->parameters.counts_per_rev;
+    if (!core_head_indexed(&application->core, 0) || !core_head_indexed(&application->core, head)) {
+        return (struct place){.source = "-"};
+    }
     if (head < found->geometry.heads) {
         double rad = found->geometry.offset_rad[head] + found->geometry.late_rad[head];
         return (struct place){degrees_of_turn(rad), found->u_late_arcsec[head], "fit", true, true};
@@ -45,10 +48,7 @@ static struct place place_of(const struct application *application, const struct
                               "turn", true, true};
     }
     double apart = ((double)turns->angle[head] - turns->angle[0]) / counts_per_rev;
-    bool seen =
-        core_head_indexed(&application->core, 0) && core_head_indexed(&application->core, head);
-    return (struct place){degrees_of_turn(apart * 2.0 * PI), 0.0, seen ? "index" : "-", seen,
-                          false};
+    return (struct place){degrees_of_turn(apart * 2.0 * PI), 0.0, "index", true, false};
 }
 
 /* Sets `at` to the number of the planned head at each place, 0 if no planned head is there. Each head in turn is

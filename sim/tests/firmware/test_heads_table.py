@@ -116,6 +116,32 @@ def test_all_is_known_after_a_turn_in_each_direction() -> None:
     assert np.all(np.abs(radii - 1.0 / np.array(RATIOS)) <= 4.0 * u_radii + 1e-6)
 
 
+@pytest.mark.parametrize("command", ["rearm", "forget", "set head_delays 65793"])
+def test_no_value_of_a_turn_stays_after_a_command_that_forgets_it(command: str) -> None:
+    """The commands discard the fit: the places come from the indices again, without u and radii."""
+    running = four_heads()
+    running.turn(WORLD.counts())
+    assert column(running, "from") == ["fit"] * 4
+    assert running.send(command).startswith("ok")
+    assert column(running, "from") == ["index"] * 4
+    for name in ("u_arcsec", "late_ns", "u_ns", "radius", "u"):
+        assert column(running, name) == ["-"] * 4, name
+
+
+@pytest.mark.parametrize(("unseen", "known"), [(3, (1, 2, 4)), (1, ())])
+def test_a_head_without_its_index_has_no_place_of_a_former_turn(
+    unseen: int, known: tuple[int, ...]
+) -> None:
+    """A place needs the index of its head and of head 1, also after a turn has measured it."""
+    running = four_heads()
+    running.turn(WORLD.counts())
+    running.core.set(f"head{unseen}.flags", 0)
+    sources = ["fit" if head in known else "-" for head in range(1, 5)]
+    assert column(running, "from") == sources
+    assert [one == "-" for one in column(running, "place_deg")] == [s == "-" for s in sources]
+    assert column(running, "at_head") == ["-"] * 4
+
+
 def test_two_heads_show_the_mean_over_the_turn() -> None:
     """After a turn the place is the mean over the turn, right within 4u; u contains the detection
     of the index. The radii of two heads are not known."""
