@@ -8,6 +8,9 @@
 #include "separation.h"
 #include "units.h"
 
+/* Travel from the first to the last sample of a capture, in turns, that shows the sense of a head: a capture is a turn,
+   and a head that stands moves by a few counts. */
+#define SENSE_TURNS_OF_CAPTURE 0.5
 /* Travel from the index, in turns, that shows the sense of a head. Heads that count in the same sense differ by less
    than a turn, because each one has seen its index within the same turn. */
 #define SENSE_TURNS 1.0
@@ -89,11 +92,21 @@ static void cell(const struct text_sink *sink, bool known, double value, unsigne
     }
 }
 
-static const char *sense_of(int32_t turn_position, double counts_per_rev) {
-    if (fabs((double)turn_position) < SENSE_TURNS * counts_per_rev) {
+/* Returns the sense in the latest capture. Without a capture in which head 1 turned, returns the sense of the travel
+   from the index, which is wrong after the turn position has wrapped, at 2^24 counts after 128 turns. */
+static const char *sense_of(const struct application *application, const struct core_turns *turns,
+                            uint32_t head) {
+    double counts_per_rev = application->parameters.counts_per_rev;
+    const int32_t *travel = application->capture.travel;
+    double least = SENSE_TURNS_OF_CAPTURE * counts_per_rev;
+    if (fabs((double)travel[0]) < least) {
+        travel = turns->turn_position;
+        least = SENSE_TURNS * counts_per_rev;
+    }
+    if (fabs((double)travel[head]) < least) {
         return " -";
     }
-    return turn_position > 0 ? " up" : " down";
+    return travel[head] > 0 ? " up" : " down";
 }
 
 void heads_table_show(struct console *console) {
@@ -118,8 +131,7 @@ void heads_table_show(struct console *console) {
         const struct heads_found *found = &application->found;
         bool has_radius = head < found->geometry.heads;
         text_unsigned(sink, head + 1);
-        text_word(sink,
-                  sense_of(turns.turn_position[head], application->parameters.counts_per_rev));
+        text_word(sink, sense_of(application, &turns, head));
         text_word(sink, core_head_indexed(&application->core, head) ? " seen" : " unseen");
         cell(sink, places[head].known, places[head].deg, 6);
         cell(sink, places[head].has_u, places[head].u_arcsec, 2);

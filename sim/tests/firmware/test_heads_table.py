@@ -142,6 +142,27 @@ def test_a_head_without_its_index_has_no_place_of_a_former_turn(
     assert column(running, "at_head") == ["-"] * 4
 
 
+@pytest.mark.parametrize("direction", [1, -1])
+def test_the_sense_of_the_latest_turn_counts_after_128_turns(direction: int) -> None:
+    """At 2²⁴ counts the turn position of 32 bits has the wrong sign from 128 turns on. The sense is
+    that of the counts in the latest capture, also if the turn is refused because a head counts
+    backwards or stands still."""
+    running = four_heads()
+    counts = replace(WORLD, speed=direction * WORLD.speed).counts()
+    forwards, backwards = ("up", "down") if direction > 0 else ("down", "up")
+    running.turn(counts)
+    place(running, direction * 130.3, range(4), (1,) * 4)
+    assert column(running, "sense") == [forwards] * 4
+    counts[2] = -counts[2]
+    counts[3] = counts[3, 0]
+    running.turn(counts)
+    place(running, direction * 130.3, range(4), (1,) * 4)
+    assert column(running, "sense") == [forwards, forwards, backwards, "-"]
+    running.send("rearm")
+    place(running, 0.0, range(4), (1,) * 4)
+    assert column(running, "sense") == ["-"] * 4
+
+
 def test_two_heads_show_the_mean_over_the_turn() -> None:
     """After a turn the place is the mean over the turn, right within 4u; u contains the detection
     of the index. The radii of two heads are not known."""
