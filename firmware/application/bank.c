@@ -54,14 +54,16 @@ static double bank_mean_speed(const struct core_position *position, int32_t firs
     return clocks > 0.0 ? travel / clocks : 0.0;
 }
 
-/* Computes the angle of each head at the first sample. `travel`, the number of counts since that sample, is right even
-   if words wrap. */
+/* Computes the angle of each head at the first sample, and its travel up to the last one. `travel`, the number of counts
+   since the first sample, is right even if words wrap. */
 static void bank_start_angles(const struct core_turns *turns, struct capture *capture) {
     for (uint32_t head = 0; head < capture->heads && capture->words != NULL; head++) {
         const volatile int32_t *words = head < 2 ? capture->words : capture->further;
         int64_t travel = counts_apart(turns->turn_position[head], words[head % 2]);
         int64_t angle = ((int64_t)turns->angle[head] - travel) % capture->counts_per_rev;
         capture->start[head] = (int32_t)(angle < 0 ? angle + capture->counts_per_rev : angle);
+        capture->travel[head] =
+            counts_apart(capture_word(capture, capture->samples - 1, head), words[head % 2]);
     }
 }
 

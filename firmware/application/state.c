@@ -3,6 +3,7 @@
 #include "state.h"
 
 #include <stddef.h>
+#include <string.h>
 
 #include "assertion.h"
 
@@ -85,4 +86,6 @@ void state_forget_turns(struct application *application) {
         application->axis->orders = 0;
     }
     application->skew = (struct head_skew){.heads = 0};
+    application->found.geometry.heads = 0;
+    memset(application->capture.travel, 0, sizeof application->capture.travel);
 }

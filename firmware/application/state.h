@@ -197,7 +197,7 @@ struct application {
     struct estimate measured;
     struct estimate estimate;
     /* Results of the latest turn that calibrated the mean of three or four heads; `heads` of its geometry is 0 if the
-       latest turn calibrated no mean. */
+       latest turn calibrated no mean or is forgotten. */
     struct heads_found found;
     /* Memory for the motion of the axis that repeats; NULL: the motion that does not repeat is not measured. */
     struct axis_mean *axis;
@@ -277,7 +277,7 @@ bool state_works(const struct application *application);
 /* Returns the time of the core's own clock, s; 0 if its rate is not known. */
 double state_seconds(const struct application *application);
 
-/* Discards the running averages over former turns. */
+/* Discards the running averages over former turns, and what the latest turn has shown of the heads. */
 void state_forget_turns(struct application *application);
 
 /* Returns the active coefficients, NULL if there are none. */

@@ -35,6 +35,8 @@ struct capture {
     const volatile int32_t *further;
     /* Angle of each head at the first sample, 0 <= angle < counts_per_rev. */
     int32_t start[HEADS_MOST];
+    /* Counts by which each head moved from the first to the last sample. */
+    int32_t travel[HEADS_MOST];
 };
 
 /* A verified turn of `samples` samples; the sample that closes the turn is not counted. */

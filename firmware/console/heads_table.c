@@ -8,6 +8,9 @@
 #include "separation.h"
 #include "units.h"
 
+/* Travel from the first to the last sample of a capture, in turns, that shows the sense of a head: a capture is a turn,
+   and a head that stands moves by a few counts. */
+#define SENSE_TURNS_OF_CAPTURE 0.5
 /* Travel from the index, in turns, that shows the sense of a head. Heads that count in the same sense differ by less
    than a turn, because each one has seen its index within the same turn. */
 #define SENSE_TURNS 1.0
@@ -33,6 +36,9 @@ static struct place place_of(const struct application *application, const struct
     const struct heads_found *found = &application->found;
     const struct skew_turn *turn = &application->skew.last;
     uint32_t counts_per_rev = (uint32_t)application->parameters.counts_per_rev;
+    if (!core_head_indexed(&application->core, 0) || !core_head_indexed(&application->core, head)) {
+        return (struct place){.source = "-"};
+    }
     if (head < found->geometry.heads) {
         double rad = found->geometry.offset_rad[head] + found->geometry.late_rad[head];
         return (struct place){degrees_of_turn(rad), found->u_late_arcsec[head], "fit", true, true};
@@ -45,10 +51,7 @@ static struct place place_of(const struct application *application, const struct
                               "turn", true, true};
     }
     double apart = ((double)turns->angle[head] - turns->angle[0]) / counts_per_rev;
-    bool seen =
-        core_head_indexed(&application->core, 0) && core_head_indexed(&application->core, head);
-    return (struct place){degrees_of_turn(apart * 2.0 * PI), 0.0, seen ? "index" : "-", seen,
-                          false};
+    return (struct place){degrees_of_turn(apart * 2.0 * PI), 0.0, "index", true, false};
 }
 
 /* Sets `at` to the number of the planned head at each place, 0 if no planned head is there. Each head in turn is
@@ -89,11 +92,21 @@ static void cell(const struct text_sink *sink, bool known, double value, unsigne
     }
 }
 
-static const char *sense_of(int32_t turn_position, double counts_per_rev) {
-    if (fabs((double)turn_position) < SENSE_TURNS * counts_per_rev) {
+/* Returns the sense in the latest capture. Without a capture in which head 1 turned, returns the sense of the travel
+   from the index, which is wrong after the turn position has wrapped, at 2^24 counts after 128 turns. */
+static const char *sense_of(const struct application *application, const struct core_turns *turns,
+                            uint32_t head) {
+    double counts_per_rev = application->parameters.counts_per_rev;
+    const int32_t *travel = application->capture.travel;
+    double least = SENSE_TURNS_OF_CAPTURE * counts_per_rev;
+    if (fabs((double)travel[0]) < least) {
+        travel = turns->turn_position;
+        least = SENSE_TURNS * counts_per_rev;
+    }
+    if (fabs((double)travel[head]) < least) {
         return " -";
     }
-    return turn_position > 0 ? " up" : " down";
+    return travel[head] > 0 ? " up" : " down";
 }
 
 void heads_table_show(struct console *console) {
@@ -118,8 +131,7 @@ void heads_table_show(struct console *console) {
         const struct heads_found *found = &application->found;
         bool has_radius = head < found->geometry.heads;
         text_unsigned(sink, head + 1);
-        text_word(sink,
-                  sense_of(turns.turn_position[head], application->parameters.counts_per_rev));
+        text_word(sink, sense_of(application, &turns, head));
         text_word(sink, core_head_indexed(&application->core, head) ? " seen" : " unseen");
         cell(sink, places[head].known, places[head].deg, 6);
         cell(sink, places[head].has_u, places[head].u_arcsec, 2);

@@ -24,7 +24,6 @@ LANES = 4
 FOLD = int(os.environ.get("FOLD", "1"))
 EVENTS = "EVENTS" in os.environ
 ROTATION: Rotation = "table" if os.environ.get("ROTATION") == "table" else "cordic"
-"""Whether the tests with the longest motions are left out."""
 LOSSES = [(1, False), (0, True), (0, False), (1, True)]
 """Values of ``heal`` and ``head2_dead`` for the test of lost counts."""
 CAPTURE_DEPTH = 64

@@ -208,3 +208,41 @@ def test_the_delays_are_found_where_head_1_is_the_output(works: int) -> None:
     late, u = np.array(telemetry["late_ns"]), telemetry["u_late_ns"]
     assert late.size == works
     assert np.abs(late - LATE_NS[:works]).max() < 4.0 * u
+
+
+@dataclass(frozen=True)
+class Coloured(Late):
+    """Each sample of the noise is the sum of two white ones, divided by √2. The variance of a
+    sample stays the same, that of a mean over many samples doubles."""
+
+    def noise_rad(self, random: np.random.Generator, samples: int) -> Float:
+        white = super().noise_rad(random, samples + 1)
+        return (white[1:] + white[:-1]) / np.sqrt(2.0)
+
+
+@pytest.mark.parametrize(("kind", "colour"), [(Late, 1.0), (Coloured, 2.0)])
+@pytest.mark.parametrize("of_mean", [True, False])
+def test_u_of_a_delay_follows_from_the_noise_of_two_heads(
+    kind: type[Late], colour: float, of_mean: bool
+) -> None:
+    """u is √(2σ²c/n₁ + 2σ²c/n₂)/|ω₁ − ω₂|, where σ is the noise of a head, c its colour, and the
+    turns have n samples and the speed ω, with and without a mean of the heads.
+
+    The bound of 10 %: the firmware takes σ²c of a turn from 96 Fourier lines, so that σ√c scatters
+    by 5 %, u by 4 %; a wrong factor of 2 under the root changes u by 29 % or more."""
+    noise = 0.1
+    world = kind(noise_arcsec=noise, late_arcsec=(0.0,) * 4)
+    running = started(world)
+    if not of_mean:
+        running.send("set head3_deg 0")
+        running.core.see_index()
+        running.step()
+    period = running.application.parameters.sample_period
+    slow = 2.0 * np.pi / (world.samples * period / CLOCK_HZ)
+    fast = replace(world, samples=world.samples // 2, speed=-2.0 * slow, seed=2)
+    running.turn(replace(world, speed=slow).counts())
+    telemetry = running.turn(fast.counts())
+    assert ("mean_of_heads" in telemetry) == of_mean
+    variance = 2.0 * colour * (noise * ARCSEC) ** 2 * (1.0 / world.samples + 1.0 / fast.samples)
+    expected = np.sqrt(variance) / (3.0 * slow) * 1e9
+    assert telemetry["u_late_ns"] == pytest.approx(expected, rel=0.1)

@@ -89,6 +89,9 @@ class World:
         even = 2.0 * np.pi * np.arange(self.samples) / self.samples
         return 0.3 + even + self.swing * np.sin(even)
 
+    def noise_rad(self, random: np.random.Generator, samples: int) -> Float:
+        return random.normal(0.0, self.noise_arcsec * ARCSEC, samples)
+
     def counts(self) -> NDArray[np.int64]:
         """Return the counts of every head for these true angles of the table, shape (heads,
         samples)."""
@@ -103,7 +106,7 @@ class World:
                 c = forward * np.exp(1j * order * theta) + backward * np.exp(-1j * order * theta)
                 moved += ratio * (c * np.exp(1j * place)).imag
             reading = angle + self.error_rad(angle, ratio) + moved * ARCSEC
-            reading += random.normal(0.0, self.noise_arcsec * ARCSEC, theta.size)
+            reading += self.noise_rad(random, theta.size)
             # Each head's counter starts where the head detects the mark.
             reading -= self.late_arcsec[head] * ARCSEC
             rows.append(np.rint(reading * COUNTS / (2 * np.pi)))

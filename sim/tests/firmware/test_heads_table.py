@@ -116,6 +116,53 @@ def test_all_is_known_after_a_turn_in_each_direction() -> None:
     assert np.all(np.abs(radii - 1.0 / np.array(RATIOS)) <= 4.0 * u_radii + 1e-6)
 
 
+@pytest.mark.parametrize("command", ["rearm", "forget", "set head_delays 65793"])
+def test_no_value_of_a_turn_stays_after_a_command_that_forgets_it(command: str) -> None:
+    """The commands discard the fit: the places come from the indices again, without u and radii."""
+    running = four_heads()
+    running.turn(WORLD.counts())
+    assert column(running, "from") == ["fit"] * 4
+    assert running.send(command).startswith("ok")
+    assert column(running, "from") == ["index"] * 4
+    for name in ("u_arcsec", "late_ns", "u_ns", "radius", "u"):
+        assert column(running, name) == ["-"] * 4, name
+
+
+@pytest.mark.parametrize(("unseen", "known"), [(3, (1, 2, 4)), (1, ())])
+def test_a_head_without_its_index_has_no_place_of_a_former_turn(
+    unseen: int, known: tuple[int, ...]
+) -> None:
+    """A place needs the index of its head and of head 1, also after a turn has measured it."""
+    running = four_heads()
+    running.turn(WORLD.counts())
+    running.core.set(f"head{unseen}.flags", 0)
+    sources = ["fit" if head in known else "-" for head in range(1, 5)]
+    assert column(running, "from") == sources
+    assert [one == "-" for one in column(running, "place_deg")] == [s == "-" for s in sources]
+    assert column(running, "at_head") == ["-"] * 4
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_the_sense_of_the_latest_turn_counts_after_128_turns(direction: int) -> None:
+    """At 2²⁴ counts the turn position of 32 bits has the wrong sign from 128 turns on. The sense is
+    that of the counts in the latest capture, also if the turn is refused because a head counts
+    backwards or stands still."""
+    running = four_heads()
+    counts = replace(WORLD, speed=direction * WORLD.speed).counts()
+    forwards, backwards = ("up", "down") if direction > 0 else ("down", "up")
+    running.turn(counts)
+    place(running, direction * 130.3, range(4), (1,) * 4)
+    assert column(running, "sense") == [forwards] * 4
+    counts[2] = -counts[2]
+    counts[3] = counts[3, 0]
+    running.turn(counts)
+    place(running, direction * 130.3, range(4), (1,) * 4)
+    assert column(running, "sense") == [forwards, forwards, backwards, "-"]
+    running.send("rearm")
+    place(running, 0.0, range(4), (1,) * 4)
+    assert column(running, "sense") == ["-"] * 4
+
+
 def test_two_heads_show_the_mean_over_the_turn() -> None:
     """After a turn the place is the mean over the turn, right within 4u; u contains the detection
     of the index. The radii of two heads are not known."""

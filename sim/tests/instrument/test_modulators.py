@@ -80,8 +80,8 @@ def order_0(
     counts: float, modulator: str | None, counts_per_rev: int = COUNTS, lanes: int = LANES
 ) -> Coefficients:
     """Return coefficients with one lane of order 0, which follows the condition ``modulator``;
-    None: it is constant. With FULL_LANES it is the last lane but one, and pairs of lanes of order
-    7 before it, which cancel each other, keep all others busy."""
+    None: it is constant. With FULL_LANES it is the last lane but one; pairs of lanes of order 7,
+    which cancel each other, fill all lanes before it, and the last lane is empty."""
     others = FULL_LANES - 2 if lanes == FULL_LANES else 0
     phase = 0.0 if counts > 0 else np.pi
     bank = Coefficients.from_harmonics(
