@@ -102,7 +102,7 @@ def error_counts(instrument: Instrument, mean: MeanSet, table: LocalTable | None
 @pytest.mark.large
 def test_a_scratch_is_taken_away_at_every_head_of_the_mean() -> None:
     """The table leaves at most a tenth of the scratch at each head; without the table, the output
-    has the head's share of it."""
+    has the head's share of the scratch."""
     offsets = tuple(round(16 * place * DEGREE) for place in PLACES_DEG)
     mean = MeanSet(WEIGHT_WORDS, offsets)
     assert len(mean.words()) == 2 * HEADS_MAX + 1

@@ -121,11 +121,11 @@ def lead(item: Candidate, other: Candidate) -> float:
     known = item.evidence or other.evidence
     if known is None:
         return item.delta_bic - other.delta_bic
-    worth = []
+    gains = []
     for one in (item, other):
         score = known.base.score(one.effect, one.nonlinear)
-        worth.append(family_gain(score) - 2.0 * float(np.log(max(one.trials, 1.0))))
-    return worth[0] - worth[1]
+        gains.append(family_gain(score) - 2.0 * float(np.log(max(one.trials, 1.0))))
+    return gains[0] - gains[1]
 
 
 def family_gain(score: Score) -> float:

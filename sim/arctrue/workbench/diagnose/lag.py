@@ -32,7 +32,7 @@ TRIED = 24
 """Number of lags that are tried, in equal ratios: neighbours differ by less than half, and the best
 one lies between them."""
 LEAST_ROWS = 100
-"""Fewest rows: the lag is one value of four, beside size, constant and orders of the table."""
+"""Fewest rows: the lag is one of four kinds of values, with size, constant and orders."""
 MOST_ROWS = 20_000
 """Largest number of rows with which lags are tried, to limit cost: neighbouring rows of a longer
 record are averaged."""

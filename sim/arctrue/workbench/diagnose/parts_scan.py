@@ -206,9 +206,11 @@ def _natural(frames: Sequence[PartsCandidate], rows: int) -> PartsCandidate:
     """Return the first of ``frames`` whose evidence is at most FRAME_MARGIN below that of the best
     frame. A later, less natural frame is returned only if the data support it.
     """
-    worth = [item.gain - item.rank * np.log(rows) for item in frames]
+    evidences = [item.gain - item.rank * np.log(rows) for item in frames]
     return next(
-        item for item, value in zip(frames, worth, strict=True) if value > max(worth) - FRAME_MARGIN
+        item
+        for item, value in zip(frames, evidences, strict=True)
+        if value > max(evidences) - FRAME_MARGIN
     )
 
 
@@ -426,13 +428,13 @@ def _without_idle_conditions(
         if item.effect.condition.from_run is None or item.gain == changes[item.effect.orders]
     ]
 
-    def worth(item: PartsCandidate) -> float:
+    def evidence_of(item: PartsCandidate) -> float:
         return float(item.gain - item.rank * np.log(rows))
 
     kept: list[PartsCandidate] = []
     for item in sorted(scored, key=lambda item: order.index(item.effect.condition)):
-        simpler = [worth(other) for other in kept if _wave(item) == _wave(other)]
-        if worth(item) > max(simpler, default=-np.inf) + FRAME_MARGIN:
+        simpler = [evidence_of(other) for other in kept if _wave(item) == _wave(other)]
+        if evidence_of(item) > max(simpler, default=-np.inf) + FRAME_MARGIN:
             kept.append(item)
     return kept
 

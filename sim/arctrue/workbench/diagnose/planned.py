@@ -161,8 +161,8 @@ def _further_run(
 
 
 def _rises_with_time(rows: CaptureRows) -> bool:
-    """Tell whether the temperature changes evenly with the time, so that one cannot be told from
-    the other: their correlation is at least EVENLY, over the set and within the runs."""
+    """Tell whether the temperature changes evenly with the time, so that the rows cannot separate
+    them: their correlation is at least EVENLY, over the set and within the runs."""
     celsius = rows.temperature_c
     if celsius is None:
         return False

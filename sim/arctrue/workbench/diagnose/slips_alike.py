@@ -31,7 +31,8 @@ FAR = 6.0
 normal noise of known scatter exceeds it once in 5·10⁸ rows. Of short runs the scatter is less sure,
 because differences within 2·SIDE rows share readings; EQUAL_SIGMA and BY_CHANCE then decide."""
 ROUNDS = 4
-"""Largest number of rounds of search and fit: a step hides another one within SIDE rows of it."""
+"""Largest number of rounds of search and fit: a step hides another step that is less than
+SIDE rows away."""
 EQUAL_SIGMA = 3.0
 """Largest deviation of a step from a whole number of the common step, in standard uncertainties."""
 MOST_AT_ONCE = 3
