@@ -214,7 +214,8 @@ class Findings:
             )
         ]
         if self.oscillation is not None and left.oscillation is None and not is_line:
-            same.append(self.oscillation.words())
+            near = self.oscillation
+            same.append(f"{near.rms_arcsec:.2g}″ RMS near {near.hz:.3g} Hz")
         return replace(left, cause=name, same=tuple(same))
 
     def without(self, one: RegularCause | None) -> Findings:
