@@ -17,7 +17,7 @@ from arctrue.studies.revolution import ECCENTRICITY_M
 from arctrue.table import DISC_RADIUS_M
 
 PLACE_ARCSEC = 10.0
-"""Standard deviation of the place of each head; issue 27 calls an error of this size harmless."""
+"""Standard deviation of the place of each head: a choice, whose effect the budget states."""
 SKEW_S = 10e-9
 """Standard deviation of the delay of each head: one clock of the gateware, 10 ns."""
 SPEED_DEG_S = 90.0

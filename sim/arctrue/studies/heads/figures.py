@@ -28,8 +28,8 @@ MISSING_COUNTS = 48
 WATCHED_INTERVALS = 8
 """Longest comparison of head_watch, in intervals of 2**WATCH_INTERVAL_BITS clocks."""
 AXIS_MOTION_M = 0.5e-6
-"""Largest motion of the axis during one comparison for which the preset of the step is chosen
-(issue 27)."""
+"""Largest motion of the axis during one comparison for which the preset of the step is
+chosen."""
 RADIUS_M = 0.1
 """Radius of the disc for which the preset of the step is stated."""
 SPEED_DEG_S = 90.0

@@ -71,7 +71,7 @@ GOALS = {
     "axis_at_rest_arcsec": 0.012,
     "zero_arcsec": 0.05,
 }
-"""Goals of the study, fixed before its first run (issue 27)."""
+"""Goals of the study, fixed before its first run."""
 TURNS_SHOWN = (1, 3, 10, 30, 100, 1000)
 
 

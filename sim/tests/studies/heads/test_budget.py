@@ -31,9 +31,9 @@ DRAWS = 200_000
 """The standard deviation of N draws scatters by √((κ − 1)/4N), with a kurtosis κ of at most 4.5
 here (a rectangular error times a wave): 0.2 %."""
 BOUND = 0.03
-"""Bound of issue 27's budget; besides the scatter of 0.2 % it covers the mounting of the budget's
-heads within ± 50″, which changes the weights by up to 0.1 %, and the budget's own draws of the
-mounting for the weights, 1.3 %."""
+"""Largest relative deviation of a simulated entry. Besides the scatter of 0.2 % it covers the
+mounting of the budget's heads within ± 50″, which changes the weights by up to 0.1 %, and the
+budget's own draws of the mounting for the weights, 1.3 %."""
 
 
 def least_norm(places: Float) -> Float:
