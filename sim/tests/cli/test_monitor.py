@@ -50,6 +50,10 @@ class Device(threading.Thread):
         monkeypatch.setattr(console.Console.command, "__defaults__", (PATIENCE_S,))
         self.start()
         yield
+        self.stop()
+
+    def stop(self) -> None:
+        """End the device's thread. After that, a test may use the firmware itself."""
         self.ended = True
         self.join(PATIENCE_S)
         assert not self.is_alive()
