@@ -26,8 +26,9 @@ import numpy as np
 from sim.tests.workbench.noisy_logs import NULLS, clock, with_lines
 
 from arctrue.workbench.inference.forward.events import search_steps
+from arctrue.workbench.inference.forward.noise_of_record import noise_with
 from arctrue.workbench.inference.forward.record import Record, record_of
-from arctrue.workbench.inference.forward.search import noise_with, search_lines, search_record
+from arctrue.workbench.inference.forward.search import search_lines, search_record
 from arctrue.workbench.inference.forward.tests_of_a_line import FAMILY_WISE
 
 ROWS, STEP_S = 1200, 3.0

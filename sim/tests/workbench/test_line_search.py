@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from arctrue.workbench.inference.forward.record import MOST_ROWS, Record, record_of
-from arctrue.workbench.inference.forward.search import LineSearch, own_shares, search_lines
+from arctrue.workbench.inference.forward.scan_of_rates import own_shares
+from arctrue.workbench.inference.forward.search import LineSearch, search_lines
 from arctrue.workbench.inference.forward.tests_of_a_line import coherence
 from arctrue.workbench.noise.kernel import KernelFactor, KernelNoise, Part, with_slopes
 from tests.workbench.noisy_logs import NULLS, clock, ornstein_uhlenbeck, with_lines

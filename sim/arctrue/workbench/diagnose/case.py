@@ -35,13 +35,13 @@ from arctrue.workbench.diagnose.excluded import look_alikes
 from arctrue.workbench.diagnose.survey import Survey
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
+from arctrue.workbench.inference.forward.noise_of_record import NOT_WHITE
 from arctrue.workbench.inference.forward.of_solution import has_records
 from arctrue.workbench.inference.forward.oscillation import (
     Oscillation,
     oscillation_in_capture,
     oscillation_in_reference,
 )
-from arctrue.workbench.inference.forward.search import NOT_WHITE
 from arctrue.workbench.inference.forward.tests_of_a_line import FAMILY_WISE
 from arctrue.workbench.inference.left import Left
 from arctrue.workbench.inference.significance import SIGNIFICANCE

@@ -23,6 +23,7 @@ from arctrue.workbench.inference.forward.cycles import CycleChange, cycle_change
 from arctrue.workbench.inference.forward.even_drift import EvenDrift, even_drift
 from arctrue.workbench.inference.forward.events import Step, columns_of_steps, search_steps
 from arctrue.workbench.inference.forward.mountings import mounting_change
+from arctrue.workbench.inference.forward.noise_of_record import noise_with, whitened_left
 from arctrue.workbench.inference.forward.of_solution import (
     records_of,
     records_of_events,
@@ -31,13 +32,7 @@ from arctrue.workbench.inference.forward.of_solution import (
 from arctrue.workbench.inference.forward.oscillation import Oscillation, oscillation_of
 from arctrue.workbench.inference.forward.record import Record
 from arctrue.workbench.inference.forward.reversal import Reversal
-from arctrue.workbench.inference.forward.search import (
-    Line,
-    LineSearch,
-    noise_with,
-    search_record,
-    whitened_left,
-)
+from arctrue.workbench.inference.forward.search import Line, LineSearch, search_record
 from arctrue.workbench.inference.forward.slow import SlowChange, slow_change
 from arctrue.workbench.inference.forward.tests_of_a_line import FAMILY_WISE, nearest
 from arctrue.workbench.inference.same_place import RepeatedError, visits_of

@@ -11,8 +11,8 @@ from arctrue.workbench.diagnose.diagnosis import Diagnosis
 from arctrue.workbench.diagnose.jumps import Jump, interval_s, whole_counts
 from arctrue.workbench.diagnose.report import sentences
 from arctrue.workbench.inference.forward.events import search_steps
+from arctrue.workbench.inference.forward.noise_of_record import noise_with
 from arctrue.workbench.inference.forward.record import record_of
-from arctrue.workbench.inference.forward.search import noise_with
 from arctrue.workbench.noise import kernel_fit
 from arctrue.workbench.noise.kernel import KernelNoise
 from tests.workbench.base_diagnosis import diagnosis_of

@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+from arctrue.workbench.inference.forward.noise_of_record import whitened_left
 from arctrue.workbench.inference.forward.of_solution import has_records, longest_stretch
 from arctrue.workbench.inference.forward.partial import part_line
 from arctrue.workbench.inference.forward.record import MOST_ROWS, ROWS_A_PERIOD, Record, record_of
-from arctrue.workbench.inference.forward.search import LineSearch, search_lines, whitened_left
+from arctrue.workbench.inference.forward.search import LineSearch, search_lines
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.kernel import KernelNoise, Part, log_likelihood
 from arctrue.workbench.noise.kernel_fit import KernelFit, Rows, best_fit, fit_from, usual_starts

@@ -3,13 +3,14 @@ driven by noise: the sum of both beats, so that one sine loses its phase."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.inference.forward.record import Record
+from arctrue.workbench.inference.forward.scan_of_rates import moved_in_turn, scan
 from arctrue.workbench.inference.forward.tests_of_a_line import (
     coherence,
     gain_over_an_oscillator,
@@ -52,8 +53,6 @@ def pair_of(
     *,
     needed: float,
     predicted: float,
-    scan: Callable[[Record, Float, Float, KernelNoise], Float],
-    moved: Callable[[Record, Sequence[float], KernelNoise], list[float]],
 ) -> Pair | None:
     """Return the line near the rate ``first`` and a second line next to it, if both pass every
     test; otherwise None.
@@ -64,12 +63,12 @@ def pair_of(
     each.
     """
     span = record.span
-    second = _second(record, [*rates, first], scan)
+    second = _second(record, [*rates, first])
     if second is None:
         return None
     rows = record.rows(record.columns(np.array([*rates, first, second])))
     fit = best_fit(rows, [without.noise, *usual_starts(rows)])
-    every = moved(record, [*rates, first, second], fit.noise)
+    every = moved_in_turn(record, [*rates, first, second], fit.noise)
     one, other = every[-2:]
     if not LEAST_BEATS <= abs(one - other) * span <= FARTHEST:
         return None
@@ -95,11 +94,7 @@ def pair_of(
     return Pair((one, other), (gains[0], gains[1]), (over[0], over[1]), fit)
 
 
-def _second(
-    record: Record,
-    rates: Sequence[float],
-    scan: Callable[[Record, Float, Float, KernelNoise], Float],
-) -> float | None:
+def _second(record: Record, rates: Sequence[float]) -> float | None:
     """Return the rate next to the last of ``rates`` that removes most from white noise."""
     others = record.columns(np.array(rates))
     square = float(np.mean(record.rows(others).left() ** 2 * record.readings.mean()))

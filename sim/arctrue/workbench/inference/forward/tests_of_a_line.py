@@ -17,6 +17,9 @@ Float = NDArray[np.float64]
 
 FAMILY_WISE = 0.01
 """Probability that noise alone gives at least one line in a record."""
+LEAST_PERIODS, DECLARED_PERIODS = 4.0, 3.0
+"""Fewest periods of a line in a record. A line with fewer periods counts as a slow change of
+unknown form; 3 periods are enough if the set states the period."""
 FEWEST_BLOCKS, MOST_BLOCKS = 3, 8
 """Smallest and largest number of blocks into which :func:`coherence` splits a record. A block lasts
 at least one period, so only a declared line of fewer than 4 periods has 3 blocks.
