@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from arctrue.report.benchmark_sets_page import benchmark_sets_page
-from arctrue.workbench.diagnose.rules import rule_table
+from arctrue.workbench.diagnose.rules.table import rule_table
 from scripts.data_way import draw
 from scripts.reference_pages import api_page, commands_page
 from scripts.register_page import register_page

@@ -373,7 +373,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "a_class_that_its_probabilities_contradict",
         "a class of effects is named although an unknown effect has 99 %",
-        f"{DIAGNOSE}/rules.py",
+        f"{DIAGNOSE}/rules/of_the_set.py",
         "    if offered[UNKNOWN] <= least * (there + offered[UNKNOWN]):\n",
         "    if offered[UNKNOWN] <= 1.0:\n",
         f"{PROBABILITIES}::test_a_class_of_one_effect_with_one_percent_is_no_class",
@@ -413,7 +413,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "one_speed_before_what_is_refused",
         "a line at one speed is reported although the refused effect is far ahead of it",
-        f"{DIAGNOSE}/rules.py",
+        f"{DIAGNOSE}/rules/instead_of_an_effect.py",
         "refused.delta_bic > first.delta_bic + PARTS_ADVANTAGE:",
         "False:",
         f"{RULE_TABLE}::test_one_speed_is_no_reason_where_something_refused_is_far_ahead",
@@ -445,7 +445,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "adequate_with_a_lack_of_fit",
         "a significant and large lack of fit is adequate if no effect describes it",
-        f"{DIAGNOSE}/rules.py",
+        f"{DIAGNOSE}/rules/without_an_effect.py",
         "and item.lack_of_fit_p < LACK_OF_FIT\n",
         "and False\n",
         f"{GUARDS}::test_a_sure_lack_of_fit_is_unknown_only_where_it_is_large",
@@ -453,7 +453,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "unknown_by_a_trifle",
         "a lack of fit is an unknown effect however small it is",
-        f"{DIAGNOSE}/rules.py",
+        f"{DIAGNOSE}/rules/without_an_effect.py",
         "> max(case.survey.matters_arcsec, LEAST_EXCESS * item.noise_arcsec)",
         "> case.survey.matters_arcsec",
         f"{GUARDS}::test_a_sure_lack_of_fit_is_unknown_only_where_it_is_large",
@@ -470,7 +470,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "parts_by_a_decimal",
         "a small likelihood difference prefers a product of parts to a name",
-        f"{DIAGNOSE}/rules.py",
+        f"{DIAGNOSE}/rules/instead_of_an_effect.py",
         "if case.product is None or case.ahead <= PARTS_ADVANTAGE:",
         "if case.product is None or case.ahead <= 0.0:",
         f"{GUARDS}::test_a_product_of_parts_needs_odds_of_150_to_1_over_a_name",
@@ -478,7 +478,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "near_tie_is_won",
         "a small likelihood difference prefers a name to a product of parts",
-        f"{DIAGNOSE}/rules.py",
+        f"{DIAGNOSE}/rules/of_a_class.py",
         "near_tie = stranger is not None and case.ahead > -NEAR_TIE",
         "near_tie = stranger is not None and case.ahead > 0.0",
         f"{GUARDS}::test_a_near_tie_with_a_product_of_parts_is_no_name",
@@ -585,7 +585,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "a_name_may_make_it_worse",
         "an effect is named although the residual rises with it",
-        f"{DIAGNOSE}/rules.py",
+        f"{DIAGNOSE}/rules/removes_little.py",
         "    if after.mean_log_ratio(before) <= RISES:\n",
         "    if after.mean_log_ratio(before) <= 1e9:\n",
         f"{TAKES}::test_a_name_after_which_the_error_rises_is_refused",
@@ -593,7 +593,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "a_name_may_take_nothing",
         "an effect is named that explains a hundredth of the residual",
-        f"{DIAGNOSE}/rules.py",
+        f"{DIAGNOSE}/rules/removes_little.py",
         "        if share >= LEAST_TAKEN:\n",
         "        if share >= -1e9:\n",
         f"{TAKES}::test_a_name_that_takes_a_tenth_of_the_excess_or_less_is_what_it_resembles",

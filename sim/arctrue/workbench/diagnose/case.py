@@ -54,6 +54,9 @@ SAME_GAIN = 0.01
 search determines the last digits of a gain only approximately."""
 LACK_OF_FIT = 1e-4
 """A lack of fit is sure if its p is below this value."""
+LEAST_EXCESS = 0.25
+"""A model is not adequate if its residuals exceed the noise by at least this share of the noise and
+its lack of fit is significant, even if no effect describes the residuals."""
 REFUSED_P = LACK_OF_FIT
 """An effect that fits but must not be named counts as a lack of fit if its p is below this value,
 which equals the limit of a sure lack of fit."""

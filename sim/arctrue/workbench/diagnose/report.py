@@ -12,9 +12,9 @@ from arctrue.base.percent import probability_percent
 from arctrue.workbench.diagnose.aliases import aliases, folded_periods_s, in_capture
 from arctrue.workbench.diagnose.calibrated import LIKE_BENCHMARK
 from arctrue.workbench.diagnose.candidate import RUNS_ARE_THE_SAMPLE, Candidate, is_line
+from arctrue.workbench.diagnose.case import LEAST_EXCESS
 from arctrue.workbench.diagnose.coverage import Coverage
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
-from arctrue.workbench.diagnose.rules import LEAST_EXCESS
 from arctrue.workbench.diagnose.second_finding import SecondFinding
 from arctrue.workbench.diagnose.shared_curve import shared_curve
 from arctrue.workbench.effects.base import Parameter

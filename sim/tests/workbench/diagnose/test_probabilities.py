@@ -28,7 +28,10 @@ from arctrue.workbench.diagnose.probabilities import (
     normalised,
     prior,
 )
-from arctrue.workbench.diagnose.rules import too_improbable_for_a_name, unknown_is_likelier
+from arctrue.workbench.diagnose.rules.of_the_set import (
+    too_improbable_for_a_name,
+    unknown_is_likelier,
+)
 
 
 @pytest.mark.parametrize("columns", [1, 3])

@@ -18,14 +18,12 @@ from arctrue.workbench.diagnose.case import AGAIN, REFUSED_P, Case
 from arctrue.workbench.diagnose.classes import OF_THE_SAME_KIND, family_gain
 from arctrue.workbench.diagnose.decision import Decision
 from arctrue.workbench.diagnose.posterior import PARTS_ADVANTAGE
-from arctrue.workbench.diagnose.rules import (
-    comes_again_and_again,
-    leaves_its_own_kind,
+from arctrue.workbench.diagnose.rules.instead_of_an_effect import (
     refused_is_ahead,
-    rule_table,
-    said_of,
     shown_at_one_speed,
 )
+from arctrue.workbench.diagnose.rules.leaves_more import comes_again_and_again, leaves_its_own_kind
+from arctrue.workbench.diagnose.rules.table import rule_table, said_of
 from arctrue.workbench.diagnose.survey import FitOfChannel
 from arctrue.workbench.effects.registry import catalogue
 

@@ -10,7 +10,7 @@ import pytest
 
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.diagnose.report import diagnosis_data, sentences
-from arctrue.workbench.diagnose.rules import leaves_a_larger_slow_change
+from arctrue.workbench.diagnose.rules.leaves_more import leaves_a_larger_slow_change
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.forward.slow import SlowChange
 from tests.workbench.base_diagnosis import diagnosis_of

@@ -11,18 +11,13 @@ from sim.tests.workbench.reversal_sets import REVERSAL, VARIES, reversal_set
 from sim.tests.workbench.small_sets import measurement_set, paper_error
 
 from arctrue.studies.benchmark.diagnosis import diagnosed
-from arctrue.workbench.diagnose.case import LACK_OF_FIT, Case
+from arctrue.workbench.diagnose.case import LACK_OF_FIT, LEAST_EXCESS, Case
 from arctrue.workbench.diagnose.diagnosis import diagnose
 from arctrue.workbench.diagnose.next_measurement import has_already, measurement_for_parts
 from arctrue.workbench.diagnose.report import diagnosis_data, sentences
-from arctrue.workbench.diagnose.rules import (
-    LEAST_EXCESS,
-    LEAST_TAKEN,
-    RISES,
-    makes_it_worse,
-    said_of,
-    takes_little,
-)
+from arctrue.workbench.diagnose.rules.best_effect import LEAST_TAKEN
+from arctrue.workbench.diagnose.rules.removes_little import RISES, makes_it_worse, takes_little
+from arctrue.workbench.diagnose.rules.table import said_of
 from arctrue.workbench.diagnose.second_finding import varies
 from arctrue.workbench.diagnose.survey import LEAST_HELD_OUT
 from arctrue.workbench.effects.part_conditions import SIMPLE_CONDITIONS

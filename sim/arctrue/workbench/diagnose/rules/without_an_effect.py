@@ -1,0 +1,96 @@
+"""Rules for a survey that finds no effect."""
+
+from __future__ import annotations
+
+from arctrue.workbench.diagnose.case import LACK_OF_FIT, LEAST_EXCESS, Case
+from arctrue.workbench.diagnose.decision import Decision
+from arctrue.workbench.diagnose.next_measurement import (
+    OF_PARTS,
+    TURN_THE_POLYGON,
+    TURN_THE_REFERENCE,
+    NextMeasurement,
+)
+from arctrue.workbench.diagnose.of_the_runs import offsets_follow
+from arctrue.workbench.inference.same_place import RepeatedError
+
+
+def left_undescribed(case: Case) -> Decision | None:
+    """The model leaves a large and significant error that nothing describes."""
+    if case.best is not None:
+        return None
+    places = case.survey.findings.places
+    # As for an effect, the size of an error at single places is its size where it acts.
+    at_places = {"reference": 0.0 if places is None else places.largest_arcsec}
+    left = {
+        channel: item.excess_arcsec
+        for channel, item in case.survey.channels.items()
+        if item.lack_of_fit_p is not None
+        and item.lack_of_fit_p < LACK_OF_FIT
+        and max(item.excess_arcsec, at_places.get(channel, 0.0))
+        > max(case.survey.matters_arcsec, LEAST_EXCESS * item.noise_arcsec)
+    }
+    if not left:
+        return None
+    if places is None or "reference" not in left:
+        return Decision("unknown", undescribed_arcsec=left)
+    rows = case.survey.base.observations.reference
+    of_faces = rows is not None and rows.faces is not None
+    return Decision(
+        "unknown",
+        undescribed_arcsec=left,
+        # Errors at a few places do not show that a named effect has another shape.
+        seen=places.words() if places.spots else None,
+        look_alikes=_alike_at_places(case, places),
+        next=TURN_THE_POLYGON if of_faces else TURN_THE_REFERENCE,
+    )
+
+
+def _alike_at_places(case: Case, places: RepeatedError) -> dict[str, list[str]]:
+    """Return the effects that this set cannot test and that look like an error of its places: those
+    of single places of the disc, and those with a coefficient for each face of the polygon."""
+    observations = case.survey.base.observations
+    found = {}
+    for name, lacking in case.survey.untestable.items():
+        kind = case.effects[name]
+        if kind.fixed_to_polygon and places.stations and observations.faces is not None:
+            alike = len(kind().column_names(observations)) == observations.faces
+        else:
+            alike = kind.local_on_disc and bool(places.spots)
+        if alike:
+            found[name] = lacking
+    return found
+
+
+def jumped_or_not_white(case: Case) -> Decision | None:
+    """No effect is found, but something jumped or the residuals are no known noise."""
+    if case.best is not None:
+        return None
+    found = set(case.not_white) | ({"reference"} if case.not_noise else set())
+    if not found:
+        return None
+    left = {
+        channel: item.excess_arcsec
+        for channel, item in case.survey.channels.items()
+        if channel in found
+    }
+    return Decision("unknown", undescribed_arcsec=left)
+
+
+def runs_follow_a_condition(case: Case) -> Decision | None:
+    """No effect is found, but the offsets of the runs follow a condition and exceed the index."""
+    if case.best is not None or case.depth > 1:
+        return None
+    found = offsets_follow(case.survey.residuals)
+    if found is None or found.rms_arcsec < case.survey.matters_arcsec:
+        return None
+    seen = (
+        f"the offsets of the runs follow the condition {found.part}; they scatter by "
+        f"{found.rms_arcsec:.2g}″, the index by {found.index_arcsec:.2g}″"
+    )
+    kind, words = OF_PARTS.get(found.part, ("again", f"more runs at other values of {found.part}"))
+    return Decision("unknown", seen=seen, next=NextMeasurement(words, kind))
+
+
+def nothing_found(case: Case) -> Decision | None:
+    """No effect and no product of parts is significant."""
+    return Decision("adequate") if case.best is None else None
