@@ -50,7 +50,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "instants_are_few",
         "the penalty of a step depends on the number of rows, but not on its size",
-        "sim/arctrue/workbench/inference/scan.py",
+        f"{INFERENCE}/scan/steps.py",
         "    return float(np.exp(log_any - log_once) * np.sum(rate * share))\n",
         "    return 4.0 * float(np.log(rows))\n",
         "sim/tests/workbench/diagnose/test_rules.py::test_a_step_pays_for_all_its_instants",
@@ -58,7 +58,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "ranges_are_advice",
         "a search may end outside the range that its effect declares",
-        "sim/arctrue/workbench/inference/scan.py",
+        f"{INFERENCE}/scan/places.py",
         "ranges[name][0] <= value <= ranges[name][1]",
         "np.isfinite(value)",
         "sim/tests/workbench/test_search_range.py::test_places_outside_the_range_are_not_scored",
@@ -348,7 +348,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "a_step_of_single_rows",
         "a single wrong row at the end of a run is a slip",
-        "sim/arctrue/workbench/inference/scan.py",
+        f"{INFERENCE}/scan/steps.py",
         "LEAST_STEP_ROWS = 4\n",
         "LEAST_STEP_ROWS = 1\n",
         "sim/tests/workbench/diagnose/test_rules.py"

@@ -20,7 +20,7 @@ from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.line_spectrum import LEAST_PERIODS
 from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.inference.scan import LEAST_OWN, Place
+from arctrue.workbench.inference.scan.places import LEAST_OWN, Place
 from arctrue.workbench.inference.search import places_of
 from arctrue.workbench.model.model import default_model
 from arctrue.workbench.noise.fit import white_noise

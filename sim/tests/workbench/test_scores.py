@@ -17,7 +17,8 @@ from arctrue.workbench.inference.design_matrix import Term, channel_columns
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.likelihood_ratio import under
 from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.inference.scan import Place, moved_to_maximum
+from arctrue.workbench.inference.scan.maximum import moved_to_maximum
+from arctrue.workbench.inference.scan.places import Place
 from arctrue.workbench.noise.fit import white_noise
 from arctrue.workbench.observations.build import observations_of
 

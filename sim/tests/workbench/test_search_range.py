@@ -12,7 +12,9 @@ import pytest
 from arctrue.workbench.effects.base import Effect, SearchParameter
 from arctrue.workbench.effects.catalogue.bearing_ball_pass import BearingBallPass
 from arctrue.workbench.inference.design_matrix import Term
-from arctrue.workbench.inference.scan import grid_scan, moved_to_maximum, scored
+from arctrue.workbench.inference.scan.grid import grid_scan
+from arctrue.workbench.inference.scan.maximum import moved_to_maximum
+from arctrue.workbench.inference.scan.places import scored
 from arctrue.workbench.inference.search_parameters import _moved
 from arctrue.workbench.observations import Observations
 

@@ -7,14 +7,10 @@ import numpy as np
 
 from arctrue.workbench.diagnose.candidate import Candidate, is_line
 from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.inference.scan import (
-    ALIAS_AHEAD,
-    DISC_BINS,
-    STATION_DECIMALS,
-    samples_a_turn,
-)
+from arctrue.workbench.inference.scan.disc import ALIAS_AHEAD, DISC_BINS, samples_a_turn
 from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.one_speed import speed_turns_s
+from arctrue.workbench.observations.stations_a_turn import STATION_DECIMALS
 
 UNEVEN = 1e-3
 """Largest relative difference between distances of even stations. With 360 stations, this

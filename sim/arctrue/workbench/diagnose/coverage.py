@@ -21,10 +21,7 @@ from arctrue.workbench.inference.detectable import (
     smallest_detectable,
 )
 from arctrue.workbench.inference.residuals import Residuals, Score
-from arctrue.workbench.inference.scan import (
-    BLIND_FACTOR,
-    samples_a_turn,
-)
+from arctrue.workbench.inference.scan.disc import BLIND_FACTOR, samples_a_turn
 from arctrue.workbench.inference.significance import corrected_p_value
 from arctrue.workbench.observations import Observations
 

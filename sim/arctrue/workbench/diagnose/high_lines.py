@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc
 
 from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.inference.scan import DISC_BINS
+from arctrue.workbench.inference.scan.disc import DISC_BINS
 from arctrue.workbench.noise.row_noise import RowNoise
 
 Float = NDArray[np.float64]

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from scipy.special import fdtrc
 
 from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.inference.scan import stations_a_turn
 from arctrue.workbench.observations import CaptureRows, ReferenceRows
+from arctrue.workbench.observations.stations_a_turn import stations_a_turn
 
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]

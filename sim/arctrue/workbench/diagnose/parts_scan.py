@@ -22,7 +22,7 @@ from arctrue.workbench.effects.part_conditions import (
 from arctrue.workbench.effects.product_of_parts import FRAME_OF_HEAD, Frame, ProductOfParts
 from arctrue.workbench.inference.channels import channel_rows
 from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.inference.scan import highest
+from arctrue.workbench.inference.scan.maximum import highest
 from arctrue.workbench.numeric.harmonics import BLOCK_ROWS, harmonic_columns
 from arctrue.workbench.observations import CaptureRows, Observations
 from arctrue.workbench.observations.different_stations import stations_of

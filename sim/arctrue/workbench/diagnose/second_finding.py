@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from arctrue.workbench.inference.design_matrix import channel_prediction
 from arctrue.workbench.inference.left import CHANNELS, Left
-from arctrue.workbench.inference.scan import STATION_DECIMALS
+from arctrue.workbench.observations.stations_a_turn import STATION_DECIMALS
 
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]

@@ -16,9 +16,9 @@ import numpy as np
 from arctrue.workbench.inference.every_row import channel_figures
 from arctrue.workbench.inference.held_out import HeldOut, Improvement, falls, held_out
 from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.inference.scan import STATION_DECIMALS
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.repeats import row_noise_arcsec
+from arctrue.workbench.observations.stations_a_turn import STATION_DECIMALS
 
 CHANNELS = ("capture", "reference")
 

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.line_spectrum import LineSpectrum, line_spectrum
 from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.inference.scan import BEST_PLACES, Place, moved_to_maximum, peaks, scored
+from arctrue.workbench.inference.scan.maximum import moved_to_maximum
+from arctrue.workbench.inference.scan.places import BEST_PLACES, Place, peaks, scored
 from arctrue.workbench.observations.one_speed import speed_turns_s
 
 Float = NDArray[np.float64]

@@ -7,15 +7,11 @@ from collections.abc import Callable, Mapping
 from arctrue.workbench.effects.base import Effect, SearchKind
 from arctrue.workbench.inference.line_search import line_scan
 from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.inference.scan import (
-    Place,
-    bump_scan,
-    disc_order_scan,
-    frequency_scan,
-    grid_scan,
-    step_scan,
-    unwrapped_order_scan,
-)
+from arctrue.workbench.inference.scan.disc import bump_scan, disc_order_scan
+from arctrue.workbench.inference.scan.grid import grid_scan
+from arctrue.workbench.inference.scan.places import Place
+from arctrue.workbench.inference.scan.steps import step_scan
+from arctrue.workbench.inference.scan.waves import frequency_scan, unwrapped_order_scan
 
 SCANS: Mapping[SearchKind, Callable[[Effect, Residuals], list[Place]]] = {
     "grid": grid_scan,

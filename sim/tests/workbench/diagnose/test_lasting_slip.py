@@ -12,7 +12,7 @@ from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.inference.scan import step_scan
+from arctrue.workbench.inference.scan.steps import step_scan
 from arctrue.workbench.observations.build import observations_of
 from tests.workbench.base_diagnosis import diagnosis_of
 from tests.workbench.small_sets import COUNTS_PER_REV, measurement_set

@@ -18,7 +18,7 @@ from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.held_out import held_out
 from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.inference.scan import LEAST_STEP_ROWS, step_trials
+from arctrue.workbench.inference.scan.steps import LEAST_STEP_ROWS, step_trials
 from arctrue.workbench.inference.search import places_of
 from arctrue.workbench.observations.build import observations_of
 

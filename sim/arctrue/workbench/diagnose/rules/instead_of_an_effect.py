@@ -25,7 +25,7 @@ from arctrue.workbench.diagnose.survey import Survey
 from arctrue.workbench.inference.forward.cycles import p_among_cycles
 from arctrue.workbench.inference.forward.mountings import describes_mountings
 from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.inference.scan import LINES
+from arctrue.workbench.inference.scan.places import LINES
 from arctrue.workbench.inference.significance import SIGNIFICANCE
 
 
