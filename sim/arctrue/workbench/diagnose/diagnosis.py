@@ -41,9 +41,9 @@ from arctrue.workbench.inference.every_row import on_every_row
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.left import Left
 from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.inference.same_place import visits_of
 from arctrue.workbench.inference.search_parameters import refined
 from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.inference.visits_of_places import visits_of
 from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.wrong_rows import without_wrong_rows
 

@@ -35,8 +35,9 @@ from arctrue.workbench.inference.forward.reversal import Reversal
 from arctrue.workbench.inference.forward.search import Line, LineSearch, search_record
 from arctrue.workbench.inference.forward.slow import SlowChange, slow_change
 from arctrue.workbench.inference.forward.tests_of_a_line import FAMILY_WISE, nearest
-from arctrue.workbench.inference.same_place import RepeatedError, visits_of
+from arctrue.workbench.inference.repeated_error import RepeatedError
 from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.inference.visits_of_places import visits_of
 from arctrue.workbench.noise.level import noise_level
 from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.display_step import display_step

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.workbench.effects.base import Effect, Nonlinear, OfWaves
 from arctrue.workbench.inference.design_matrix import Term, term_columns, whitened_rows
-from arctrue.workbench.inference.same_place import Visits, visits_of
+from arctrue.workbench.inference.same_place import Visits
 from arctrue.workbench.inference.solution import Solution, context_of
+from arctrue.workbench.inference.visits_of_places import visits_of
 from arctrue.workbench.noise.repeats import row_noise_arcsec
 from arctrue.workbench.noise.row_noise import RowNoise
 from arctrue.workbench.noise.whiteness import Whiteness, whiteness

@@ -18,32 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import fdtrc, ndtr
 
-from arctrue.workbench.inference.design_matrix import channel_columns
-from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.inference.repeated_error import RepeatedError, Spot
 from arctrue.workbench.noise.row_noise import RowNoise
 from arctrue.workbench.numeric.distributions import student_upper_p
-from arctrue.workbench.observations.rows import ReferenceRows
 
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 SURE_P = 1e-4
 """Largest p at which an error counts as repeated; it equals the limit of a sure lack of fit."""
-STATION_RAD = 1e-4
-"""Largest angle within one station, 20″: the lack of fit by stations has the same limit."""
-PLACES_A_TURN = 720
-"""Largest number of places of a log in motion, 0.5° each: 36 in a period of the paper's 20th order.
-"""
-WIDEST_STEP_RAD = 2.0 * np.pi / 180.0
-"""Largest median step of rows that are averaged over places of two steps: 4.5 places in a period of
-the 20th order. Stations that are farther apart must be equal in each pass."""
-LEAST_PLACES = 8
-"""Smallest number of places of a pass: three degrees of freedom then remain after a mean and two
-orders."""
-LEAST_LEFT = 8
-"""The model's columns are removed from the passes only if each pass keeps at least this number of
-degrees of freedom; with fewer, only the mean is removed. Two passes with eight degrees of freedom
-coincide by chance with a correlation above 0.9 in one of 2,000 cases."""
 LEAST_OWN = 0.1
 """The error of a place, or an effect, is fitted or tested only if the curves of the passes leave
 this share of its variance or more. Its standard uncertainty is then at most 3.2 times that without
@@ -61,102 +44,15 @@ FAMILY_WISE = 0.01
 NEARLY_ALL = 0.9
 """Smallest share of the repeated mean square that single places must explain if the remaining error
 is still significant. A named effect may also leave at most a tenth."""
-MOST = 0.5
-"""If the repeated error has more than this share of the residual's mean square, a change in time
-has less; a slow change has the same limit."""
 OF_THE_PLACE = 0.9
 """Smallest share of an effect's sum of squares that must repeat at the places; the cycles have the
 same limit (MOST_WITHIN in :mod:`forward.cycles`)."""
 DRAWS, SEED = 40, 1
 """Number of draws of the fitted noise that give its mean squares (to 4 % with 30 degrees of
 freedom), and their seed."""
-RANK = 1e-6
-"""Smallest ratio of a singular value to the largest one: angles are known to 10⁻⁶ rad."""
 RESOLVED = 0.5
 """Smallest share of an effect's mean square that must remain in the means of the places; a wave
 that is shorter than two places nearly vanishes in them."""
-
-
-@dataclass(frozen=True)
-class Spot:
-    """One place, or several neighbouring places, with an error of its own."""
-
-    angle_deg: float
-    """Angle of the largest error."""
-    size_arcsec: float
-    sigma_arcsec: float
-    width_deg: float
-    """Angle from the first to the last of neighbouring places; 0 for one station."""
-
-
-@dataclass(frozen=True)
-class RepeatedError:
-    """An error of the reference that every pass shows at the same places."""
-
-    rms_arcsec: float
-    """RMS of the repeated error over all places, without the noise of their means."""
-    passes: int
-    places: int
-    spots: tuple[Spot, ...] = ()
-    """Single places that cause the error; empty if more places than these have an error."""
-    stations: bool = True
-    """True for stations, False for places of a log in motion."""
-    share: float = 0.0
-    """Share of the mean square of the residual that repeats."""
-    over_travel: bool = False
-    """True if the error repeats over the unwrapped angle of several turns."""
-
-    @property
-    def is_most(self) -> bool:
-        """True if the repeated error has more than half of the residual's mean square."""
-        return self.share > MOST
-
-    @property
-    def largest_arcsec(self) -> float:
-        """Size of the largest error of a single place; 0 without single places."""
-        return max((abs(item.size_arcsec) for item in self.spots), default=0.0)
-
-    def words(self) -> str:
-        """Return the finding in words."""
-        if not self.spots:
-            where = "angle of travel" if self.over_travel else "angle"
-            return (
-                f"the error repeats at equal {where} in {self.passes} passes, "
-                f"{self.rms_arcsec:.3g}″ RMS over {self.places} places: it belongs to the place, "
-                "not to the time"
-            )
-        first = sorted(self.spots, key=lambda item: -abs(item.size_arcsec))
-        said = "; ".join(_of_spot(item) for item in first[:SHOWN_SPOTS])
-        more = "" if len(first) <= SHOWN_SPOTS else f" and {len(first) - SHOWN_SPOTS} more"
-        kind = "station" if self.stations else "place"
-        kind = f"a single {kind} is" if len(first) == 1 else f"single {kind}s are"
-        return f"{kind} off in each of {self.passes} passes: {said}{more}"
-
-    def data(self) -> dict[str, object]:
-        """Return the finding as JSON."""
-        return {
-            "rms_arcsec": self.rms_arcsec,
-            "passes": self.passes,
-            "places": self.places,
-            "single_places": [
-                {
-                    "angle_deg": item.angle_deg,
-                    "size_arcsec": item.size_arcsec,
-                    "sigma_arcsec": item.sigma_arcsec,
-                    "width_deg": item.width_deg,
-                }
-                for item in self.spots
-            ],
-        }
-
-
-SHOWN_SPOTS = 8
-"""Largest number of single places in a sentence; the JSON contains all."""
-
-
-def _of_spot(item: Spot) -> str:
-    wide = f", {item.width_deg:.2g}° wide" if item.width_deg > 0.0 else ""
-    return f"{item.angle_deg:.4g}° by {item.size_arcsec:.3g}″ (u {item.sigma_arcsec:.2g}″{wide})"
 
 
 @dataclass(frozen=True)
@@ -215,7 +111,7 @@ class Visits:
 
     def means(self, of_rows: Float) -> Float:
         """Return the means of the cells, without the curve of each pass."""
-        return self.without_curves(_cell_means(self.of_row, of_rows, self.place.size))
+        return self.without_curves(cell_means(self.of_row, of_rows, self.place.size))
 
     def without_curves(self, cells: Float) -> Float:
         """Remove from each pass the curve that the model could give it."""
@@ -351,7 +247,7 @@ class Visits:
         of the places.
         """
         used = self.of_row >= 0
-        cells = _cell_means(self.of_row, change_arcsec, self.place.size)
+        cells = cell_means(self.of_row, change_arcsec, self.place.size)
         if float(np.var(cells)) < RESOLVED * float(np.var(change_arcsec[used])):
             return 0.0
         whole = float(np.sum((cells - cells.mean()) ** 2))
@@ -470,90 +366,6 @@ class Visits:
         return tuple(spots)
 
 
-def visits_of_rows(rows: ReferenceRows) -> Visits | None:
-    """Return the visits of the places within the turn, with no residuals; None if no second pass
-    repeats its places."""
-    size = rows.run.size
-    return _visits(rows, np.zeros(size), np.zeros((size, 0)), None, over_travel=False)
-
-
-def visits_of(solution: Solution) -> Visits | None:
-    """Return the visits of the places of a reference; None if no second pass repeats its places.
-
-    A log of several turns may repeat its error in each turn, or only at the same angle of travel;
-    the case in which the passes agree better is chosen.
-    """
-    rows, left = solution.observations.reference, solution.reference_residual_arcsec()
-    if rows is None or left is None or "reference" in solution.unknown_noise:
-        return None
-    columns = channel_columns(
-        solution.terms, solution.observations, solution.context, capture=False
-    )
-    noise = solution.noise.reference
-    within_a_turn = _visits(rows, left, columns, noise, over_travel=False)
-    if float(np.ptp(rows.target_rad)) < 4.0 * np.pi:
-        return within_a_turn
-    over_travel = _visits(rows, left, columns, noise, over_travel=True)
-    found = [item for item in (within_a_turn, over_travel) if item is not None]
-    return min(found, key=lambda item: item.by_place.p, default=None)
-
-
-def _visits(
-    rows: ReferenceRows, left: Float, columns: Float, noise: RowNoise | None, *, over_travel: bool
-) -> Visits | None:
-    turn = 2.0 * np.pi
-    angle = rows.target_rad if over_travel else np.mod(rows.target_rad, turn)
-    width, stations = _width(rows.target_rad, angle)
-    if width is None:
-        return None
-    place = np.round(angle / width).astype(np.int64)
-    aside = angle - place * width
-    if not over_travel:
-        place %= max(round(turn / width), 1)
-    one_pass = _passes(rows, place, over_travel=over_travel)
-    kept = np.ones(place.size, dtype=np.bool_)
-    for _ in range(3):
-        # A place needs two passes, and a pass enough places.
-        cells = np.unique(np.stack([one_pass[kept], place[kept]]), axis=1)
-        names, passes = np.unique(cells[1], return_counts=True)
-        again = np.isin(place, names[passes > 1])
-        names, places = np.unique(cells[0], return_counts=True)
-        kept &= again & np.isin(one_pass, names[places >= LEAST_PLACES])
-    if not kept.any() or np.unique(one_pass[kept]).size < 2:
-        return None
-    of_row = np.full(place.size, -1, dtype=np.int64)
-    cells, inverse = np.unique(np.stack([one_pass[kept], place[kept]]), axis=1, return_inverse=True)
-    of_row[kept] = np.asarray(inverse).reshape(-1)
-    size = cells.shape[1]
-    names, place_of = np.unique(cells[1], return_inverse=True)
-    place_of = np.asarray(place_of).reshape(-1)
-    _, pass_of = np.unique(cells[0], return_inverse=True)
-    aside_of_place = np.bincount(place_of, _cell_means(of_row, aside, size)) / np.bincount(place_of)
-    side = np.zeros(size)
-    if rows.direction is not None:
-        side = np.sign(_cell_means(of_row, rows.direction, size))
-    found = (
-        np.stack([_cell_means(of_row, column, size) for column in columns.T], axis=1)
-        if (columns.shape[1])
-        else np.zeros((size, 0))
-    )
-    bases = _bases(found, np.asarray(pass_of).reshape(-1))
-    visits = Visits(
-        of_row,
-        place_of,
-        np.asarray(pass_of).reshape(-1),
-        names * width + aside_of_place,
-        bases,
-        np.zeros(0),
-        stations,
-        over_travel,
-        side.astype(np.int64),
-        float(np.mean(left**2)),
-        noise,
-    )
-    return replace(visits, left=visits.means(left))
-
-
 def _is_coloured(noise: RowNoise | None) -> bool:
     return noise is not None and any(item.variances.any() for item in noise.spectra)
 
@@ -568,64 +380,8 @@ def _neighbours_are_alike(values: Float) -> bool:
     return float(ndtr(0.5 * (ratio - 2.0) * np.sqrt(values.size))) < FAMILY_WISE
 
 
-def _cell_means(of_row: Integer, values: Float, cells: int) -> Float:
+def cell_means(of_row: Integer, values: Float, cells: int) -> Float:
+    """Return the mean of the values of each cell's rows; 0 for a cell without rows."""
     kept = of_row >= 0
     count = np.bincount(of_row[kept], minlength=cells)
     return np.bincount(of_row[kept], values[kept], cells) / np.maximum(count, 1)
-
-
-def _width(target: Float, angle: Float) -> tuple[float | None, bool]:
-    """Return the width of a place, and whether the places are stations that are equal in each
-    pass; no width if the rows are too far apart to be averaged."""
-    stations = np.unique(np.round(angle / STATION_RAD)).size
-    steps = np.abs(np.diff(target))
-    moved = steps[steps > STATION_RAD]
-    if moved.size == 0:
-        return None, True
-    step = float(np.median(moved))
-    places = float(np.ptp(angle)) / (2.0 * np.pi) * PLACES_A_TURN
-    if 2 * stations <= angle.size and stations <= max(places, PLACES_A_TURN):
-        return STATION_RAD, True
-    if step > WIDEST_STEP_RAD:
-        return None, False
-    # The turn is a whole number of places, so that equal angles of all turns share a place.
-    turns = max(np.ptp(angle) / (2.0 * np.pi) if np.ptp(angle) > 2.0 * np.pi else 1.0, 1.0)
-    width = max(2.0 * step, 2.0 * np.pi * turns / PLACES_A_TURN)
-    return 2.0 * np.pi / max(np.floor(2.0 * np.pi / width), 1.0), False
-
-
-def _passes(rows: ReferenceRows, place: Integer, *, over_travel: bool) -> Integer:
-    """Return the number of the pass of each row: a new pass starts with another run, cycle or
-    direction, and where a place is met again after others."""
-    change = np.zeros(place.size, dtype=np.bool_)
-    for column in (rows.run, rows.cycle, rows.direction):
-        if column is not None:
-            change[1:] |= np.diff(column) != 0
-    if not over_travel:
-        change[1:] |= np.diff(np.floor(rows.target_rad / (2.0 * np.pi) + 1e-9)) != 0
-    found = np.zeros(place.size, dtype=np.int64)
-    seen: set[int] = set()
-    number, last = 0, -1
-    for row, (one, new) in enumerate(zip(place.tolist(), change.tolist(), strict=True)):
-        if new or (one != last and one in seen):
-            number += 1
-            seen.clear()
-        seen.add(one)
-        found[row] = number
-        last = one
-    return found
-
-
-def _bases(columns: Float, one_pass: Integer) -> tuple[tuple[Integer, Float], ...]:
-    """Return the cells of each pass with an orthonormal basis of the constant and the model's
-    columns; of the constant alone if a pass has too few places for these columns."""
-    inside = [np.flatnonzero(one_pass == number) for number in range(int(one_pass.max()) + 1)]
-    full = []
-    for at in inside:
-        vectors, values, _ = np.linalg.svd(
-            np.column_stack([np.ones(at.size), columns[at]]), full_matrices=False
-        )
-        full.append(vectors[:, values > RANK * values[0]])
-    if any(at.size - basis.shape[1] < LEAST_LEFT for at, basis in zip(inside, full, strict=True)):
-        full = [np.full((at.size, 1), at.size**-0.5) for at in inside]
-    return tuple(zip(inside, full, strict=True))

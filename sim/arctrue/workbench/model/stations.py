@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.inference.same_place import visits_of_rows
+from arctrue.workbench.inference.visits_of_places import visits_of_rows
 from arctrue.workbench.model.model import Model, ModelEffect, default_model
 from arctrue.workbench.numeric.harmonics import harmonic_columns
 from arctrue.workbench.observations import Observations, ReferenceRows

@@ -15,7 +15,7 @@ from arctrue.workbench.diagnose.report import diagnosis_data, sentences
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit
-from arctrue.workbench.inference.same_place import visits_of
+from arctrue.workbench.inference.visits_of_places import visits_of
 from arctrue.workbench.observations.build import observations_of
 from tests.workbench.base_diagnosis import diagnosis_of
 

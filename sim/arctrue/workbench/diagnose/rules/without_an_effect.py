@@ -11,7 +11,7 @@ from arctrue.workbench.diagnose.next_measurement import (
     NextMeasurement,
 )
 from arctrue.workbench.diagnose.of_the_runs import offsets_follow
-from arctrue.workbench.inference.same_place import RepeatedError
+from arctrue.workbench.inference.repeated_error import RepeatedError
 
 
 def left_undescribed(case: Case) -> Decision | None:

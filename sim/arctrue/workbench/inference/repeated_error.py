@@ -1,0 +1,91 @@
+"""An error of the reference that every pass shows at the same places, in words and as JSON."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+MOST = 0.5
+"""If the repeated error has more than this share of the residual's mean square, a change in time
+has less; a slow change has the same limit."""
+
+
+@dataclass(frozen=True)
+class Spot:
+    """One place, or several neighbouring places, with an error of its own."""
+
+    angle_deg: float
+    """Angle of the largest error."""
+    size_arcsec: float
+    sigma_arcsec: float
+    width_deg: float
+    """Angle from the first to the last of neighbouring places; 0 for one station."""
+
+
+@dataclass(frozen=True)
+class RepeatedError:
+    """An error of the reference that every pass shows at the same places."""
+
+    rms_arcsec: float
+    """RMS of the repeated error over all places, without the noise of their means."""
+    passes: int
+    places: int
+    spots: tuple[Spot, ...] = ()
+    """Single places that cause the error; empty if more places than these have an error."""
+    stations: bool = True
+    """True for stations, False for places of a log in motion."""
+    share: float = 0.0
+    """Share of the mean square of the residual that repeats."""
+    over_travel: bool = False
+    """True if the error repeats over the unwrapped angle of several turns."""
+
+    @property
+    def is_most(self) -> bool:
+        """True if the repeated error has more than half of the residual's mean square."""
+        return self.share > MOST
+
+    @property
+    def largest_arcsec(self) -> float:
+        """Size of the largest error of a single place; 0 without single places."""
+        return max((abs(item.size_arcsec) for item in self.spots), default=0.0)
+
+    def words(self) -> str:
+        """Return the finding in words."""
+        if not self.spots:
+            where = "angle of travel" if self.over_travel else "angle"
+            return (
+                f"the error repeats at equal {where} in {self.passes} passes, "
+                f"{self.rms_arcsec:.3g}″ RMS over {self.places} places: it belongs to the place, "
+                "not to the time"
+            )
+        first = sorted(self.spots, key=lambda item: -abs(item.size_arcsec))
+        said = "; ".join(_of_spot(item) for item in first[:SHOWN_SPOTS])
+        more = "" if len(first) <= SHOWN_SPOTS else f" and {len(first) - SHOWN_SPOTS} more"
+        kind = "station" if self.stations else "place"
+        kind = f"a single {kind} is" if len(first) == 1 else f"single {kind}s are"
+        return f"{kind} off in each of {self.passes} passes: {said}{more}"
+
+    def data(self) -> dict[str, object]:
+        """Return the finding as JSON."""
+        return {
+            "rms_arcsec": self.rms_arcsec,
+            "passes": self.passes,
+            "places": self.places,
+            "single_places": [
+                {
+                    "angle_deg": item.angle_deg,
+                    "size_arcsec": item.size_arcsec,
+                    "sigma_arcsec": item.sigma_arcsec,
+                    "width_deg": item.width_deg,
+                }
+                for item in self.spots
+            ],
+        }
+
+
+SHOWN_SPOTS = 8
+"""Largest number of single places in a sentence; the JSON contains all."""
+
+
+def _of_spot(item: Spot) -> str:
+    wide = f", {item.width_deg:.2g}° wide" if item.width_deg > 0.0 else ""
+    return f"{item.angle_deg:.4g}° by {item.size_arcsec:.3g}″ (u {item.sigma_arcsec:.2g}″{wide})"
