@@ -42,7 +42,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "a_second_survey_is_free",
         "the p-value of a second effect ignores the additional search",
-        f"{DIAGNOSE}/evidence.py",
+        f"{DIAGNOSE}/evidence_of_one.py",
         "candidates * tried.looks, found.freedom",
         "candidates, found.freedom",
         f"{GUARDS}::test_every_survey_of_a_diagnosis_is_charged",
@@ -619,7 +619,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "rows_of_a_station_are_independent",
         "a line through independent errors of the stations is named",
-        f"{DIAGNOSE}/evidence.py",
+        f"{DIAGNOSE}/evidence_of_one.py",
         "    p_value = max(p_value, _p_among_places(item, found, solution, tried, candidates))\n",
         "",
         "sim/tests/workbench/diagnose/test_same_place.py"
