@@ -15,9 +15,9 @@ import numpy as np
 
 from arctrue.base.progress import ReportStep
 from arctrue.workbench.diagnose.candidate import Candidate, delta_bic, rows_moved, sizes_arcsec
+from arctrue.workbench.diagnose.findings import Findings, RegularCause
 from arctrue.workbench.diagnose.parts_range import LEAST_WAVE
 from arctrue.workbench.diagnose.parts_scan import PartsCandidate, best_parts, parts_above
-from arctrue.workbench.diagnose.regular import Findings, RegularCause
 from arctrue.workbench.effects.base import Effect, orders_of_parts
 from arctrue.workbench.effects.scalar_effect import ScalarOfEachHead
 from arctrue.workbench.inference.likelihood_ratio import with_index_as_known

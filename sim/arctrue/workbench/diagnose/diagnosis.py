@@ -19,6 +19,7 @@ from arctrue.workbench.diagnose.data_faults import data_faults, too_short
 from arctrue.workbench.diagnose.decision import Decision, Verdict
 from arctrue.workbench.diagnose.evidence import described_above, survey
 from arctrue.workbench.diagnose.facts import Facts
+from arctrue.workbench.diagnose.findings import Findings
 from arctrue.workbench.diagnose.grounds import Grounds
 from arctrue.workbench.diagnose.lag import Lag, lag_of
 from arctrue.workbench.diagnose.next_measurement import NextMeasurement, measurement_for
@@ -29,7 +30,7 @@ from arctrue.workbench.diagnose.of_the_runs import (
     index_beyond_its_prior,
 )
 from arctrue.workbench.diagnose.posterior import PARTS_ADVANTAGE
-from arctrue.workbench.diagnose.regular import Findings, findings_of
+from arctrue.workbench.diagnose.regular import findings_of
 from arctrue.workbench.diagnose.rules.table import decide, said_of
 from arctrue.workbench.diagnose.second_finding import SecondFinding, second_finding
 from arctrue.workbench.diagnose.signal_period import SignalPeriod, signal_period

@@ -27,8 +27,8 @@ from arctrue.workbench.diagnose.evidence_of_one import (
     with_gain_of,
     with_noise_of_another,
 )
+from arctrue.workbench.diagnose.findings import Findings
 from arctrue.workbench.diagnose.of_the_runs import leaves_the_index
-from arctrue.workbench.diagnose.regular import Findings
 from arctrue.workbench.diagnose.second_run_effect import second_run_effects, without
 from arctrue.workbench.diagnose.survey import Survey, fit_of_channels, takes_most
 from arctrue.workbench.diagnose.with_a_real_effect import (

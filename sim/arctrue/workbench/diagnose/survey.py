@@ -10,8 +10,8 @@ import numpy as np
 
 from arctrue.workbench.diagnose.candidate import RUNS_ARE_THE_SAMPLE, Candidate
 from arctrue.workbench.diagnose.every_pass import on_every_pass
+from arctrue.workbench.diagnose.findings import Findings
 from arctrue.workbench.diagnose.lack_of_fit import capture_lack_of_fit, reference_lack_of_fit
-from arctrue.workbench.diagnose.regular import Findings
 from arctrue.workbench.inference.held_out import holds_out
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.significance import SIGNIFICANCE

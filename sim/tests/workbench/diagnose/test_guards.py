@@ -20,6 +20,7 @@ from arctrue.workbench.diagnose import classes, rules
 from arctrue.workbench.diagnose import evidence as weighing
 from arctrue.workbench.diagnose.diagnosis import diagnose
 from arctrue.workbench.diagnose.every_pass import at_other_speeds, on_every_pass
+from arctrue.workbench.diagnose.findings import Findings
 from arctrue.workbench.diagnose.lack_of_fit import analysis_of_variance, fisher_p
 from arctrue.workbench.diagnose.parts_scan import (
     PartsCandidate,
@@ -28,7 +29,6 @@ from arctrue.workbench.diagnose.parts_scan import (
     condition_shares,
     level_share,
 )
-from arctrue.workbench.diagnose.regular import Findings
 from arctrue.workbench.diagnose.survey import FitOfChannel, Survey
 from arctrue.workbench.effects.part_conditions import ALWAYS, TEMPERATURE
 from arctrue.workbench.effects.product_of_parts import ProductOfParts

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from arctrue.measurement import MeasurementSet, Reference, Table
-from arctrue.workbench.diagnose.regular import Findings, findings_of
+from arctrue.workbench.diagnose.findings import Findings
+from arctrue.workbench.diagnose.regular import findings_of
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit

@@ -10,8 +10,8 @@ import pytest
 
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.studies.benchmark.diagnosis import diagnosed
+from arctrue.workbench.diagnose.findings import RegularCause
 from arctrue.workbench.diagnose.own_tests import one_pattern, shape_with_corners
-from arctrue.workbench.diagnose.regular import RegularCause
 from arctrue.workbench.effects.catalogue.periodic_error import PeriodicError
 from arctrue.workbench.inference.forward.search import Line
 from tests.workbench.base_diagnosis import diagnosis_of
