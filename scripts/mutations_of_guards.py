@@ -519,7 +519,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "noise_explains_itself",
         "a block's prediction error counts as its own although noise of the angles explains it",
-        "sim/arctrue/workbench/inference/residuals.py",
+        f"{INFERENCE}/score_test.py",
         "    kept = shares > least\n",
         "    kept = shares > -1.0\n",
         "sim/tests/workbench/test_scores.py"

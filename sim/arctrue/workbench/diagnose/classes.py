@@ -9,8 +9,9 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from arctrue.workbench.diagnose.candidate import Candidate
-from arctrue.workbench.inference.residuals import Residuals, Score
+from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.scan.waves import SEPARATING_GAIN
+from arctrue.workbench.inference.score_test import Score
 from arctrue.workbench.inference.significance import corrected_p_value
 from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
 

@@ -20,8 +20,9 @@ from arctrue.workbench.inference.detectable import (
     Refused,
     smallest_detectable,
 )
-from arctrue.workbench.inference.residuals import Residuals, Score
+from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.scan.disc import BLIND_FACTOR, samples_a_turn
+from arctrue.workbench.inference.score_test import Score
 from arctrue.workbench.inference.significance import corrected_p_value
 from arctrue.workbench.observations import Observations
 

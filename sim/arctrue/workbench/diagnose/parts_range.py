@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from arctrue.workbench.effects.part_conditions import ALWAYS, SHORT_ARC_RAD
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.inference.design_matrix import measured_arcsec
-from arctrue.workbench.inference.residuals import Residuals, Score
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.score_test import Score
 from arctrue.workbench.observations import ReferenceRows
 
 Float = NDArray[np.float64]

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from arctrue.workbench.effects.base import Effect, Nonlinear
-from arctrue.workbench.inference.residuals import Residuals, Score
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.score_test import Score
 from arctrue.workbench.noise.level import noise_level
 from arctrue.workbench.numeric.least_squares import Matrix
 from arctrue.workbench.numeric.symmetric import solve_symmetric

@@ -20,7 +20,8 @@ from arctrue.workbench.effects.base import Effect, Nonlinear, Parameter
 from arctrue.workbench.effects.capture_block import capture_block
 from arctrue.workbench.inference.held_out import STANDARD_ERRORS
 from arctrue.workbench.inference.likelihood_ratio import freedom_of_a_size
-from arctrue.workbench.inference.residuals import Residuals, Score
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.score_test import Score
 from arctrue.workbench.inference.significance import MANY
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.numeric.distributions import f_limit

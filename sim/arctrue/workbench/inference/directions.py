@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,14 +16,12 @@ from scipy.linalg import null_space
 
 from arctrue.workbench.effects.base import FitContext
 from arctrue.workbench.inference.design_matrix import Term, channel_sums
+from arctrue.workbench.inference.fitted import Fitted
 from arctrue.workbench.inference.named import labels, values_of
 from arctrue.workbench.inference.tangents import refined_names, tangent_terms
 from arctrue.workbench.noise.noise import Noise
 from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
 from arctrue.workbench.observations import Observations
-
-if TYPE_CHECKING:
-    from arctrue.workbench.inference.solution import Solution
 
 Float = NDArray[np.float64]
 
@@ -109,7 +106,7 @@ def _is_null(values: Float) -> NDArray[np.bool_]:
 
 
 def directions_of(
-    solution: Solution, *, tangents: bool = True, equations: Float | None = None
+    solution: Fitted, *, tangents: bool = True, equations: Float | None = None
 ) -> Directions:
     """Return the determined and the undetermined directions of a fit.
 
@@ -133,7 +130,7 @@ def directions_of(
     return Directions(scale, free @ vectors[:, null], covariance)
 
 
-def undetermined_parameters(solution: Solution, directions: Directions) -> list[str]:
+def undetermined_parameters(solution: Fitted, directions: Directions) -> list[str]:
     """Return the names of the reported parameters that change along an undetermined direction.
 
     The slopes are computed at the solution and away from it along these directions: if no row shows
@@ -166,7 +163,7 @@ def undetermined_parameters(solution: Solution, directions: Directions) -> list[
 
 
 def _slopes(
-    solution: Solution, names: Sequence[str], at: Float, steps: Float, directions: Directions
+    solution: Fitted, names: Sequence[str], at: Float, steps: Float, directions: Directions
 ) -> Float:
     """Return ∂(parameter)/∂(unknown), (parameters, unknowns), by central differences.
 
@@ -193,7 +190,7 @@ def _slopes(
     return found
 
 
-def _values(solution: Solution, at: Float, owner: int | None = None) -> dict[str, float]:
+def _values(solution: Fitted, at: Float, owner: int | None = None) -> dict[str, float]:
     """Return every parameter at these values of the unknowns; only the parameters of one term if
     its number ``owner`` is given."""
     shared = place = sum(solution.widths)

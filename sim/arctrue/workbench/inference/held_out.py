@@ -24,7 +24,8 @@ from arctrue.workbench.inference.design_matrix import (
     term_columns,
 )
 from arctrue.workbench.inference.fit import fit
-from arctrue.workbench.inference.residuals import Residuals, Score
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.score_test import Score
 from arctrue.workbench.inference.search import places_of
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.noise import Noise

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import Effect, Nonlinear
 from arctrue.workbench.inference.fit import ModelDesign, fit
-from arctrue.workbench.inference.residuals import Residuals, Score
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.score_test import Score
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.degrees_of_freedom import degrees_of_freedom
 from arctrue.workbench.noise.fit import FIRST_ROUNDS, noise_of

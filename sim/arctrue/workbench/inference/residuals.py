@@ -4,128 +4,40 @@ effects explain."""
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.base.units import RAD_PER_ARCSEC
-from arctrue.workbench.effects.base import Effect, Nonlinear, OfWaves
+from arctrue.workbench.effects.base import Effect, Nonlinear
+from arctrue.workbench.inference.columns_side_by_side import of_waves, whitened_side_by_side
 from arctrue.workbench.inference.design_matrix import Term, term_columns, whitened_rows
 from arctrue.workbench.inference.same_place import Visits
+from arctrue.workbench.inference.score_test import (
+    LEAST_OWN_SHARE,
+    Score,
+    above_the_phase_noise,
+    own_directions,
+)
 from arctrue.workbench.inference.solution import Solution, context_of
 from arctrue.workbench.inference.visits_of_places import visits_of
 from arctrue.workbench.noise.repeats import row_noise_arcsec
 from arctrue.workbench.noise.row_noise import RowNoise
 from arctrue.workbench.noise.whiteness import Whiteness, whiteness
 from arctrue.workbench.numeric.least_squares import Layout, Matrix, WhitenedRows
-from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE, log_determinant, solve_symmetric
+from arctrue.workbench.numeric.symmetric import log_determinant, solve_symmetric
 from arctrue.workbench.observations import Observations
 
 COLUMNS_TOGETHER = 24
 """Largest number of columns that are whitened and multiplied with the model's columns at once."""
-LEAST_OWN_SHARE = 1e-6
-"""Smallest share of the weighted squares that the model must leave unexplained in a direction of a
-block. A block is the columns of one effect.
-
-A direction with a smaller share belongs to the model, not to the block. Columns are calculated at
-measured angles, whose noise of 0.2″ is 10⁻⁶ rad. At 24 faces a wave of order 48.3 differs from a
-constant of each face only by that noise times its order. Without this limit, the noise of the rows
-themselves would appear as a wave of 4,900″. In a wave of the signal period, this noise is
-multiplied by the number of lines of the disc (:meth:`Effect.electrical_orders`).
-"""
 TIMES_THE_NOISE = 4.0
 """Smallest ratio of squares: the part of a signal-period wave that the model does not explain must
 be at least twice its phase noise."""
 MOST_OWN_SHARE = 0.5
 """Upper bound of the limit on the share, which follows from the noise: if the model leaves a larger
 share of a block, the block is always tested."""
-
-
-@dataclass(frozen=True)
-class Score:
-    """The score test of a block of columns against the residuals of a model."""
-
-    gain: float
-    """χ² that the block removes from the whitened residuals, with the noise unchanged."""
-    rank: int
-    coefficients: Matrix
-    covariance: Matrix
-    moment: Matrix
-    information: Matrix
-    """Normal matrix of the block, with the model projected out."""
-    cross: Matrix
-    """Products of the model's columns (terms, run offsets, constant) with the columns of the
-    block."""
-    own_share: float
-    """Share of the weighted sum of squares of the block's columns that the model cannot explain, 0
-    to 1."""
-
-
-def own_directions(
-    information: Matrix, projected: Matrix, moment: Matrix, least: float = LEAST_OWN_SHARE
-) -> tuple[Matrix, Matrix]:
-    """Return ``projected`` and ``moment`` in a block's directions that the model does not explain.
-
-    ``information`` is the normal matrix of the block's columns, shape (k, k), and ``projected`` the
-    same matrix with the model projected out. A direction is left out if the ratio of ``projected``
-    to ``information`` in it is below ``least``. Directions are tested, not columns: a wave of both
-    heads may cancel in R₂ − R₁ and be determined in ε. A block of one column is returned unchanged.
-    """
-    if moment.size < 2:
-        return projected, moment
-    diagonal = np.diag(information)
-    scale = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
-    values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
-    # Columns that differ only by the noise of the angle (multiples of three phases) add no
-    # direction.
-    same = RANK_TOLERANCE if least <= LEAST_OWN_SHARE else max(least, RANK_TOLERANCE)
-    there = values > same * max(float(values[-1]), 1e-300)
-    into = vectors[:, there] / np.sqrt(values[there]) / scale[:, np.newaxis]
-    shares, turned = np.linalg.eigh(into.T @ projected @ into)
-    kept = shares > least
-    if kept.all() and there.all():
-        return projected, moment
-    back = vectors[:, there] * np.sqrt(values[there]) * scale[:, np.newaxis]
-    inside = back @ turned[:, kept]
-    found = (inside * shares[kept]) @ inside.T
-    return found, inside @ (turned[:, kept].T @ (into.T @ moment))
-
-
-def above_the_phase_noise(
-    projected: Matrix, moment: Matrix, noise: Matrix
-) -> tuple[Matrix, Matrix]:
-    """Return ``projected`` and ``moment`` in the directions whose squares exceed those of phase
-    noise.
-
-    ``noise``: squares that the noise of the readings gives each column, shape (columns,). If the
-    rows have few different signal phases, the model explains most of a wave, and the part that it
-    leaves may be small. The share alone does not show whether this part is only noise of the phase.
-    """
-    scale = np.sqrt(np.maximum(noise, 1e-300))
-    values, vectors = np.linalg.eigh(projected / np.outer(scale, scale))
-    kept = values > 1.0
-    if kept.all():
-        return projected, moment
-    inside = vectors[:, kept]
-    found = (inside * values[kept]) @ inside.T * np.outer(scale, scale)
-    return found, scale * (inside @ (inside.T @ (moment / scale)))
-
-
-@dataclass(frozen=True)
-class _Inside:
-    """Place of an effect's columns among the whitened columns of a channel."""
-
-    number: int
-    """Number of the effect."""
-    columns: tuple[int, ...]
-    """Numbers of the whitened columns."""
-    factors: Matrix | None
-    """Factors of these columns in the columns of the effect; None if they are its columns."""
-    square: float
-    """Sum of the squares of a wave (cosine and sine) before whitening; 0 if it is no wave of the
-    signal period."""
 
 
 def _combined(gram: Matrix, factors: Matrix | None) -> Matrix:
@@ -355,10 +267,10 @@ class Residuals:
         together: list[tuple[Hashable, Effect, Nonlinear]] = []
         widths: dict[Hashable, int] = {}
         for key, (effect, place) in waiting.items():
-            of_waves = self._of_waves(effect)
+            combined = of_waves(effect, self.observations)
             own: dict[Hashable, int] = {key: len(effect.column_names(self.observations))}
-            if of_waves is not None:
-                own = {wave.key: wave.width for wave in of_waves.waves}
+            if combined is not None:
+                own = {wave.key: wave.width for wave in combined.waves}
             if together and sum((widths | own).values()) > COLUMNS_TOGETHER:
                 self._work_out(together)
                 together, widths = [], {}
@@ -386,7 +298,7 @@ class Residuals:
         ):
             if residual is None or design is None:
                 continue
-            found, inside = self._whitened_side_by_side(asked, capture=is_it)
+            found, inside = whitened_side_by_side(self.solution, asked, capture=is_it)
             if found is None:
                 continue
             of_residual, of_design = found.T @ residual, design.moment(found)
@@ -452,53 +364,6 @@ class Residuals:
                 rms = float(np.sqrt(np.mean(values**2)))
                 found.append(row_noise_arcsec(self.observations, values, channel, rms))
         return max(found)
-
-    def _of_waves(self, effect: Effect) -> OfWaves | None:
-        rows = self.observations.capture
-        return None if rows is None else effect.of_waves(rows)
-
-    def _whitened_side_by_side(
-        self, asked: Sequence[tuple[Hashable, Effect, Nonlinear]], *, capture: bool
-    ) -> tuple[Matrix | None, list[_Inside]]:
-        """Return whitened columns of one channel, and the place of each effect that has columns in
-        it. A wave that several effects have in common is whitened once."""
-        noise = self.solution.noise.capture if capture else self.solution.noise.reference
-        assert noise is not None
-        blocks: list[Matrix] = []
-        there: dict[Hashable, tuple[int, ...]] = {}
-        inside: list[_Inside] = []
-
-        def place_of(key: Hashable, columns: Matrix) -> None:
-            start = sum(block.shape[1] for block in blocks)
-            there[key] = tuple(range(start, start + columns.shape[1]))
-            blocks.append(columns)
-
-        for number, (_, effect, place) in enumerate(asked):
-            of_waves = self._of_waves(effect) if capture else None
-            if of_waves is not None:
-                for wave in of_waves.waves:
-                    if wave.key not in there:
-                        place_of(wave.key, wave.columns())
-                at = tuple(index for wave in of_waves.waves for index in there[wave.key])
-                inside.append(_Inside(number, at, of_waves.factors, 0.0))
-                continue
-            columns = term_columns(
-                Term(effect, place), self.observations, self.solution.context, capture=capture
-            )
-            if columns is not None:
-                # Only the test of a wave of the signal period needs the squares.
-                square = 0.0
-                if effect.electrical_orders(self.observations):
-                    square = 2.0 * float(np.vdot(columns, columns)) / columns.shape[1]
-                place_of(number, columns)
-                inside.append(_Inside(number, there[number], None, square))
-        if not blocks:
-            return None, inside
-        if len(blocks) == 1:
-            return noise.whiten(blocks[0]), inside
-        found = np.ascontiguousarray(np.hstack(blocks), dtype=np.float64)
-        noise.whiten_in_place(found)
-        return found, inside
 
     def _test(
         self, information: Matrix, moment: Matrix, cross: Matrix, least: float, noise: Matrix

@@ -24,6 +24,7 @@ from arctrue.workbench.inference.design_matrix import (
     term_widths,
 )
 from arctrue.workbench.inference.directions import directions_of, undetermined_parameters
+from arctrue.workbench.inference.fitted import Fitted
 from arctrue.workbench.inference.named import labels, term_parameters
 from arctrue.workbench.inference.tangents import refined_names, tangent_terms
 from arctrue.workbench.noise.noise import Noise
@@ -33,31 +34,8 @@ from arctrue.workbench.observations import Observations
 
 
 @dataclass(frozen=True)
-class Solution:
+class Solution(Fitted):
     """A model fitted to a set, with coefficients, covariance and noise."""
-
-    terms: tuple[Term, ...]
-    observations: Observations
-    context: FitContext
-    widths: tuple[int, ...]
-    coefficients: Matrix
-    """Coefficients of all terms, in the order of the terms."""
-    covariance: Matrix
-    run_offsets_arcsec: Matrix
-    reference_offset_arcsec: float
-    noise: Noise
-    log_likelihood: float
-    rank: int
-    """Number of combinations of coefficients that the data determine."""
-    condition: float
-    every_row: bool = False
-    """True if the coefficients are fitted to every row of a set, while the statistics use only a
-    part of its rows."""
-    held: bool = False
-    """True if the coefficients were fitted to another set: only offsets were fitted to this set."""
-    unknown_noise: frozenset[str] = frozenset()
-    """Channels that have too few rows for their coefficients, so that the rows do not show their
-    scatter."""
 
     @property
     def capture_sigma_arcsec(self) -> float | None:
@@ -76,11 +54,6 @@ class Solution:
         """
         channels = {"capture": self.observations.capture, "reference": self.observations.reference}
         return {name for name, rows in channels.items() if rows is not None} <= self.unknown_noise
-
-    def part(self, index: int) -> slice:
-        """Return the slice of one term's coefficients."""
-        start = sum(self.widths[:index])
-        return slice(start, start + self.widths[index])
 
     @property
     def searched_parts(self) -> list[slice]:

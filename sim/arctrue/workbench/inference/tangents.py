@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import Columns, Effect, FitContext, Nonlinear
 from arctrue.workbench.inference.design_matrix import Term
+from arctrue.workbench.inference.fitted import Fitted
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
-
-if TYPE_CHECKING:
-    from arctrue.workbench.inference.solution import Solution
 
 Float = NDArray[np.float64]
 
@@ -104,7 +102,7 @@ class Tangent(Effect):
         return width
 
 
-def tangent_terms(solution: Solution) -> list[Term]:
+def tangent_terms(solution: Fitted) -> list[Term]:
     """Return the terms of a solution and, after them, the tangents of each term."""
     tangents = [
         Term(Tangent(term, solution.coefficients[solution.part(index)], solution.observations), {})

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import Effect
-from arctrue.workbench.inference.residuals import Residuals, Score
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.score_test import Score
 
 Float = NDArray[np.float64]
 
