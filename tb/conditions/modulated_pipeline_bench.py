@@ -12,10 +12,10 @@ from cocotb.triggers import RisingEdge
 
 from arctrue.gateware.amplitude_sweep import Modulators, effective_amplitudes, modulated
 from arctrue.gateware.coefficient_memory import bank_words
-from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.coefficients import Coefficients, Extension
 from arctrue.gateware.compensation_pipeline import compensate
 from arctrue.gateware.error_compensation import add_pairs, correction_limit, subtract
-from arctrue.gateware.extension import MODULATORS, Conditions, Extension
+from arctrue.gateware.extension import MODULATORS, Conditions
 from arctrue.gateware.harmonic_unit import harmonic_unit
 from arctrue.gateware.phase_unit import phase_unit
 from arctrue.gateware.table_conditions import MODULATOR_ONE

@@ -15,9 +15,9 @@ from cocotb.triggers import FallingEdge
 from numpy.typing import NDArray
 
 from arctrue.gateware.amplitude_sweep import Modulators, effective_amplitudes
-from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.coefficients import Coefficients, Extension
 from arctrue.gateware.error_compensation import add_pairs, correction_limit, subtract
-from arctrue.gateware.extension import Conditions, Extension
+from arctrue.gateware.extension import Conditions
 from arctrue.gateware.harmonic_unit import harmonic_unit
 from arctrue.gateware.phase_unit import phase_unit
 from arctrue.gateware.table_conditions import MODULATOR_ONE

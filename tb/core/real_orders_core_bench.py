@@ -14,9 +14,8 @@ from cocotb.triggers import ClockCycles, FallingEdge
 from cocotbext.axi import AxiResp
 from numpy.typing import NDArray
 
-from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.coefficients import Coefficients, Extension
 from arctrue.gateware.compensation_pipeline import compensate
-from arctrue.gateware.extension import Extension
 from arctrue.gateware.turn_counter import turn_numbers
 from arctrue.generated import registers
 from arctrue.generated.number_formats import PHASE_STEP_WIDTH, PIPELINE_LATENCY

@@ -12,9 +12,8 @@ from cocotb.triggers import RisingEdge
 from numpy.typing import NDArray
 
 from arctrue.gateware.coefficient_memory import bank_words, turn_step_words
-from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.coefficients import Coefficients, Extension
 from arctrue.gateware.compensation_pipeline import compensate, compensate_clocks
-from arctrue.gateware.extension import Extension
 from arctrue.gateware.lane_words import phase_step
 from arctrue.gateware.turn_counter import turn_numbers
 from arctrue.generated.number_formats import (

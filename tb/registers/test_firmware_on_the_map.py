@@ -20,8 +20,7 @@ from sim.tests.firmware.test_load import load, state
 from sim.tests.firmware.test_prepared_sets import COUNTS, FURTHER_INDICES_SEEN, LANES, FailoverCore
 from sim.tests.firmware.test_save import Board
 
-from arctrue.gateware.coefficients import Coefficients
-from arctrue.gateware.extension import Extension
+from arctrue.gateware.coefficients import Coefficients, Extension
 from arctrue.gateware.mean_set import MeanSet
 from tb.registers.arctrue_registers_model import RegisterModel, driven_ports
 

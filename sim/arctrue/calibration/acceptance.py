@@ -22,8 +22,8 @@ from arctrue.gateware.coefficient_bounds import (
     slope_and_amplitude,
     speed_feedback,
 )
-from arctrue.gateware.coefficients import Coefficients
-from arctrue.gateware.extension import FOLLOWED_LANES_MOST, REAL_LANES_MOST, Extension
+from arctrue.gateware.coefficients import Coefficients, Extension
+from arctrue.gateware.extension import FOLLOWED_LANES_MOST, REAL_LANES_MOST
 from arctrue.gateware.lane_words import AMPLITUDE_LIMIT_COUNTS
 from arctrue.generated.number_formats import CLOCK_HZ, SPEED_WINDOW_BITS
 

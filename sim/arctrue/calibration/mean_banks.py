@@ -22,8 +22,7 @@ from arctrue.calibration.head_weights import (
     weight_words,
     weights_without_each,
 )
-from arctrue.gateware.coefficients import Coefficients
-from arctrue.gateware.extension import Extension
+from arctrue.gateware.coefficients import Coefficients, Extension
 from arctrue.gateware.mean_set import OFFSET_ONE, WEIGHT_ONE, MeanSet
 from arctrue.gateware.weighted_mean import TERM_LSB_COUNTS, weighted_mean, whole_readings
 from arctrue.generated.number_formats import LANES_DEFAULT

@@ -34,13 +34,12 @@ from arctrue.gateware.coefficient_file_keys import (
     ThermalLaneKeys,
 )
 from arctrue.gateware.coefficient_file_text import coefficient_file_text
-from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.coefficients import Coefficients, Extension
 from arctrue.gateware.extension import (
     POINTS,
     WIDTH_ONE,
     WINDOW_EXPONENT_MOST,
     Conditions,
-    Extension,
     LocalTable,
 )
 from arctrue.gateware.lane_words import AMPLITUDE_LSB_COUNTS, check_counts_per_rev

@@ -8,8 +8,8 @@ from fractions import Fraction
 
 from arctrue.base.units import ARCSEC_PER_TURN
 from arctrue.gateware.coefficient_file_keys import EXTENDED_SCHEMA, SCHEMA, THERMAL_SCHEMA
-from arctrue.gateware.coefficients import Coefficients
-from arctrue.gateware.extension import WIDTH_ONE, Extension
+from arctrue.gateware.coefficients import Coefficients, Extension
+from arctrue.gateware.extension import WIDTH_ONE
 from arctrue.gateware.lane_words import AMPLITUDE_LSB_COUNTS
 from arctrue.gateware.mean_set import OFFSET_ONE, WEIGHT_ONE
 from arctrue.gateware.thermal import SLOPE_LSB_COUNTS

@@ -1,30 +1,24 @@
-"""Defines the optional parts of the coefficients: mean of the heads, conditions, orders that are
-not integers (real orders), and local table."""
+"""Defines optional parts of the coefficients: conditions, phase of orders that are not integers,
+local table."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import permutations
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
-from arctrue.gateware.capability import Capability
-from arctrue.gateware.mean_set import MeanSet
 from arctrue.generated.number_formats import (
     ANGLE_WIDTH,
     DEAD_ZONE_WIDTH,
     LOCAL_INDEX_WIDTH,
     LOCAL_POINT_WIDTH,
     ORDER_WIDTH,
-    PHASE_STEP_WIDTH,
     PHASE_WIDTH,
     STOP_FRACTION,
     STOP_WIDTH,
 )
-
-if TYPE_CHECKING:
-    from arctrue.gateware.coefficients import Coefficients
 
 MODULATORS: Final = ("one", "direction", "speed", "speed_squared", "word_a", "word_b")
 """Factors of a lane's amplitude; a lane's word contains the index of its factor."""
@@ -163,61 +157,3 @@ class PhaseSource:
     def numbers(self) -> list[int]:
         """Return the numbers with which the device's console describes this origin."""
         return [PHASE_SOURCES.index(self.source), self.side, self.probe_phase]
-
-
-@dataclass(frozen=True)
-class Extension:
-    """The parts of a coefficient file of schema 3; a lane that is in none of the mappings has a
-    constant amplitude and an integer order.
-
-    ``modulators``: lane → one of MODULATORS. ``turn_steps``: lane → fraction of its order, u0.48
-    turn per turn. ``without``: one prepared set of coefficients for each head that may fail; the
-    extension of each set contains the set's mean. ``phase_sources``: lane of a real order → the
-    origin of its phase, if it is not the operator.
-    """
-
-    mean: MeanSet | None = None
-    conditions: Conditions | None = None
-    modulators: tuple[tuple[int, str], ...] = ()
-    turn_steps: tuple[tuple[int, int], ...] = ()
-    local_table: LocalTable | None = None
-    without: tuple[Coefficients, ...] = ()
-    phase_sources: tuple[tuple[int, PhaseSource], ...] = ()
-
-    def __post_init__(self) -> None:
-        """Raise ValueError if the parts contradict each other."""
-        for lane, name in self.modulators:
-            if name not in MODULATORS[1:]:
-                raise ValueError(
-                    f"lane {lane}: modulator {name!r}, expected one of {', '.join(MODULATORS[1:])}"
-                )
-        for lane, step in self.turn_steps:
-            if not 0 < step < 1 << PHASE_STEP_WIDTH:
-                raise ValueError(f"lane {lane}: turn_step {step}, expected 1 to 2^48 - 1")
-        alone = {lane for lane, _ in self.phase_sources} - {lane for lane, _ in self.turn_steps}
-        if alone:
-            raise ValueError(f"lane {min(alone)}: phase_from is for a lane of a real order")
-        conditional = [name for _, name in self.modulators if not name.startswith("word")]
-        if conditional and self.conditions is None:
-            raise ValueError(f"conditions: is missing, but a lane follows {conditional[0]}")
-        if self.without and self.mean is None:
-            raise ValueError("without: a set for a missing head needs the mean of all heads")
-        sets = (entry.extension for entry in self.without)
-        if self.without and (self.turn_steps or any(one.turn_steps for one in sets if one)):
-            raise ValueError(
-                "without: a set for a missing head holds no turn steps, so the file cannot have "
-                "such sets and a lane of a real order; leave one of the two out"
-            )
-
-    @property
-    def needs(self) -> Capability:
-        """Return the generics of the smallest bitstream that can load these parts."""
-        sets = [entry.extension for entry in self.without if entry.extension is not None]
-        return Capability(
-            heads=self.mean.heads if self.mean else 2,
-            mean=self.mean is not None,
-            modulators=bool(self.modulators) or any(entry.modulators for entry in sets),
-            real_orders=bool(self.turn_steps),
-            local_table=self.local_table is not None,
-            failover=bool(self.without),
-        )

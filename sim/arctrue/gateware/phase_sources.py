@@ -7,8 +7,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from arctrue.gateware.coefficients import Coefficients
-from arctrue.gateware.extension import Extension, PhaseSource
+from arctrue.gateware.coefficients import Coefficients, Extension
+from arctrue.gateware.extension import PhaseSource
 from arctrue.generated.number_formats import PHASE_WIDTH
 
 SIDE_MOST = 8

@@ -11,8 +11,8 @@ import pytest
 from arctrue.calibration import calibrate
 from arctrue.calibration.calibration import objections
 from arctrue.calibration.comparison import compare, extent, reading_counts
-from arctrue.gateware.coefficients import Coefficients
-from arctrue.gateware.extension import Conditions, Extension
+from arctrue.gateware.coefficients import Coefficients, Extension
+from arctrue.gateware.extension import Conditions
 from arctrue.measurement import MeasurementSet, Reference, Table
 
 from .synthetic import COUNTS, Disc, capture_of, polygon_of, set_of, turn_angles

@@ -17,8 +17,8 @@ from sim.tests.firmware.emulator import PATIENCE_S
 from arctrue.cli import main
 from arctrue.device.console import ConsoleError
 from arctrue.gateware.coefficient_file import write_coefficient_file
-from arctrue.gateware.coefficients import Coefficients
-from arctrue.gateware.extension import Conditions, Extension
+from arctrue.gateware.coefficients import Coefficients, Extension
+from arctrue.gateware.extension import Conditions
 from arctrue.gateware.mean_set import MeanSet
 
 COUNTS_PER_REV = 1 << 24

@@ -38,8 +38,7 @@ from arctrue.calibration.heads_least_squares import (
 )
 from arctrue.calibration.heads_on_device import OnDevice, heads_on_device, mean_orders
 from arctrue.calibration.mean_banks import mean_angle_counts
-from arctrue.gateware.coefficients import Coefficients
-from arctrue.gateware.extension import Extension
+from arctrue.gateware.coefficients import Coefficients, Extension
 from arctrue.gateware.mean_set import MeanSet
 
 Float = NDArray[np.float64]

@@ -18,8 +18,8 @@ from sim.tests.firmware.test_load import DISC, SUBDIVISION, file_of, running, se
 
 from arctrue.calibration.acceptance import of_speed_feedback
 from arctrue.device.load import load_frames
-from arctrue.gateware.coefficients import Coefficients
-from arctrue.gateware.extension import Conditions, Extension
+from arctrue.gateware.coefficients import Coefficients, Extension
+from arctrue.gateware.extension import Conditions
 from arctrue.gateware.register_access import coefficient_words
 
 __all__ = ["running"]

@@ -20,8 +20,8 @@ from sim.tests.firmware.test_save import REGION, Board
 
 from arctrue.calibration.acceptance import of_limits
 from arctrue.device.load import load_frames
-from arctrue.gateware.coefficients import Coefficients
-from arctrue.gateware.extension import POINTS, Extension, LocalTable
+from arctrue.gateware.coefficients import Coefficients, Extension
+from arctrue.gateware.extension import POINTS, LocalTable
 from arctrue.gateware.local_table import LocalTable as Bank
 from arctrue.gateware.local_table import local_table
 from arctrue.generated.registers import LOCAL_POINTS_ADDRESS

@@ -17,8 +17,7 @@ from sim.tests.firmware.test_prepared_sets import OFFSETS, lanes_of
 from sim.tests.firmware.test_save import Board, re_armed
 
 from arctrue.device.load import load_frames
-from arctrue.gateware.coefficients import Coefficients
-from arctrue.gateware.extension import Extension
+from arctrue.gateware.coefficients import Coefficients, Extension
 from arctrue.gateware.mean_set import MeanSet
 from arctrue.generated.registers import LOCAL_POINTS_ADDRESS
 

@@ -31,8 +31,7 @@ from sim.tests.firmware.test_save import Board
 from arctrue.calibration.head_weights import weight_words, weights_without_each
 from arctrue.calibration.heads_on_device import heads_on_device, mean_orders
 from arctrue.calibration.mean_banks import mean_angle_counts
-from arctrue.gateware.coefficients import Coefficients
-from arctrue.gateware.extension import Extension
+from arctrue.gateware.coefficients import Coefficients, Extension
 from arctrue.gateware.mean_set import MeanSet
 
 ORDERS = 32

@@ -23,8 +23,8 @@ from sim.tests.firmware.test_load import load, send, state, turn
 from arctrue.calibration.acceptance import of_limits
 from arctrue.device.load import heads_without_sets, load_frames
 from arctrue.gateware.capability import Capability
-from arctrue.gateware.coefficients import Coefficients
-from arctrue.gateware.extension import POINTS, Conditions, Extension, LocalTable
+from arctrue.gateware.coefficients import Coefficients, Extension
+from arctrue.gateware.extension import POINTS, Conditions, LocalTable
 from arctrue.gateware.mean_set import MeanSet
 from arctrue.gateware.parity_sum import parity_weights
 from arctrue.gateware.register_access import RegisterMap

@@ -14,8 +14,8 @@ from sim.tests.firmware.test_load_table import LOCAL_TABLE
 
 from arctrue.calibration.acceptance import of_limits
 from arctrue.device.load import load_frames
-from arctrue.gateware.coefficients import Coefficients
-from arctrue.gateware.extension import POINTS, Conditions, Extension, LocalTable
+from arctrue.gateware.coefficients import Coefficients, Extension
+from arctrue.gateware.extension import POINTS, Conditions, LocalTable
 from arctrue.gateware.lane_words import AMPLITUDE_LIMIT_COUNTS
 from arctrue.gateware.thermal import ThermalLanes
 

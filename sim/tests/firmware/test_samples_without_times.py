@@ -35,8 +35,8 @@ from sim.tests.firmware.test_load_followed import (
 from sim.tests.firmware.test_save import Board, re_armed, working
 
 from arctrue.device.load import load_frames
-from arctrue.gateware.coefficients import Coefficients
-from arctrue.gateware.extension import Conditions, Extension
+from arctrue.gateware.coefficients import Coefficients, Extension
+from arctrue.gateware.extension import Conditions
 
 __all__ = ["running", "working"]
 

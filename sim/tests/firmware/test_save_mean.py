@@ -24,8 +24,7 @@ from sim.tests.firmware.test_prepared_sets import (
 )
 from sim.tests.firmware.test_save import Board, re_armed
 
-from arctrue.gateware.coefficients import Coefficients
-from arctrue.gateware.extension import Extension
+from arctrue.gateware.coefficients import Coefficients, Extension
 from arctrue.gateware.mean_set import MeanSet
 from arctrue.gateware.thermal import ThermalLanes
 

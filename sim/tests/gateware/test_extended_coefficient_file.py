@@ -13,8 +13,8 @@ from arctrue.device.load import load_frames
 from arctrue.gateware.capability import EVERYTHING, Capability
 from arctrue.gateware.coefficient_file import CoefficientFileError, read_coefficient_file
 from arctrue.gateware.coefficient_file_text import coefficient_file_text
-from arctrue.gateware.coefficients import Coefficients
-from arctrue.gateware.extension import Conditions, Extension, LocalTable, PhaseSource
+from arctrue.gateware.coefficients import Coefficients, Extension
+from arctrue.gateware.extension import Conditions, LocalTable, PhaseSource
 from arctrue.gateware.mean_set import MeanSet
 from arctrue.gateware.thermal import ThermalLanes
 

@@ -8,7 +8,7 @@ import pytest
 
 from arctrue.gateware import extension
 from arctrue.gateware.coefficient_bounds import slope_and_amplitude
-from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.coefficients import Coefficients, Extension
 from arctrue.gateware.extension import POINTS
 from arctrue.gateware.local_table import LocalTable, line_bound, local_table
 from arctrue.generated.number_formats import LOCAL_VALUE_FRACTION
@@ -128,7 +128,7 @@ def test_the_slope_of_a_table_counts_with_that_of_the_lanes(width: int, leaps: f
         0,
         TURN,
         None,
-        extension.Extension(local_table=table),
+        Extension(local_table=table),
     )
     assert slope_and_amplitude(with_table)[0] == pytest.approx(
         plain + table.steepest(TURN), rel=1e-12

@@ -19,8 +19,7 @@ from click.testing import CliRunner
 from arctrue.cli import main
 from arctrue.device.load import DEVICE_LOADS, load_frames
 from arctrue.gateware.coefficient_file import read_coefficient_file
-from arctrue.gateware.coefficients import Coefficients
-from arctrue.gateware.extension import Extension
+from arctrue.gateware.coefficients import Coefficients, Extension
 from arctrue.gateware.mean_set import MeanSet
 from arctrue.instrument import HEAD3_A, HEAD3_B, HEAD3_Z, HEAD4_A, HEAD4_B, PinFault
 from arctrue.measurement import read_measurement_set, write_measurement_set

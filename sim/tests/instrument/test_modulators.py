@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from sim.tests.instrument.sizes import DEPTH, EXTENSIONS, LANES
 
 from arctrue.gateware.coefficient_bounds import MOST_SPEED_FEEDBACK, speed_feedback
-from arctrue.gateware.coefficients import Coefficients
-from arctrue.gateware.extension import Conditions, Extension
+from arctrue.gateware.coefficients import Coefficients, Extension
+from arctrue.gateware.extension import Conditions
 from arctrue.gateware.table_conditions import MODULATOR_ONE
 from arctrue.generated.number_formats import AMPLITUDE_SWEEP_CLOCKS
 from arctrue.instrument import BusError, Instrument

@@ -19,8 +19,7 @@ from arctrue.gateware.coefficient_file import (
     read_coefficient_file,
     write_coefficient_file,
 )
-from arctrue.gateware.coefficients import Coefficients
-from arctrue.gateware.extension import Extension
+from arctrue.gateware.coefficients import Coefficients, Extension
 from arctrue.gateware.mean_set import MeanSet
 from arctrue.measurement import MeasurementSet, Reference, Table, write_measurement_set
 from arctrue.workbench.effects.base import LocalError

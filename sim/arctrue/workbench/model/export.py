@@ -15,10 +15,7 @@ from numpy.typing import NDArray
 
 from arctrue.base.units import arcsec_per_count
 from arctrue.calibration.acceptance import of_speed_feedback
-from arctrue.gateware.coefficients import Coefficients
-from arctrue.gateware.extension import (
-    Extension,
-)
+from arctrue.gateware.coefficients import Coefficients, Extension
 from arctrue.gateware.thermal import ORDERS_MOST, ThermalLanes
 from arctrue.generated.number_formats import THERMAL_RANGE_K
 from arctrue.workbench.effects.base import ConditionedLane, Effect

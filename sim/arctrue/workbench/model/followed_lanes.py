@@ -14,13 +14,8 @@ import numpy as np
 
 from arctrue.base.units import arcsec_per_count
 from arctrue.gateware.coefficient_bounds import STEEPEST_REVERSAL
-from arctrue.gateware.extension import (
-    FOLLOWED_LANES_MOST,
-    REAL_LANES_MOST,
-    WIDTH_ONE,
-    Conditions,
-    Extension,
-)
+from arctrue.gateware.coefficients import Extension
+from arctrue.gateware.extension import FOLLOWED_LANES_MOST, REAL_LANES_MOST, WIDTH_ONE, Conditions
 from arctrue.gateware.lane_words import ORDER_MAX
 from arctrue.generated.number_formats import CLOCK_HZ, LANES_MAX
 from arctrue.workbench.effects.base import ConditionedLane, Effect, Lane, RealLane
