@@ -261,7 +261,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "an_event_is_counted_where_rows_show_it",
         "knocks in slow noise, which held-out rows reveal, are named one slip",
         f"{DIAGNOSE}/case.py",
-        "and (self.survey.confirmed(item) or _is_sure(item))",
+        "and (self.survey.confirmed(item) or is_sure(item))",
         "and self.survey.confirmed(item)",
         f"{RULE_TABLE}::test_an_event_that_comes_again_and_again_is_no_accident",
     ),

@@ -16,7 +16,8 @@ from arctrue.workbench.compare.comparison import compare as _compare
 from arctrue.workbench.diagnose.diagnosis import MATTERS_COUNTS
 from arctrue.workbench.diagnose.diagnosis import Diagnosis as _Diagnosis
 from arctrue.workbench.diagnose.diagnosis import diagnose as _diagnose
-from arctrue.workbench.diagnose.report import diagnosis_data, sentences
+from arctrue.workbench.diagnose.report import sentences
+from arctrue.workbench.diagnose.report_json import diagnosis_data
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.model.explain import Explanation as _Explanation
 from arctrue.workbench.model.explain import explain as _explain

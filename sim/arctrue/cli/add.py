@@ -24,7 +24,7 @@ from arctrue.cli._loaded_set import (
 from arctrue.cli._progress import Progress
 from arctrue.cli._settings import settings_from
 from arctrue.workbench.diagnose.diagnosis import diagnose
-from arctrue.workbench.diagnose.report import parameter_data
+from arctrue.workbench.diagnose.report_json import parameter_data
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.model.growth import add_effect
 from arctrue.workbench.model.model import HistoryStep, Model

@@ -26,7 +26,8 @@ from arctrue.workbench.diagnose.adopted import adopt as write_adopted
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.diagnosis import MATTERS_COUNTS, Diagnosis
 from arctrue.workbench.diagnose.diagnosis import diagnose as diagnose_model
-from arctrue.workbench.diagnose.report import diagnosis_data, sentences
+from arctrue.workbench.diagnose.report import sentences
+from arctrue.workbench.diagnose.report_json import diagnosis_data
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.inference.left import Left
 from arctrue.workbench.model.growth import settle

@@ -23,7 +23,8 @@ from arctrue.cli._numbers import Finite
 from arctrue.cli._progress import Progress
 from arctrue.cli._tables import number, table, words
 from arctrue.workbench.diagnose.diagnosis import MATTERS_COUNTS
-from arctrue.workbench.diagnose.report import diagnosis_data, parameter_data, sentences
+from arctrue.workbench.diagnose.report import sentences
+from arctrue.workbench.diagnose.report_json import diagnosis_data, parameter_data
 from arctrue.workbench.model.explain import Explanation
 from arctrue.workbench.model.explain import explain as explain_set
 

@@ -20,7 +20,8 @@ from arctrue.report.analysis import Analysis
 from arctrue.report.effect_amplitude import AmplitudeCurve, EffectAmplitude, effect_amplitude
 from arctrue.workbench.compare.comparison import compare
 from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
-from arctrue.workbench.diagnose.report import diagnosis_data, sentences
+from arctrue.workbench.diagnose.report import sentences
+from arctrue.workbench.diagnose.report_json import diagnosis_data
 from arctrue.workbench.model.export import export_model
 
 Ranking = dict[str, Any]

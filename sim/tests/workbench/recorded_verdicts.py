@@ -19,7 +19,7 @@ from arctrue.studies.benchmark.sets import make_set
 from arctrue.studies.benchmark.tasks import set_tasks
 from arctrue.studies.benchmark.worlds import FOUR_HEADS
 from arctrue.studies.campaign import Task
-from arctrue.workbench.diagnose.report import diagnosis_data
+from arctrue.workbench.diagnose.report_json import diagnosis_data
 from arctrue.workbench.model.model import default_model
 
 RECORD = Path(__file__).parent / "recorded_verdicts.jsonl"

@@ -22,7 +22,7 @@ from arctrue.studies.benchmark.independent.injection import INJECTIONS, rms_arcs
 from arctrue.studies.benchmark.independent.scene import made
 from arctrue.studies.benchmark.intervals import Rate, rate
 from arctrue.studies.campaign import Campaign, Task
-from arctrue.workbench.diagnose.report import diagnosis_data
+from arctrue.workbench.diagnose.report_json import diagnosis_data
 from arctrue.workbench.model.model import default_model
 
 WORK = "arctrue.studies.benchmark.bound:run_bound"

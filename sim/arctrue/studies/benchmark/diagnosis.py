@@ -11,7 +11,7 @@ from typing import Any
 from arctrue.measurement import MeasurementSet, read_measurement_set
 from arctrue.studies.benchmark.subject import Answer
 from arctrue.workbench.diagnose.diagnosis import MATTERS_COUNTS, Diagnosis, diagnose
-from arctrue.workbench.diagnose.report import diagnosis_data
+from arctrue.workbench.diagnose.report_json import diagnosis_data
 from arctrue.workbench.effects.registry import catalogue
 from arctrue.workbench.model.growth import settle
 from arctrue.workbench.model.model import default_model

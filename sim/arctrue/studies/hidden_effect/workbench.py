@@ -13,7 +13,8 @@ import numpy as np
 from arctrue.measurement import read_measurement_set
 from arctrue.workbench.diagnose.adopted import adopt
 from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
-from arctrue.workbench.diagnose.report import diagnosis_data, sentences
+from arctrue.workbench.diagnose.report import sentences
+from arctrue.workbench.diagnose.report_json import diagnosis_data
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.effects.registry import catalogue

@@ -7,8 +7,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-import numpy as np
-
 from arctrue.workbench.diagnose.adding import Adding
 from arctrue.workbench.diagnose.aliases import above_half_the_samples
 from arctrue.workbench.diagnose.candidate import (
@@ -22,7 +20,6 @@ from arctrue.workbench.diagnose.classes import (
     LEAST_SHARE,
     OF_THE_SAME_KIND,
     Similar,
-    adds,
     alike,
     lead,
     stands_in,
@@ -32,9 +29,17 @@ from arctrue.workbench.diagnose.confounded import confounded_with
 from arctrue.workbench.diagnose.decision import Decision
 from arctrue.workbench.diagnose.every_pass import at_other_speeds, on_every_pass
 from arctrue.workbench.diagnose.excluded import look_alikes
+from arctrue.workbench.diagnose.rivals import (
+    NEAR_TIE,
+    compete,
+    contains,
+    is_smaller,
+    is_sure,
+    large_enough,
+    same_by_definition,
+)
 from arctrue.workbench.diagnose.survey import Survey
 from arctrue.workbench.effects.base import Effect
-from arctrue.workbench.inference.canonical_correlation import canonical_correlations
 from arctrue.workbench.inference.forward.noise_of_record import NOT_WHITE
 from arctrue.workbench.inference.forward.of_solution import has_records
 from arctrue.workbench.inference.forward.oscillation import (
@@ -46,20 +51,6 @@ from arctrue.workbench.inference.forward.tests_of_a_line import FAMILY_WISE
 from arctrue.workbench.inference.left import Left
 from arctrue.workbench.inference.significance import SIGNIFICANCE
 
-NEAR_TIE = 6.0
-"""ΔBIC by which an effect must be ahead of a product of parts that explains the same error: odds of
-20 to 1, "strong" on the scale of Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773."""
-SAME_GAIN = 0.01
-"""Two gains count as gains of the same columns if their relative difference is less than this; a
-search determines the last digits of a gain only approximately."""
-LACK_OF_FIT = 1e-4
-"""A lack of fit is sure if its p is below this value."""
-LEAST_EXCESS = 0.25
-"""A model is not adequate if its residuals exceed the noise by at least this share of the noise and
-its lack of fit is significant, even if no effect describes the residuals."""
-REFUSED_P = LACK_OF_FIT
-"""An effect that fits but must not be named counts as a lack of fit if its p is below this value,
-which equals the limit of a sure lack of fit."""
 LEAST_COLOUR = 0.02
 """Smallest sum of the squares of 20 autocorrelations that counts as not white. With many rows, a
 smaller sum is significant as well: a noise model that is wrong by a fiftieth of the variance causes
@@ -134,7 +125,7 @@ class Case:
             (
                 item
                 for item in self.survey.significant()
-                if item.name not in real and _is_sure(item) and self.survey.matters(item)
+                if item.name not in real and is_sure(item) and self.survey.matters(item)
             ),
             None,
         )
@@ -149,11 +140,11 @@ class Case:
         drifts and events, which happen once and therefore cannot be tested by a prediction from
         other blocks.
         """
-        found, regular = _large_enough(self.real), self.regular
+        found, regular = large_enough(self.real), self.regular
         if found is None:
             return regular
-        if regular is not None and found is not regular and _is_smaller(found, regular):
-            rivals = not happens_once(found) and _look_alike(self.survey, found, regular)
+        if regular is not None and found is not regular and is_smaller(found, regular):
+            rivals = not happens_once(found) and compete(self.survey, found, regular)
             found = found if rivals else regular
         return (self._larger_than(found) or found) if is_line(found) else found
 
@@ -164,8 +155,8 @@ class Case:
             item
             for item in self.real
             if not is_line(item)
-            and not _is_smaller(item, line)
-            and not _look_alike(self.survey, item, line)
+            and not is_smaller(item, line)
+            and not compete(self.survey, item, line)
         ]
         return max(found, key=explained_arcsec, default=None)
 
@@ -194,13 +185,13 @@ class Case:
             # Every pass shows most of the error at the same place, so the error is no function of
             # the time.
             return None
-        if self.best is not None and _contains(self.best, found):
+        if self.best is not None and contains(self.best, found):
             # The best effect contains the product, as polygon faces contain one of their orders.
             return None
         best = self.best
-        if best is None or not self.shown_by_parts(best) or not _is_smaller(found, best):
+        if best is None or not self.shown_by_parts(best) or not is_smaller(found, best):
             return found
-        rivals = best.regular is None and _look_alike(self.survey, best, found)
+        rivals = best.regular is None and compete(self.survey, best, found)
         return found if rivals else None
 
     @property
@@ -302,7 +293,7 @@ class Case:
                 and item.name not in found.all_names
                 and item.p_corrected < SIGNIFICANCE
                 and item.gain >= LEAST_SHARE * best.gain
-                and _look_alike(self.survey, item, best)
+                and compete(self.survey, item, best)
             ]
         return found
 
@@ -349,7 +340,7 @@ class Case:
         if product is None or not stands_in(best, product):
             return None
         members = [best, *(self.others[name] for name in self.similar.all_names)]
-        return None if any(_same(item, product) for item in members) else product
+        return None if any(same_by_definition(item, product) for item in members) else product
 
     def with_it(self, item: Candidate | None) -> Case | None:
         """Return the case whose model also has this effect; None without an effect or at depth
@@ -399,7 +390,7 @@ class Case:
             return None
         found = replace(self, set_aside=self.set_aside | {best.name}).decision
         item = found.first if found.verdict == "named" else None
-        return None if item is None or _look_alike(self.survey, item, best) else item
+        return None if item is None or compete(self.survey, item, best) else item
 
     @cached_property
     def before_and_after(self) -> tuple[Left, Left] | None:
@@ -423,7 +414,7 @@ class Case:
                 if item.name == event.name
                 and item.gain > OF_THE_SAME_KIND * event.gain
                 and self.survey.matters(item)
-                and (self.survey.confirmed(item) or _is_sure(item))
+                and (self.survey.confirmed(item) or is_sure(item))
             ),
             None,
         )
@@ -461,58 +452,3 @@ class Case:
         first = self.decision.spoken_of
         others = [item for item in self.survey.candidates if item is not first]
         return others if first is None else [first, *others]
-
-
-LOOK_ALIKE = 0.5
-"""Two effects compete for the same error if their canonical correlation exceeds this value. ΔBIC
-and the classes, not the size, then decide between the two."""
-
-
-def _is_smaller(item: Candidate, regular: Candidate) -> bool:
-    """Tell whether the candidate explains less than a regular cause, or is a drift or event, which
-    is listed apart."""
-    return happens_once(item) or explained_arcsec(item) < explained_arcsec(regular)
-
-
-def _look_alike(survey: Survey, one: Candidate, other: Candidate) -> bool:
-    found = canonical_correlations(survey.residuals, one.term, other.term)
-    return float(np.max(found, initial=0.0)) > LOOK_ALIKE
-
-
-def _is_sure(item: Candidate) -> bool:
-    """Tell whether the candidate, with the noise estimated anew, is as significant as a sure lack
-    of fit."""
-    return item.evidence is not None and item.p_corrected < REFUSED_P
-
-
-def _same(best: Candidate, product: Candidate) -> bool:
-    """Tell whether the product equals the effect by definition, and not only on the rows of this
-    set."""
-    if best.effect.unspecific and product.effect.unconditional_orders:
-        return True
-    if best.effect.in_parts and set(product.effect.parts) == set(best.effect.in_parts):
-        return True
-    alike_here = product.rank == best.rank and abs(product.gain / best.gain - 1.0) < SAME_GAIN
-    return alike_here and not best.lacking_variety
-
-
-def _contains(best: Candidate, product: Candidate) -> bool:
-    return stands_in(product, best) and adds(best, product)
-
-
-def _large_enough(real: list[Candidate]) -> Candidate | None:
-    """Return the first of ``real``, or a larger effect that contains it and adds more than
-    chance."""
-    if not real:
-        return None
-    best, rest = real[0], list(real[1:])
-    while rest:
-        larger = [item for item in rest if item.rank > best.rank and stands_in(best, item)]
-        found = next(
-            (item for item in larger if adds(item, best) or lead(item, best) > NEAR_TIE), None
-        )
-        if found is None:
-            break
-        best = found
-        rest.remove(found)
-    return best

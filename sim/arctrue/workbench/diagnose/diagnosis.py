@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from arctrue.base.progress import ReportStep
 from arctrue.workbench.diagnose.adding import Adding
 from arctrue.workbench.diagnose.candidate import Candidate, is_line, within_the_record
-from arctrue.workbench.diagnose.case import DEEPEST, LEAST_EXCESS, REFUSED_P, Case
+from arctrue.workbench.diagnose.case import DEEPEST, Case
 from arctrue.workbench.diagnose.coverage import Coverage, coverage
 from arctrue.workbench.diagnose.data_faults import data_faults, too_short
 from arctrue.workbench.diagnose.decision import Decision, Verdict
@@ -21,6 +21,7 @@ from arctrue.workbench.diagnose.evidence import described_above, survey
 from arctrue.workbench.diagnose.facts import Facts
 from arctrue.workbench.diagnose.findings import Findings
 from arctrue.workbench.diagnose.grounds import Grounds
+from arctrue.workbench.diagnose.lack_of_fit import LEAST_EXCESS
 from arctrue.workbench.diagnose.lag import Lag, lag_of
 from arctrue.workbench.diagnose.next_measurement import NextMeasurement, measurement_for
 from arctrue.workbench.diagnose.of_the_runs import (
@@ -31,6 +32,7 @@ from arctrue.workbench.diagnose.of_the_runs import (
 )
 from arctrue.workbench.diagnose.posterior import PARTS_ADVANTAGE
 from arctrue.workbench.diagnose.regular import findings_of
+from arctrue.workbench.diagnose.rivals import REFUSED_P
 from arctrue.workbench.diagnose.rules.table import decide, said_of
 from arctrue.workbench.diagnose.second_finding import SecondFinding, second_finding
 from arctrue.workbench.diagnose.signal_period import SignalPeriod, signal_period

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from arctrue.workbench.diagnose.calibrated import confidence
-from arctrue.workbench.diagnose.case import NEAR_TIE, Case
+from arctrue.workbench.diagnose.case import Case
 from arctrue.workbench.diagnose.coverage import (
     Blindness,
     Coverage,
@@ -21,6 +21,7 @@ from arctrue.workbench.diagnose.distance import LEAST_P, distance, ways_unlike
 from arctrue.workbench.diagnose.grounds import Grounds
 from arctrue.workbench.diagnose.next_measurement import ONE_MORE_DIGIT, WHOLE_TURNS_OF_THE_HEADS
 from arctrue.workbench.diagnose.posterior import PARTS_ADVANTAGE, posterior, stated
+from arctrue.workbench.diagnose.rivals import NEAR_TIE
 from arctrue.workbench.diagnose.rounding import rounded_at_the_stations
 from arctrue.workbench.diagnose.undetermined import WHOLE_TURNS, undetermined
 from arctrue.workbench.inference.left import Left

@@ -15,6 +15,11 @@ from arctrue.workbench.observations.stations_a_turn import stations_a_turn
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
+LACK_OF_FIT = 1e-4
+"""A lack of fit is sure if its p is below this value."""
+LEAST_EXCESS = 0.25
+"""A model is not adequate if its residuals exceed the noise by at least this share of the noise and
+its lack of fit is significant, even if no effect describes the residuals."""
 ANGLE_BINS = 120
 """Number of bins, of 3° each: six for each period of the paper's 20th order."""
 ELECTRICAL_BINS = 24

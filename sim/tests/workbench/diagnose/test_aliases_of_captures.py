@@ -13,7 +13,8 @@ import pytest
 
 from arctrue.measurement import Capture, MeasurementSet, Table
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
-from arctrue.workbench.diagnose.report import diagnosis_data, sentences
+from arctrue.workbench.diagnose.report import sentences
+from arctrue.workbench.diagnose.report_json import diagnosis_data
 from tests.workbench.base_diagnosis import diagnosis_of
 from tests.workbench.small_sets import ALPHA, ARCSEC, COUNTS_PER_REV, Float, paper_error
 

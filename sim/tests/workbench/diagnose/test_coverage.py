@@ -25,7 +25,8 @@ from arctrue.workbench.diagnose.coverage import (
 from arctrue.workbench.diagnose.diagnosis import diagnose
 from arctrue.workbench.diagnose.evidence import survey
 from arctrue.workbench.diagnose.probabilities import NONE, UNKNOWN, prior_weights
-from arctrue.workbench.diagnose.report import diagnosis_data, sentences
+from arctrue.workbench.diagnose.report import sentences
+from arctrue.workbench.diagnose.report_json import diagnosis_data
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.detectable import (

@@ -11,7 +11,8 @@ from sim.tests.workbench.small_sets import ARCSEC, COUNTS_PER_REV, measurement_s
 
 from arctrue.workbench.diagnose.classes import OF_THE_SAME_KIND
 from arctrue.workbench.diagnose.every_pass import on_every_pass
-from arctrue.workbench.diagnose.report import diagnosis_data, sentences
+from arctrue.workbench.diagnose.report import sentences
+from arctrue.workbench.diagnose.report_json import diagnosis_data
 from arctrue.workbench.effects.registry import built_in
 
 EFFECTS = built_in()

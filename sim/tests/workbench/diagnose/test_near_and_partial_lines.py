@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from arctrue.measurement import MeasurementSet, Reference, Table
-from arctrue.workbench.diagnose.report import diagnosis_data, sentences
+from arctrue.workbench.diagnose.report import sentences
+from arctrue.workbench.diagnose.report_json import diagnosis_data
 from arctrue.workbench.inference.forward.oscillation import oscillation_of
 from arctrue.workbench.inference.forward.record import Record, record_of
 from arctrue.workbench.inference.forward.search import search_lines

@@ -8,7 +8,8 @@ import pytest
 
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.diagnose.diagnosis import diagnose
-from arctrue.workbench.diagnose.report import diagnosis_data, sentences
+from arctrue.workbench.diagnose.report import sentences
+from arctrue.workbench.diagnose.report_json import diagnosis_data
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.forward.record import record_of
 from arctrue.workbench.inference.forward.reversal import Reversal, reversal_of

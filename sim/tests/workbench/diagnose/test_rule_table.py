@@ -14,10 +14,11 @@ from scipy.stats import multivariate_normal
 
 import arctrue.workbench
 from arctrue.workbench.diagnose import next_measurement
-from arctrue.workbench.diagnose.case import AGAIN, REFUSED_P, Case
+from arctrue.workbench.diagnose.case import AGAIN, Case
 from arctrue.workbench.diagnose.classes import OF_THE_SAME_KIND, family_gain
 from arctrue.workbench.diagnose.decision import Decision
 from arctrue.workbench.diagnose.posterior import PARTS_ADVANTAGE
+from arctrue.workbench.diagnose.rivals import REFUSED_P
 from arctrue.workbench.diagnose.rules.instead_of_an_effect import (
     refused_is_ahead,
     shown_at_one_speed,

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from arctrue.measurement import MeasurementSet, Reference, Table
-from arctrue.workbench.diagnose.report import diagnosis_data, sentences
+from arctrue.workbench.diagnose.report import sentences
+from arctrue.workbench.diagnose.report_json import diagnosis_data
 from arctrue.workbench.diagnose.rules.leaves_more import leaves_a_larger_slow_change
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.forward.slow import SlowChange

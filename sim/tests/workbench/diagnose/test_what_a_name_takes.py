@@ -11,10 +11,12 @@ from sim.tests.workbench.reversal_sets import REVERSAL, VARIES, reversal_set
 from sim.tests.workbench.small_sets import measurement_set, paper_error
 
 from arctrue.studies.benchmark.diagnosis import diagnosed
-from arctrue.workbench.diagnose.case import LACK_OF_FIT, LEAST_EXCESS, Case
+from arctrue.workbench.diagnose.case import Case
 from arctrue.workbench.diagnose.diagnosis import diagnose
+from arctrue.workbench.diagnose.lack_of_fit import LACK_OF_FIT, LEAST_EXCESS
 from arctrue.workbench.diagnose.next_measurement import has_already, measurement_for_parts
-from arctrue.workbench.diagnose.report import diagnosis_data, sentences
+from arctrue.workbench.diagnose.report import sentences
+from arctrue.workbench.diagnose.report_json import diagnosis_data
 from arctrue.workbench.diagnose.rules.best_effect import LEAST_TAKEN
 from arctrue.workbench.diagnose.rules.removes_little import RISES, makes_it_worse, takes_little
 from arctrue.workbench.diagnose.rules.table import said_of

@@ -3,7 +3,7 @@ it."""
 
 from __future__ import annotations
 
-from arctrue.workbench.diagnose.case import NEAR_TIE, Case
+from arctrue.workbench.diagnose.case import Case
 from arctrue.workbench.diagnose.classes import OF_THE_SAME_KIND, stands_in
 from arctrue.workbench.diagnose.decision import Decision
 from arctrue.workbench.diagnose.next_measurement import ONE_MORE_DIGIT
@@ -14,6 +14,7 @@ from arctrue.workbench.diagnose.own_tests import (
     one_pattern,
     shape_with_corners,
 )
+from arctrue.workbench.diagnose.rivals import NEAR_TIE
 from arctrue.workbench.diagnose.rounding import rounded_at_the_stations
 from arctrue.workbench.diagnose.rules.best_effect import (
     channels_moved,

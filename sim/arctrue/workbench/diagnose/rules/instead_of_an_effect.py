@@ -4,10 +4,11 @@ refused effect better than the best effect."""
 from __future__ import annotations
 
 from arctrue.workbench.diagnose.candidate import Candidate
-from arctrue.workbench.diagnose.case import LACK_OF_FIT, NEAR_TIE, Case
+from arctrue.workbench.diagnose.case import Case
 from arctrue.workbench.diagnose.classes import adds, without_unspecific
 from arctrue.workbench.diagnose.decision import Decision
 from arctrue.workbench.diagnose.jumps import jumps_in_words, whole_counts
+from arctrue.workbench.diagnose.lack_of_fit import LACK_OF_FIT
 from arctrue.workbench.diagnose.next_measurement import (
     AT_ANOTHER_SPEED,
     AT_ONE_SPEED,
@@ -18,6 +19,7 @@ from arctrue.workbench.diagnose.next_measurement import (
     WITH_THE_INDEX,
 )
 from arctrue.workbench.diagnose.posterior import PARTS_ADVANTAGE
+from arctrue.workbench.diagnose.rivals import NEAR_TIE
 from arctrue.workbench.diagnose.rules.best_effect import LEAST_TAKEN, channels_moved
 from arctrue.workbench.diagnose.same_ramp import same_ramp
 from arctrue.workbench.diagnose.slips_alike import slips_alike

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from arctrue.workbench.diagnose.candidate import Candidate
-from arctrue.workbench.diagnose.case import NEAR_TIE, Case
+from arctrue.workbench.diagnose.case import Case
 from arctrue.workbench.diagnose.decision import Decision, Verdict
 from arctrue.workbench.diagnose.next_measurement import NextMeasurement, Question
-from arctrue.workbench.inference.canonical_correlation import canonical_correlations
+from arctrue.workbench.diagnose.rivals import NEAR_TIE, correlation
 
 
 def cannot_be_split(case: Case) -> Decision | None:
@@ -103,7 +101,9 @@ def _of_class(
         verdict,
         first=best,
         effect_class=[best.name, *names, *unseen],
-        class_correlation={name: _correlation(case, best, case.others[name]) for name in names},
+        class_correlation={
+            name: correlation(case.survey, best, case.others[name]) for name in names
+        },
         described=described,
         unconfirmed=unconfirmed,
         look_alikes=unseen,
@@ -111,8 +111,3 @@ def _of_class(
         next=measurement,
         further=case.further,
     )
-
-
-def _correlation(case: Case, best: Candidate, other: Candidate) -> float:
-    found = canonical_correlations(case.survey.residuals, best.term, other.term)
-    return float(np.max(found, initial=0.0))

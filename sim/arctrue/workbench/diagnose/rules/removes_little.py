@@ -5,8 +5,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from arctrue.workbench.diagnose.case import DEEPEST, LACK_OF_FIT, LEAST_EXCESS, Case
+from arctrue.workbench.diagnose.case import DEEPEST, Case
 from arctrue.workbench.diagnose.decision import Decision
+from arctrue.workbench.diagnose.lack_of_fit import LACK_OF_FIT, LEAST_EXCESS
 from arctrue.workbench.diagnose.rules.best_effect import (
     LEAST_TAKEN,
     channels_moved,

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from arctrue.workbench.diagnose.case import LACK_OF_FIT, LEAST_EXCESS, Case
+from arctrue.workbench.diagnose.case import Case
 from arctrue.workbench.diagnose.decision import Decision
+from arctrue.workbench.diagnose.lack_of_fit import LACK_OF_FIT, LEAST_EXCESS
 from arctrue.workbench.diagnose.next_measurement import (
     OF_PARTS,
     TURN_THE_POLYGON,
