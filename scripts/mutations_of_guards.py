@@ -284,7 +284,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "outliers_stay",
         "the fit uses a row that the recording got wrong",
-        "sim/arctrue/workbench/observations/outliers/single_rows.py",
+        "sim/arctrue/workbench/observations/outliers/far_rows.py",
         "far = np.flatnonzero(size > threshold * scatter)",
         "far = np.flatnonzero(size > 1e9 * scatter)",
         f"{OUTLIERS}::test_each_single_wrong_row_is_masked_and_no_other",
@@ -292,7 +292,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "scatter_of_few_rows_is_known",
         "a scatter estimated from few rows is taken as exact, and good rows are left out",
-        "sim/arctrue/workbench/observations/outliers/single_rows.py",
+        "sim/arctrue/workbench/observations/outliers/far_rows.py",
         "return max(FAR_SIGMA, student_limit(0.5 * FALSE_ROWS / max(rows, 1), freedom))",
         "return FAR_SIGMA",
         f"{OUTLIERS}::test_a_scatter_that_few_rows_tell_asks_for_more",
@@ -308,7 +308,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "outliers_beside_missing_rows_stay",
         "rows on both sides of a gap are compared as if no rows were missing",
-        "sim/arctrue/workbench/observations/outliers/single_rows.py",
+        "sim/arctrue/workbench/observations/outliers/missing_rows.py",
         "        if step[place] > SIDE_ROWS * float(np.median(around)):\n",
         "        if step[place] > 1e9 * float(np.median(around)):\n",
         f"{OUTLIERS}::test_a_wrong_row_with_missing_rows_is_masked",
@@ -332,7 +332,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "scatter_in_steps",
         "the scatter of whole counts is estimated half a count too large",
-        "sim/arctrue/workbench/observations/outliers/single_rows.py",
+        "sim/arctrue/workbench/observations/outliers/far_rows.py",
         "overall = NORMAL_MAD * max(float(middle(np.abs(away))), half)",
         "overall = NORMAL_MAD * (float(middle(np.abs(away))) + half)",
         f"{OUTLIERS}::test_the_scatter_of_whole_counts_is_that_of_the_noise",
@@ -340,7 +340,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "each_reversal_is_an_outlier",
         "an error that recurs after each reversal is left out as single wrong rows",
-        "sim/arctrue/workbench/observations/outliers/single_rows.py",
+        "sim/arctrue/workbench/observations/outliers/seen_again.py",
         "found[number] = float(np.median(alike)) > NEAR_SIGMA * scatter",
         "found[number] = False",
         f"{OUTLIERS}::test_what_comes_again_after_each_reversal_is_kept",

@@ -15,7 +15,7 @@ from arctrue.base.runs import run_spans
 from arctrue.workbench.inference.design_matrix import block_columns
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.observations import CaptureRows
-from arctrue.workbench.observations.outliers.single_rows import NORMAL_MAD
+from arctrue.workbench.observations.outliers.far_rows import NORMAL_MAD
 
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]

@@ -12,12 +12,9 @@ from arctrue.base.runs import run_spans
 from arctrue.base.units import arcsec_per_count, rad_per_count
 from arctrue.measurement import Capture, Reference, Table
 from arctrue.workbench.observations.outliers.masked_row import MaskedRow, Reason
+from arctrue.workbench.observations.outliers.missing_rows import LEAST_ROWS
 from arctrue.workbench.observations.outliers.reference_rows import reference_outliers
-from arctrue.workbench.observations.outliers.single_rows import (
-    LEAST_ROWS,
-    MOST_SHARE,
-    capture_outliers,
-)
+from arctrue.workbench.observations.outliers.single_rows import MOST_SHARE, capture_outliers
 
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]

@@ -22,13 +22,13 @@ from arctrue.measurement import Capture, MeasurementSet, Reference
 from arctrue.studies.benchmark.diagnosis import diagnosed
 from arctrue.workbench.diagnose.data_faults import data_faults
 from arctrue.workbench.observations.build import observations_of
-from arctrue.workbench.observations.outliers.reference_rows import reference_outliers
-from arctrue.workbench.observations.outliers.single_rows import (
+from arctrue.workbench.observations.outliers.far_rows import (
     FALSE_ROWS,
     far_from_neighbours,
     far_threshold,
     local_scatter,
 )
+from arctrue.workbench.observations.outliers.reference_rows import reference_outliers
 from arctrue.workbench.observations.wrong_rows import without_wrong_rows
 
 ROWS = 4 * TURNS * SAMPLES_A_TURN

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.observations.outliers.single_rows import MOST_ROWS, NORMAL_MAD
+from arctrue.workbench.observations.outliers.far_rows import MOST_ROWS, NORMAL_MAD
 
 Float = NDArray[np.float64]
 

@@ -8,19 +8,23 @@ from numpy.typing import NDArray
 
 from arctrue.measurement import Reference
 from arctrue.workbench.observations.display_step import display_step
-from arctrue.workbench.observations.outliers.single_rows import (
-    LEAST_ROWS,
-    LEAST_VISITS,
+from arctrue.workbench.observations.outliers.far_rows import (
     NORMAL_MAD,
     SIDE_ROWS,
-    at_a_step,
     far_from_neighbours,
     far_threshold,
     lonely,
+)
+from arctrue.workbench.observations.outliers.missing_rows import (
+    LEAST_ROWS,
     pieces_between_gaps,
-    repeats,
-    station_outliers,
     without_wave,
+)
+from arctrue.workbench.observations.outliers.seen_again import repeats
+from arctrue.workbench.observations.outliers.single_rows import (
+    LEAST_VISITS,
+    at_a_step,
+    station_outliers,
 )
 from arctrue.workbench.observations.reading_step import reading_step
 from arctrue.workbench.observations.reference_speed import continued, passes_of
