@@ -11,14 +11,10 @@ from numpy.typing import NDArray
 from arctrue.calibration import acceptance
 from arctrue.calibration.capture_check import WholeTurns, whole_turns
 from arctrue.calibration.head_separation import U_DETECTION_DEFAULT_ARCSEC
+from arctrue.calibration.heads_data import U_PLACE_DEFAULT_ARCSEC, U_RADIUS_DEFAULT, HeadsSettings
 from arctrue.calibration.heads_estimate import HeadsEstimate
 from arctrue.calibration.heads_gain import MotionOrders
-from arctrue.calibration.heads_least_squares import (
-    U_PLACE_DEFAULT_ARCSEC,
-    U_RADIUS_DEFAULT,
-    HeadsSettings,
-    heads_least_squares,
-)
+from arctrue.calibration.heads_least_squares import heads_least_squares
 from arctrue.calibration.mean_banks import mean_banks
 from arctrue.calibration.selection import significance_factor
 from arctrue.gateware.coefficients import Coefficients

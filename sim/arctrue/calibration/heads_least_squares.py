@@ -12,7 +12,7 @@ unknown remains undetermined.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,26 +20,18 @@ from numpy.typing import NDArray
 from arctrue.base.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC, arcsec_per_count
 from arctrue.calibration.capture_check import WholeTurns
 from arctrue.calibration.harmonics import unit_vectors
-from arctrue.calibration.head_separation import (
-    BELIEVABLE_ARCSEC,
-    NOMINAL_TOLERANCE_ARCSEC,
-    U_DETECTION_DEFAULT_ARCSEC,
-)
+from arctrue.calibration.head_separation import BELIEVABLE_ARCSEC
 from arctrue.calibration.head_weights import parity_weights
 from arctrue.calibration.heads_columns import HeadSees, Layout, State
+from arctrue.calibration.heads_data import HeadsData, HeadsSettings, late_beforehand, precision_of
 from arctrue.calibration.heads_estimate import HeadsEstimate
-from arctrue.calibration.heads_gain import MotionOrders, order_gain
+from arctrue.calibration.heads_gain import order_gain
 from arctrue.calibration.noise import ResidualSpectrum
 from arctrue.generated.number_formats import HEADS_MAX
 
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
-U_PLACE_DEFAULT_ARCSEC = NOMINAL_TOLERANCE_ARCSEC / float(np.sqrt(3.0))
-"""Standard uncertainty of a head's place: rectangular distribution over the mounting tolerance."""
-U_RADIUS_DEFAULT = 0.1 / float(np.sqrt(3.0)) / 53.975
-"""Standard uncertainty of a radius ratio: rectangular distribution of ± 0.1 mm at the radius of the
-paper's disc, 53.975 mm."""
 LOW_MOTION_ORDERS = tuple(range(1, 9))
 LOW_ORDERS = 24
 """Largest order of the disc in the first fit, if motion is unknown at every order; this fit
@@ -54,29 +46,10 @@ CONVERGED_ARCSEC = 1e-4
 LEAST_EIGENVALUE = 1e-11
 """Smallest eigenvalue of the normal matrix scaled to a diagonal of 1; a smaller eigenvalue is a
 rounding error."""
-_BLOCK = 1 << 13
 
 
 class SingularHeadsError(ValueError):
     """These heads do not determine the requested unknowns."""
-
-
-@dataclass(frozen=True)
-class HeadsSettings:
-    """The unknowns of the fit, and the standard uncertainties of prior knowledge.
-
-    ``motion``: orders at which the axis may move, or "every"; ``u_place_arcsec``: standard
-    uncertainty of a mounted head's place (inf: the data alone determine the places);
-    ``u_index_arcsec``: standard uncertainty of the difference between the places where two heads
-    detect the mark; ``u_radius``: standard uncertainty of the ratio of a head's radius to the
-    disc's, 0: known.
-    """
-
-    orders: Integer = field(default_factory=lambda: np.arange(1, 33))
-    motion: MotionOrders = ()
-    u_place_arcsec: float = U_PLACE_DEFAULT_ARCSEC
-    u_index_arcsec: float = U_DETECTION_DEFAULT_ARCSEC
-    u_radius: float = U_RADIUS_DEFAULT
 
 
 def heads_least_squares(
@@ -90,7 +63,7 @@ def heads_least_squares(
     Raises SingularHeadsError for unknowns that these heads do not determine, and ValueError for a
     run with another number of heads than places.
     """
-    data = _Data(turns, counts_per_rev, np.asarray(nominal_places_rad, dtype=np.float64))
+    data = HeadsData(turns, counts_per_rev, np.asarray(nominal_places_rad, dtype=np.float64))
     _refuse_at_once(data, settings)
     thinned = data.thinned(SEARCH_SAMPLES, int(np.max(settings.orders)))
     state, combinations, known = _searched(thinned, settings)
@@ -98,7 +71,7 @@ def heads_least_squares(
     return _estimate(data, state, combinations, information, settings)
 
 
-def _searched(data: _Data, settings: HeadsSettings) -> tuple[State, Float, _Known | None]:
+def _searched(data: HeadsData, settings: HeadsSettings) -> tuple[State, Float, _Known | None]:
     """Return the state of all unknowns, and combinations of the readings with noise of variance 1.
     If the combinations do not contain order 1 of the disc, also return order 1 as a known value."""
     if settings.motion != "every":
@@ -120,7 +93,7 @@ def _searched(data: _Data, settings: HeadsSettings) -> tuple[State, Float, _Know
 
 
 def _settled(
-    data: _Data,
+    data: HeadsData,
     state: State,
     combinations: Float,
     settings: HeadsSettings,
@@ -133,7 +106,7 @@ def _settled(
     return state, combinations
 
 
-def _seen_orders(data: _Data, settings: HeadsSettings) -> Integer:
+def _seen_orders(data: HeadsData, settings: HeadsSettings) -> Integer:
     """Return the requested orders that these heads determine. With three heads or more, order 1 is
     one of them, because the first fit determines it."""
     orders = np.asarray(settings.orders)
@@ -142,7 +115,7 @@ def _seen_orders(data: _Data, settings: HeadsSettings) -> Integer:
 
 
 def _first_fit(
-    data: _Data, settings: HeadsSettings, motion_orders: tuple[int, ...]
+    data: HeadsData, settings: HeadsSettings, motion_orders: tuple[int, ...]
 ) -> tuple[State, Float]:
     """Fit the disc with the places as mounted. Return the state, and combinations of the readings
     with noise of variance 1."""
@@ -180,125 +153,6 @@ class _Known:
         return replace(self, columns=np.concatenate((first, first + layout.orders.size)))
 
 
-class _Data:
-    """The readings of all runs, block by block."""
-
-    def __init__(
-        self, turns: Sequence[WholeTurns], counts_per_rev: int, nominal_places_rad: Float
-    ) -> None:
-        self.turns = turns
-        self.part_of_all = False
-        self.counts_per_rev = counts_per_rev
-        self.nominal_rad = nominal_places_rad
-        self.heads = nominal_places_rad.size
-        self.whole_counts: list[list[int]] = []
-        """Number of whole turns between a head's counter and head 1's counter, in counts, by run.
-        These counts are subtracted, because the counters start at arbitrary turns."""
-        unit = arcsec_per_count(counts_per_rev) * RAD_PER_ARCSEC
-        for part in turns:
-            if len(part.heads) != self.heads:
-                raise ValueError(
-                    f"run {part.run} has {len(part.heads)} heads, and {self.heads} places are given"
-                )
-            self.whole_counts.append(
-                [
-                    counts_per_rev
-                    * round((float(np.mean(h - part.heads[0])) * unit - place) / (2.0 * np.pi))
-                    for h, place in zip(part.heads, nominal_places_rad.tolist(), strict=True)
-                ]
-            )
-
-    @property
-    def samples(self) -> int:
-        return sum(part.samples for part in self.turns)
-
-    def thinned(self, most: int, most_order: int) -> _Data:
-        """Return every k-th sample of each run; ``self`` if k is 1.
-
-        Fewer than twice ``most`` samples remain; more remain only if each turn needs them to have
-        four samples for each period of its highest order.
-        """
-        a_turn = min(part.samples // part.turns for part in self.turns)
-        step = min(self.samples // most, a_turn // (4 * most_order))
-        if step < 2:
-            return self
-        parts = [
-            replace(
-                part,
-                head1_counts=part.head1_counts[::step],
-                head2_counts=part.head2_counts[::step],
-                further_counts=tuple(head[::step] for head in part.further_counts),
-            )
-            for part in self.turns
-        ]
-        found = _Data(parts, self.counts_per_rev, self.nominal_rad)
-        found.part_of_all = True
-        return found
-
-    def first_state(
-        self, settings: HeadsSettings, orders: Integer, motion_orders: tuple[int, ...]
-    ) -> State:
-        """Return a state with offsets from the means, places as mounted, no disc and no motion."""
-        unit = arcsec_per_count(self.counts_per_rev) * RAD_PER_ARCSEC
-        apart = np.array(
-            [
-                [
-                    float(np.mean(h - part.heads[0] - turn)) * unit
-                    for h, turn in zip(part.heads, whole, strict=True)
-                ]
-                for part, whole in zip(self.turns, self.whole_counts, strict=True)
-            ]
-        )
-        layout = Layout(self.heads, orders, motion_orders)
-        values = np.zeros(layout.size)
-        late, _ = _late_beforehand(self.nominal_rad, apart.mean(axis=0), settings)
-        values[layout.late] = late
-        return State(layout, values, apart)
-
-    def state_of(self, orders: Integer, motion_orders: tuple[int, ...], before: State) -> State:
-        """Return the values of ``before`` in another layout; columns that are new are 0."""
-        layout = Layout(self.heads, orders, motion_orders)
-        values = np.zeros(layout.size)
-        both, new, old = np.intersect1d(orders, before.layout.orders, return_indices=True)
-        if both.size:
-            values[new] = before.values[old]
-            values[new + orders.size] = before.values[old + before.layout.orders.size]
-        values[layout.late] = before.values[before.layout.late]
-        values[layout.radius] = before.values[before.layout.radius]
-        return State(layout, values, before.offsets_rad)
-
-    def blocks(self) -> Iterator[tuple[int, list[Integer]]]:
-        """Yield the run's index and the counts of every head, for each block."""
-        for run, part in enumerate(self.turns):
-            for start in range(0, part.samples, _BLOCK):
-                at = slice(start, min(start + _BLOCK, part.samples))
-                whole = self.whole_counts[run]
-                yield run, [h[at] - turn for h, turn in zip(part.heads, whole, strict=True)]
-
-
-def _late_beforehand(
-    nominal_rad: Float, offsets_rad: Float, settings: HeadsSettings
-) -> tuple[Float, float]:
-    """Return the prior dᵢ of heads 2, 3 and 4, arcseconds, and the precision of each.
-
-    The mounting gives the value p_i − aᵢ, and the index gives the value 0; the prior is their
-    weighted mean.
-    """
-    by_mounting = (nominal_rad - offsets_rad)[1:] * ARCSEC_PER_RAD
-    weight_mounting = _precision(settings.u_place_arcsec)
-    weight_index = _precision(settings.u_index_arcsec)
-    if not np.isfinite(settings.u_place_arcsec):
-        # If the prior is infinitely uncertain, the search starts at the mounted places with
-        # precision 0.
-        return by_mounting, 0.0
-    total = weight_mounting + weight_index
-    return by_mounting * (weight_mounting / total), total
-
-
-def _precision(u: float) -> float:
-    return 0.0 if np.isinf(u) else 1.0 / max(u, 1e-6) ** 2
-
-
 def _combinations_of_rotation(heads: int) -> Float:
     """Return orthonormal combinations of the readings, each with weights of sum 0, (heads − 1,
     heads)."""
@@ -306,7 +160,7 @@ def _combinations_of_rotation(heads: int) -> Float:
 
 
 def _rows(
-    data: _Data, state: State, combinations: Float
+    data: HeadsData, state: State, combinations: Float
 ) -> Iterator[tuple[int, Float, list[Float]]]:
     """Yield for each block the run's index, residuals and derivatives.
 
@@ -323,7 +177,7 @@ def _rows(
         yield run, (apart - expected).T @ combinations.T, derivatives
 
 
-def _seen(data: _Data, state: State) -> Iterator[tuple[int, list[HeadSees], Float]]:
+def _seen(data: HeadsData, state: State) -> Iterator[tuple[int, list[HeadSees], Float]]:
     """Yield for each block the run's index, the expected reading error of every head with its
     derivatives, and the readings minus head 1's reading and minus the offsets, (heads, n)."""
     unit = arcsec_per_count(data.counts_per_rev)
@@ -353,7 +207,7 @@ def _disc_alone(state: State, turned: NDArray[np.complex128]) -> Float:
 
 
 def _solved(
-    data: _Data,
+    data: HeadsData,
     state: State,
     combinations: Float,
     settings: HeadsSettings,
@@ -376,13 +230,13 @@ def _solved(
             matrix[own, :shared] += of_offset.T
             matrix[np.ix_(own, own)] += residual.shape[0] * np.outer(weights[1:], weights[1:])
             right[own] += weights[1:] * residual[:, index].sum()
-    beforehand, precision = _late_beforehand(
+    beforehand, precision = late_beforehand(
         data.nominal_rad, state.offsets_rad.mean(axis=0), settings
     )
     late, radius = np.arange(size)[layout.late], np.arange(size)[layout.radius]
     matrix[late, late] += precision
     right[late] += precision * (beforehand - state.values[layout.late])
-    of_radius = _precision(settings.u_radius)
+    of_radius = precision_of(settings.u_radius)
     matrix[radius, radius] += of_radius
     right[radius] -= of_radius * state.values[layout.radius]
     if known is not None:
@@ -417,7 +271,7 @@ def _least(matrix: Float, right: Float) -> Float:
 
 
 def _converged(
-    data: _Data,
+    data: HeadsData,
     state: State,
     combinations: Float,
     settings: HeadsSettings,
@@ -444,13 +298,13 @@ def _converged(
     return state, information
 
 
-def _residual_covariance(data: _Data, state: State, combinations: Float) -> Float:
+def _residual_covariance(data: HeadsData, state: State, combinations: Float) -> Float:
     """Return the covariance of the combinations about their expectation, arcseconds², (m, m)."""
     residual = np.concatenate(_residuals(data, state, combinations), axis=0)
     return np.asarray(residual.T @ residual / data.samples)
 
 
-def _whitened(data: _Data, state: State, combinations: Float) -> Float:
+def _whitened(data: HeadsData, state: State, combinations: Float) -> Float:
     """Return the combinations rotated and scaled so that each has noise of variance 1."""
     covariance = _residual_covariance(data, state, combinations)
     # The small variance prevents a division by zero if the readings have no noise.
@@ -458,7 +312,7 @@ def _whitened(data: _Data, state: State, combinations: Float) -> Float:
     return np.asarray(np.linalg.solve(np.linalg.cholesky(covariance), combinations))
 
 
-def _refuse_at_once(data: _Data, settings: HeadsSettings) -> None:
+def _refuse_at_once(data: HeadsData, settings: HeadsSettings) -> None:
     if settings.motion == "every":
         if data.heads < 4:
             raise SingularHeadsError(
@@ -478,7 +332,7 @@ def _refuse_at_once(data: _Data, settings: HeadsSettings) -> None:
 
 
 def _estimate(
-    data: _Data,
+    data: HeadsData,
     state: State,
     combinations: Float,
     information: Float,
@@ -523,7 +377,7 @@ def _estimate(
     )
 
 
-def _residuals(data: _Data, state: State, combinations: Float) -> list[Float]:
+def _residuals(data: HeadsData, state: State, combinations: Float) -> list[Float]:
     """Return the residuals of every run, each (samples of the run, m)."""
     by_run: list[list[Float]] = [[] for _ in data.turns]
     for run, seen, apart in _seen(data, state):
@@ -532,7 +386,7 @@ def _residuals(data: _Data, state: State, combinations: Float) -> list[Float]:
     return [np.concatenate(parts) for parts in by_run]
 
 
-def _colour(data: _Data, residuals: Sequence[Float], orders: Integer) -> Float:
+def _colour(data: HeadsData, residuals: Sequence[Float], orders: Integer) -> Float:
     """Return the power of the residual near each order divided by the power of white noise of the
     same variance."""
     pairs = [(part, row) for part, one in zip(data.turns, residuals, strict=True) for row in one.T]
@@ -541,7 +395,7 @@ def _colour(data: _Data, residuals: Sequence[Float], orders: Integer) -> Float:
     return ResidualSpectrum([part for part, _ in pairs], scaled, sigmas, orders).at(orders)
 
 
-def _noise(data: _Data, state: State) -> float:
+def _noise(data: HeadsData, state: State) -> float:
     """Return the standard deviation of one reading, from the residuals of the combinations that
     motion affects least."""
     combinations = _combinations_of_rotation(data.heads)

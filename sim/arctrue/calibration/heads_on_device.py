@@ -31,8 +31,8 @@ from arctrue.calibration.head_separation import (
     U_DETECTION_DEFAULT_ARCSEC,
 )
 from arctrue.calibration.head_weights import order_factor, parity_weights
+from arctrue.calibration.heads_data import U_PLACE_DEFAULT_ARCSEC, U_RADIUS_DEFAULT
 from arctrue.calibration.heads_gain import UNSEEN_GAIN
-from arctrue.calibration.heads_least_squares import U_PLACE_DEFAULT_ARCSEC, U_RADIUS_DEFAULT
 from arctrue.calibration.mean_banks import HeadsOnDisc, mean_error_arcsec
 from arctrue.calibration.noise import NEIGHBOURS
 

@@ -11,13 +11,10 @@ from numpy.typing import NDArray
 
 import arctrue.calibration.heads_least_squares as module
 from arctrue.calibration.capture_check import WholeTurns
+from arctrue.calibration.heads_data import HeadsSettings
 from arctrue.calibration.heads_estimate import HeadsEstimate
 from arctrue.calibration.heads_gain import MotionOrders, order_gain
-from arctrue.calibration.heads_least_squares import (
-    HeadsSettings,
-    SingularHeadsError,
-    heads_least_squares,
-)
+from arctrue.calibration.heads_least_squares import SingularHeadsError, heads_least_squares
 from arctrue.calibration.least_squares import least_squares
 
 from .synthetic import ARCSEC, COUNTS, turn_angles

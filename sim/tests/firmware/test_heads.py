@@ -30,12 +30,8 @@ from arctrue.calibration.head_weights import (
     weight_words,
     weights_without_each,
 )
-from arctrue.calibration.heads_least_squares import (
-    U_PLACE_DEFAULT_ARCSEC,
-    U_RADIUS_DEFAULT,
-    HeadsSettings,
-    heads_least_squares,
-)
+from arctrue.calibration.heads_data import U_PLACE_DEFAULT_ARCSEC, U_RADIUS_DEFAULT, HeadsSettings
+from arctrue.calibration.heads_least_squares import heads_least_squares
 from arctrue.calibration.heads_on_device import OnDevice, heads_on_device, mean_orders
 from arctrue.calibration.mean_banks import mean_angle_counts
 from arctrue.gateware.coefficients import Coefficients, Extension

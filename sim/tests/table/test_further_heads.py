@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from arctrue.calibration import whole_turns
-from arctrue.calibration.heads_least_squares import HeadsSettings, heads_least_squares
+from arctrue.calibration.heads_data import HeadsSettings
+from arctrue.calibration.heads_least_squares import heads_least_squares
 from arctrue.studies.simulate.experiment import EXPERIMENTS, full
 from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
 from arctrue.table import DISC_RADIUS_M, HEAD_PLACES_DEG, RotaryTable, TableState, heads_at

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from arctrue.base.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC
 from arctrue.calibration.capture_check import WholeTurns
+from arctrue.calibration.heads_data import HeadsSettings
 from arctrue.calibration.heads_estimate import HeadsEstimate
 from arctrue.calibration.heads_gain import MotionOrders
-from arctrue.calibration.heads_least_squares import HeadsSettings, heads_least_squares
+from arctrue.calibration.heads_least_squares import heads_least_squares
 from arctrue.calibration.least_squares import least_squares
 from arctrue.calibration.mean_banks import mean_angle_counts, mean_banks
 from arctrue.gateware.coefficients import Coefficients

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from arctrue.base.progress import ReportStep
 from arctrue.base.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC
 from arctrue.calibration.capture_check import WholeTurns
+from arctrue.calibration.heads_data import HeadsSettings
 from arctrue.calibration.heads_gain import MotionOrders, order_gain
-from arctrue.calibration.heads_least_squares import HeadsSettings, heads_least_squares
+from arctrue.calibration.heads_least_squares import heads_least_squares
 from arctrue.calibration.mean_banks import mean_banks
 from arctrue.calibration.moved_head import moved_heads
 from arctrue.studies.heads.bench import (

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from arctrue.base.progress import ReportStep
 from arctrue.calibration.head_weights import WeightsRefusedError, mean_weights
+from arctrue.calibration.heads_data import HeadsSettings
 from arctrue.calibration.heads_gain import MotionOrders, order_gain
-from arctrue.calibration.heads_least_squares import HeadsSettings, heads_least_squares
+from arctrue.calibration.heads_least_squares import heads_least_squares
 from arctrue.instrument.turn_score import TurnScore
 from arctrue.studies.methods.equal_division import equal_division
 from arctrue.studies.methods.free_spin import FREE_SPIN

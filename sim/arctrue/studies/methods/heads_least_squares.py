@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.calibration.capture_check import WholeTurns
 from arctrue.calibration.head_weights import mean_weights
+from arctrue.calibration.heads_data import HeadsSettings
 from arctrue.calibration.heads_estimate import HeadsEstimate
 from arctrue.calibration.heads_gain import MotionOrders
-from arctrue.calibration.heads_least_squares import HeadsSettings, heads_least_squares
+from arctrue.calibration.heads_least_squares import heads_least_squares
 from arctrue.calibration.mean_banks import HeadsOnDisc, mean_error_arcsec
 from arctrue.studies.methods.method import Method
 from arctrue.studies.methods.world import MOUNTING_ARCSEC, Output, World
