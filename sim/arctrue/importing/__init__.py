@@ -8,10 +8,11 @@ state something, such as a unit, the import asks the user through ``choices``. T
 every decision.
 """
 
-from arctrue.importing.assemble import Imported, Settings, import_recordings
+from arctrue.importing.assemble import Imported, import_recordings
 from arctrue.importing.choices import Ambiguous, AmbiguousError, Choices
 from arctrue.importing.file_content import FileContent
 from arctrue.importing.reader import Reader, ReadSettings, read_recording, readers
+from arctrue.importing.settings import Settings
 
 Recording = FileContent
 """``Recording`` is the former name of FileContent; it is kept for one release, because readers of

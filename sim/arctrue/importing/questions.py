@@ -6,12 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from arctrue.importing.assemble import Imported, Settings, import_recordings
+from arctrue.importing.assemble import Imported, import_recordings
 from arctrue.importing.choices import Ambiguous, Choices, open_questions
 from arctrue.importing.columns import NONE
 from arctrue.importing.file_content import FileContent
 from arctrue.importing.preview import Preview, preview_of, preview_of_file
 from arctrue.importing.reader import ReadSettings, read_recording
+from arctrue.importing.settings import Settings
 
 TRIED_ROWS = 2000
 """Number of rows at the start of each file that a trial import reads to find the open

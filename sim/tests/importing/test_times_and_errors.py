@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from arctrue.importing.assemble import Settings
 from arctrue.importing.choices import AmbiguousError, Choices
 from arctrue.importing.questions import Import
 from arctrue.importing.reader import ReadSettings
+from arctrue.importing.settings import Settings
 from arctrue.measurement import Reference
 
 TIME_S = 2.0 * np.arange(300)
