@@ -19,7 +19,8 @@ from typing import Any, Final
 
 from arctrue.base.whole_file import write_whole_text
 from arctrue.studies.hidden_effect.cases import CASES
-from arctrue.studies.hidden_effect.experiment import HiddenResult, run_hidden
+from arctrue.studies.hidden_effect.experiment import run_hidden
+from arctrue.studies.hidden_effect.result import HiddenResult
 from arctrue.studies.hidden_effect.settings import HiddenSettings
 from scripts.marked_section import MarkedSection
 

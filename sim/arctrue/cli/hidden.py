@@ -21,8 +21,8 @@ from arctrue.studies.heads.cases import HEADS_CASES
 from arctrue.studies.hidden_effect.cases import CASES
 
 if TYPE_CHECKING:
-    from arctrue.studies.hidden_effect.experiment import HiddenResult
     from arctrue.studies.hidden_effect.follow import FollowedTurn
+    from arctrue.studies.hidden_effect.result import HiddenResult
 
 FULL_LINES = 16384
 USUAL_LINES = 1024

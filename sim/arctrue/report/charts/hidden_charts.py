@@ -8,7 +8,7 @@ import numpy as np
 from arctrue.instrument.turn_score import TurnScore
 from arctrue.report.charts.chart import ARCSEC, Axis, Band, Chart, Curve, Dash, Panel, angle_axis
 from arctrue.report.svg import AFTER, BEFORE
-from arctrue.studies.hidden_effect.experiment import HiddenResult
+from arctrue.studies.hidden_effect.result import HiddenResult
 
 PAPER = "#d0932b"
 _NAMES = ("raw", "paper's model", "with the effect")

@@ -12,7 +12,8 @@ from arctrue.base.json_text import json_text
 from arctrue.base.progress import ReportStep
 from arctrue.base.whole_file import write_whole_text
 from arctrue.studies.hidden_effect.cases import CASES
-from arctrue.studies.hidden_effect.experiment import HiddenResult, run_hidden
+from arctrue.studies.hidden_effect.experiment import run_hidden
+from arctrue.studies.hidden_effect.result import HiddenResult
 from arctrue.studies.hidden_effect.settings import HiddenSettings
 
 HIDDEN = "subdivision_error"

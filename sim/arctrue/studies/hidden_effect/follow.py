@@ -11,7 +11,7 @@ from arctrue.instrument import Instrument, InstrumentError, ReportRun
 from arctrue.instrument.turn_score import score_turn
 from arctrue.studies.hidden_effect.cases import COLD_C, WARM_C
 from arctrue.studies.hidden_effect.drive import turning
-from arctrue.studies.hidden_effect.experiment import HiddenResult
+from arctrue.studies.hidden_effect.result import HiddenResult
 from arctrue.studies.hidden_effect.rig import Rig
 from arctrue.table import Motion
 

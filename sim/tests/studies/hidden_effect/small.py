@@ -11,7 +11,8 @@ from sim.tests.instrument.sizes import EXTENSIONS, LANES, SAMPLES
 from arctrue.gateware.capability import Capability
 from arctrue.studies.hidden_effect import experiment
 from arctrue.studies.hidden_effect.cases import CASES, Case
-from arctrue.studies.hidden_effect.experiment import HiddenResult, run_hidden
+from arctrue.studies.hidden_effect.experiment import run_hidden
+from arctrue.studies.hidden_effect.result import HiddenResult
 from arctrue.studies.hidden_effect.settings import HiddenSettings
 
 GENERICS_OF = experiment._generics_of

@@ -16,7 +16,7 @@ from sim.tests.studies.hidden_effect.small import run_small, small_settings
 
 from arctrue.studies.hidden_effect.cases import BETWEEN, CASES, SLOW
 from arctrue.studies.hidden_effect.drive import CHANGE_TURN
-from arctrue.studies.hidden_effect.experiment import HiddenResult
+from arctrue.studies.hidden_effect.result import HiddenResult
 from arctrue.table import DISC_RADIUS_M
 
 COARSER = 64

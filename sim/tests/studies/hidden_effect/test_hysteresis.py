@@ -8,8 +8,8 @@ import pytest
 from sim.tests.studies.hidden_effect.small import run_small
 
 from arctrue.instrument import EdgeTrack, InstrumentError
-from arctrue.studies.hidden_effect.experiment import HiddenResult
 from arctrue.studies.hidden_effect.reference import counts_standing
+from arctrue.studies.hidden_effect.result import HiddenResult
 
 REVERSAL_ARCSEC = 2 * 64.0
 """Reversal error in arcseconds: ±1″ with 2²⁴ counts per turn, and 64 times as much with 2¹⁸

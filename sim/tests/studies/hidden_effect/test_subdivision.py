@@ -22,7 +22,7 @@ from arctrue.instrument import InstrumentError
 from arctrue.measurement import read_measurement_set
 from arctrue.report.second_act_page import write_second_act_page
 from arctrue.studies.demo.second_act import SecondAct, faults, run_second_act
-from arctrue.studies.hidden_effect.experiment import HiddenResult
+from arctrue.studies.hidden_effect.result import HiddenResult
 from arctrue.studies.simulate.truth import read_truth
 from arctrue.table import TableState
 

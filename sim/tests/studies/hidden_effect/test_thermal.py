@@ -10,8 +10,8 @@ from sim.tests.studies.hidden_effect.small import run_small
 
 from arctrue.instrument import InstrumentError
 from arctrue.studies.hidden_effect.cases import FRESH_C
-from arctrue.studies.hidden_effect.experiment import HiddenResult
 from arctrue.studies.hidden_effect.follow import follow_warming
+from arctrue.studies.hidden_effect.result import HiddenResult
 from arctrue.table import DISC_RADIUS_M
 
 COARSER = 64
