@@ -3,6 +3,8 @@ station."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -33,21 +35,30 @@ def repeats(
     found = np.zeros(rows.size, dtype=bool)
     if rows.size == 0 or rows.size > MOST_COMPARED:
         return found
-    place = np.mod(angle_rad, 2.0 * np.pi)
-    order = np.argsort(place, kind="stable")
-    sorted_place = place[order]
-    step = float(np.median(np.abs(np.diff(angle_rad)))) if angle_rad.size > 1 else 0.0
-    for number, row in enumerate(rows.tolist()):
-        reach = SAME_PLACE_ROWS * step
-        first = np.searchsorted(sorted_place, place[row] - reach)
-        last = np.searchsorted(sorted_place, place[row] + reach, side="right")
-        there = order[first:last]
+    for number, row, there in _rows_at(rows, angle_rad, (0.0,)):
         there = there[revolution[there] != revolution[row]]
         if there.size == 0:
             continue
         same_sense = np.sign(away[row]) * away[there] / scatter[there]
         found[number] = _in_most_revolutions(same_sense, revolution[there]) > NEAR_SIGMA
     return found
+
+
+def _rows_at(
+    rows: Integer, angle_rad: Float, shifts_rad: tuple[float, ...]
+) -> Iterator[tuple[int, int, Integer]]:
+    """Yield, for each of ``rows`` and each shift, the number of the row among ``rows``, the row,
+    and all rows at the row's angle plus the shift."""
+    place = np.mod(angle_rad, 2.0 * np.pi)
+    order = np.argsort(place, kind="stable")
+    sorted_place = place[order]
+    step = float(np.median(np.abs(np.diff(angle_rad)))) if angle_rad.size > 1 else 0.0
+    for number, row in enumerate(rows.tolist()):
+        for shift in shifts_rad:
+            at = np.mod(place[row] + shift, 2.0 * np.pi) if shift else place[row]
+            first = np.searchsorted(sorted_place, at - SAME_PLACE_ROWS * step)
+            last = np.searchsorted(sorted_place, at + SAME_PLACE_ROWS * step, side="right")
+            yield number, row, order[first:last]
 
 
 def _in_most_revolutions(values: Float, revolution: Integer) -> float:
@@ -79,19 +90,10 @@ def seen_by_other_head(
     found = np.zeros(rows.size, dtype=bool)
     if rows.size == 0 or rows.size > MOST_COMPARED:
         return found
-    place = np.mod(angle_rad, 2.0 * np.pi)
-    order = np.argsort(place, kind="stable")
-    sorted_place = place[order]
-    step = float(np.median(np.abs(np.diff(angle_rad)))) if angle_rad.size > 1 else 0.0
-    for number, row in enumerate(rows.tolist()):
-        for shift in (separation_rad, -separation_rad):
-            at = np.mod(place[row] + shift, 2.0 * np.pi)
-            first = np.searchsorted(sorted_place, at - SAME_PLACE_ROWS * step)
-            last = np.searchsorted(sorted_place, at + SAME_PLACE_ROWS * step, side="right")
-            there = order[first:last]
-            if there.size:
-                opposite = -np.sign(away[row]) * away[there] / scatter[there]
-                found[number] |= _in_most_revolutions(opposite, revolution[there]) > FAR_SIGMA
+    for number, row, there in _rows_at(rows, angle_rad, (separation_rad, -separation_rad)):
+        if there.size:
+            opposite = -np.sign(away[row]) * away[there] / scatter[there]
+            found[number] |= _in_most_revolutions(opposite, revolution[there]) > FAR_SIGMA
     return found
 
 
