@@ -246,7 +246,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "compare_waits_as_long_as_the_probe",
         "an event of the compare states the position that the table had before the pulse",
-        "rtl/core/arctrue_core.vhd",
+        "rtl/signals/instrument_signals.vhd",
         "COMPARE_DELAY => PROBE_DELAY + PULSE_CLOCKS + 1",
         "COMPARE_DELAY => PROBE_DELAY",
         "tb/core/test_arctrue_core.py::test_core_with_events",

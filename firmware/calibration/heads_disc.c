@@ -12,10 +12,10 @@
    of two orders. */
 enum { MATRIX_SAMPLES_AN_ORDER = 64 };
 
-void heads_choose_orders(struct heads_fit *fit) {
+void heads_choose_orders(struct heads_fit *fit, uint32_t first) {
     struct gram_layout *layout = &fit->workspace->layout;
     layout->number = 0;
-    for (uint32_t order = heads_fits_places(fit) ? 2 : 1; order <= fit->orders; order++) {
+    for (uint32_t order = first; order <= fit->orders; order++) {
         if (isfinite(heads_gain(fit->geometry, order))) {
             layout->order[layout->number++] = order;
         }

@@ -144,7 +144,7 @@ static enum refusal begin(struct heads_fit *fit, struct heads_found *found) {
     if (!follow_geometry(fit)) {
         return REFUSED_SINGULAR;
     }
-    heads_choose_orders(fit);
+    heads_choose_orders(fit, heads_fits_places(fit) ? 2 : 1);
     return heads_build_matrix(fit);
 }
 

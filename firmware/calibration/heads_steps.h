@@ -31,7 +31,8 @@ struct heads_fit {
 struct vector heads_look(const struct heads_fit *fit, uint32_t sample, double residual[HEADS_MOST]);
 double heads_combined(const struct heads_fit *fit, uint32_t row, const double residual[HEADS_MOST]);
 
-void heads_choose_orders(struct heads_fit *fit);
+/* Chooses the orders of the disc from `first` on that the heads show. */
+void heads_choose_orders(struct heads_fit *fit, uint32_t first);
 /* Builds X^T X, scaled to the number of all samples. */
 enum refusal heads_build_matrix(const struct heads_fit *fit);
 /* Makes one step of the iteration for the disc and returns its size. */

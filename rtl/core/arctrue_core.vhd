@@ -7,6 +7,9 @@
 -- AXI4-Lite (see the register map) and gets one interrupt line. Source: figures 3 and 5 to 7 and section 3 of the
 -- paper.
 --
+-- **Units**, in the order of the data: encoder_heads, mean_unit (with the mean), sampler, compensation_pipeline with
+-- table_conditions, quadrature_output, fault_outputs, instrument_signals and register_access.
+--
 -- **Heads.** By default the core has two heads and corrects head 1. With MEAN the core corrects the weighted mean of
 -- all heads; one head, chosen at run time, is the carrier, whose reading enters the pipeline (head_mean). With HEADS =
 -- 3 or 4 the mean is always built, and heads 3 and 4 are decoded and captured too. head_registers serves their
@@ -61,7 +64,9 @@ library ieee;
   use work.axi_lite_pkg.all;
   use work.conditions_pkg.all;
   use work.decoder_pkg.all;
+  use work.mean_pkg.all;
   use work.number_formats_pkg.all;
+  use work.signals_pkg.all;
 
 entity arctrue_core is
   generic (
@@ -128,21 +133,9 @@ architecture rtl of arctrue_core is
 
   subtype time_count is u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);
 
-  type decoded_heads is array (1 to HEADS) of decoded_head;
-
-  type filters_of_heads is array (1 to HEADS) of u_unsigned(7 downto 0);
-
   -- With HAS_MEAN the core corrects the mean of the heads. With more than two heads the mean takes an additional clock.
   constant HAS_MEAN     : boolean := MEAN or HEADS > 2;
   constant CORE_LATENCY : positive := PIPELINE_LATENCY + FOLD - 1 + boolean'pos(HEADS > 2);
-
-  -- Clocks from an edge at a pulse input to the strobe of this edge, and clocks from an edge of head 1 to the position
-  -- that counts it, both with the filter off.
-  constant PULSE_CLOCKS    : positive := SYNCHRONISER_STAGES_DEFAULT + 2;
-  constant POSITION_CLOCKS : positive := SYNCHRONISER_STAGES_DEFAULT + 3;
-
-  -- Clocks from the strobe of the probe to the corrected position that belongs to its edge.
-  constant PROBE_DELAY : positive := POSITION_CLOCKS + CORE_LATENCY - PULSE_CLOCKS;
 
   -- Address bits that distinguish turn steps from coefficients, and the turn number from turn steps.
   constant TURN_STEPS_BIT  : positive := 10;
@@ -156,163 +149,137 @@ architecture rtl of arctrue_core is
   -- Number of faults in the register `alarm`; the faults of heads 3 and 4 are its highest bits.
   constant FAULT_KINDS : positive := 6 + 2 * boolean'pos(HEADS > 2);
 
-  -- Returns the filter length of a head: its own length or, if that is 0, the length that all heads share.
-  function filter_of (own, both : std_ulogic_vector(7 downto 0)) return u_unsigned is
-  begin
-
-    if (or own) = '0' then
-      return u_unsigned(both);
-    end if;
-    return u_unsigned(own);
-
-  end function filter_of;
-
   signal hwif_in  : arctrue_registers_in_t;
   signal hwif_out : arctrue_registers_out_t;
 
+  -- Heads
   signal timestamp      : time_count := (others => '0');
   signal counts_per_rev : u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);
   signal rearm          : std_ulogic;
   signal changes_turn   : std_ulogic;
-  signal decoded        : decoded_heads;
   signal pins           : std_ulogic_vector(1 to 3 * HEADS_MAX);
-  signal upright_pins   : std_ulogic_vector(1 to 3 * HEADS_MAX);
-  signal filter_lengths : filters_of_heads := (others => (others => '0'));
+  signal pin_settings   : std_ulogic_vector(16 * HEADS_MAX - 1 downto 0);
+  signal further_pins   : std_ulogic_vector(31 downto 0);
+  signal head_delays    : std_ulogic_vector(31 downto 0);
   signal clear_head     : std_ulogic_vector(1 to HEADS_MAX);
-  signal zero_again     : std_ulogic_vector(1 to HEADS);
-  signal heal           : std_ulogic_vector(1 to HEADS);
-  signal agrees         : std_ulogic_vector(1 to HEADS);
-  -- The reading that enters the correction, and the values of the mean that belong to it
-  signal angle_in       : angle_count;
-  signal healed         : position_count;
-  signal healed_phase   : u_unsigned(1 downto 0);
-  signal put_back       : u_signed(15 downto 0);
-  signal zero_moved     : std_ulogic;
-  signal referenced     : std_ulogic;
-  signal mean_term      : u_signed(MEAN_TERM_WIDTH - 1 downto 0);
-  signal mean_limited   : std_ulogic;
-  signal jumped         : std_ulogic;
-  signal jump           : u_signed(15 downto 0);
-  signal may_swap       : std_ulogic;
-  signal swap_comes     : std_ulogic;
-  signal swap_busy      : std_ulogic;
-  signal mean_read      : std_ulogic;
-  signal mean_read_then : std_ulogic := '0';
-  signal mean_write     : std_ulogic;
-  signal mean_written   : std_ulogic;
-  signal mean_done      : std_ulogic;
-  signal mean_data      : std_ulogic_vector(31 downto 0);
-  signal heads_read     : std_ulogic;
-  signal heads_write    : std_ulogic;
-  signal heads_done     : std_ulogic;
-  signal heads_data     : std_ulogic_vector(31 downto 0);
-  signal take_snapshot  : std_ulogic;
-  signal conditions_read  : std_ulogic;
-  signal conditions_write : std_ulogic;
-  signal conditions_done  : std_ulogic;
-  signal conditions_data  : std_ulogic_vector(31 downto 0);
+  signal further_clear  : std_ulogic_vector(1 downto 0);
+  signal rearm_heads    : std_ulogic_vector(1 to HEADS);
+  signal decoded        : decoded_heads(1 to HEADS);
+
+  -- The reading that is corrected, the writes to the idle banks, and the swap
+  signal reading    : pipeline_reading;
+  signal bank       : bank_update;
+  signal may_swap   : std_ulogic;
+  signal swap_comes : std_ulogic;
+  signal swap_busy  : std_ulogic;
+  signal swap_done  : std_ulogic;
+  signal swap_count : u_unsigned(15 downto 0) := (others => '0');
+
+  -- Capture
+  signal captures           : std_ulogic;
+  signal reference_position : position_count;
+  signal reference_moved    : std_ulogic;
+  signal further_samples    : std_ulogic_vector(2 * POSITION_WIDTH - 1 downto 0);
+  signal further_flags      : std_ulogic_vector(7 downto 0);
+  signal triggered          : std_ulogic;
+  signal capture_ready      : std_ulogic;
+  signal capture_overrun    : std_ulogic;
+  signal capture_busy       : std_ulogic;
+  signal bank_ready         : std_ulogic;
+  signal start_time         : time_count;
+  signal sequence_count     : u_unsigned(31 downto 0);
+  signal sample_count       : u_unsigned(15 downto 0);
+  signal header_flags       : std_ulogic_vector(9 downto 0);
+  signal further_header     : std_ulogic_vector(7 downto 0);
+  signal overrun_count      : u_unsigned(15 downto 0);
+  signal fill_count         : u_unsigned(15 downto 0);
+
+  -- Correction
+  signal follow               : std_ulogic;
+  signal corrected_angle      : angle_count;
+  signal corrected_position   : position_count;
+  signal corrected_referenced : std_ulogic;
+  signal correction           : u_signed(CORRECTION_WIDTH - 1 downto 0);
+  signal correction_limited   : std_ulogic;
+  signal ramp_busy            : std_ulogic;
+  signal ramp_busy_before     : std_ulogic := '0';
+  signal following_error      : position_count;
+  signal turn                 : u_signed(TURN_NUMBER_WIDTH - 1 downto 0);
+  signal idle_offset          : u_signed(AMPLITUDE_WIDTH - 1 downto 0);
+  signal local_word           : u_unsigned(LOCAL_INDEX_WIDTH - 1 downto 0);
+
+  -- Conditions that multiply the amplitudes of lanes
   signal conditions_settled : std_ulogic;
-  signal sweep_step       : u_unsigned(7 downto 0);
-  signal direction        : modulator;
-  signal speed            : modulator;
-  signal idle_speed       : modulator;
-  signal word_a           : modulator;
-  signal word_b           : modulator;
-  signal speed_squared    : modulator;
-  signal local_word       : u_unsigned(LOCAL_INDEX_WIDTH - 1 downto 0);
-  signal local_read       : std_ulogic;
-  signal local_write      : std_ulogic;
-  signal local_done       : std_ulogic;
-  signal local_data       : std_ulogic_vector(31 downto 0);
-  signal turns_read       : std_ulogic;
-  signal turns_write      : std_ulogic;
-  signal turns_done       : std_ulogic;
-  signal turns_data       : std_ulogic_vector(31 downto 0);
-  signal turns_under_way  : std_ulogic_vector(1 downto 0) := (others => '0');
-  signal turn_step_write  : std_ulogic;
-  signal turn             : u_signed(TURN_NUMBER_WIDTH - 1 downto 0);
-  signal sets_read        : std_ulogic;
-  signal sets_write       : std_ulogic;
-  signal sets_done        : std_ulogic;
-  signal sets_data        : std_ulogic_vector(31 downto 0);
-  -- Writes to the idle bank and swaps, from the processor or from a prepared set
-  signal lane_write       : std_ulogic;
-  signal constant_write   : std_ulogic;
-  signal mean_word_write  : std_ulogic;
-  signal bank_address     : u_unsigned(7 downto 0);
-  signal mean_place       : u_unsigned(3 downto 0);
-  signal bank_data        : std_ulogic_vector(31 downto 0);
-  signal bank_swap        : std_ulogic;
-  signal lane_written     : std_ulogic;
-  signal rearm_heads      : std_ulogic_vector(1 to HEADS) := (others => '0');
-  signal left_out         : std_ulogic_vector(1 to HEADS_MAX) := (others => '0');
+  signal sweep_step         : u_unsigned(7 downto 0);
+  signal direction          : modulator;
+  signal speed              : modulator;
+  signal idle_speed         : modulator;
+  signal word_a             : modulator;
+  signal word_b             : modulator;
+  signal speed_squared      : modulator;
+
+  -- Faults
+  signal cannot_keep_up   : std_ulogic;
+  signal processor_silent : std_ulogic;
+  signal left_out         : std_ulogic_vector(1 to HEADS);
   signal parity_beyond    : std_ulogic;
   signal failover_changed : std_ulogic;
-  signal further_pins   : std_ulogic_vector(31 downto 0);
-  signal further_clear  : std_ulogic_vector(1 downto 0);
-  signal head_delays    : std_ulogic_vector(31 downto 0);
+  signal faults           : std_ulogic_vector(7 downto 0);
+  signal released         : std_ulogic;
+  signal release_causes   : std_ulogic_vector(7 downto 0) := (others => '0');
+  signal further_index    : std_ulogic_vector(3 to HEADS_MAX);
 
-  signal capture_ready   : std_ulogic;
-  signal capture_overrun : std_ulogic;
-  signal capture_busy    : std_ulogic;
-  signal bank_ready      : std_ulogic;
-  signal header_flags    : std_ulogic_vector(9 downto 0);
-  signal further_header  : std_ulogic_vector(7 downto 0);
-  signal further_samples : std_ulogic_vector(2 * POSITION_WIDTH - 1 downto 0);
-  signal further_flags   : std_ulogic_vector(7 downto 0);
-  signal captures        : std_ulogic;
-  signal reference_count       : position_count;
-  signal reference_moved : std_ulogic;
-  signal start_time      : time_count;
-  signal sequence_count  : u_unsigned(31 downto 0);
-  signal sample_count    : u_unsigned(15 downto 0);
-  signal overrun_count   : u_unsigned(15 downto 0);
-  signal fill_count      : u_unsigned(15 downto 0);
-  signal capture_read    : std_ulogic;
-  signal capture_valid   : std_ulogic;
-  signal capture_data    : std_ulogic_vector(POSITION_WIDTH - 1 downto 0);
+  -- External instruments
+  signal sync_strobe   : std_ulogic;
+  signal compare_armed : std_ulogic;
+  signal probe_latched : std_ulogic;
+  signal probe         : probe_edge;
+  signal oldest_event  : queued_event;
 
+  -- Words of the processor, see register_access
   signal access_address    : axi_lite_address;
   signal access_data       : std_ulogic_vector(31 downto 0);
+  signal take_snapshot     : std_ulogic;
+  signal capture_read      : std_ulogic;
+  signal capture_valid     : std_ulogic;
+  signal capture_data      : std_ulogic_vector(POSITION_WIDTH - 1 downto 0);
   signal coefficient_read  : std_ulogic;
   signal coefficient_write : std_ulogic;
   signal coefficient_done  : std_ulogic;
   signal coefficient_data  : std_ulogic_vector(31 downto 0);
+  signal read_under_way    : std_ulogic_vector(1 downto 0) := (others => '0');
+  signal write_acknowledge : std_ulogic;
+  signal lane_written      : std_ulogic;
   signal offset_read       : std_ulogic;
   signal offset_write      : std_ulogic;
   signal offset_data       : std_ulogic_vector(31 downto 0);
-  signal write_acknowledge : std_ulogic;
-  signal read_under_way    : std_ulogic_vector(1 downto 0) := (others => '0');
-  signal idle_offset       : u_signed(AMPLITUDE_WIDTH - 1 downto 0);
-
-  signal apply              : std_ulogic;
-  signal follow             : std_ulogic;
-  signal corrected_angle    : angle_count;
-  signal corrected_position : position_count;
-  signal corrected_referenced : std_ulogic;
-  signal correction         : u_signed(CORRECTION_WIDTH - 1 downto 0);
-  signal correction_limited : std_ulogic;
-  signal ramp_busy          : std_ulogic;
-  signal ramp_busy_before   : std_ulogic := '0';
-  signal further_index      : std_ulogic_vector(3 to HEADS_MAX);
-  signal swap_done          : std_ulogic;
-  signal swap_count         : u_unsigned(15 downto 0) := (others => '0');
-  signal following_error    : position_count;
-  signal cannot_keep_up     : std_ulogic;
-  signal processor_silent   : std_ulogic;
-  signal faults             : std_ulogic_vector(7 downto 0);
-  signal released           : std_ulogic;
-  signal release_causes     : std_ulogic_vector(7 downto 0) := (others => '0');
-  signal sync_strobe        : std_ulogic;
-  signal triggered          : std_ulogic;
-  signal probe_strobe       : std_ulogic;
-  signal probe_latched      : std_ulogic;
-  signal probe_position     : position_count;
-  signal probe_angle        : angle_count;
-  signal probe_time         : time_count;
-  signal probe_edges        : u_unsigned(15 downto 0);
-  signal compare_armed      : std_ulogic;
-  signal compare_strobe     : std_ulogic;
+  signal mean_read         : std_ulogic;
+  signal mean_read_then    : std_ulogic := '0';
+  signal mean_write        : std_ulogic;
+  signal mean_written      : std_ulogic;
+  signal mean_done         : std_ulogic;
+  signal mean_data         : std_ulogic_vector(31 downto 0);
+  signal heads_read        : std_ulogic;
+  signal heads_write       : std_ulogic;
+  signal heads_done        : std_ulogic;
+  signal heads_data        : std_ulogic_vector(31 downto 0);
+  signal sets_read         : std_ulogic;
+  signal sets_write        : std_ulogic;
+  signal sets_done         : std_ulogic;
+  signal sets_data         : std_ulogic_vector(31 downto 0);
+  signal conditions_read   : std_ulogic;
+  signal conditions_write  : std_ulogic;
+  signal conditions_done   : std_ulogic;
+  signal conditions_data   : std_ulogic_vector(31 downto 0);
+  signal local_read        : std_ulogic;
+  signal local_write       : std_ulogic;
+  signal local_done        : std_ulogic;
+  signal local_data        : std_ulogic_vector(31 downto 0);
+  signal turns_read        : std_ulogic;
+  signal turns_under_way   : std_ulogic_vector(1 downto 0) := (others => '0');
+  signal turns_write       : std_ulogic;
+  signal turns_done        : std_ulogic;
+  signal turns_data        : std_ulogic_vector(31 downto 0);
 
 begin
 
@@ -327,6 +294,14 @@ begin
   clear_head <= hwif_out.command.clear_head1.value & hwif_out.command.clear_head2.value
                 & further_clear(0) & further_clear(1);
 
+  pin_settings <= further_pins
+                  & hwif_out.head2_input.pins.filter_length.value & "0000"
+                  & hwif_out.head2_input.pins.swap_ab.value & hwif_out.head2_input.pins.invert_z.value
+                  & hwif_out.head2_input.pins.invert_b.value & hwif_out.head2_input.pins.invert_a.value
+                  & hwif_out.head1_input.pins.filter_length.value & "0000"
+                  & hwif_out.head1_input.pins.swap_ab.value & hwif_out.head1_input.pins.invert_z.value
+                  & hwif_out.head1_input.pins.invert_b.value & hwif_out.head1_input.pins.invert_a.value;
+
   turn_length : entity work.rearm_control
     port map (
       clock          => clock,
@@ -339,428 +314,131 @@ begin
       refused        => hwif_in.status.counts_per_rev_refused.next_q
     );
 
-  -- The filter lengths are selected one clock before the filters use them.
-  choose_filters : process (clock) is
-  begin
-
-    if rising_edge(clock) then
-      filter_lengths(1) <= filter_of(hwif_out.head1_input.pins.filter_length.value, hwif_out.filter_length.value.value);
-      filter_lengths(2) <= filter_of(hwif_out.head2_input.pins.filter_length.value, hwif_out.filter_length.value.value);
-
-      for number in 3 to HEADS loop
-        filter_lengths(number) <= filter_of(
-          further_pins(16 * number - 33 downto 16 * number - 40), hwif_out.filter_length.value.value
-        );
-      end loop;
-
-    end if;
-
-  end process choose_filters;
-
-  head1_selection : entity work.input_selection
+  all_heads : entity work.encoder_heads
+    generic map (
+      HEADS => HEADS,
+      MEAN  => HAS_MEAN
+    )
     port map (
-      pin_a    => pins(1),
-      pin_b    => pins(2),
-      pin_z    => pins(3),
-      invert_a => hwif_out.head1_input.pins.invert_a.value,
-      invert_b => hwif_out.head1_input.pins.invert_b.value,
-      invert_z => hwif_out.head1_input.pins.invert_z.value,
-      swap_ab  => hwif_out.head1_input.pins.swap_ab.value,
-      a        => upright_pins(1),
-      b        => upright_pins(2),
-      z        => upright_pins(3)
+      clock                => clock,
+      reset                => reset,
+      pins                 => pins(1 to 3 * HEADS),
+      timestamp            => timestamp,
+      counts_per_rev       => counts_per_rev,
+      pin_settings         => pin_settings(16 * HEADS - 1 downto 0),
+      filter_length        => hwif_out.filter_length.value.value,
+      delays               => head_delays(8 * HEADS - 1 downto 0),
+      minimum_edge_spacing => u_unsigned(hwif_out.minimum_edge_spacing.value.value),
+      index_tolerance      => u_unsigned(hwif_out.index_tolerance.value.value),
+      zero_again           => hwif_out.lost_counts.zero_again.value,
+      heal                 => hwif_out.lost_counts.heal.value,
+      clear                => clear_head(1 to HEADS),
+      rearm                => rearm or rearm_heads,
+      decoded              => decoded
     );
 
-  head2_selection : entity work.input_selection
-    port map (
-      pin_a    => pins(4),
-      pin_b    => pins(5),
-      pin_z    => pins(6),
-      invert_a => hwif_out.head2_input.pins.invert_a.value,
-      invert_b => hwif_out.head2_input.pins.invert_b.value,
-      invert_z => hwif_out.head2_input.pins.invert_z.value,
-      swap_ab  => hwif_out.head2_input.pins.swap_ab.value,
-      a        => upright_pins(4),
-      b        => upright_pins(5),
-      z        => upright_pins(6)
-    );
+  -- Positions to the reading that is corrected -----------------------------------------------
 
-  decoders : for number in decoded'range generate
-
-    decoder : entity work.quadrature_decoder
-      generic map (
-        DELAYED => HAS_MEAN
-      )
-      port map (
-        clock                => clock,
-        reset                => reset,
-        a                    => upright_pins(3 * number - 2),
-        b                    => upright_pins(3 * number - 1),
-        z                    => upright_pins(3 * number),
-        counts_per_rev       => counts_per_rev,
-        delay                => u_unsigned(head_delays(8 * number - 1 downto 8 * number - 8)),
-        filter_length        => filter_lengths(number),
-        minimum_edge_spacing => u_unsigned(hwif_out.minimum_edge_spacing.value.value),
-        index_tolerance      => u_unsigned(hwif_out.index_tolerance.value.value),
-        timestamp            => timestamp,
-        clear                => clear_head(number),
-        rearm                => rearm or rearm_heads(number),
-        zero_again           => zero_again(number),
-        heal                 => heal(number),
-        other_head_agrees    => agrees(number),
-        decoded              => decoded(number)
-      );
-
-    -- With two heads and no mean, head 2 keeps its zero after lost counts, because the processor derives the separation
-    -- of the heads from this zero.
-    counts_again : if number = 1 or HAS_MEAN generate
-
-      zero_again(number) <= hwif_out.lost_counts.zero_again.value;
-      heal(number)       <= hwif_out.lost_counts.heal.value;
-
-      next_head_as_witness : entity work.zero_witness
-        port map (
-          clock          => clock,
-          reset          => reset,
-          rearm          => rearm or rearm_heads(number),
-          index_strobe   => decoded(number).index_strobe,
-          trusted        => decoded(number).index_trusted,
-          other_position => decoded(number mod HEADS + 1).position,
-          counts_per_rev => counts_per_rev,
-          tolerance      => u_unsigned(hwif_out.index_tolerance.value.value),
-          agrees         => agrees(number)
-        );
-
-    else generate
-      zero_again(number) <= '0';
-      heal(number)       <= '0';
-      agrees(number)     <= '0';
-    end generate counts_again;
-
-  end generate decoders;
-
-  -- The position that is corrected and output contains the counts that were put back for lost counts.
   mean_of_heads : if HAS_MEAN generate
 
-    signal angles       : std_ulogic_vector(HEADS * ANGLE_WIDTH - 1 downto 0);
-    signal positions    : std_ulogic_vector(HEADS * POSITION_WIDTH - 1 downto 0);
-    signal phases       : std_ulogic_vector(HEADS * 2 - 1 downto 0);
-    signal put_backs    : std_ulogic_vector(HEADS * 16 - 1 downto 0);
-    signal zeros_moved  : std_ulogic_vector(HEADS - 1 downto 0);
-    signal indices_seen : std_ulogic_vector(HEADS - 1 downto 0);
-    signal carrier      : u_unsigned(1 downto 0);
-    signal carrier_then : u_unsigned(1 downto 0) := "00";
-    signal hold_writes  : std_ulogic;
-    signal used_seen    : std_ulogic;
-    signal used         : std_ulogic_vector(HEADS - 1 downto 0);
-    signal idle_used    : std_ulogic_vector(HEADS - 1 downto 0);
-    signal idle_carrier_used : std_ulogic;
-    signal differences  : std_ulogic_vector(HEADS * HEAD_DIFFERENCE_WIDTH - 1 downto 0);
-    signal mean_acknowledged : std_ulogic;
-    signal heads_answer      : std_ulogic_vector(31 downto 0);
-    signal failover_answer   : std_ulogic_vector(31 downto 0);
-
-  begin
-
-    every_head : for head in 0 to HEADS - 1 generate
-
-      alias it : decoded_head is decoded(head + 1);
-
-    begin
-
-      angles((head + 1) * ANGLE_WIDTH - 1 downto head * ANGLE_WIDTH)          <= std_ulogic_vector(it.angle);
-      positions((head + 1) * POSITION_WIDTH - 1 downto head * POSITION_WIDTH) <= std_ulogic_vector(it.position + it.put_back);
-      phases(2 * head + 1 downto 2 * head)      <= std_ulogic_vector(it.phase_of_zero - u_unsigned(it.put_back(1 downto 0)));
-      put_backs(16 * head + 15 downto 16 * head) <= std_ulogic_vector(it.put_back(15 downto 0));
-      zeros_moved(head)                         <= it.zero_moved;
-      indices_seen(head)                        <= it.index_seen;
-
-    end generate every_head;
-
-    hold_writes <= bank_swap or swap_busy;
-
-    mean : entity work.head_mean
+    weighted : entity work.mean_unit
       generic map (
-        HEADS => HEADS
+        LANES    => LANES,
+        HEADS    => HEADS,
+        FAILOVER => FAILOVER
       )
-      port map (
-        clock             => clock,
-        reset             => reset,
-        angles            => angles,
-        positions         => positions,
-        phases_of_zero    => phases,
-        put_backs         => put_backs,
-        zeros_moved       => zeros_moved,
-        indices_seen      => indices_seen,
-        unsettle          => rearm,
-        counts_per_rev    => counts_per_rev,
-        compensate        => hwif_out.control.compensate.value,
-        write_enable      => mean_word_write,
-        write_address     => mean_place,
-        write_data        => bank_data,
-        write_acknowledge => mean_acknowledged,
-        hold_writes       => hold_writes,
-        read_address      => u_unsigned(access_address(5 downto 2)),
-        read_data         => mean_data,
-        swap_comes        => swap_comes,
-        may_swap          => may_swap,
-        angle             => angle_in,
-        position          => healed,
-        phase_of_zero     => healed_phase,
-        put_back          => put_back,
-        zero_moved        => zero_moved,
-        referenced        => referenced,
-        apply             => apply,
-        carrier           => carrier,
-        used              => used,
-        idle_used         => idle_used,
-        idle_carrier_used => idle_carrier_used,
-        differences       => differences,
-        mean_term         => mean_term,
-        limited           => mean_limited,
-        jumped            => jumped,
-        jump              => jump
-      );
-
-    further_registers : entity work.head_registers
       port map (
         clock              => clock,
         reset              => reset,
-        read_enable        => heads_read,
-        write_enable       => heads_write,
-        address            => u_unsigned(access_address(7 downto 2)),
-        write_data         => access_data,
-        done               => heads_done,
-        read_data          => heads_answer,
+        decoded            => decoded,
+        counts_per_rev     => counts_per_rev,
+        rearm              => rearm,
+        compensate         => hwif_out.control.compensate.value,
+        capture_enable     => hwif_out.control.capture_enable.value,
+        swap               => hwif_out.command.swap.value,
+        clear_output       => hwif_out.command.clear_output.value,
         take_snapshot      => take_snapshot,
-        head3              => decoded(minimum(3, HEADS)),
-        head4              => decoded(minimum(4, HEADS)),
-        indices_seen       => std_ulogic_vector(resize(u_unsigned(indices_seen), 4)),
-        difference_limited => mean_limited,
-        clear_limited      => hwif_out.command.clear_output.value,
+        access_address     => access_address,
+        access_data        => access_data,
+        coefficient_write  => coefficient_write,
+        offset_write       => offset_write,
+        turns_write        => turns_write,
+        mean_write         => mean_write,
+        heads_read         => heads_read,
+        heads_write        => heads_write,
+        sets_read          => sets_read,
+        sets_write         => sets_write,
+        lane_written       => lane_written,
+        mean_written       => mean_written,
+        mean_data          => mean_data,
+        heads_done         => heads_done,
+        heads_data         => heads_data,
+        sets_done          => sets_done,
+        sets_data          => sets_data,
+        bank               => bank,
+        write_acknowledge  => write_acknowledge,
+        swap_comes         => swap_comes,
+        swap_busy          => swap_busy,
+        may_swap           => may_swap,
         pins               => further_pins,
+        delays             => head_delays,
         clear_heads        => further_clear,
-        delays             => head_delays
+        rearm_heads        => rearm_heads,
+        reading            => reading,
+        captures           => captures,
+        reference_position => reference_position,
+        reference_moved    => reference_moved,
+        left_out           => left_out,
+        parity_beyond      => parity_beyond,
+        failover_changed   => failover_changed
       );
 
-    heads_data <= heads_answer or failover_answer;
-
-    leaves_out : if FAILOVER generate
-
-      signal steps              : std_ulogic_vector(HEADS - 1 downto 0);
-      signal steps_up           : std_ulogic_vector(HEADS - 1 downto 0);
-      signal illegals           : std_ulogic_vector(HEADS - 1 downto 0);
-      signal illegal_counts     : std_ulogic_vector(HEADS - 1 downto 0);
-      signal overspeeds         : std_ulogic_vector(HEADS - 1 downto 0);
-      signal overspeed_counts   : std_ulogic_vector(HEADS - 1 downto 0);
-      signal swallowed          : std_ulogic_vector(HEADS - 1 downto 0);
-      signal index_errors       : std_ulogic_vector(HEADS - 1 downto 0);
-      signal index_error_counts : std_ulogic_vector(HEADS - 1 downto 0);
-      signal rearmed            : std_ulogic_vector(HEADS - 1 downto 0);
-      signal missing            : std_ulogic_vector(HEADS - 1 downto 0);
-      signal acknowledged       : std_ulogic;
-      signal load_set           : std_ulogic;
-      signal set_number         : u_unsigned(2 downto 0);
-      signal set_busy           : std_ulogic;
-      signal set_loaded         : std_ulogic;
-      signal may_activate       : std_ulogic;
-      signal swap_refused       : std_ulogic;
-
-    begin
-
-      every_decoder : for head in 0 to HEADS - 1 generate
-
-        steps(head)              <= decoded(head + 1).step;
-        steps_up(head)           <= decoded(head + 1).step_up;
-        illegals(head)           <= decoded(head + 1).illegal;
-        illegal_counts(head)     <= decoded(head + 1).illegal_count(0);
-        overspeeds(head)         <= decoded(head + 1).overspeed;
-        overspeed_counts(head)   <= decoded(head + 1).overspeed_count(0);
-        swallowed(head)          <= decoded(head + 1).swallowed;
-        index_errors(head)       <= decoded(head + 1).index_error;
-        index_error_counts(head) <= decoded(head + 1).index_error_count(0);
-        rearm_heads(head + 1)    <= rearmed(head);
-        left_out(head + 1)       <= missing(head);
-
-      end generate every_decoder;
-
-      acknowledged <= write_acknowledge or mean_acknowledged;
-      mean_place   <= bank_address(3 downto 0);
-
-      sets : entity work.prepared_sets
-        generic map (
-          LANES => LANES,
-          HEADS => HEADS
-        )
-        port map (
-          clock            => clock,
-          reset            => reset,
-          access_read      => sets_read,
-          access_write     => sets_write,
-          access_set       => u_unsigned(access_address(14 downto 12)),
-          access_word      => u_unsigned(access_address(11 downto 2)),
-          access_data      => access_data,
-          access_done      => sets_done,
-          access_answer    => sets_data,
-          write_lane       => coefficient_write,
-          write_offset     => offset_write,
-          write_mean       => mean_write,
-          write_turn_step  => turns_write,
-          write_address    => u_unsigned(access_address(9 downto 2)),
-          write_data       => access_data,
-          acknowledge_lane => lane_written,
-          acknowledge_mean => mean_written,
-          swap             => hwif_out.command.swap.value,
-          load             => load_set,
-          number           => set_number,
-          busy             => set_busy,
-          loaded           => set_loaded,
-          lane_out         => lane_write,
-          offset_out       => constant_write,
-          mean_out         => mean_word_write,
-          turn_step_out    => turn_step_write,
-          address_out      => bank_address,
-          data_out         => bank_data,
-          acknowledged     => acknowledged,
-          may_activate     => may_activate,
-          refused          => swap_refused,
-          swap_out         => bank_swap,
-          swap_comes       => swap_comes
-        );
-
-      failing_heads : entity work.head_failover
-        generic map (
-          LANES => LANES,
-          HEADS => HEADS
-        )
-        port map (
-          clock              => clock,
-          reset              => reset,
-          read_enable        => heads_read,
-          write_enable       => heads_write,
-          address            => u_unsigned(access_address(7 downto 2)),
-          write_data         => access_data,
-          read_data          => failover_answer,
-          take_snapshot      => take_snapshot,
-          clear              => hwif_out.command.clear_output.value,
-          steps              => steps,
-          steps_up           => steps_up,
-          illegals           => illegals,
-          illegal_counts     => illegal_counts,
-          overspeeds         => overspeeds,
-          overspeed_counts   => overspeed_counts,
-          swallowed          => swallowed,
-          index_errors       => index_errors,
-          index_error_counts => index_error_counts,
-          indices_seen       => indices_seen,
-          used               => used,
-          idle_used          => idle_used,
-          idle_carrier_used  => idle_carrier_used,
-          differences        => differences,
-          is_settled         => may_swap,
-          swap_comes         => swap_comes,
-          busy               => set_busy,
-          loaded             => set_loaded,
-          refused            => swap_refused,
-          may_activate       => may_activate,
-          load               => load_set,
-          number             => set_number,
-          rearm_heads        => rearmed,
-          left_out           => missing,
-          parity_beyond      => parity_beyond,
-          changed            => failover_changed
-        );
-
-    else generate
-      lane_write        <= coefficient_write;
-      constant_write    <= offset_write;
-      mean_word_write   <= mean_write;
-      turn_step_write   <= turns_write;
-      bank_address      <= u_unsigned(access_address(9 downto 2));
-      mean_place        <= u_unsigned(access_address(5 downto 2));
-      bank_data         <= access_data;
-      bank_swap         <= hwif_out.command.swap.value;
-      lane_written      <= write_acknowledge;
-      mean_written      <= mean_acknowledged;
-      failover_answer   <= (others => '0');
-      sets_done         <= '0';
-      sets_data         <= (others => '0');
-      parity_beyond     <= '0';
-      failover_changed  <= '0';
-    end generate leaves_out;
-
-    -- The sampler captures turns of the carrier; with two heads, turns of head 1. It captures while every used head has
-    -- seen its index. A change of the carrier restarts the turn.
-    used_seen <= and (indices_seen or not used);
-
-    choose_reference : process (clock) is
-    begin
-
-      if rising_edge(clock) then
-        carrier_then    <= carrier;
-        captures        <= hwif_out.control.capture_enable.value and used_seen and not (or (carrier xor carrier_then));
-      end if;
-
-    end process choose_reference;
-
-    reference_count       <= decoded(to_integer(carrier) + 1).turn_position;
-    reference_moved <= decoded(to_integer(carrier) + 1).zero_moved;
-
   else generate
-    angle_in     <= decoded(1).angle;
-    healed       <= decoded(1).position + decoded(1).put_back;
-    healed_phase <= decoded(1).phase_of_zero - u_unsigned(decoded(1).put_back(1 downto 0));
-    put_back     <= decoded(1).put_back(15 downto 0);
-    zero_moved   <= decoded(1).zero_moved;
-    referenced   <= decoded(1).index_seen;
-    apply        <= hwif_out.control.compensate.value and decoded(1).index_seen;
-    may_swap     <= '1';
-    mean_term    <= (others => '0');
-    mean_limited <= '0';
-    jumped       <= '0';
-    jump         <= (others => '0');
-    mean_written <= '0';
-    lane_write       <= coefficient_write;
-    constant_write   <= offset_write;
-    mean_word_write  <= '0';
-    turn_step_write  <= turns_write;
-    bank_address     <= u_unsigned(access_address(9 downto 2));
-    mean_place       <= (others => '0');
-    bank_data        <= access_data;
-    bank_swap        <= hwif_out.command.swap.value;
-    lane_written     <= write_acknowledge;
-    sets_done        <= '0';
-    sets_data        <= (others => '0');
-    parity_beyond    <= '0';
-    failover_changed <= '0';
+    -- The position that is corrected and output contains the counts that were put back for lost counts.
+    reading.angle         <= decoded(1).angle;
+    reading.position      <= decoded(1).position + decoded(1).put_back;
+    reading.phase_of_zero <= decoded(1).phase_of_zero - u_unsigned(decoded(1).put_back(1 downto 0));
+    reading.put_back      <= decoded(1).put_back(15 downto 0);
+    reading.zero_moved    <= decoded(1).zero_moved;
+    reading.referenced    <= decoded(1).index_seen;
+    reading.apply         <= hwif_out.control.compensate.value and decoded(1).index_seen;
+    reading.mean_term     <= (others => '0');
+    reading.mean_limited  <= '0';
+    reading.jumped        <= '0';
+    reading.jump          <= (others => '0');
+
+    bank.lane      <= coefficient_write;
+    bank.offset    <= offset_write;
+    bank.turn_step <= turns_write;
+    bank.mean      <= '0';
+    bank.address   <= u_unsigned(access_address(9 downto 2));
+    bank.data      <= access_data;
+    bank.swap      <= hwif_out.command.swap.value;
+    lane_written   <= write_acknowledge;
+    may_swap       <= '1';
+
+    mean_written  <= '0';
+    mean_data     <= (others => '0');
     heads_done    <= '0';
     heads_data    <= (others => '0');
+    sets_done     <= '0';
+    sets_data     <= (others => '0');
     further_pins  <= (others => '0');
     further_clear <= "00";
     head_delays   <= (others => '0');
-    mean_data    <= (others => '0');
-    captures     <= hwif_out.control.capture_enable.value;
-    reference_count       <= (others => '0');
-    reference_moved <= '0';
+
+    rearm_heads        <= (others => '0');
+    left_out           <= (others => '0');
+    parity_beyond      <= '0';
+    failover_changed   <= '0';
+    captures           <= hwif_out.control.capture_enable.value;
+    reference_position <= (others => '0');
+    reference_moved    <= '0';
   end generate mean_of_heads;
 
   further_heads : for head in 3 to HEADS_MAX generate
 
     is_built : if head <= HEADS generate
-
-      selection : entity work.input_selection
-        port map (
-          pin_a    => pins(3 * head - 2),
-          pin_b    => pins(3 * head - 1),
-          pin_z    => pins(3 * head),
-          invert_a => further_pins(16 * head - 48),
-          invert_b => further_pins(16 * head - 47),
-          invert_z => further_pins(16 * head - 46),
-          swap_ab  => further_pins(16 * head - 45),
-          a        => upright_pins(3 * head - 2),
-          b        => upright_pins(3 * head - 1),
-          z        => upright_pins(3 * head)
-        );
 
       further_samples((head - 2) * POSITION_WIDTH - 1 downto (head - 3) * POSITION_WIDTH)
       <= std_ulogic_vector(decoded(head).turn_position);
@@ -808,7 +486,7 @@ begin
       overspeed2          => decoded(2).overspeed,
       further_positions    => further_samples,
       further_flags        => further_flags,
-      reference_position   => reference_count,
+      reference_position   => reference_position,
       reference_zero_moved => reference_moved,
       release_bank        => hwif_out.command.capture_release.value,
       capture_ready       => capture_ready,
@@ -853,27 +531,27 @@ begin
       clock              => clock,
       reset              => reset,
       accept             => open,
-      angle              => angle_in,
-      position           => healed,
-      apply              => apply,
-      zero_moved         => zero_moved,
-      put_back           => put_back,
-      referenced         => referenced,
-      mean_term          => mean_term,
-      jumped             => jumped,
-      jump               => jump,
+      angle              => reading.angle,
+      position           => reading.position,
+      apply              => reading.apply,
+      zero_moved         => reading.zero_moved,
+      put_back           => reading.put_back,
+      referenced         => reading.referenced,
+      mean_term          => reading.mean_term,
+      jumped             => reading.jumped,
+      jump               => reading.jump,
       counts_per_rev     => counts_per_rev,
       ramp_rate          => u_unsigned(hwif_out.ramp_rate.value.value),
       ramp_acceleration  => u_unsigned(hwif_out.ramp_acceleration.value.value),
-      write_enable       => lane_write,
-      write_offset       => constant_write,
-      write_address      => bank_address,
-      write_data         => bank_data,
+      write_enable       => bank.lane,
+      write_offset       => bank.offset,
+      write_address      => bank.address,
+      write_data         => bank.data,
       write_acknowledge  => write_acknowledge,
       read_address       => u_unsigned(access_address(9 downto 2)),
       read_data          => coefficient_data,
       idle_offset        => idle_offset,
-      swap               => bank_swap,
+      swap               => bank.swap,
       swap_allowed       => may_swap and conditions_settled,
       swap_comes         => swap_comes,
       swap_busy          => swap_busy,
@@ -884,7 +562,7 @@ begin
       word_a             => word_a,
       word_b             => word_b,
       speed_squared      => speed_squared,
-      write_turn_step    => turn_step_write,
+      write_turn_step    => bank.turn_step,
       read_turn_step     => access_address(TURN_STEPS_BIT),
       turn               => turn,
       local_read         => local_read,
@@ -909,8 +587,8 @@ begin
       port map (
         clock              => clock,
         reset              => reset,
-        position           => healed,
-        put_back           => put_back,
+        position           => reading.position,
+        put_back           => reading.put_back,
         corrected_position => corrected_position,
         correction         => correction,
         read_enable        => conditions_read,
@@ -919,7 +597,7 @@ begin
         write_data         => access_data,
         done               => conditions_done,
         read_data          => conditions_data,
-        hold_writes        => bank_swap or swap_busy,
+        hold_writes        => bank.swap or swap_busy,
         swap_comes         => swap_comes,
         settled            => conditions_settled,
         sweep_step         => sweep_step,
@@ -956,7 +634,7 @@ begin
       corrected_position => corrected_position,
       corrected_angle    => corrected_angle,
       referenced         => corrected_referenced,
-      phase_of_zero      => healed_phase,
+      phase_of_zero      => reading.phase_of_zero,
       z_gated            => hwif_out.output_index.gated.value,
       z_state            => u_unsigned(hwif_out.output_index.state.value),
       z_width            => u_unsigned(hwif_out.output_index.width.value),
@@ -981,7 +659,7 @@ begin
       silent => processor_silent
     );
 
-  faults(5 downto 0) <= decoded(1).swallowed & processor_silent & (correction_limited or mean_limited or parity_beyond) & cannot_keep_up
+  faults(5 downto 0) <= decoded(1).swallowed & processor_silent & (correction_limited or reading.mean_limited or parity_beyond) & cannot_keep_up
             & (decoded(2).index_error or decoded(2).illegal or decoded(2).overspeed or left_out(2))
             & (decoded(1).index_error or decoded(1).illegal or decoded(1).overspeed or left_out(1));
 
@@ -1021,126 +699,39 @@ begin
 
   -- External instruments ---------------------------------------------------------------
 
-  sync_input : entity work.pulse_input
-    port map (
-      clock         => clock,
-      reset         => reset,
-      pin           => sync_in,
-      falling_edge  => hwif_out.pulse_inputs.sync_falling.value,
-      filter_length => u_unsigned(hwif_out.pulse_inputs.filter_length.value),
-      strobe        => sync_strobe
-    );
-
-  sample_pulse : entity work.pulse_output
-    port map (
-      clock  => clock,
-      reset  => reset,
-      strobe => triggered,
-      width  => u_unsigned(hwif_out.pulse_widths.trigger.value),
-      pulse  => trigger_out
-    );
-
-  probe_input : entity work.pulse_input
-    port map (
-      clock         => clock,
-      reset         => reset,
-      pin           => probe_in,
-      falling_edge  => hwif_out.pulse_inputs.probe_falling.value,
-      filter_length => u_unsigned(hwif_out.pulse_inputs.filter_length.value),
-      strobe        => probe_strobe
-    );
-
-  probe : entity work.position_latch
+  instruments : entity work.instrument_signals
     generic map (
-      DELAY => PROBE_DELAY
+      CORE_LATENCY => CORE_LATENCY,
+      EVENTS       => EVENTS
     )
     port map (
-      clock            => clock,
-      reset            => reset,
-      strobe           => probe_strobe,
-      position         => corrected_position,
-      angle            => corrected_angle,
-      timestamp        => timestamp,
-      latched          => probe_latched,
-      latched_position => probe_position,
-      latched_angle    => probe_angle,
-      latched_time     => probe_time,
-      count            => probe_edges
-    );
-
-  compare : entity work.position_compare
-    port map (
-      clock    => clock,
-      reset    => reset,
-      arm      => hwif_out.command.compare_arm.value,
-      disarm   => hwif_out.command.compare_disarm.value,
-      position => corrected_position,
-      first    => u_signed(hwif_out.compare.first.value.value),
-      interval => u_unsigned(hwif_out.compare.interval.value.value),
-      armed    => compare_armed,
-      strobe   => compare_strobe
-    );
-
-  queue_of_events : if EVENTS generate
-
-    signal number      : u_unsigned(15 downto 0);
-    signal event_time  : time_count;
-    signal event_angle : angle_count;
-    signal waiting     : u_unsigned(6 downto 0);
-    signal lost        : u_unsigned(15 downto 0);
-
-  begin
-
-    queue : entity work.event_queue
-      generic map (
-        DELAY         => PROBE_DELAY,
-        COMPARE_DELAY => PROBE_DELAY + PULSE_CLOCKS + 1
-      )
-      port map (
-        clock          => clock,
-        reset          => reset,
-        probe          => probe_strobe,
-        compare        => compare_strobe,
-        recorded(0)    => hwif_out.events.recorded.probe.value,
-        recorded(1)    => hwif_out.events.recorded.compare.value,
-        position       => corrected_position,
-        angle          => corrected_angle,
-        timestamp      => timestamp,
-        take           => hwif_out.command.next_event.value,
-        kind           => hwif_in.events.state.kind.next_q,
-        number         => number,
-        event_time     => event_time,
-        event_position => hwif_in.events.position.value.next_q,
-        event_angle    => event_angle,
-        waiting        => waiting,
-        lost           => lost
-      );
-
-    hwif_in.events.state.waiting.next_q   <= std_ulogic_vector(waiting);
-    hwif_in.events.state.sequence_number.next_q  <= std_ulogic_vector(number);
-    hwif_in.events.time_low.value.next_q  <= std_ulogic_vector(event_time(31 downto 0));
-    hwif_in.events.time_high.value.next_q <= std_ulogic_vector(event_time(63 downto 32));
-    hwif_in.events.angle.value.next_q     <= std_ulogic_vector(event_angle);
-    hwif_in.events.lost.value.next_q      <= std_ulogic_vector(lost);
-
-  else generate
-    hwif_in.events.state.kind.next_q      <= (others => '0');
-    hwif_in.events.state.waiting.next_q   <= (others => '0');
-    hwif_in.events.state.sequence_number.next_q  <= (others => '0');
-    hwif_in.events.time_low.value.next_q  <= (others => '0');
-    hwif_in.events.time_high.value.next_q <= (others => '0');
-    hwif_in.events.position.value.next_q  <= (others => '0');
-    hwif_in.events.angle.value.next_q     <= (others => '0');
-    hwif_in.events.lost.value.next_q      <= (others => '0');
-  end generate queue_of_events;
-
-  compare_pulse : entity work.pulse_output
-    port map (
-      clock  => clock,
-      reset  => reset,
-      strobe => compare_strobe,
-      width  => u_unsigned(hwif_out.pulse_widths.compare.value),
-      pulse  => compare_out
+      clock          => clock,
+      reset          => reset,
+      timestamp      => timestamp,
+      position       => corrected_position,
+      angle          => corrected_angle,
+      sampled        => triggered,
+      sync_in        => sync_in,
+      trigger_out    => trigger_out,
+      probe_in       => probe_in,
+      compare_out    => compare_out,
+      sync_falling   => hwif_out.pulse_inputs.sync_falling.value,
+      probe_falling  => hwif_out.pulse_inputs.probe_falling.value,
+      filter_length  => u_unsigned(hwif_out.pulse_inputs.filter_length.value),
+      trigger_width  => u_unsigned(hwif_out.pulse_widths.trigger.value),
+      compare_width  => u_unsigned(hwif_out.pulse_widths.compare.value),
+      first          => u_signed(hwif_out.compare.first.value.value),
+      interval       => u_unsigned(hwif_out.compare.interval.value.value),
+      recorded(0)    => hwif_out.events.recorded.probe.value,
+      recorded(1)    => hwif_out.events.recorded.compare.value,
+      compare_arm    => hwif_out.command.compare_arm.value,
+      compare_disarm => hwif_out.command.compare_disarm.value,
+      next_event     => hwif_out.command.next_event.value,
+      sync_strobe    => sync_strobe,
+      compare_armed  => compare_armed,
+      probe_latched  => probe_latched,
+      latched        => probe,
+      oldest_event   => oldest_event
     );
 
   -- The processor's side -----------------------------------------------------------------------
@@ -1265,10 +856,10 @@ begin
   hwif_in.counts_per_rev_active.value.next_q      <= std_ulogic_vector(counts_per_rev);
 
   status_capturing    <= capture_busy;
-  status_compensating <= apply;
+  status_compensating <= reading.apply;
   status_fault        <= or faults;
 
-  hwif_in.status.compensating.next_q   <= apply;
+  hwif_in.status.compensating.next_q   <= reading.apply;
   hwif_in.status.ramp_busy.next_q      <= ramp_busy;
   hwif_in.status.capture_ready.next_q  <= bank_ready;
   hwif_in.status.capture_busy.next_q   <= capture_busy;
@@ -1279,10 +870,20 @@ begin
   hwif_in.status.release_causes.next_q   <= release_causes;
   hwif_in.status.release_present.next_q  <= faults and hwif_out.alarm.released_by.value;
 
-  hwif_in.probe.time.value.next_q     <= std_ulogic_vector(probe_time);
-  hwif_in.probe.position.value.next_q <= probe_position;
-  hwif_in.probe.angle.value.next_q    <= std_ulogic_vector(probe_angle);
-  hwif_in.probe.edges.value.next_q    <= std_ulogic_vector(probe_edges);
+  hwif_in.probe.time.value.next_q     <= std_ulogic_vector(probe.time);
+  hwif_in.probe.position.value.next_q <= probe.position;
+  hwif_in.probe.angle.value.next_q    <= std_ulogic_vector(probe.angle);
+  hwif_in.probe.edges.value.next_q    <= std_ulogic_vector(probe.number);
+
+  hwif_in.events.state.kind.next_q            <= oldest_event.kind;
+  hwif_in.events.state.waiting.next_q         <= std_ulogic_vector(oldest_event.waiting);
+  hwif_in.events.state.sequence_number.next_q <= std_ulogic_vector(oldest_event.number);
+  hwif_in.events.time_low.value.next_q        <= std_ulogic_vector(oldest_event.time(31 downto 0));
+  hwif_in.events.time_high.value.next_q       <= std_ulogic_vector(oldest_event.time(63 downto 32));
+  hwif_in.events.position.value.next_q        <= oldest_event.position;
+  hwif_in.events.angle.value.next_q           <= std_ulogic_vector(oldest_event.angle);
+  hwif_in.events.lost.value.next_q            <= std_ulogic_vector(oldest_event.lost);
+
   hwif_in.interrupt_status.probe.next_q <= probe_latched;
   hwif_in.swap_count.value.next_q      <= std_ulogic_vector(swap_count);
   hwif_in.overrun_count.value.next_q   <= std_ulogic_vector(overrun_count);

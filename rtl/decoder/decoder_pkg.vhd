@@ -57,4 +57,7 @@ package decoder_pkg is
     swallowed         : std_ulogic;                                  -- sticky: the filter suppressed counts
   end record decoded_head;
 
+  -- The outputs of the decoders of several heads, head 1 first.
+  type decoded_heads is array (positive range <>) of decoded_head;
+
 end package decoder_pkg;

@@ -164,8 +164,8 @@ def test_an_entity_that_is_not_there_stops_the_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def without(texts: Mapping[str, str]) -> dict[str, str]:
-        core = re.sub(r"\w+\s*:\s*entity\s+work\.pulse_output\b", "", texts["arctrue_core"])
-        return {**texts, "arctrue_core": core}
+        text = re.sub(r"\w+\s*:\s*entity\s+work\.pulse_output\b", "", texts["instrument_signals"])
+        return {**texts, "instrument_signals": text}
 
     with pytest.raises(AssertionError):
         run(tmp_path, monkeypatch, "arctrue_zynq_top", without)
