@@ -22,13 +22,18 @@ from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.forward.cycles import CycleChange, cycle_change, run_change
 from arctrue.workbench.inference.forward.even_drift import EvenDrift, even_drift
 from arctrue.workbench.inference.forward.events import Step, columns_of_steps, search_steps
+from arctrue.workbench.inference.forward.folded import is_alias
 from arctrue.workbench.inference.forward.mountings import mounting_change
 from arctrue.workbench.inference.forward.of_solution import (
     records_of,
     records_of_events,
     reversal_with_steps,
 )
-from arctrue.workbench.inference.forward.oscillation import Oscillation, oscillation_of
+from arctrue.workbench.inference.forward.oscillation import (
+    Oscillation,
+    oscillation_in_reference,
+    oscillation_of,
+)
 from arctrue.workbench.inference.forward.record import Record
 from arctrue.workbench.inference.forward.reversal import Reversal
 from arctrue.workbench.inference.forward.search import (
@@ -419,6 +424,8 @@ def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Finding
         ratio = ratio if level is None else max(ratio, level.ratio)
         if timed and oscillation is None:
             oscillation = oscillation_of(found, "reference")
+            if oscillation is not None and is_alias(solution, oscillation, record.step):
+                oscillation = oscillation_in_reference(solution)
         if timed and not bands[1:]:
             slow = slow_change(record, _columns_of(found))
         if timed and found.lines and drift is None:

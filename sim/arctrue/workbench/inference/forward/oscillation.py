@@ -73,6 +73,11 @@ class Oscillation:
     amplitude_arcsec: float | None = None
     """Amplitude of that line while it is present."""
 
+    def is_same(self, other: Oscillation) -> bool:
+        """Tell whether the other oscillation is this one, from other rows of the channel: the
+        frequencies differ by less than the width of the resonance."""
+        return self.channel == other.channel and abs(self.hz - other.hz) < self.hz / self.quality
+
     def data(self) -> dict[str, float | str | list[float] | None]:
         """Return the oscillation as JSON."""
         return {
@@ -264,8 +269,7 @@ def _in_records(records: Iterable[Record], channel: str, rows: int) -> Oscillati
     if not found:
         return None
     first, gain = max(found, key=lambda pair: pair[1])
-    width_hz = first.hz / first.quality
-    same = [item for item, _ in found if abs(item.hz - first.hz) < width_hz]
+    same = [item for item, _ in found if first.is_same(item)]
     return replace(max(same, key=lambda item: item.gain), gain=gain)
 
 
