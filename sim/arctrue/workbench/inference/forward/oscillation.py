@@ -16,6 +16,7 @@ from scipy.optimize import minimize_scalar
 
 from arctrue.workbench.inference.forward.of_solution import has_records, longest_stretch
 from arctrue.workbench.inference.forward.partial import part_line
+from arctrue.workbench.inference.forward.prominence import is_prominent
 from arctrue.workbench.inference.forward.record import MOST_ROWS, ROWS_A_PERIOD, Record, record_of
 from arctrue.workbench.inference.forward.search import LineSearch, search_lines, whitened_left
 from arctrue.workbench.inference.solution import Solution
@@ -31,10 +32,10 @@ LEAST_GAIN_LOGS = 2.5
 """Smallest gain in log likelihood of an oscillation, in units of log(rows): ½ for each of variance,
 decay and frequency, and 1 for the search over about rows/2 frequencies."""
 LEAST_SHARE = 0.1
-"""Smallest share of the residuals' mean square that an oscillation must have. A smaller oscillation
-may only represent a shape of the spectrum that no kernel has. This share reaches 0.05 for a moving
-mean, whose spectral density has zeros (4 logs of each of 16 kinds of noise,
-``sim/tests/workbench/noisy_logs.py``)."""
+"""Smallest share of the residuals' mean square that an oscillation must have, unless it is
+prominent (:func:`is_prominent`). A smaller oscillation may only represent a shape of the spectrum
+that no kernel has. This share reaches 0.05 for a moving mean, whose spectral density has zeros (4
+logs of each of 16 kinds of noise, ``sim/tests/workbench/noisy_logs.py``)."""
 SHARPENED = 3
 """Largest number of rounds; each fits the frequency, then the other parameters. A round without a
 gain in likelihood is the last."""
@@ -129,7 +130,9 @@ def oscillation_of(found: LineSearch, channel: str) -> Oscillation | None:
     gain = best.score - plain.score
     if _quality(part) < LEAST_QUALITY or gain <= LEAST_GAIN_LOGS * float(np.log(rows.clock.size)):
         return None
-    if part.variance < LEAST_SHARE * float(np.mean(rows.left() ** 2)):
+    small = part.variance < LEAST_SHARE * float(np.mean(rows.left() ** 2))
+    reading_step = record.step / float(np.median(record.readings))
+    if small and not is_prominent(best.noise, part, reading_step):
         return None
     line = part_line(record, lines, best, part.frequency)
     if line is not None:
