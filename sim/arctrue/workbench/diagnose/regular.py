@@ -29,10 +29,15 @@ from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.forward.cycles import cycle_change, run_change
 from arctrue.workbench.inference.forward.even_drift import EvenDrift, even_drift
 from arctrue.workbench.inference.forward.events import columns_of_steps
+from arctrue.workbench.inference.forward.folded import is_alias
 from arctrue.workbench.inference.forward.mountings import mounting_change
 from arctrue.workbench.inference.forward.noise_of_record import whitened_left
 from arctrue.workbench.inference.forward.of_solution import records_of, reversal_with_steps
-from arctrue.workbench.inference.forward.oscillation import Oscillation, oscillation_of
+from arctrue.workbench.inference.forward.oscillation import (
+    Oscillation,
+    oscillation_in_reference,
+    oscillation_of,
+)
 from arctrue.workbench.inference.forward.record import Record
 from arctrue.workbench.inference.forward.search import Line, LineSearch, search_record
 from arctrue.workbench.inference.forward.slow import SlowChange, slow_change
@@ -110,6 +115,8 @@ def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Finding
         ratio = ratio if level is None else max(ratio, level.ratio)
         if timed and oscillation is None:
             oscillation = oscillation_of(found, "reference")
+            if oscillation is not None and is_alias(solution, oscillation, record.step):
+                oscillation = oscillation_in_reference(solution)
         if timed and not bands[1:]:
             slow = slow_change(record, _columns_of(found))
         if timed and found.lines and drift is None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from arctrue.base.figures import with_uncertainty
@@ -11,6 +13,7 @@ from arctrue.workbench.diagnose.calibrated import LIKE_BENCHMARK
 from arctrue.workbench.diagnose.candidate import RUNS_ARE_THE_SAMPLE, Candidate, is_line
 from arctrue.workbench.diagnose.coverage import Coverage
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
+from arctrue.workbench.diagnose.findings import Findings
 from arctrue.workbench.diagnose.lack_of_fit import LEAST_EXCESS
 from arctrue.workbench.diagnose.report_json import with_aliases
 from arctrue.workbench.diagnose.shared_curve import shared_curve
@@ -89,7 +92,7 @@ def sentences(result: Diagnosis) -> list[str]:
         ]
     found = [
         words
-        for words in result.findings.sentences()
+        for words in _findings_to_state(result).sentences()
         # The first sentence states the finding already.
         if result.decision.seen is None or not words.endswith(result.decision.seen[1:] + ".")
     ]
@@ -109,6 +112,15 @@ def sentences(result: Diagnosis) -> list[str]:
     said += _probable(result)
     said += _measurement(result)
     return said + _negligible(result)
+
+
+def _findings_to_state(result: Diagnosis) -> Findings:
+    """Return the findings without the oscillation that the verdict states, which other rows may
+    show with slightly different values."""
+    found, seen = result.findings, result.decision.oscillation
+    if seen is None or found.oscillation is None or not seen.is_same(found.oscillation):
+        return found
+    return replace(found, oscillation=None)
 
 
 def _negligible(result: Diagnosis) -> list[str]:

@@ -3,6 +3,8 @@ integrated from an equation of motion."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
@@ -10,10 +12,19 @@ from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.diagnose.report import sentences
 from arctrue.workbench.diagnose.report_json import diagnosis_data
 from arctrue.workbench.inference.forward.oscillation import oscillation_of
+from arctrue.workbench.inference.forward.prominence import density
 from arctrue.workbench.inference.forward.record import record_of
 from arctrue.workbench.inference.forward.search import search_lines
+from arctrue.workbench.noise.kernel import Part
 from tests.workbench.base_diagnosis import diagnosis_of
-from tests.workbench.noisy_logs import NULLS, clock, driven_oscillator
+from tests.workbench.noisy_logs import (
+    NULLS,
+    clock,
+    driven_oscillator,
+    moving_mean,
+    ornstein_uhlenbeck,
+    walk,
+)
 from tests.workbench.small_sets import measurement_set
 
 OF_A_FREQUENCY = 0.2
@@ -68,7 +79,94 @@ def test_faster_than_the_averaged_rows() -> None:
     assert oscillation.rms_arcsec == pytest.approx(0.5, rel=0.3)
 
 
+@pytest.mark.parametrize(
+    "seed",
+    [21, pytest.param(22, marks=pytest.mark.large), pytest.param(23, marks=pytest.mark.large)],
+)
+def test_the_alias_of_a_faster_oscillation_is_none(seed: int) -> None:
+    """The findings state an oscillation of 7 Hz and quality 60 at 7 Hz only: averages of 6 rows of
+    0.02 s show it at 1/0.12 s − 7 Hz = 1.33 Hz too, with sinc(7 Hz · 0.12 s) = 18 % of its size."""
+    random = np.random.default_rng(seed)
+    time_s = 0.02 * np.arange(9600.0)
+    shaken = driven_oscillator(random, time_s, 1.0 / 7.0, 60.0)
+    found = diagnosis_of(_log(0.5 * shaken + 0.1 * random.normal(size=time_s.size), time_s))
+    assert found.verdict == "unknown"
+    assert found.findings.oscillation is not None
+    assert found.findings.oscillation.hz == pytest.approx(7.0, rel=1.0 / 120.0)
+    said = [words for words in sentences(found) if "oscillation near" in words]
+    assert len(said) == 1, said
+
+
+@pytest.mark.parametrize("seed", [32, pytest.param(34, marks=pytest.mark.large)])
+def test_a_narrow_peak_far_above_slow_noise_is_stated(seed: int) -> None:
+    """An oscillation of 0.25″ in a random walk of 2″ RMS has a few percent of the mean square, but
+    at its frequency f of 0.04 Hz twenty times the density: 0.25²·Q/(πf) = 5 ″²/Hz; a walk with the
+    steps s = 2″·√(6/3000) each 0.5 s has s²/0.5 s/(2πf)² = 0.25 ″²/Hz."""
+    random = np.random.default_rng(seed)
+    time_s = 0.5 * np.arange(3000.0)
+    shaken = driven_oscillator(random, time_s, 25.0, 10.0)
+    wandering = 2.0 * walk(random, time_s, 1e6) + 0.1 * random.normal(size=time_s.size)
+    found = diagnosis_of(_log(0.25 * shaken + wandering, time_s))
+    assert found.verdict == "unknown"
+    oscillation = found.decision.oscillation
+    assert oscillation is not None
+    assert oscillation.hz * 25.0 == pytest.approx(1.0, abs=OF_A_FREQUENCY)
+    assert oscillation.rms_arcsec == pytest.approx(0.25, rel=0.3)
+
+
 @pytest.mark.large
+@pytest.mark.parametrize("rows", [5, 12, 40])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_the_side_lobes_of_a_moving_mean_are_no_oscillation(rows: int, seed: int) -> None:
+    """White noise averaged over some rows has a density with zeros, which no kernel has, and humps
+    between them."""
+    random = np.random.default_rng((34, rows, seed))
+    time_s = np.arange(1500.0)
+    values = moving_mean(random, time_s, rows) + 0.05 * random.normal(size=time_s.size)
+    none, one = np.zeros((time_s.size, 0)), np.zeros(time_s.size, dtype=np.int64)
+    record = record_of(time_s, time_s, one, values, none, in_time=True)
+    assert oscillation_of(search_lines(record), "reference") is None
+
+
+@pytest.mark.parametrize(
+    ("part", "covariance"),
+    [
+        (Part("exponential", 0.7, 3.0), lambda t: 0.7 * np.exp(-t / 3.0)),
+        (Part("smooth", 0.7, 3.0), lambda t: 0.7 * (1.0 + t / 3.0) * np.exp(-t / 3.0)),
+        (
+            Part("oscillator", 0.7, 3.0, 0.4),
+            lambda t: (
+                0.7
+                * np.exp(-t / 3.0)
+                * (np.cos(0.8 * np.pi * t) + np.sin(0.8 * np.pi * t) / (0.8 * np.pi * 3.0))
+            ),
+        ),
+    ],
+)
+def test_the_density_of_a_part_is_the_transform_of_its_covariance(
+    part: Part, covariance: Callable[[np.ndarray], np.ndarray]
+) -> None:
+    """At 0.1 Hz and 0.4 Hz; the trapezoidal sum over 90 s in steps of 1 ms is exact to 10⁻⁵."""
+    time_s = np.arange(0.0, 90.0, 1e-3)
+    for hz in (0.1, 0.4):
+        summed = 2.0 * np.trapezoid(covariance(time_s) * np.cos(2.0 * np.pi * hz * time_s), time_s)
+        assert density(part, hz) == pytest.approx(summed, rel=1e-4)
+
+
+def test_an_oscillation_is_stated_once() -> None:
+    """Single rows and averages of two rows show the same oscillation of 0.3″ in slow noise of 0.5″,
+    with slightly different values; the report states it once."""
+    random = np.random.default_rng(25)
+    time_s = 0.5 * np.arange(3000.0)
+    shaken = driven_oscillator(random, time_s, 6.25, 10.0)
+    slow = ornstein_uhlenbeck(random, time_s, 50.0)
+    white = random.normal(size=time_s.size)
+    found = diagnosis_of(_log(0.3 * shaken + 0.5 * slow + 0.1 * white, time_s))
+    assert found.verdict == "unknown"
+    said = [words for words in sentences(found) if "oscillation near" in words]
+    assert len(said) == 1, said
+
+
 @pytest.mark.large
 def test_faster_than_the_averaged_rows_of_short_runs() -> None:
     """The oscillation of the test above is found too in four runs of 1,000 rows, of which the

@@ -17,6 +17,7 @@ from scipy.optimize import minimize_scalar
 from arctrue.workbench.inference.forward.noise_of_record import whitened_left
 from arctrue.workbench.inference.forward.of_solution import has_records, longest_stretch
 from arctrue.workbench.inference.forward.partial import part_line
+from arctrue.workbench.inference.forward.prominence import is_prominent
 from arctrue.workbench.inference.forward.record import MOST_ROWS, ROWS_A_PERIOD, Record, record_of
 from arctrue.workbench.inference.forward.search import LineSearch, search_lines
 from arctrue.workbench.inference.solution import Solution
@@ -32,10 +33,10 @@ LEAST_GAIN_LOGS = 2.5
 """Smallest gain in log likelihood of an oscillation, in units of log(rows): ½ for each of variance,
 decay and frequency, and 1 for the search over about rows/2 frequencies."""
 LEAST_SHARE = 0.1
-"""Smallest share of the residuals' mean square that an oscillation must have. A smaller oscillation
-may only represent a shape of the spectrum that no kernel has. This share reaches 0.05 for a moving
-mean, whose spectral density has zeros (4 logs of each of 16 kinds of noise,
-``sim/tests/workbench/noisy_logs.py``)."""
+"""Smallest share of the residuals' mean square that an oscillation must have, unless it is
+prominent (:func:`is_prominent`). A smaller oscillation may only represent a shape of the spectrum
+that no kernel has. This share reaches 0.05 for a moving mean, whose spectral density has zeros (4
+logs of each of 16 kinds of noise, ``sim/tests/workbench/noisy_logs.py``)."""
 SHARPENED = 3
 """Largest number of rounds; each fits the frequency, then the other parameters. A round without a
 gain in likelihood is the last."""
@@ -73,6 +74,11 @@ class Oscillation:
     """Times between which a line that keeps its phase is present; None for a resonance."""
     amplitude_arcsec: float | None = None
     """Amplitude of that line while it is present."""
+
+    def is_same(self, other: Oscillation) -> bool:
+        """Tell whether the other oscillation is this one, from other rows of the channel: the
+        frequencies differ by less than the width of the resonance."""
+        return self.channel == other.channel and abs(self.hz - other.hz) < self.hz / self.quality
 
     def data(self) -> dict[str, float | str | list[float] | None]:
         """Return the oscillation as JSON."""
@@ -125,7 +131,9 @@ def oscillation_of(found: LineSearch, channel: str) -> Oscillation | None:
     gain = best.score - plain.score
     if _quality(part) < LEAST_QUALITY or gain <= LEAST_GAIN_LOGS * float(np.log(rows.clock.size)):
         return None
-    if part.variance < LEAST_SHARE * float(np.mean(rows.left() ** 2)):
+    small = part.variance < LEAST_SHARE * float(np.mean(rows.left() ** 2))
+    reading_step = record.step / float(np.median(record.readings))
+    if small and not is_prominent(best.noise, part, reading_step):
         return None
     line = part_line(record, lines, best, part.frequency)
     if line is not None:
@@ -265,8 +273,7 @@ def _in_records(records: Iterable[Record], channel: str, rows: int) -> Oscillati
     if not found:
         return None
     first, gain = max(found, key=lambda pair: pair[1])
-    width_hz = first.hz / first.quality
-    same = [item for item, _ in found if abs(item.hz - first.hz) < width_hz]
+    same = [item for item, _ in found if first.is_same(item)]
     return replace(max(same, key=lambda item: item.gain), gain=gain)
 
 
