@@ -10,6 +10,7 @@ import socket
 import sqlite3
 import stat
 import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -406,6 +407,19 @@ def test_systemd_accepts_the_unit(tmp_path: Path) -> None:
     )
     complaints = [line for line in done.stderr.splitlines() if "arctrue-device" in line]
     assert complaints == []
+
+
+def test_a_program_in_a_home_folder_is_no_program_of_a_service(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The unit hides home folders from the service and gives it a user of its own."""
+    monkeypatch.setattr(sys, "executable", "/home/anna/venv/bin/python")
+    done = arctrue("device", "unit", tmp_path)
+    assert done.exit_code == 0, done.output
+    said = " ".join(done.stderr.split())
+    assert "/home/anna/venv/bin/arctrue: a service cannot read home folders" in said
+    monkeypatch.setattr(sys, "executable", "/opt/arctrue/bin/python")
+    assert arctrue("device", "unit", tmp_path).stderr == ""
 
 
 def test_the_unit_and_the_rule_name_this_program_and_one_link(tmp_path: Path) -> None:

@@ -308,6 +308,29 @@ def test_the_record_keeps_to_its_limits(tmp_path: Path) -> None:
     assert numbers(file) == [2000]
 
 
+def test_a_clock_that_jumps_ahead_deletes_no_turn(tmp_path: Path) -> None:
+    """A clock that is a year ahead for an hour makes no turn older than the limit of one day."""
+    wall_s, steady_s = [1.0e9], [50.0]
+    file = tmp_path / "turns.sqlite"
+    recorder = Recorder(file, Retention(1.0), lambda: wall_s[0], lambda: steady_s[0])
+
+    def wait(seconds: float, set_by_s: float = 0.0) -> None:
+        steady_s[0] += seconds
+        wall_s[0] += seconds + set_by_s
+        recorder.add(TelemetryLine({"turn": len(kept_turns), "result": "kept", "reason": "none"}))
+        kept_turns.append(len(kept_turns))
+        recorder.apply_retention()
+
+    kept_turns: list[int] = []
+    for seconds, set_by_s in ((60.0, 0.0), (60.0, 3.15e7), (3600.0, 0.0), (60.0, -3.15e7)):
+        wait(seconds, set_by_s)
+        assert numbers(file) == kept_turns
+    wait(2 * 86_400.0)
+    recorder.close()
+    # The turns with a date in the future stay until this date; the others were too old.
+    assert numbers(file) == [1, 2, 4]
+
+
 def test_a_deeply_nested_request_is_no_request() -> None:
     with pytest.raises(ValueError, match="expected an object"):
         server._request(b"[" * 60000 + b"\n")
