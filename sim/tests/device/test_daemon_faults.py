@@ -162,6 +162,25 @@ def test_a_second_daemon_is_refused(replay: Replay, tmp_path: Path) -> None:
         assert kept(tmp_path / "first", 1) == [1]
 
 
+def test_a_second_device_needs_a_store_of_its_own(replay: Replay, tmp_path: Path) -> None:
+    """Two daemons of two devices do not write into one record. A killed daemon leaves its store
+    free."""
+    other = Replay()
+    words = [sys.executable, "-c", PROGRAM, "device", "run", other.port]
+    words += ["--store", str(tmp_path), "--tcp-port", "0"]
+    with daemon(replay.port, tmp_path) as running:
+        done = subprocess.run(words, capture_output=True, text=True, check=False, timeout=60)
+        assert done.returncode == 2
+        owner = f"arctrue device run {replay.port} (process {running.process.pid})"
+        said = " ".join(done.stderr.split())
+        assert f"{tmp_path}: is in use by {owner}; name another folder: --store" in said
+        other.turn(7)
+        replay.turn(1)
+        assert kept(tmp_path, 1) == [1]
+    with daemon(other.port, tmp_path):
+        pass
+
+
 SMALL_DISC = """
 import resource
 resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, resource.RLIM_INFINITY))
