@@ -22,6 +22,18 @@ class FitEstimator:
 
     The parameters are stored as they are given and checked by :meth:`fit`. The name of a result
     ends in ``_``, such as ``result_``.
+
+    Parameters
+    ----------
+    model : Model, Path, str or iterable of str, optional
+        The model, its file, or names of effects to add to the paper's model, which is the default.
+    fix : mapping of str to float, or iterable of str, optional
+        Parameters that keep a value, in the unit of the parameter.
+    bounds : mapping of str to (low, high), optional
+        Limits of a parameter, in the unit of the parameter; None on an open side.
+    tie : mapping of str to str, (str, float) or callable, optional
+        Makes a parameter equal to another parameter, to a multiple of another parameter, or to the
+        result of a function of all values.
     """
 
     def __init__(
@@ -109,7 +121,8 @@ class FitEstimator:
         angle : array_like, shape (n,)
             Angle of the table, degrees.
         conditions : mapping of str to array_like, shape (n,) or (), optional
-            Direction, temperature and other conditions that the effects need.
+            Direction (+1, −1), ``temperature_c`` (°C) and other conditions that the effects need,
+            in the units of :meth:`FitResult.predict`.
 
         Returns
         -------

@@ -43,8 +43,9 @@ def fit(
     model : Model, Path, str or iterable of str, optional
         The model, its file, or names of effects to add to the paper's model, which is the default.
     fix : mapping of str to float, or iterable of str, optional
-        Parameters that keep a value: ``{"hysteresis.reversal_error": 0.5}``; names alone
-        keep the value that the model has from an earlier fit.
+        Parameters that keep a value, in the unit of the parameter:
+        ``{"hysteresis.reversal_error": 0.5}``; names alone keep the value that the model has from
+        an earlier fit.
     bounds : mapping of str to (low, high), optional
         Limits of a parameter, None on an open side. Limits of a phase hold up to whole turns.
     tie : mapping of str to str, (str, float) or callable, optional

@@ -63,9 +63,9 @@ class FitParameter:
     value : float
         Maximum-likelihood estimate, in ``unit``.
     stderr : float
-        Standard uncertainty of the linearised fit; 0 for a fixed parameter. NaN for a parameter
-        that the data do not determine, and for a parameter at a bound, because the linearised fit
-        is not valid beyond the bound.
+        Standard uncertainty of the linearised fit, in ``unit``; 0 for a fixed parameter. NaN for a
+        parameter that the data do not determine, and for a parameter at a bound, because the
+        linearised fit is not valid beyond the bound.
     unit : str
         Unit of value and stderr, such as ``arcsec/K``.
     state : {"free", "fixed", "at_bound", "undetermined"}
@@ -118,7 +118,13 @@ class FitParameter:
 
 
 class FitParameters(Mapping[str, FitParameter]):
-    """Parameters of a fit by name, in the order of the model."""
+    """Parameters of a fit by name, in the order of the model.
+
+    Parameters
+    ----------
+    parameters : mapping of str to FitParameter
+        The parameters by name.
+    """
 
     def __init__(self, parameters: Mapping[str, FitParameter]) -> None:
         """Store the ``parameters`` by name."""
@@ -152,7 +158,7 @@ class FitParameters(Mapping[str, FitParameter]):
         Returns
         -------
         dict of str to float
-            The value of each parameter, by name.
+            The value of each parameter by name, in the unit of the parameter.
         """
         return {name: item.value for name, item in self.items()}
 

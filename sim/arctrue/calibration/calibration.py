@@ -54,7 +54,7 @@ class CalibrationSettings:
     lanes : int, optional
         Lanes of the gateware.
     gain_limit : float, optional
-        Largest noise gain of an order; orders with a larger gain are left out.
+        Largest noise gain of an order, a ratio; orders with a larger gain are left out.
     separation : str, optional
         Source of the separation α of the heads. Default: the harmonics if their standard
         uncertainty is smaller than those of the index and of the nominal value. Otherwise the

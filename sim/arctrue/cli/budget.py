@@ -133,7 +133,7 @@ def _by_angle(made: Budget) -> dict[str, Any] | None:
 
 
 def _print(made: Budget) -> None:
-    from arctrue.report.budget_report import freedom, outcome
+    from arctrue.report.budget_text import freedom, outcome
 
     say(f"Calibration: {made.method}\n")
     contributions = table(

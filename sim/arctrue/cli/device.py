@@ -253,6 +253,11 @@ def unit(folder: Path) -> None:
             text = file.read_text(encoding="utf-8").replace("@ARCTRUE@", _program())
             write_whole_text(folder / file.name, text)
             say(str(folder / file.name))
+        if Path(_program()).is_relative_to("/home") or Path(_program()).is_relative_to("/root"):
+            tell_warning(
+                f"{_program()}: a service cannot read home folders; install arctrue elsewhere, for "
+                "example in /opt/arctrue, and run this command of that installation"
+            )
     except OSError as error:
         tell_error(sentence(error))
         sys.exit(NO_DEVICE)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import click
 
+from arctrue.base.extras import optional
 from arctrue.base.figures import with_uncertainty
 from arctrue.cli._effect_name import EFFECT_NAME
 from arctrue.cli._loaded_set import (
@@ -110,13 +111,15 @@ def life(
     for entry in model.effects:
         entry.effect(effects)
     allowed = dict(map(_limit, limits))
+    if out is not None:
+        optional("matplotlib")  # states a missing package before the sets are fitted
     with Progress("fitting the sets") as progress:
         machine = fit_machine(folder, model, effects, progress.now)
     history = history_of(
         machine, allowed, false_alarms_a_year=false_alarms, horizon_days=horizon, seed=seed
     )
     _print(history)
-    # matplotlib is imported here, because its import takes longer than the computation.
+    # arctrue.report imports matplotlib if it is installed, which takes longer than the computation.
     from arctrue.report.life_report import life_data, life_sentences, write_life_page
 
     for sentence in life_sentences(history):

@@ -108,7 +108,7 @@ class Watch:
 def ask(
     daemon: Announcement, what: str, seconds: float = CONNECT_S, **content: Any
 ) -> dict[str, Any]:
-    """Send the daemon a request, ``status``, ``capture`` or ``life``, and return the answer.
+    """Send the daemon a request, ``status``, ``capture``, ``life`` or ``zero``; return the answer.
 
     ``content``: further values for the request. Raises ConsoleError.
     """

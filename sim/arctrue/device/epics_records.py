@@ -86,11 +86,17 @@ class Records:
     """The PVs of one device. softioc is imported in the methods, because its environment variables
     must be set first."""
 
-    def __init__(self, prefix: str, capture: Callable[[], Awaitable[str]]) -> None:
+    def __init__(
+        self,
+        prefix: str,
+        capture: Callable[[], Awaitable[str]],
+        keep_zero: Callable[[float], Awaitable[None]],
+    ) -> None:
         """Make the EPICS records.
 
         ``capture``, which is called when a client writes to the PV Capture, takes a capture and
         returns the set's folder. The text of its ConsoleError becomes the PV CaptureFault.
+        ``keep_zero`` gets each value that a client writes to the PV Zero, degrees.
         """
         from softioc import builder
 
@@ -126,13 +132,20 @@ class Records:
         }
         self._edge: tuple[dict[str, Any], float] | None = None
         self._edges: deque[dict[str, Any]] = deque(maxlen=MOST_EVENTS)
+
+        async def zeroed(value: float) -> None:
+            self._show_edge()
+            await keep_zero(float(value))
+
+        # Blocking: a client's write is complete only when the daemon has kept the zero.
         self._zero = builder.aOut(
             f"{prefix}{ZERO}",
             EGU="deg",
             PREC=7,
             ASG="CONTROL",
             initial_value=0.0,
-            on_update=lambda _: self._show_edge(),
+            on_update=zeroed,
+            blocking=True,
         )
         self._latest: tuple[dict[str, Any], float] | None = None
         self._device_alarms: list[str] = []
@@ -213,6 +226,11 @@ class Records:
         # waveforms.
         for field, record in self._probe.items():
             record.set(float(event[field]) + zero.get(field, 0.0), timestamp=recorded_s)
+
+    def zero(self, zero_deg: float) -> None:
+        """Set the PV Zero to the angle at the index that the daemon keeps, degrees."""
+        self._zero.set(zero_deg, process=False)
+        self._show_edge()
 
     def machine_alarms(self, names: list[str], recorded_s: float) -> None:
         """Set the PV of the alarms: first the device's own alarms, then the parameters with an

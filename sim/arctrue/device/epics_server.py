@@ -81,7 +81,14 @@ def serve_pvs(
     async def capture() -> str:
         return await _in_thread(lambda: _capture(find, report))
 
-    records = Records(prefix, capture)
+    # A zero that was written while no daemon answered; the next connection sends it.
+    unsent: list[float] = []
+
+    async def keep_zero(zero_deg: float) -> None:
+        unsent[:] = [zero_deg]
+        await _in_thread(lambda: _send_zero(find(), unsent, report))
+
+    records = Records(prefix, capture, keep_zero)
     with TemporaryDirectory() as folder:
         file = Path(folder) / "access.acf"
         write_whole_text(file, access_text(allow_control=allow_control))
@@ -95,14 +102,33 @@ def serve_pvs(
         daemon = find()
         try:
             if daemon is not None:
-                _follow(daemon, records)
+                _follow(daemon, records, unsent, report)
         except ConsoleError as error:
             report(str(error))
         records.connected(False, time.time())
         time.sleep(_AGAIN_S)
 
 
-def _follow(daemon: Announcement, records: Records) -> None:
+def _send_zero(
+    daemon: Announcement | None, unsent: list[float], report: Callable[[str], None]
+) -> str:
+    """Send the daemon the zero that waits in ``unsent``, which keeps it if no daemon answers;
+    return an empty text."""
+    if daemon is not None and unsent:
+        try:
+            ask(daemon, "zero", degrees=unsent[0])
+            unsent.clear()
+        except ConsoleError as error:
+            report(str(error))
+    return ""
+
+
+def _follow(
+    daemon: Announcement,
+    records: Records,
+    unsent: list[float],
+    report: Callable[[str], None],
+) -> None:
     """Set the PVs to the daemon's events until the daemon ends. Raises ConsoleError."""
     watch = Watch(daemon, latest=1)
     try:
@@ -111,7 +137,10 @@ def _follow(daemon: Announcement, records: Records) -> None:
             event = watch.event(_EVENT_S)
             if event is not None:
                 records.show(event["telemetry"], event["recorded_s"])
+        _send_zero(daemon, unsent, report)
         state = ask(daemon, "status")
+        if not unsent:
+            records.zero(float(state["zero_deg"]))
         records.machine_alarms(list(state["machine_alarms"]), time.time())
         records.connected(bool(state["connected"]), time.time())
         while True:
@@ -124,6 +153,8 @@ def _follow(daemon: Announcement, records: Records) -> None:
                 records.connected(bool(event["state"]["connected"]), event["recorded_s"])
             elif event["event"] == "probe":
                 records.edge(event, event["recorded_s"])
+            elif event["event"] == "zero":
+                records.zero(float(event["state"]["zero_deg"]))
             elif event["event"] == "life":
                 names = list(event["state"]["machine_alarms"])
                 records.machine_alarms(names, event["recorded_s"])

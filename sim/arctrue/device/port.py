@@ -8,7 +8,7 @@ import os
 from contextlib import suppress
 from typing import TYPE_CHECKING, Protocol
 
-from arctrue.base.extras import LazyModule
+from arctrue.base.extras import LazyModule, MissingExtraError
 from arctrue.device.exclusive_port import PORT_ERRORS, keep_others_out, let_others_in, other_users
 
 if TYPE_CHECKING:
@@ -47,10 +47,13 @@ class SerialTransport:
     def __init__(self, port: str, timeout_s: float, baud: int = BAUD) -> None:
         """Open ``port``, a device or a URL of pyserial.
 
-        Raises ConsoleError, which names the program that uses the port if the system reveals it.
+        Raises ConsoleError, which names the program that uses the port if the system reveals it,
+        and MissingExtraError without pyserial.
         """
         try:
             self._serial = serial.serial_for_url(port, baud, timeout=timeout_s, exclusive=True)
+        except MissingExtraError:
+            raise
         except PORT_ERRORS as error:
             raise _not_opened(port, error) from error
         if users := other_users(port):

@@ -122,7 +122,7 @@ class Recorder:
         self._add_what_older_files_lack()
         self._last_id = self._one("SELECT coalesce(max(id), 0) FROM turn")
         self._since_retention = 0
-        self._clocks = (clock(), monotonic())
+        self._clocks = self._started = (clock(), monotonic())
         self._state_a_clock_behind_the_record()
 
     def _add_what_older_files_lack(self) -> None:
@@ -180,9 +180,14 @@ class Recorder:
 
     def apply_retention(self) -> None:
         """Delete the oldest turns until both limits are satisfied, but no turn above ``deletable``
-        and never the latest turn."""
+        and never the latest turn.
+
+        A clock that jumps ahead makes no turn older.
+        """
         if self._retention.days is not None:
-            before = _utc(self._clock() - self._retention.days * _DAY_S)
+            started_s, at_start_s = self._started
+            now_s = min(self._clock(), started_s + self._monotonic() - at_start_s)
+            before = _utc(now_s - self._retention.days * _DAY_S)
             while self._delete_oldest("AND recorded < ?", before):
                 pass
         if self._retention.megabytes is not None:

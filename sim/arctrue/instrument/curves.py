@@ -54,10 +54,21 @@ class Curves(Protocol):
 class TableCurves:
     """Computes the exact geometry of a moving table at knots.
 
-    ``clock_hz`` is the number of clocks in a second of the table's time. The instrument
-    interpolates between knots with a cubic. The distance of the knots is halved while the cubic
-    deviates from the geometry by more than INTERPOLATION_TOLERANCE_COUNTS at one of 64 random
-    clocks of a piece. At a distance of one clock the result is exact.
+    The instrument interpolates between knots with a cubic. The distance of the knots is halved
+    while the cubic deviates from the geometry by more than INTERPOLATION_TOLERANCE_COUNTS at one of
+    64 random clocks of a piece. At a distance of one clock the result is exact.
+
+    Parameters
+    ----------
+    table : RotaryTable
+        The table with its causes.
+    motion : Motion
+        Its motion.
+    clock_hz : float
+        Number of clocks in a second of the table's time.
+    knot_clocks : int, optional
+        Number of clocks between two knots; by default the largest power of two, up to 4096, in
+        which the table travels at most 16 counts.
     """
 
     def __init__(
@@ -67,9 +78,7 @@ class TableCurves:
         clock_hz: float,
         knot_clocks: int | None = None,
     ) -> None:
-        """Store a table and its motion. ``knot_clocks`` is the number of clocks between two knots;
-        by default the largest power of two, up to 4096, in which the table travels at most 16
-        counts.
+        """Store a table and its motion.
 
         Raises UnhonouredCauseError for a cause that acts on a quantity other than the lines and
         their signals, for example a loss of counts: :class:`PinFault` simulates it.

@@ -48,6 +48,11 @@ class Firmware:
 
     Every register access of the firmware is made on the simulated bus and takes its clocks. A
     calculation takes ``calculation_clocks`` between reading a bank and using the result.
+
+    Parameters
+    ----------
+    instrument : Core
+        The core on whose bus the firmware makes its accesses.
     """
 
     def __init__(self, instrument: Core) -> None:
@@ -97,7 +102,7 @@ class Firmware:
         name : str
             Name of the parameter.
         value : float
-            Its value, as the command ``set`` of the console takes it.
+            Its value, in the unit in which the command ``set`` of the console takes it.
 
         Raises
         ------

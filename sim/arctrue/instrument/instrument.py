@@ -48,8 +48,23 @@ def clock_hz_for(counts_per_rev: int, speed_rad_s: float, clocks_per_count: floa
 class Instrument(CoreOnBus):
     """One virtual instrument, used as a context manager; its library is built on first use.
 
-    ``clock_hz``: clocks of the gateware per second of table time. A value below the real 100 MHz
-    needs fewer clocks for the same motion of the table, see :func:`clock_hz_for`.
+    Parameters
+    ----------
+    lanes : int, optional
+        Number of lanes of the core.
+    capture_depth : int, optional
+        Number of samples of a capture bank.
+    clock_hz : float, optional
+        Clocks of the gateware per second of table time. A value below the real 100 MHz needs fewer
+        clocks for the same motion of the table, see :func:`clock_hz_for`.
+    generics : mapping of str to int or str, optional
+        Further generics of arctrue_core, by name.
+    report_run : callable, optional
+        Receives the progress of a run.
+    progress_every_s : float, optional
+        Seconds between two reports of the progress.
+    report_step : callable, optional
+        Receives a sentence for each step of the build.
     """
 
     def __init__(
@@ -63,11 +78,7 @@ class Instrument(CoreOnBus):
         progress_every_s: float = 5.0,
         report_step: ReportStep | None = None,
     ) -> None:
-        """Build and load the library of the instrument. ``generics``: further generics of
-        arctrue_core.
-
-        Raises InstrumentError.
-        """
+        """Build and load the library of the instrument. Raises InstrumentError."""
         library = load(build(lanes, capture_depth, generics=generics, report_step=report_step))
         super().__init__(library, clock_hz, report_run, progress_every_s)
         self._recorded_counts_per_rev = 0

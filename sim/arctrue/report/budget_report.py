@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -11,6 +10,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from arctrue.metrology.budget import BY_ANGLE_DEG, COVERAGE, Budget
+from arctrue.report.budget_text import freedom, outcome
 from arctrue.report.document import Block, Document, Picture, Rows, Text, write_document
 from arctrue.report.numbers import decimal
 from arctrue.report.svg import AFTER, house_style
@@ -34,21 +34,6 @@ def budget_rows(budget: Budget) -> list[list[str]]:
         ]
         for one in budget.contributions
     ]
-
-
-def freedom(value: float) -> str:
-    """Return degrees of freedom as text."""
-    return "∞" if math.isinf(value) else f"{value:.0f}"
-
-
-def outcome(budget: Budget) -> str:
-    """Return one sentence that states the combined and the expanded uncertainty."""
-    lacking = "; at least, because contributions are not stated" if budget.missing else ""
-    return (
-        f"u = {budget.u_arcsec:.4f}″, νeff = {freedom(budget.degrees_of_freedom)}, "
-        f"U = {budget.expanded_arcsec:.4f}″ (k = 2{lacking}); "
-        f"95.45 % needs k = {budget.coverage_factor:.2f}"
-    )
 
 
 def _by_angle(u_arcsec: NDArray[np.float64]) -> Figure:

@@ -8,13 +8,13 @@ from typing import Any
 
 from markupsafe import Markup
 
+from arctrue.base.extras import needs_extras
 from arctrue.base.figures import figure, probability, with_uncertainty
 from arctrue.base.whole_file import write_whole_text
 from arctrue.metrology.life.change import FEWEST_SETS, Change
 from arctrue.metrology.life.forecast import Forecast
 from arctrue.metrology.life.history import LifeHistory
 from arctrue.report.charts.life_chart import day_name, life_chart
-from arctrue.report.charts.matplotlib_chart import chart_svg
 from arctrue.report.html_templates import html_environment
 
 PAGE = "life.html"
@@ -155,8 +155,12 @@ def write_life_page(history: LifeHistory, folder: Path, *, command: str) -> Path
     """Write life.html, which needs no other file. ``command``: the command line that makes the page
     again.
 
-    Raises OSError.
+    Raises OSError, and MissingExtraError without matplotlib.
     """
+    # Sentences and data need no matplotlib, which the extra page installs.
+    with needs_extras():
+        from arctrue.report.charts.matplotlib_chart import chart_svg
+
     rows = [
         (
             one.name,

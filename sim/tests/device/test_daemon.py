@@ -10,6 +10,7 @@ import socket
 import sqlite3
 import stat
 import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -42,7 +43,7 @@ from sim.tests.device.daemon_process import (
 from arctrue.device.announcement import FOLDER_VARIABLE, Announcement, announce, announced
 from arctrue.device.connection import Watch, ask, console_through, daemon_at
 from arctrue.device.console import ConsoleError
-from arctrue.device.daemon.captures import drop_oldest
+from arctrue.device.daemon.captures import drop_oldest, mark_latest
 from arctrue.device.daemon.console_rights import refusal_of
 from arctrue.measurement import read_measurement_set
 
@@ -340,9 +341,23 @@ def test_captures_are_taken_on_a_schedule(device: Device, tmp_path: Path) -> Non
 def test_the_oldest_captures_are_deleted_and_other_folders_stay(tmp_path: Path) -> None:
     for name in ("20260101T000000Z-alarm", "20260102T000000Z-2-schedule", "20260103T000000Z-asked"):
         (tmp_path / name).mkdir()
+        mark_latest(tmp_path / name)
     (tmp_path / "mine").mkdir()
     drop_oldest(tmp_path, 1)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["20260103T000000Z-asked", "mine"]
+
+
+def test_a_capture_after_the_clock_was_set_back_is_not_the_oldest(tmp_path: Path) -> None:
+    """The system's clock sets the time of a folder and the time in its name. After the clock was
+    set back by a year, both are earlier than those of the captures before."""
+    taken = ["20270101T000000Z-alarm", "20260101T000000Z-asked", "20260101T000100Z-schedule"]
+    for number, name in enumerate(taken):
+        (tmp_path / name).mkdir()
+        back_s = 1.8e9 - 3.15e7 * (number > 0) + 60.0 * number
+        os.utime(tmp_path / name, (back_s, back_s))
+        mark_latest(tmp_path / name)
+        drop_oldest(tmp_path, 2)
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(taken[1:])
 
 
 def test_systemd_hears_that_it_is_ready_and_alive(
@@ -392,6 +407,19 @@ def test_systemd_accepts_the_unit(tmp_path: Path) -> None:
     )
     complaints = [line for line in done.stderr.splitlines() if "arctrue-device" in line]
     assert complaints == []
+
+
+def test_a_program_in_a_home_folder_is_no_program_of_a_service(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The unit hides home folders from the service and gives it a user of its own."""
+    monkeypatch.setattr(sys, "executable", "/home/anna/venv/bin/python")
+    done = arctrue("device", "unit", tmp_path)
+    assert done.exit_code == 0, done.output
+    said = " ".join(done.stderr.split())
+    assert "/home/anna/venv/bin/arctrue: a service cannot read home folders" in said
+    monkeypatch.setattr(sys, "executable", "/opt/arctrue/bin/python")
+    assert arctrue("device", "unit", tmp_path).stderr == ""
 
 
 def test_the_unit_and_the_rule_name_this_program_and_one_link(tmp_path: Path) -> None:

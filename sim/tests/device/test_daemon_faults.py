@@ -162,6 +162,25 @@ def test_a_second_daemon_is_refused(replay: Replay, tmp_path: Path) -> None:
         assert kept(tmp_path / "first", 1) == [1]
 
 
+def test_a_second_device_needs_a_store_of_its_own(replay: Replay, tmp_path: Path) -> None:
+    """Two daemons of two devices do not write into one record. A killed daemon leaves its store
+    free."""
+    other = Replay()
+    words = [sys.executable, "-c", PROGRAM, "device", "run", other.port]
+    words += ["--store", str(tmp_path), "--tcp-port", "0"]
+    with daemon(replay.port, tmp_path) as running:
+        done = subprocess.run(words, capture_output=True, text=True, check=False, timeout=60)
+        assert done.returncode == 2
+        owner = f"arctrue device run {replay.port} (process {running.process.pid})"
+        said = " ".join(done.stderr.split())
+        assert f"{tmp_path}: is in use by {owner}; name another folder: --store" in said
+        other.turn(7)
+        replay.turn(1)
+        assert kept(tmp_path, 1) == [1]
+    with daemon(other.port, tmp_path):
+        pass
+
+
 SMALL_DISC = """
 import resource
 resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, resource.RLIM_INFINITY))
@@ -306,6 +325,29 @@ def test_the_record_keeps_to_its_limits(tmp_path: Path) -> None:
     recorder.apply_retention()
     recorder.close()
     assert numbers(file) == [2000]
+
+
+def test_a_clock_that_jumps_ahead_deletes_no_turn(tmp_path: Path) -> None:
+    """A clock that is a year ahead for an hour makes no turn older than the limit of one day."""
+    wall_s, steady_s = [1.0e9], [50.0]
+    file = tmp_path / "turns.sqlite"
+    recorder = Recorder(file, Retention(1.0), lambda: wall_s[0], lambda: steady_s[0])
+
+    def wait(seconds: float, set_by_s: float = 0.0) -> None:
+        steady_s[0] += seconds
+        wall_s[0] += seconds + set_by_s
+        recorder.add(TelemetryLine({"turn": len(kept_turns), "result": "kept", "reason": "none"}))
+        kept_turns.append(len(kept_turns))
+        recorder.apply_retention()
+
+    kept_turns: list[int] = []
+    for seconds, set_by_s in ((60.0, 0.0), (60.0, 3.15e7), (3600.0, 0.0), (60.0, -3.15e7)):
+        wait(seconds, set_by_s)
+        assert numbers(file) == kept_turns
+    wait(2 * 86_400.0)
+    recorder.close()
+    # The turns with a date in the future stay until this date; the others were too old.
+    assert numbers(file) == [1, 2, 4]
 
 
 def test_a_deeply_nested_request_is_no_request() -> None:

@@ -185,6 +185,23 @@ def test_edges_of_the_probe_count_from_the_zero_of_a_motor_record(
         shows("ProbeAngle", lambda found: found.data[0] == 167.5)
 
 
+def test_the_zero_of_a_motor_record_outlives_both_programs(
+    replay: Replay, tmp_path: Path, ports: dict[str, str]
+) -> None:
+    """A motor record writes its zero once, after its homing. Later servers of the PVs and later
+    daemons still have it; the record states when it was written."""
+    with daemon(replay.port, tmp_path), pvs(replay.port, "--allow-control"):
+        shows("Connected", lambda found: found.data[0] == 1)
+        client.write(f"{PREFIX}Zero", -12.5, notify=True, timeout=20.0, repeater=False)
+        assert ask(announcement(replay.port), "status")["zero_deg"] == -12.5
+    with daemon(replay.port, tmp_path), pvs(replay.port):
+        shows("Connected", lambda found: found.data[0] == 1)
+        assert read("Zero").data[0] == -12.5
+    with sqlite3.connect(tmp_path / "telemetry.sqlite") as database:
+        rows = database.execute("SELECT text FROM event WHERE kind = 'zero'").fetchall()
+    assert rows == [("the zero was set: the index is at -12.5°",)]
+
+
 def test_the_latest_events_are_waveforms(tmp_path: Path, ports: dict[str, str]) -> None:
     """The waveform PVs show the last 64 of 70 events, which come in two bursts; the record contains
     all 70."""

@@ -207,3 +207,13 @@ def test_a_folder_without_sets_is_refused(tmp_path: Path) -> None:
     done = life(tmp_path)
     assert done.exit_code == 2
     assert "holds no measurement sets" in " ".join(done.stderr.split())
+
+
+@pytest.mark.filterwarnings("error")
+def test_the_page_of_the_first_set_has_an_axis(tmp_path: Path) -> None:
+    """The page of a machine with one set, whose dates have no extent, is drawn without warnings."""
+    write_measurement_set(tmp_path / "sets" / "one", replace(small(1), date=BEGIN))
+    done = life(tmp_path / "sets", "--out", tmp_path / "page")
+    assert done.exit_code == 0, done.output
+    page = (tmp_path / "page" / "life.html").read_text(encoding="utf-8")
+    assert f"{BEGIN:%Y-%m-%d}" in page

@@ -1,4 +1,4 @@
-"""Tests that each public name's docstring describes arguments and exceptions in numpydoc
+"""Tests that each public name's docstring describes arguments, units and exceptions in numpydoc
 sections."""
 
 from __future__ import annotations
@@ -38,6 +38,15 @@ PACKAGES = (
 """Packages whose ``__all__`` the test reads."""
 SECTION = re.compile(r"^(\w[\w ]*)\n(-{3,})$", re.MULTILINE)
 ARRAYS = ("NDArray", "ArrayLike", "Float]", "Integer")
+NUMBERS = re.compile(r"\bfloat\b|ArrayLike|float64|\bFloat\b")
+"""Types of numbers that may have a unit."""
+UNIT_IN_NAME = re.compile(r"_(arcsec|deg|rad|s|c|m|hz|s2|counts|clocks)$|_per_rev$")
+UNIT_IN_TEXT = re.compile(
+    r"arcsec|°|″|degree|radian|second|\bs\b|count|turn|metre|\bm\b|hertz|\bHz\b|\bunits?\b"
+    r"|ratio|probability|factor|weight|±1|\+1|steps|clocks|correlation|number of",
+    re.IGNORECASE,
+)
+"""Words that state a unit, or that a number has none."""
 
 
 def sections(text: str) -> dict[str, str]:
@@ -113,8 +122,12 @@ def faults(what: Any) -> list[str]:
     described = sections(text)
     parameters = entries(described.get("Parameters", ""))
     if inspect.isclass(what):
-        if issubclass(what, Exception) or not dataclasses.is_dataclass(what):
+        if issubclass(what, Exception) or getattr(what, "_is_protocol", False):
             return found
+        if not dataclasses.is_dataclass(what):
+            made = inspect.signature(what.__init__).parameters if "__init__" in vars(what) else {}
+            wanted = {name: str(one.annotation) for name, one in made.items() if name != "self"}
+            return found + _of_parameters(wanted, parameters)
         wanted = {
             item.name: str(item.type)
             for item in dataclasses.fields(what)
@@ -135,7 +148,20 @@ def faults(what: Any) -> list[str]:
             found.append("no section Returns")
         if raised(what) and "Raises" not in described:
             found.append("raises, and no section Raises")
-    found += [f"no parameter {name}" for name in wanted if name not in parameters]
+    return found + _of_parameters(wanted, parameters)
+
+
+def _of_parameters(wanted: dict[str, str], parameters: dict[str, str]) -> list[str]:
+    """Return the faults of the described ``parameters``; ``wanted``: types by name."""
+    found = [f"no parameter {name}" for name in wanted if name not in parameters]
+    found += [
+        f"no unit of {name}"
+        for name, kind in wanted.items()
+        if name in parameters
+        and NUMBERS.search(kind)
+        and not UNIT_IN_NAME.search(name)
+        and not UNIT_IN_TEXT.search(parameters[name])
+    ]
     found += [f"there is no parameter {name}" for name in parameters if name not in {*wanted, ""}]
     found += [
         f"no shape of {name}"
@@ -177,13 +203,19 @@ def test_every_package_with_public_names_is_read() -> None:
 
 
 def test_the_check_sees_what_is_missing() -> None:
-    def bad(angle_deg: NDArray, count: int) -> int:  # type: ignore[name-defined]  # noqa: F821
+    def bad(
+        angle_deg: NDArray,  # type: ignore[name-defined]  # noqa: F821
+        level: float,
+        count: int,
+    ) -> int:
         """Do something.
 
         Parameters
         ----------
         angle_deg : ndarray
             Angles.
+        level : float
+            The level.
         other : int
             Not there.
         """
@@ -193,6 +225,7 @@ def test_the_check_sees_what_is_missing() -> None:
         "no section Returns",
         "raises, and no section Raises",
         "no parameter count",
+        "no unit of level",
         "there is no parameter other",
         "no shape of angle_deg",
     ]

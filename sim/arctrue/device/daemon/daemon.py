@@ -26,6 +26,8 @@ from arctrue.device.daemon.server import Server, turn_event
 from arctrue.device.daemon.service_manager import keep_alive, notify
 from arctrue.device.daemon.settings import DaemonSettings
 from arctrue.device.daemon.state import DaemonState
+from arctrue.device.daemon.store_lock import StoreLock
+from arctrue.device.daemon.zero import checked_zero, read_zero, write_zero
 from arctrue.device.lines import LineAssembler, TelemetryLine, is_telemetry, telemetry_of
 from arctrue.device.nexus_days import write_missing_days
 from arctrue.device.port import ConsoleError
@@ -45,7 +47,10 @@ class Daemon:
     """The daemon of one device. ``report`` receives a sentence for the log at each event."""
 
     def __init__(self, settings: DaemonSettings, report: Callable[[str], None]) -> None:
-        """Make the folder of the captures and open the record. Raises OSError or sqlite3.Error."""
+        """Make the folder of the captures, lock the store and open the record.
+
+        Raises ConsoleError if another daemon has the store, OSError or sqlite3.Error.
+        """
         self._settings, self._report = settings, report
         self.state = DaemonState(settings.port)
         self._lines = LineAssembler()
@@ -57,12 +62,15 @@ class Daemon:
             self._turns,
             lambda: self._capture("asked"),
             self._life,
+            self._zero,
         )
         self._probe = ProbeWatch(self._link.write, self._probed)
         settings.captures.mkdir(parents=True, exist_ok=True)
+        self._lock = StoreLock(settings.store, settings.port)
         self._in_files = None if settings.files is None else 0
         self._recorder: Recorder | None = self._opened_record()
         self.state.machine_alarms = read_machine_alarms(settings.machine_alarms)
+        self.state.zero_deg = read_zero(settings.zero)
         self._record_retry_s = 0.0
         self._last_line_s = time.monotonic()
         self._last_number = -1
@@ -98,6 +106,7 @@ class Daemon:
             self._link.close()
             if self._recorder is not None:
                 self._recorder.close()
+            self._lock.release()
 
     def _start(self, work: Any) -> None:
         task = asyncio.get_running_loop().create_task(work)
@@ -278,6 +287,18 @@ class Daemon:
         if texts:
             self._happened("life", f"history of the machine: {' '.join(texts)}")
         return {"alarms": len(given)}
+
+    def _zero(self, degrees: Any) -> dict[str, Any]:
+        """Keep the angle that another axis has at the index; return the answer to the request."""
+        try:
+            zero_deg = checked_zero(degrees)
+            write_zero(self._settings.zero, zero_deg)
+        except (ValueError, OSError) as error:
+            return {"error": f"the zero is not accepted: {error}"}
+        if zero_deg != self.state.zero_deg:
+            self.state.zero_deg = zero_deg
+            self._happened("zero", f"the zero was set: the index is at {zero_deg:g}°")
+        return {"zero_deg": zero_deg}
 
     def _capture_for_alarm(self) -> None:
         now = time.monotonic()

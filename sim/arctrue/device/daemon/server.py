@@ -1,8 +1,8 @@
 """Serves events to any number of watchers, and the console to one operator at a time, over TCP.
 
 The first line of a client is JSON: ``ask`` (``watch``, ``console``, ``status``, ``capture``,
-``life``) and ``token``. The first line of the answer is JSON too: ``{"error": …}`` or the requested
-data. The same port answers the HTTP request ``GET /metrics``.
+``life``, ``zero``) and ``token``. The first line of the answer is JSON too: ``{"error": …}`` or the
+requested data. The same port answers the HTTP request ``GET /metrics``.
 """
 
 from __future__ import annotations
@@ -47,16 +47,19 @@ class Server:
         turns: Callable[[int, int], list[RecordedTurn]],
         capture: Answer,
         life: Callable[[Any], dict[str, Any]],
+        zero: Callable[[Any], dict[str, Any]],
     ) -> None:
         """Store the callbacks: ``write`` sends bytes to the device; ``capture`` captures a turn.
 
-        ``life`` takes the alarms of a machine's history and returns the answer.
+        ``life`` takes the alarms of a machine's history and returns the answer; ``zero`` takes the
+        angle of another axis at the index, degrees.
 
         ``turns`` reads the latest turns of the record; its arguments are the largest number of
         turns and the id after which they begin.
         """
         self._settings, self._state = settings, state
-        self._write, self._turns, self._capture, self._life = write, turns, capture, life
+        self._write, self._turns, self._capture = write, turns, capture
+        self._life, self._zero = life, zero
         self._watchers: set[Writer] = set()
         self._operator: Writer | None = None
         self._line_begun, self._refusals = False, b""
@@ -157,8 +160,10 @@ class Server:
             writer.write(_line(await self._capture()))
         elif asked == "life":
             writer.write(_line(self._life(request.get("alarms"))))
+        elif asked == "zero":
+            writer.write(_line(self._zero(request.get("degrees"))))
         else:
-            known = "watch, console, status, capture or life"
+            known = "watch, console, status, capture, life or zero"
             writer.write(_line({"error": f"no request {str(asked)[:40]!r}; expected {known}"}))
 
     async def _http(

@@ -49,6 +49,11 @@ class DaemonSettings:
         return self.store / "machine_alarms.json"
 
     @property
+    def zero(self) -> Path:
+        """Return the path of the file with the zero of another axis, for the next start."""
+        return self.store / "zero.json"
+
+    @property
     def captures(self) -> Path:
         """Return the folder of the captures."""
         return self.store / "captures"

@@ -37,6 +37,8 @@ class DaemonState:
     machine_alarms: dict[str, str] = field(default_factory=dict)
     """Alarms that ``arctrue life`` sent: the name of the parameter and the sentence about its
     limit."""
+    zero_deg: float = 0.0
+    """Angle in degrees that another axis, such as a motor record, has at the index."""
     latest: dict[str, Any] | None = None
     """Telemetry of the latest turn, with ``id`` and ``recorded_s``."""
 

@@ -86,8 +86,10 @@ def _panel(history: LifeHistory, series: Series, found: Forecast | None) -> Pane
                 "change" if number == 0 else "", QUIET, dash="dot",
             )
         )  # fmt: skip
-    ticks = [(float(day), day_name(day)) for day in np.linspace(first, end, TICKS)]
-    margin = MARGIN * (end - first)
+    # A single set has one date and an axis of one day.
+    places = np.linspace(first, end, TICKS) if end > first else [first]
+    ticks = [(float(day), day_name(day)) for day in places]
+    margin = MARGIN * (end - first) or span
     return Panel(
         Axis("date of the set", ticks=ticks, reach=(first - margin, end + margin)),
         Axis("size", series.unit),

@@ -55,7 +55,17 @@ class Result:
 
 
 class Store:
-    """Context manager that appends the results of one shard to a campaign's folder."""
+    """Context manager that appends the results of one shard to a campaign's folder.
+
+    Parameters
+    ----------
+    folder : Path
+        The campaign's folder.
+    header : mapping of str to object
+        Values that identify the campaign and the state of the code.
+    shard : str, optional
+        Ending of the names of this shard's files.
+    """
 
     def __init__(self, folder: Path, header: Mapping[str, Any], shard: str = "") -> None:
         """Open or create the folder.

@@ -18,7 +18,7 @@ def bessel_deviation(values: NDArray[np.float64]) -> NDArray[np.float64]:
     Parameters
     ----------
     values : ndarray
-        Values of all cycles, shape (cycles, faces).
+        Values of all cycles in any unit, shape (cycles, faces).
 
     Returns
     -------

@@ -1,0 +1,34 @@
+"""Keeps the zero that another axis, such as a motor record, shares with the device after its
+homing."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from arctrue.base.whole_file import write_whole_text
+
+
+def checked_zero(degrees: Any) -> float:
+    """Return the angle at the index in degrees. Raises ValueError unless it is a finite number."""
+    if isinstance(degrees, bool) or not isinstance(degrees, int | float):
+        raise ValueError(f"expected a number of degrees, found {degrees!r}")
+    if not math.isfinite(degrees):
+        raise ValueError(f"expected a finite number of degrees, found {degrees}")
+    return float(degrees)
+
+
+def read_zero(file: Path) -> float:
+    """Return the zero that an earlier daemon kept, degrees; 0 if the file is missing or damaged."""
+    try:
+        return msgspec.json.decode(file.read_bytes(), type=float)
+    except (OSError, msgspec.MsgspecError):
+        return 0.0
+
+
+def write_zero(file: Path, zero_deg: float) -> None:
+    """Write the zero to the file, for a later daemon. Raises OSError."""
+    write_whole_text(file, msgspec.json.encode(zero_deg).decode())
