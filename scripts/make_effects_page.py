@@ -108,7 +108,8 @@ def _compensation(effects: dict[str, type[Effect]]) -> list[str]:
         "temperature at which the set has no run. The figures are RMS values in arcseconds.",
         "*Remains* refers to the whole error, which contains the eccentricity of the disc.",
         "Direction and speed are constant in each of the two turns; for `MODULATORS` the script",
-        "therefore uses one value of direction and speed per turn.",
+        "therefore uses one value of direction and speed per turn. For effects that move axis or",
+        "disc, it also calibrates the weighted mean of four heads ([heads](heads.md)).",
         "",
         "| Effect | Simulated | Adds to the error of head 1 | Remains, effect not in the model "
         "| Remains, effect in the model | Corrected by |",
@@ -122,6 +123,8 @@ def _compensation(effects: dict[str, type[Effect]]) -> list[str]:
             )
             continue
         words = TAKEN[row["taken_away_by"]]
+        if "left_in_mean_arcsec" in row:
+            words += f"; {TAKEN['the mean']}: {row['left_in_mean_arcsec']:.3f}″ remain"
         figures = " | ".join(
             f"{row[key]:.3f}" for key in ("part_arcsec", "left_without_arcsec", "left_with_arcsec")
         )

@@ -8,7 +8,8 @@ a temperature that was never measured. The true error comes from the table's geo
 any model. An effect whose file declares ``modulators`` is exported for a gateware with MODULATORS.
 Direction and speed are constant in each of these turns; the Python model of ``amplitude_sweep``
 multiplies each lane's amplitude by the direction or by the speed. The harmonic that the effect
-periodic_error finds is exported for a gateware with REAL_ORDERS.
+periodic_error finds is exported for a gateware with REAL_ORDERS. The effects of OF_THE_MEAN are
+also simulated on a table with four heads, whose weighted mean is calibrated from the same runs.
 
 Run ``python -m scripts.measure_taken_away``, which takes some minutes. The script writes
 docs/data/taken_away.json, from which ``python -m scripts.make_effects_page`` makes docs/effects.md.
@@ -28,11 +29,14 @@ from numpy.typing import NDArray
 
 from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.base.whole_file import write_whole_text
+from arctrue.calibration.heads_calibration import calibrate_mean
 from arctrue.gateware.amplitude_sweep import Modulators, modulated
 from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.mean_set import OFFSET_ONE, WEIGHT_ONE
 from arctrue.gateware.table_conditions import MODULATOR_ONE
 from arctrue.generated.number_formats import LANES_DEFAULT
 from arctrue.report.taken_away_table import STORED, stored
+from arctrue.studies.revolution import FOUR_PLACES_DEG
 from arctrue.studies.simulate.experiment import (
     SLOW_RAD_S,
     Experiment,
@@ -73,6 +77,10 @@ SETTINGS: dict[str, dict[str, object]] = {
 """Settings of an effect in the model: the simulated gear is eccentric, which causes the orders next
 to the tooth count."""
 
+OF_THE_MEAN = ("radial_error_motion", "bearing_ball_pass", "thermal_eccentricity")
+"""Effects that move the axis or the disc's centre: the weighted mean of the heads does not contain
+them."""
+
 
 def measured_effects() -> list[str]:
     """Return the names of the effects that a simulated table can have; an effect of a mount's
@@ -97,12 +105,16 @@ class Measured:
     """Error that remains after the lanes of a model with the effect."""
     taken_away_by: str
     """Part of the system that corrects the effect, as the export states."""
+    left_in_mean_arcsec: float | None = None
+    """Error that remains in the calibrated weighted mean of four heads; None: not measured."""
 
     def data(self) -> dict[str, Any]:
-        """Return the result as values for JSON, rounded to a thousandth of an arcsecond."""
+        """Return the measured results as values for JSON, rounded to a thousandth of an
+        arcsecond."""
         return {
             key: round(value, 3) if isinstance(value, float) else value
             for key, value in asdict(self).items()
+            if value is not None
         }
 
 
@@ -130,7 +142,24 @@ def measure(name: str, seed: int = SEED) -> Measured:
         base = replace(base, effects=[entry for entry in base.effects if entry.name != name])
     without, _ = _left(base, made, fresh, error, name)
     left, by = _left(grown, made, fresh, error, name)
-    return Measured(name, simulated, float(part.std()), without, left, by)
+    in_mean = left_in_mean_arcsec(name, fresh, seed) if name in OF_THE_MEAN else None
+    return Measured(name, simulated, float(part.std()), without, left, by, in_mean)
+
+
+def left_in_mean_arcsec(name: str, fresh: Conditions, seed: int = SEED) -> float:
+    """Calibrate the weighted mean of a table with four heads and the effect ``name``; return the
+    RMS error of this mean in the judged turns."""
+    wanted = Wanted(name, REGISTRY[name].high)
+    made = simulate_set([wanted], _experiment(name), seed, head_places_deg=FOUR_PLACES_DEG)
+    coefficients = calibrate_mean(made.measurement).coefficients
+    assert coefficients.extension is not None
+    mean = coefficients.extension.mean
+    assert mean is not None
+    readings = np.stack([made.table.reading_rad(head, fresh) for head in range(mean.heads)])
+    after_index = readings / made.table.count_rad - np.array(mean.offsets)[:, None] / OFFSET_ONE
+    output = np.array(mean.weights) / WEIGHT_ONE @ after_index
+    output -= coefficients.error_counts(after_index[mean.carrier - 1])
+    return float(((output * made.table.count_rad - fresh.angle_rad) * ARCSEC_PER_RAD).std())
 
 
 def _experiment(name: str) -> Experiment:

@@ -11,6 +11,10 @@
 -- **Dead zone.** The place does not change while the table moves back and forth by up to `dead_zone` counts (a play
 -- operator in front of the stop operator).
 --
+-- **In a servo's loop.** A lane of order 0 with amplitude a and the modulator h corrects a reversal error of 2·a. After a
+-- reversal the output changes by at most 2·a in addition to the table's motion, and in proportion to this motion: its
+-- velocity is between 1 - a/W and 1 + a/W times the velocity of the table. Export and firmware refuse a/W >= 1/2.
+--
 -- **Unknown.** At reset, and after a change of `width`, the place is unknown: it may be anywhere from -width to width.
 -- Two operators begin at these ends; once their places are equal, the place is known. That takes at most 2·width counts
 -- of motion to one side, plus the dead zone.

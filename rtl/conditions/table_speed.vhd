@@ -32,6 +32,10 @@
 -- **Lag.** The mean of a window is half a window old when the window ends, and one and a half windows old when the next
 -- window ends: 0.08 to 0.25 ms at 100 MHz, plus a period of A and B; the division adds 3 µs at the most.
 --
+-- **In a servo's loop.** Lanes that correct a latency τ add τ times the measured speed to the output. For a vibration of
+-- frequency f up to 1 / (8 windows), 760 Hz at 100 MHz, the amplitude of the output is at most 1 + 2πfτ times that of
+-- the table, and its phase leads by at most asin(2πfτ): for τ = 20 µs and 500 Hz 1.06 times and 3.6°.
+--
 -- **Range.** The entity measures speeds from one period of A and B in 168 ms up to one count per clock.
 --
 -- **Latency.** 3 clocks from `position` and `correction` to the outputs, which keep their values until the next

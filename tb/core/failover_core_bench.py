@@ -8,11 +8,13 @@ also check that the output never makes a step, and that the mean without the hea
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from typing import Any
 
 import cocotb
 import numpy as np
 from cocotb.triggers import ClockCycles, RisingEdge
+from numpy.typing import NDArray
 
 from arctrue.gateware.mean_set import WEIGHT_ONE, MeanSet
 from arctrue.gateware.parity_sum import PARITY_LSB_COUNTS, parity_weights
@@ -233,6 +235,24 @@ async def a_head_that_is_too_fast_is_left_out(dut: Any) -> None:
 
 
 @cocotb.test()
+async def a_head_whose_counts_the_filter_suppresses_is_left_out(dut: Any) -> None:
+    """A head is left out when the glitch filter suppresses its counts: its signals are faster than
+    the filter permits, while the other heads pass the filter.
+
+    The head counts every two clocks, so that A and B change every four clocks; the filter needs six
+    equal samples. The decoder reports the fault after four suppressed counts.
+    """
+    machine = await guarded(dut, illegal=0, overspeed=0)
+    await machine.registers.write("filter_length", 6)
+    await machine.turn(60)
+    head = 2
+    began = len(machine.corrected)
+    machine.bursts[head - 1] = 400
+    most = 6 * 8 + DECODER_CLOCKS + LOAD_CLOCKS + SWAP_WAITS
+    await left_out(machine, head, "swallowed", began, most, share(head) * most / 2)
+
+
+@cocotb.test()
 @cocotb.parametrize(acceleration=[0, 0xFFFF_FFFF])
 async def a_failover_obeys_the_limits_of_the_ramp(dut: Any, acceleration: int) -> None:
     """The failover removes the error that the slip of the failed head has added to the output (more
@@ -240,8 +260,7 @@ async def a_failover_obeys_the_limits_of_the_ramp(dut: Any, acceleration: int) -
 
     With acceleration 0 the velocity is `ramp_rate` at once. Otherwise the velocity changes every
     256 clocks, and ½·a·(t + 256)² limits the change after t clocks; with the largest acceleration
-    this limit is below 0.02 counts in this test. The bound is twice that of check_mean(), for the
-    roundings at the first and at each further clock.
+    this limit is below 0.02 counts in this test.
     """
     machine = await guarded(dut)
     await machine.registers.write("ramp_rate", RAMP_RATE)
@@ -251,21 +270,63 @@ async def a_failover_obeys_the_limits_of_the_ramp(dut: Any, acceleration: int) -
     right = float(np.median(machine.error(len(machine.corrected) - 500, LATENCY + POSITION_CLOCKS)))
     machine.bursts[head - 1] = -slip
     await until_changed(machine, 2 * slip + DECODER_CLOCKS + 20 + LOAD_CLOCKS + SWAP_WAITS)
+    error = await obeys_the_ramp(machine, share(head) * slip, acceleration, set_of(head))
+    off, left = abs(error[0] - right), abs(float(np.median(error[-200:])) - right)
+    dut._log.info(f"off by {off:.1f}, then {left:.1f} counts")
+    assert off > 10.0
+    if not acceleration:
+        assert left <= 2.0 * mean_bound(set_of(head))
+
+
+async def obeys_the_ramp(
+    machine: Table, counts: float, acceleration: int, mean: MeanSet
+) -> NDArray[np.float64]:
+    """Check that the output moves by ``counts`` to ``mean`` no faster than velocity and
+    acceleration of the ramp permit; return the errors of the output.
+
+    The bound is twice that of check_mean(), for the roundings at the first and at each further
+    clock.
+    """
     began = len(machine.corrected)
-    await ClockCycles(dut.clock, round(share(head) * slip / RAMP_COUNTS_A_CLOCK) + 300)
+    await ClockCycles(machine.dut.clock, round(counts / RAMP_COUNTS_A_CLOCK) + 300)
     error = machine.error(began, LATENCY + POSITION_CLOCKS)
     after = np.arange(error.size)
-    rounding = 2.0 * mean_bound(set_of(head))
     most = after * RAMP_COUNTS_A_CLOCK
     if acceleration:
         most = np.minimum(most, 0.5 * acceleration * 2.0**-59 * (after + 256.0) ** 2)
     moved = np.abs(error - error[0])
-    off, left = abs(error[0] - right), abs(float(np.median(error[-200:])) - right)
-    dut._log.info(f"off by {off:.1f}, then {left:.1f} counts; {np.max(moved - most):.2f} beyond")
-    assert off > 10.0
-    assert np.all(moved <= most + rounding)
+    machine.dut._log.info(f"{np.max(moved - most):.2f} counts beyond the ramp")
+    assert np.all(moved <= most + 2.0 * mean_bound(mean))
+    return error
+
+
+@cocotb.test()
+@cocotb.parametrize(acceleration=[0, 0xFFFF_FFFF])
+async def a_return_obeys_the_limits_of_the_ramp(dut: Any, acceleration: int) -> None:
+    """The return of a head moves the output no faster than the ramp permits.
+
+    The offset of the head in the set of all heads is 60 counts too large, so that the output moves
+    by 60 counts times the head's weight at the return.
+    """
+    machine = await guarded(dut)
+    names = machine.registers
+    await names.write("ramp_rate", RAMP_RATE)
+    await names.write("ramp_acceleration", acceleration)
+    head, wrong = 3, 60
+    offsets = list(set_of(0).offsets)
+    offsets[head - 1] += 16 * wrong
+    mean = replace(set_of(0), offsets=tuple(offsets))
+    await names.write_set(0, lanes_of(mean), mean)
+    await illegal_step(machine, head)
+    await until_changed(machine, DECODER_CLOCKS + LOAD_CLOCKS + SWAP_WAITS)
+    await names.clear_interrupts()
+    await names.write_raw("heads_command", 1 << (8 + head - 1))
+    await until_changed(machine, (COUNTS + 60) * CLOCKS_PER_COUNT + LOAD_CLOCKS)
+    assert await names.read("heads_status.set") == 0
+    error = await obeys_the_ramp(machine, share(head) * wrong, acceleration, mean)
     if not acceleration:
-        assert left <= rounding
+        moved = abs(float(np.median(error[-200:])) - error[0])
+        assert abs(moved - share(head) * wrong) <= 2.0 * mean_bound(mean)
 
 
 @cocotb.test()

@@ -22,7 +22,14 @@ from arctrue.workbench.model.growth import fitted
 from arctrue.workbench.model.model import ModelEffect, default_model
 from arctrue.workbench.model.model_file import write_model
 from arctrue.workbench.observations.build import observations_of
-from scripts.measure_taken_away import measure, measured_effects
+from scripts.measure_taken_away import (
+    OF_THE_MEAN,
+    SEED,
+    _fresh_turns,
+    left_in_mean_arcsec,
+    measure,
+    measured_effects,
+)
 
 TAKERS = {
     "lanes": "lanes",
@@ -65,6 +72,25 @@ def test_nobody_takes_away_what_the_page_says_is_left() -> None:
     for name, row in stored()["effects"].items():
         if row["taken_away_by"] == "nothing":
             assert row["left_with_arcsec"] > 0.8 * row["part_arcsec"] > 0.0, name
+
+
+def test_the_mean_takes_away_what_moves_axis_and_centre() -> None:
+    """Of each effect whose page names the mean, the mean of four heads leaves at most 0.03″, the
+    limit of the lanes, while head 1 has more than 2″."""
+    named = [
+        name for name, effect in built_in().items() if "weighted mean" in effect.compensation_note
+    ]
+    rows = stored()["effects"]
+    assert sorted(named) == sorted(OF_THE_MEAN)
+    assert sorted(named) == sorted(name for name in rows if "left_in_mean_arcsec" in rows[name])
+    for name in named:
+        assert rows[name]["left_in_mean_arcsec"] < 0.03 < 2.0 < rows[name]["part_arcsec"], name
+
+
+@pytest.mark.parametrize("name", ["bearing_ball_pass"])
+def test_the_stored_figures_of_the_mean_are_measured(name: str) -> None:
+    found = left_in_mean_arcsec(name, _fresh_turns(SEED))
+    assert found == pytest.approx(stored()["effects"][name]["left_in_mean_arcsec"], abs=0.003)
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ from arctrue.base.figures import figure
 from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.calibration.heads_calibration import MeanCalibration
 from arctrue.calibration.heads_gain import MotionOrders
+from arctrue.cli._orders import listed_orders
 from arctrue.cli._tables import number, table, words
 from arctrue.cli._terminal import Console
 from arctrue.gateware.coefficients import Coefficients
@@ -23,15 +24,12 @@ def motion_orders(text: str | None) -> MotionOrders | None:
         return text  # type: ignore[return-value]
     if text == "none":
         return ()
-    found: set[int] = set()
-    for part in text.split(","):
-        first, dash, last = part.partition("-")
-        if not first.isdecimal() or (dash and not last.isdecimal()) or int(first) < 1:
-            raise ValueError(
-                f"--motion {text}: expected every, none, or orders such as 1-8 or 2,3,9"
-            )
-        found |= set(range(int(first), int(last or first) + 1))
-    return tuple(sorted(found))
+    try:
+        return listed_orders(text)
+    except ValueError:
+        raise ValueError(
+            f"--motion {text}: expected every, none, or orders such as 1-8 or 2,3,9"
+        ) from None
 
 
 def print_mean(console: Console, found: MeanCalibration) -> None:

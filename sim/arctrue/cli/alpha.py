@@ -12,6 +12,7 @@ from arctrue.base.json_text import plain
 from arctrue.cli._loaded_set import console, for_people, write_json, write_page
 from arctrue.cli._numbers import Finite
 from arctrue.cli._options import json_option, page_option, refuse_given
+from arctrue.cli._orders import Orders
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._places import Places
 from arctrue.cli._tables import number, table
@@ -42,10 +43,11 @@ from arctrue.cli._tables import number, table
 )
 @click.option(
     "--orders",
-    type=click.IntRange(2, 1000),
+    type=Orders(),
     multiple=True,
-    help="Evaluate orders 1 to N; repeatable.  [default: 10, 12, 20, 32, 40, 64; with --heads 3 or "
-    "4: 40, 64]",
+    metavar="N|LIST",
+    help="Evaluate orders 1 to N, or the orders of a list such as 2-8,12,24; repeatable.  "
+    "[default: 10, 12, 20, 32, 40, 64; with --heads 3 or 4: 40, 64]",
 )
 @json_option
 @page_option
@@ -55,7 +57,7 @@ def alpha(
     heads: int,
     places_deg: tuple[float, ...] | None,
     alpha_deg: float,
-    orders: tuple[int, ...],
+    orders: tuple[int | tuple[int, ...], ...],
     json_file: Path | None,
     page_file: Path | None,
     out: Path | None,
@@ -65,21 +67,31 @@ def alpha(
     The page of --page also states the error that remains on the paper's table for each number of
     lanes and bits. With --heads 3 or 4 the command prints the places with the least noise gain for
     orders 1 to N. At these places the mean of all heads, and of any three of four, has less noise
-    than one head.
+    than one head. With a list in --orders the command prints the best places for these orders; the
+    mean of four heads does not contain order 1, which then does not count.
     """
     from arctrue.studies.head_angle.choose import ORDERS, PLACES_ORDERS, choose, choose_places
 
-    if heads > 2:
+    if heads > 2 or any(isinstance(one, tuple) for one in orders):
         if page_file is not None or out is not None:
-            raise ValueError("--page and --out need --heads 2; that page covers 3 and 4 heads too")
-        refuse_given(("alpha_deg",), "is for two heads; --places states the places of more heads")
+            raise ValueError(
+                "--page and --out need --heads 2, and no list of orders; that page covers 3 and 4 "
+                "heads too"
+            )
+        if heads > 2:
+            refuse_given(
+                ("alpha_deg",), "is for two heads; --places states the places of more heads"
+            )
+        elif places_deg is None:
+            places_deg = (0.0, alpha_deg)
         judged = plain(choose_places(heads, orders or PLACES_ORDERS, places_deg))
         console.print(_of_places(judged))
         write_json(json_file, judged)
         return
     if places_deg is not None:
-        raise ValueError("--places needs --heads 3 or 4")
-    asked = sorted({*orders, 40}) if page_file is not None and orders else orders
+        raise ValueError("--places needs --heads 3 or 4, or a list of orders")
+    most = [one for one in orders if isinstance(one, int)]
+    asked = sorted({*most, 40}) if page_file is not None and most else most
     found = plain(choose(alpha_deg, tuple(asked) or ORDERS))
     headings = ("orders", "α", "worst gain", "order 1", "noise ″", "mounting ″", "blind")
     gains = table("Two heads: noise gain by α", *map(number, headings))
@@ -118,7 +130,7 @@ def _of_places(judged: Mapping[str, Any]) -> Any:
             without = [value for value in one["noise_without"] if value is not None]
             worst = one["worst_gain"]
             shown.add_row(
-                f"{2 if choice['heads'] == 4 else 1} to {choice['most_order']}",
+                _of_orders(choice),
                 ", ".join(f"{place:g}" for place in one["places_deg"]),
                 "∞" if worst is None else f"{worst:.3g} at {one['worst_order']}",
                 "∞" if one["mean_noise"] is None else f"{one['mean_noise']:.3f}",
@@ -126,3 +138,18 @@ def _of_places(judged: Mapping[str, Any]) -> Any:
             )
         shown.add_section()
     return shown
+
+
+def _of_orders(choice: Mapping[str, Any]) -> str:
+    """Return the orders that count, with dashes for three or more consecutive orders."""
+    if "orders" not in choice:
+        return f"{2 if choice['heads'] == 4 else 1} to {choice['most_order']}"
+    parts: list[list[int]] = []
+    for order in choice["orders"]:
+        if parts and order == parts[-1][-1] + 1:
+            parts[-1].append(order)
+        else:
+            parts.append([order])
+    return ", ".join(
+        f"{part[0]}-{part[-1]}" if len(part) > 2 else ", ".join(map(str, part)) for part in parts
+    )

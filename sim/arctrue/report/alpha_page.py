@@ -137,7 +137,8 @@ def _places(choices: Sequence[Mapping[str, Any]]) -> list[str]:
         "",
         "`arctrue alpha --heads 4 --orders 64` searches the best places (angles) of all heads, "
         "first in steps of 4° and then in smaller steps, with the heads at least 20° apart;",
-        "other places can be equally good. `--places 0,64.3,177,257.9` evaluates given places.",
+        "other places can be equally good. `--orders 2-8,12,24` lists orders; "
+        "`--places 0,64.3,177,257.9` evaluates given places.",
         "",
         "- *Worst gain* is the largest noise of an order of the disc, divided by the noise of one "
         "head. For three heads the axis is assumed at rest; for four heads axis motion is unknown",

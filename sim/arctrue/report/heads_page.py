@@ -52,7 +52,8 @@ def _fault_table(found: Mapping[str, Any]) -> tuple[str, ...]:
         "| signals are too fast, or the glitch filter suppresses counts | the head's decoder | "
         f"{one['detected_clocks']} "
         f"clocks and {load}: {reaction} | w · 1 count per clock | "
-        "`a_head_that_is_too_fast_is_left_out` |",
+        "`a_head_that_is_too_fast_is_left_out`, "
+        "`a_head_whose_counts_the_filter_suppresses_is_left_out` |",
         "| signals are dead or stuck: the count stands while all other heads move | "
         "`missing_edges`, "
         f"{missing} counts | {missing} counts and {load}: {_time(one['missing_s'])} at {fast}, "
@@ -86,7 +87,7 @@ def _fault_table(found: Mapping[str, Any]) -> tuple[str, ...]:
         "one head "
         "| – | not bounded | `tb/mean/head_failover_bench.py` |",
         "| no fault: a head returns after its index | – | on request or after a set time | none | "
-        "`a_head_comes_back_after_its_index` |",
+        "`a_head_comes_back_after_its_index`, `a_return_obeys_the_limits_of_the_ramp` |",
         "| no fault: the firmware swaps or loads words that use the failed head | the gateware "
         "refuses "
         "these words | – | none | `a_swap_does_not_bring_a_dead_head_back`, "

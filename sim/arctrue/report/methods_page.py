@@ -69,8 +69,9 @@ def methods_page(found: Mapping[str, Any]) -> str:
         [
             "# Methods on the same table",
             "",
-            "`arctrue methods` calibrates one simulated table with each method of the paper's "
-            "introduction and with two to four heads. The command compares each",
+            "`arctrue methods` calibrates one simulated table with methods of the paper's "
+            "introduction ([except these](#left-out)) and with two to four heads. The command "
+            "compares each",
             "corrected angle with the true angle, which the methods do not use, and makes this "
             "page from [methods.json](data/methods.json).",
             "",
@@ -120,6 +121,8 @@ def methods_page(found: Mapping[str, Any]) -> str:
             "",
             "Numbers in brackets are the paper's references. The tables show one random draw of "
             "noise and mounting; `--seed` selects another draw.",
+            "",
+            "## Left out",
             "",
             "The comparison omits these methods of the paper's introduction:",
             "",

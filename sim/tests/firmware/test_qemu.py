@@ -3,7 +3,9 @@ size."""
 
 from __future__ import annotations
 
+import re
 import shutil
+import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +15,14 @@ from sim.tests.firmware.calibrator import capture_in_c, estimate, values_of
 from sim.tests.firmware.emulator import (
     BOARD,
     CORE_BASE,
+    IMAGE,
     build,
     core_window,
     machine_code,
     running,
     symbol,
 )
+from sim.tests.firmware.library import ROOT
 from sim.tests.firmware.test_estimates import DISC, EQUAL_TO, counts_of
 
 from arctrue.generated.registers import REGISTERS
@@ -52,6 +56,28 @@ def rows_of(answer: str) -> list[list[str]]:
 @pytest.mark.large
 def test_the_other_board_is_built_too() -> None:
     assert build("arty_z7_20").exists()
+
+
+def test_the_memory_plan_has_the_sizes_of_the_image() -> None:
+    """The bytes that docs/memory-plan.md states as used are those of the sections, within 1 %; a
+    compiler of another version makes other code."""
+    page = (ROOT / "docs" / "memory-plan.md").read_text(encoding="utf-8")
+    compiler = subprocess.run(
+        ["arm-none-eabi-gcc", "-dumpversion"], check=True, capture_output=True, text=True
+    ).stdout
+    if f"(GCC {'.'.join(compiler.split('.')[:2])})" not in page:
+        pytest.skip(f"the page is for another compiler than GCC {compiler.strip()}")
+    sizes = subprocess.run(
+        ["arm-none-eabi-size", "-A", str(IMAGE)], check=True, capture_output=True, text=True
+    ).stdout
+    size = {
+        name: int(number) for name, number in re.findall(r"^(\.[\w.]+) +(\d+)", sizes, re.MULTILINE)
+    }
+    code = sum(size[name] for name in (".text", ".ARM.exidx", ".pages", ".data"))
+    rows = re.findall(r"^\| 0x\w+[^|]* \| [\d,]+ \| ([\d,]+) \|", page, re.MULTILINE)
+    stated = [int(number.replace(",", "")) for number in rows]
+    used = [code, *(size[name] for name in (".texts", ".stack", ".bss", ".record", ".upper"))]
+    assert stated == pytest.approx(used, rel=0.01)
 
 
 def test_start_up_and_console_without_a_core(tmp_path: Path) -> None:

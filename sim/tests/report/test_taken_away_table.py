@@ -26,11 +26,13 @@ def test_every_effect_is_in_its_place() -> None:
     text = shown()
     rows = dict(re.findall(r"<tr><td>(\w+)</td>(.*?)</tr>", text, re.DOTALL))
     for name, row in stored()["effects"].items():
-        by = row["taken_away_by"]
+        by, left = row["taken_away_by"], row["left_with_arcsec"]
+        if by == "nothing" and "left_in_mean_arcsec" in row:
+            by, left = "the mean", row["left_in_mean_arcsec"]
         assert (name in rows) == (by not in ("nothing", "not in the output", "reference")), name
         if name in rows:
-            for key in ("left_without_arcsec", "left_with_arcsec"):
-                assert f"<td>{row[key]:.3f}</td>" in rows[name]
+            for value in (row["left_without_arcsec"], left):
+                assert f"<td>{value:.3f}</td>" in rows[name]
             assert TAKEN[by].replace("`", "") in rows[name]
         else:
             sentence = "Nothing corrects" if by == "nothing" else "comes from"
@@ -49,11 +51,15 @@ def test_the_figures_are_those_of_the_stored_file(
         "taken_away_by": "lanes of real orders",
     }
     other = {**row, "taken_away_by": "nothing"}
+    mean = {**other, "left_in_mean_arcsec": 0.004}
     file = tmp_path / "stored.json"
-    file.write_text(json.dumps({"effects": {"one": row, "two": other}}), encoding="utf-8")
+    file.write_text(
+        json.dumps({"effects": {"one": row, "two": other, "three": mean}}), encoding="utf-8"
+    )
     monkeypatch.setattr(module, "STORED", file)
     text = " ".join(shown().split())
     assert "7 um</td><td>1.250</td> <td>0.125</td><td>lanes of a bitstream with REAL" in text
+    assert "<td>0.004</td><td>the weighted mean of a bitstream with four heads" in text
     assert "Nothing corrects two." in text
 
 

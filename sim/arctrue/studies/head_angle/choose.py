@@ -23,7 +23,7 @@ from arctrue.studies.head_angle.maps import (
     judged,
     least_worst_gain,
 )
-from arctrue.studies.head_angle.places import as_plain
+from arctrue.studies.head_angle.places import Orders, as_plain
 
 ORDERS = (10, 12, 20, 32, 40, 64)
 """Highest orders N for each of which the best α is listed."""
@@ -33,17 +33,18 @@ PLACES_ORDERS = (40, 64)
 
 def choose_places(
     heads: int = 4,
-    most_orders: Sequence[int] = PLACES_ORDERS,
+    orders: Sequence[Orders] = PLACES_ORDERS,
     given_deg: tuple[float, ...] | None = None,
 ) -> dict[str, Any]:
-    """Compare ``given_deg`` with the best places of three or four heads for orders up to each N.
+    """Compare ``given_deg`` with the best places of the heads for each entry of ``orders``: orders
+    1 to N, or a list of orders.
 
-    Raises ValueError if the number of heads is not three or four, or differs from the number of
+    Raises ValueError if the number of heads is not two to four, or differs from the number of
     places in ``given_deg``.
     """
     if given_deg is not None and len(given_deg) != heads:
         raise ValueError(f"places: expected one for each of {heads} heads, found {len(given_deg)}")
-    return {"schema": 1, "places": as_plain(heads, most_orders, given_deg)}
+    return {"schema": 1, "places": as_plain(heads, orders, given_deg)}
 
 
 def choose(alpha_deg: float = PAPER_DEG, most_orders: Sequence[int] = ORDERS) -> dict[str, Any]:

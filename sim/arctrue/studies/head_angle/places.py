@@ -3,9 +3,10 @@ gains) at which the mean stays usable if any one head is missing.
 
 Three heads determine the disc's error if the axis does not move; four heads determine the disc's
 error by a parity relation even if the axis moves at every order. The search minimises the largest
-gain of orders 1 to N. The search permits only places at which the mean has at most NOISE_LIMIT
-times the noise of one head; with four heads this must also hold if any one head is missing. The
-mean does not contain order 1 of the disc, so that with four heads only orders 2 to N count.
+gain of orders 1 to N, or of listed orders. The search permits only places at which the mean has at
+most NOISE_LIMIT times the noise of one head; with four heads this must also hold if any one head is
+missing. The mean does not contain order 1 of the disc, so that with four heads order 1 does not
+count. Two heads have no mean; for a list of orders the search finds the place of the second head.
 """
 
 from __future__ import annotations
@@ -36,18 +37,24 @@ STEP_DEG = 4.0
 smaller."""
 BEST = 100
 """Number of sets of places from the first search that are improved by smaller steps."""
+LISTED = 10
+"""Number of different sets of places that the search returns."""
 MOVES_DEG = (1.5, 0.8, 0.4, 0.2, 0.1)
+STEP_OF_TWO_DEG = 0.1
+"""Step of the search for the place of the second of two heads."""
 STARTS_DEG = {3: (), 4: ((0.0, 64.3, 177.0, 257.9),)}
 """Known good places; the search with smaller steps also starts from these places."""
 NOISE_LIMIT = 0.85
 """Largest permitted noise of the mean of three heads (of any three of four heads), in units of the
 noise of one head; STARTS_DEG has 0.82."""
 _BLOCK = 4096
+Orders = int | tuple[int, ...]
+"""Orders of the disc that count; a number N means the orders 1 to N."""
 
 
 @dataclass(frozen=True)
 class PlacesChoice:
-    """Properties of one set of places for orders up to ``most_order``."""
+    """Properties of one set of places; ``most_order`` is the highest order that counts."""
 
     places_deg: tuple[float, ...]
     most_order: int
@@ -70,13 +77,14 @@ def motion_of(heads: int) -> MotionOrders:
     return "every" if heads == 4 else ()
 
 
-def judged_places(places_deg: tuple[float, ...], most_order: int) -> PlacesChoice:
+def judged_places(places_deg: tuple[float, ...], asked: Orders) -> PlacesChoice:
     """Compute the properties of a given set of two to four places."""
     places = np.radians(places_deg)
+    counted = _counted(len(places_deg), asked)
+    most_order = int(counted[-1])
     motion = motion_of(len(places_deg))
     orders = np.arange(1, most_order + 1)
     gain = order_gain(places, orders, motion)
-    counted = _counted(len(places_deg), most_order)
     worst = int(counted[np.argmax(gain[counted - 1])])
     weights = _noise(places)
     without = tuple(
@@ -102,56 +110,73 @@ def _seen_by_mean(gain: Float, weights: Float, places: Float, orders: Integer) -
     return tuple(np.where(factor < 1e-9, 0.0, gain * factor).tolist())
 
 
-def best_places(heads: int, most_order: int) -> list[PlacesChoice]:
-    """List the best sets of places, best first; sets that are equal up to rotation and mirroring
-    appear once.
+def best_places(heads: int, asked: Orders) -> list[PlacesChoice]:
+    """List the best ``LISTED`` sets of places, best first; sets that are equal up to rotation and
+    mirroring appear once.
 
-    Raises ValueError if there are not three or four heads, or if no places of the search keep the
+    Raises ValueError if there are not two to four heads, or if no places of the search keep the
     noise of the mean below ``NOISE_LIMIT``.
     """
-    if heads not in (3, 4):
-        raise ValueError(f"heads: expected 3 or 4, found {heads}; two heads have one angle α")
+    if heads not in (2, 3, 4):
+        raise ValueError(f"heads: expected 2 to 4, found {heads}")
+    if heads == 2:
+        second = np.arange(LEAST_DEG, 180.0 + STEP_OF_TWO_DEG / 2.0, STEP_OF_TWO_DEG)
+        pairs = np.column_stack((np.zeros(second.size), second))
+        return _judged_best(pairs, _worst_gain(pairs, asked), asked)
     grid = np.arange(STEP_DEG, 360.0, STEP_DEG)
     sets = np.array([(0.0, *rest) for rest in combinations(grid.tolist(), heads - 1)])
     sets = sets[_allowed(sets)]
     if sets.size == 0:
         raise ValueError(f"no places of {heads} heads have a mean below {NOISE_LIMIT:g}")
-    worst = _worst_gain(sets, most_order)
+    worst = _worst_gain(sets, asked)
     best = sets[np.argsort(worst, kind="stable")[:BEST]]
     best = np.array([*best.tolist(), *STARTS_DEG[heads]])
     for step in MOVES_DEG:
-        best = _moved(best, step, most_order)
-    worst = _worst_gain(best, most_order)
+        best = _moved(best, step, asked)
+    best = best[_allowed(best)]
+    return _judged_best(best, _worst_gain(best, asked), asked)
+
+
+def _judged_best(sets_deg: Float, worst: Float, asked: Orders) -> list[PlacesChoice]:
+    """Return the best ``LISTED`` different sets of places, best first; ``worst`` is the largest
+    gain of each set."""
     found: list[PlacesChoice] = []
-    ways = _allowed(best)
-    for index in np.argsort(np.where(ways, worst, np.inf), kind="stable")[: ways.sum()]:
-        places = tuple(np.round(best[index], 1).tolist())
+    for index in np.argsort(worst, kind="stable"):
+        if len(found) == LISTED:
+            break
+        places = tuple(np.round(sets_deg[index], 1).tolist())
         if all(_unlike(places, one.places_deg) for one in found):
-            found.append(judged_places(places, most_order))
+            found.append(judged_places(places, asked))
     # The rounding of the places changes their gains, so the sets are sorted again.
     return sorted(found, key=lambda one: one.worst_gain)
 
 
-def as_plain(heads: int, most_orders: Sequence[int], given_deg: tuple[float, ...] | None) -> Any:
-    """Return ``given_deg`` and the three best places for orders up to each of ``most_orders``."""
+def as_plain(heads: int, asked: Sequence[Orders], given_deg: tuple[float, ...] | None) -> Any:
+    """Return ``given_deg`` and the three best places for each of the ``asked`` orders; ``orders``
+    is the list of the orders that count, if a list was asked for."""
     return [
         {
             "heads": heads,
-            "most_order": most,
-            "given": None if given_deg is None else asdict(judged_places(given_deg, most)),
-            "best": [asdict(one) for one in best_places(heads, most)[:3]],
+            "most_order": one if isinstance(one, int) else max(one),
+            **({} if isinstance(one, int) else {"orders": _counted(heads, one).tolist()}),
+            "given": None if given_deg is None else asdict(judged_places(given_deg, one)),
+            "best": [asdict(best) for best in best_places(heads, one)[:3]],
         }
-        for most in most_orders
+        for one in asked
     ]
 
 
-def _counted(heads: int, most_order: int) -> Integer:
-    return np.arange(2 if heads == 4 else 1, most_order + 1)
+def _counted(heads: int, asked: Orders) -> Integer:
+    orders = np.arange(1, asked + 1) if isinstance(asked, int) else np.unique(asked)
+    counted = orders[orders > 1] if heads == 4 else orders
+    if counted.size == 0:
+        raise ValueError("orders: the mean of four heads does not contain order 1; list others too")
+    return np.asarray(counted, dtype=np.int64)
 
 
-def _worst_gain(sets_deg: Float, most_order: int) -> Float:
+def _worst_gain(sets_deg: Float, asked: Orders) -> Float:
     heads = sets_deg.shape[1]
-    orders = _counted(heads, most_order)
+    orders = _counted(heads, asked)
     worst = [
         order_gain(np.radians(sets_deg[start : start + _BLOCK]), orders, motion_of(heads)).max(-1)
         for start in range(0, len(sets_deg), _BLOCK)
@@ -183,7 +208,7 @@ def _noise_of_three(places_rad: Float) -> Float:
     return np.where(np.abs(total) > 1e-9, noise, np.inf)
 
 
-def _moved(sets_deg: Float, step_deg: float, most_order: int) -> Float:
+def _moved(sets_deg: Float, step_deg: float, asked: Orders) -> Float:
     """Move heads of each set by steps as long as a step lowers the set's largest gain, at most six
     times."""
     heads = sets_deg.shape[1]
@@ -192,9 +217,7 @@ def _moved(sets_deg: Float, step_deg: float, most_order: int) -> Float:
     best = sets_deg.copy()
     for _ in range(6):
         tried = (best[:, None, :] + moves[None, :, :]).reshape(-1, heads)
-        worst = np.where(_allowed(tried), _worst_gain(tried, most_order), np.inf).reshape(
-            len(best), -1
-        )
+        worst = np.where(_allowed(tried), _worst_gain(tried, asked), np.inf).reshape(len(best), -1)
         chosen = np.argmin(worst, axis=1)
         # A set without a better permitted move keeps its places, so every set stays permitted.
         moved = best + moves[chosen]

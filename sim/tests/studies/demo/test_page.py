@@ -8,13 +8,14 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from click import Context
 from click.testing import CliRunner
 
 from arctrue.cli import demo as command
 from arctrue.cli import main
 from arctrue.instrument import InstrumentError
 from arctrue.instrument.turn_score import TurnScore
-from arctrue.report.demo_page import write_demo_page
+from arctrue.report.demo_page import page_templates, write_demo_page
 from arctrue.studies.demo.files import ConsoleLine
 from arctrue.studies.demo.judgement import RecordingError
 from arctrue.studies.demo.result import DemoResult, LoadedHarmonic, UnitLatency
@@ -83,6 +84,23 @@ def test_page_needs_no_other_file(result: DemoResult, tmp_path: Path) -> None:
     assert "@import" not in text
     assert not re.search(r"url\((?!#)", text)
     assert len(text) < 1_000_000
+
+
+def test_page_leads_to_the_page_of_four_heads(result: DemoResult, tmp_path: Path) -> None:
+    """Both acts include the section that names the page and a command that exists."""
+    write_demo_page(result, tmp_path / "index.html")
+    text = (tmp_path / "index.html").read_text(encoding="utf-8")
+    assert "<code>docs/heads.md</code>" in text
+    assert (Path(__file__).resolve().parents[4] / "docs" / "heads.md").is_file()
+    (command_line,) = re.findall(r"<code>\.venv/bin/arctrue (hidden [^<]*)</code>", text)
+    hidden = main.get_command(Context(main), "hidden")
+    assert hidden is not None
+    assert hidden.make_context("hidden", command_line.split()[1:]).params["heads"] == "4"
+    environment = page_templates()
+    assert environment.loader is not None
+    for name in ("demo.html.j2", "second_act.html.j2"):
+        source = environment.loader.get_source(environment, name)[0]
+        assert '{% include "what_next.html.j2" %}' in source
 
 
 def test_page_leads_to_that_of_the_second_act(result: DemoResult, tmp_path: Path) -> None:

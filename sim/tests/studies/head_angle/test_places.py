@@ -12,6 +12,7 @@ from click.testing import CliRunner
 
 from arctrue.calibration.head_weights import mean_weights
 from arctrue.cli import main
+from arctrue.studies.head_angle import places as places_module
 from arctrue.studies.head_angle.places import (
     NOISE_LIMIT,
     _noise_of_three,
@@ -68,6 +69,51 @@ def test_places_on_the_page_outlive_any_one_head() -> None:
                 assert max(again.noise_without) <= NOISE_LIMIT + 1e-3
     four = next(c for c in FOUND["places"] if c["heads"] == 4 and c["most_order"] == 64)
     assert four["best"][0]["worst_gain"] <= judged_places(PLACES_DEG, 64).worst_gain
+
+
+@pytest.mark.parametrize(
+    ("heads", "listed"), [(2, (1, 5, 24)), (3, (1, 7, 24)), (4, (1, 2, 3, 12, 36))]
+)
+def test_places_for_a_list_of_orders(
+    monkeypatch: pytest.MonkeyPatch, heads: int, listed: tuple[int, ...]
+) -> None:
+    """The best places for listed orders are better for these orders than the best places for all
+    orders up to the highest one; a least-squares fit by numpy alone gives the stated gain."""
+    monkeypatch.setattr(places_module, "STEP_DEG", 20.0)
+    monkeypatch.setattr(places_module, "BEST", 5)
+    best = best_places(heads, listed)[0]
+    at = np.radians(best.places_deg)
+    known = [0] if heads < 4 else [0, 1, -1]
+    basis = np.stack([np.exp(1j * k * at) for k in known], axis=1)
+    free = np.eye(heads) - basis @ np.linalg.pinv(basis)
+    counted = [order for order in listed if heads < 4 or order > 1]
+    gains = [1.0 / np.linalg.norm(free @ np.exp(1j * n * at)) for n in counted]
+    assert best.worst_gain == pytest.approx(max(gains), rel=1e-6)
+    assert best.worst_order == counted[int(np.argmax(gains))]
+    every = best_places(heads, max(listed))[0]
+    assert best.worst_gain < judged_places(every.places_deg, listed).worst_gain - 0.02
+
+
+def test_the_command_takes_a_list_of_orders(tmp_path: Path) -> None:
+    file = tmp_path / "found.json"
+    answer = CliRunner().invoke(main, ["alpha", "--orders", "1-3,11,24", "--json", str(file)])
+    assert answer.exit_code == 0, answer.output
+    assert "1-3, 11, 24" in answer.output
+    (choice,) = json.loads(file.read_text(encoding="utf-8"))["places"]
+    assert choice["orders"] == [1, 2, 3, 11, 24]
+    assert choice["given"]["places_deg"] == [0.0, 33.0]
+    # At 33° order 11 has the noise gain 1/(2 sin(11 · 33°/2)).
+    assert choice["given"]["worst_gain"] == pytest.approx(
+        1.0 / (np.sqrt(2.0) * abs(np.sin(np.radians(11 * 33.0 / 2.0)))), rel=1e-6
+    )
+    assert choice["best"][0]["worst_gain"] < 0.1 * choice["given"]["worst_gain"]
+
+
+@pytest.mark.parametrize("orders", ["1", "0-3", "2,,3", "a", "5-2000", "1-99999999999"])
+def test_orders_that_cannot_be_are_refused(orders: str) -> None:
+    answer = CliRunner().invoke(main, ["alpha", "--orders", orders])
+    assert answer.exit_code == 2
+    assert "expected N from 2 to 1000" in " ".join(answer.output.split())
 
 
 @pytest.mark.parametrize(

@@ -177,6 +177,19 @@ def test_every_figure_comes_from_the_json_or_from_a_command_in_its_paragraph() -
     assert not hard_coded
 
 
+def test_each_row_of_the_fault_table_names_a_bench() -> None:
+    """The last cell of a row names cocotb tests of the core with FAILOVER, or a file of tests."""
+    bench = (ROOT / "tb" / "core" / "failover_core_bench.py").read_text(encoding="utf-8")
+    tests = set(re.findall(r"^async def (\w+)\(dut: Any", bench, re.MULTILINE))
+    page = heads_page(COMMITTED)
+    rows = page.split("| Fault of a head |")[1].split("\n\n")[0].splitlines()[2:]
+    assert len(rows) >= 10
+    for row in rows:
+        named = re.findall(r"`([^`]+)`", row.rsplit("|", 2)[1])
+        assert named, row
+        assert all(one in tests or (ROOT / one).is_file() for one in named), row
+
+
 def test_the_presets_of_the_fault_table_are_those_of_the_firmware() -> None:
     text = (ROOT / "firmware" / "application" / "parameters.c").read_text(encoding="utf-8")
     for name, key in (

@@ -42,6 +42,14 @@ def test_the_page_says_what_the_figures_say() -> None:
     assert 2.0 < least[0] < 5.0
 
 
+def test_the_page_does_not_claim_every_method() -> None:
+    """The first paragraph leads to the methods that are left out, and claims no completeness."""
+    first = methods_page(FOUND).split("```")[0]
+    assert re.search(r"(each|every|all) method", first) is None
+    assert "(#left-out)" in first
+    assert methods_page(FOUND).split("\n## Left out\n\n")[1].startswith("The comparison omits")
+
+
 def test_the_picture_is_written(tmp_path: Path) -> None:
     text = plot_methods(FOUND, tmp_path).read_text(encoding="utf-8")
     assert "Two heads, least squares" in text
