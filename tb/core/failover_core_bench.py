@@ -324,7 +324,8 @@ async def a_return_obeys_the_limits_of_the_ramp(dut: Any, acceleration: int) -> 
     await until_changed(machine, (COUNTS + 60) * CLOCKS_PER_COUNT + LOAD_CLOCKS)
     assert await names.read("heads_status.set") == 0
     error = await obeys_the_ramp(machine, share(head) * wrong, acceleration, mean)
-    if not acceleration:
+    # The mean of two of three heads contains the motion of the axis.
+    if HEADS > 3 and not acceleration:
         moved = abs(float(np.median(error[-200:])) - error[0])
         assert abs(moved - share(head) * wrong) <= 2.0 * mean_bound(mean)
 
