@@ -259,6 +259,10 @@ class FitResult:
         lines += [f"warning: {text}" for text in self.warnings]
         return "\n".join(lines)
 
+    def __str__(self) -> str:
+        """Return the text of :meth:`fit_report`."""
+        return self.fit_report()
+
     def plot(self) -> Pictures:
         """Draw the residual over the angle, by run and by direction, and over the conditions.
 

@@ -22,7 +22,7 @@ from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.build import observations_of
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Model:
     """The effects that a table is known to have; a method that changes effects returns a new model.
 
@@ -74,6 +74,10 @@ class Model:
             The file cannot be written.
         """
         write_model(Path(file), self.content)
+
+    def __repr__(self) -> str:
+        """Return the names of the effects; the coefficients would be pages."""
+        return f"Model(effects={self.effects})"
 
     @property
     def effects(self) -> list[str]:

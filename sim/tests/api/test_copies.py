@@ -72,3 +72,11 @@ def test_scikit_learn_knows_whether_it_is_fitted(data: at.Dataset) -> None:
     with pytest.raises(exceptions.NotFittedError):
         validation.check_is_fitted(estimator)
     validation.check_is_fitted(estimator.fit(data))
+
+
+def test_a_model_and_its_results_are_short_texts(data: at.Dataset) -> None:
+    """A terminal shows the names of the effects instead of every coefficient."""
+    found = at.fit(data, MODEL)
+    assert repr(found.model) == "Model(effects=['graduation_harmonics'])"
+    assert str(found) == found.fit_report()
+    assert "coefficients" not in repr(at.FitEstimator(found.model))

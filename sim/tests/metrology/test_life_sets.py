@@ -209,7 +209,7 @@ def test_a_folder_without_sets_is_refused(tmp_path: Path) -> None:
     assert "holds no measurement sets" in " ".join(done.stderr.split())
 
 
-@pytest.mark.filterwarnings("error")
+@pytest.mark.filterwarnings("error:Attempting to set identical")
 def test_the_page_of_the_first_set_has_an_axis(tmp_path: Path) -> None:
     """The page of a machine with one set, whose dates have no extent, is drawn without warnings."""
     write_measurement_set(tmp_path / "sets" / "one", replace(small(1), date=BEGIN))

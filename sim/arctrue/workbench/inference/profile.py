@@ -93,6 +93,7 @@ class Profile:
     limits: tuple[float, float] = (-np.inf, np.inf)
     _best: float = field(init=False, default=0.0)
     _highest: float = field(init=False, default=-np.inf)
+    _found: dict[float, float] = field(init=False, default_factory=dict)
     _noise: list[tuple[float, Noise]] = field(init=False, default_factory=list)
     _free: Float | None = field(init=False, default=None)
 
@@ -117,7 +118,7 @@ class Profile:
 
     def likelihood(self, value: float) -> float:
         """Return the restricted log likelihood with the parameter at ``value`` and the noise and
-        all other parameters free."""
+        all other parameters free; the highest one if it was searched at this value before."""
         fitted = self.fit.solution.noise
         starts = [fitted, _as_a_walk(fitted)]
         if self._noise:
@@ -126,8 +127,9 @@ class Profile:
         tried = [self._fixed_terms(conditions, start) for start in starts]
         likelihood, noise = max(tried, key=lambda item: item[0])
         self._noise.append((value, noise))
+        self._found[value] = max(self._found.get(value, -np.inf), likelihood)
         self._highest = max(self._highest, likelihood)
-        return likelihood
+        return self._found[value]
 
     def _fixed_terms(self, conditions: Sequence[Condition], start: Noise) -> tuple[float, Noise]:
         """Return the likelihood under these conditions, and the noise with which it was calculated;
@@ -143,10 +145,15 @@ class Profile:
         return restricted_likelihood_of(found, self._free), found.solution.noise
 
     def fall(self, value: float) -> float:
-        """Return twice the fall of the log likelihood from its highest value."""
-        if not self._noise:
-            self.likelihood(self._best)
-        return 2.0 * (self._highest - self.likelihood(value))
+        """Return twice the fall of the log likelihood from its highest value.
+
+        A second search at the same value may find more, because it begins at the noise of a nearer
+        value; each value is therefore searched once, so that the fall does not change.
+        """
+        for wanted in (self._best, value):
+            if wanted not in self._found:
+                self.likelihood(wanted)
+        return 2.0 * (self._highest - self._found[value])
 
     def interval(self, level: float) -> tuple[float, float]:
         """Return the lower and the upper end; an end is infinite where the data do not bound the
@@ -179,6 +186,12 @@ class Profile:
             inside, outside = outside, min(WIDER * outside, farthest)
         if not np.isfinite(fall):
             return self._best + way * self._last_possible(way, inside, outside, limit)
+        # Searched again, now from the noise of its neighbours; this may raise the highest value.
+        self.likelihood(self._best)
+        if self._fall_or_end(self._best + way * inside) >= limit:
+            inside, outside = 0.0, inside
+        if self.fall(self._best) >= limit:
+            return self._best
         return (
             float(
                 brentq(
