@@ -213,6 +213,7 @@ def search_lines(record: Record, *, oscillator_gain: float = OSCILLATOR_GAIN) ->
         rates.append(best.rate)
         rates = _moved(record, rates, best.fit.noise)
         noise = best.fit.noise
+    record.forget()
     return _ordered(record, rates, found, without, rejected)
 
 
