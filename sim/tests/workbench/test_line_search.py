@@ -4,15 +4,28 @@ logs that are computed from the physics."""
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any, Literal
 
 import numpy as np
 import pytest
 
-from arctrue.workbench.inference.forward.record import MOST_ROWS, Record, record_of
+from arctrue.workbench.inference.forward.record import (
+    MANY_RATES,
+    MOST_ROWS,
+    Record,
+    record_of,
+)
 from arctrue.workbench.inference.forward.scan_of_rates import own_shares
 from arctrue.workbench.inference.forward.search import LineSearch, search_lines
 from arctrue.workbench.inference.forward.tests_of_a_line import coherence
-from arctrue.workbench.noise.kernel import KernelFactor, KernelNoise, Part, with_slopes
+from arctrue.workbench.noise import kernel_fit
+from arctrue.workbench.noise.kernel import (
+    IMPOSSIBLE,
+    KernelFactor,
+    KernelNoise,
+    Part,
+    with_slopes,
+)
 from tests.workbench.noisy_logs import NULLS, clock, ornstein_uhlenbeck, with_lines
 
 WORM_S = 478.0
@@ -253,6 +266,52 @@ def test_likelihood_and_slopes_of_a_kernel(parts: tuple[Part, ...]) -> None:
         moved[index] = 1e-4
         there, here = (written_out(noise.with_logs(noise.logs + sign * moved)) for sign in (1, -1))
         assert slope == pytest.approx((there - here) / 2e-4, rel=0.02, abs=0.02)
+
+
+@pytest.mark.parametrize("parts", [("exponential",), ("exponential", "smooth", "oscillator")])
+def test_noise_that_cannot_be_factored_is_impossible(parts: tuple[Literal["smooth"], ...]) -> None:
+    """A negative variance of the rows is impossible, with derivatives of either kind."""
+    noise = KernelNoise(-9.0, tuple(Part(kind, 1.0, 5.0, 0.05) for kind in parts))
+    rows = np.arange(6.0)
+    value, slopes = with_slopes(rows, np.ones(6), np.ones((6, 1)), noise, range(3))
+    assert value == IMPOSSIBLE
+    assert not slopes.any()
+
+
+def test_a_second_search_of_a_record_fits_no_noise_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The second search of equal numbers evaluates no likelihood; one other number is searched."""
+    asked = []
+
+    def counted(*of: Any) -> tuple[float, np.ndarray]:
+        asked.append(of)
+        return with_slopes(*of)
+
+    monkeypatch.setattr(kernel_fit, "with_slopes", counted)
+    time_s, error = _mount(41, rows=300)
+    first = search_lines(_record(time_s, error))
+    number = len(asked)
+    assert number > 0
+    assert search_lines(_record(time_s, error)).noise == first.noise
+    assert len(asked) == number
+    error[0] += 1e-6
+    search_lines(_record(time_s, error))
+    assert len(asked) > number
+
+
+def test_columns_of_a_grid_are_kept_until_they_are_released() -> None:
+    """The columns of a grid are calculated once, and equal cos and sin of 2π·rate·time, because
+    single rows are not averaged. The search releases them."""
+    time_s, error = _mount(42, rows=300)
+    record = _record(time_s, error)
+    rates = np.linspace(0.01, 0.1, MANY_RATES)
+    columns = record.columns(rates)
+    assert record.columns(rates.copy()) is columns
+    assert record.columns(rates + 1e-3) is not columns
+    phase = 2.0 * np.pi * np.outer(time_s - time_s[0], rates)
+    assert columns[:, ::2] == pytest.approx(np.cos(phase), abs=1e-12)
+    assert columns[:, 1::2] == pytest.approx(np.sin(phase), abs=1e-12)
+    search_lines(record)
+    assert record.columns(rates) is not columns
 
 
 def test_drawn_kernel_noise_has_its_covariance() -> None:

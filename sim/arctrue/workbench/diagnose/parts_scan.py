@@ -277,15 +277,19 @@ def best_parts(residuals: Residuals, *, look_alikes: bool = False) -> list[Parts
         ]
         if tried_frames:
             scored.append(_natural(tried_frames, observations.rows))
-    for condition in found:
-        for head in range(1, observations.heads + 1):
-            rows = observations.capture
-            if rows is None or rows.electrical1_rad is None or not condition.part:
-                continue
-            if condition.part in ("settling", "run"):
-                continue
-            effect = ProductOfParts.of(condition, ELECTRICAL_MULTIPLES, FRAME_OF_HEAD[head], head)
-            scored.append(_scored(residuals, effect, tried, shares[found.index(condition)]))
+    electrical = [
+        ProductOfParts.of(condition, ELECTRICAL_MULTIPLES, FRAME_OF_HEAD[head], head)
+        for condition in found
+        for head in range(1, observations.heads + 1)
+        if observations.capture is not None
+        and observations.capture.electrical1_rad is not None
+        and condition.part not in ("", "settling", "run")
+    ]
+    residuals.scores([(effect, {}) for effect in electrical])
+    scored += [
+        _scored(residuals, effect, tried, shares[found.index(effect.condition)])
+        for effect in electrical
+    ]
     scored += _turned(residuals, turned, tried, (1.0 - sum(kinds)) / max(channels, 1))
     scored = [
         item

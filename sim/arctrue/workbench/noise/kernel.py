@@ -104,23 +104,32 @@ class _Form:
 class KernelFactor:
     """The factors LDLᵀ of the covariance of some rows."""
 
-    def __init__(self, clock: Float, readings: Float, noise: KernelNoise) -> None:
+    def __init__(
+        self, clock: Float, readings: Float, noise: KernelNoise, *, derivatives: bool = False
+    ) -> None:
         """Factor the covariance of rows at the times ``clock``.
 
-        ``readings``: number of readings in the mean of each row, shape (rows,). Raises
-        driver.LinAlgError where the covariance cannot be factored.
+        ``readings``: number of readings in the mean of each row, shape (rows,). With
+        ``derivatives``, the states that the backward pass needs are kept if this pass is right.
+        Raises driver.LinAlgError where the covariance cannot be factored.
         """
         self.clock, self.readings, self.noise = clock, readings, noise
         form = _form(clock, readings, noise)
         self._form = form
-        if noise.parts:
-            pivots, lower = driver.factor(
-                clock, form.rates, form.diagonal, form.left, form.right,
-                form.diagonal.copy(), form.right.copy(),
-            )  # fmt: skip
-            self._pivots, self._lower = np.asarray(pivots), np.asarray(lower)
-        else:
+        self._states: Float | None = None
+        if not noise.parts:
             self._pivots, self._lower = form.diagonal, form.right
+            return
+        self._pivots, self._lower = np.empty_like(form.diagonal), np.empty_like(form.right)
+        inside = (clock, form.rates, form.diagonal, form.left, form.right)
+        if derivatives and form.rates.size <= MOST_EXACT:
+            self._states = np.empty((*form.left.shape, form.rates.size))
+            try:
+                backprop.factor_fwd(*inside, self._pivots, self._lower, self._states)
+            except backprop.LinAlgError as failed:
+                raise driver.LinAlgError(str(failed)) from failed
+        else:
+            driver.factor(*inside, self._pivots, self._lower)
 
     @cached_property
     def _deviation(self) -> Float:
@@ -133,11 +142,14 @@ class KernelFactor:
 
     def whiten(self, values: Float) -> Float:
         """Apply D^(−1/2)·L⁻¹ to columns, shape (rows, k)."""
-        found = np.array(values, dtype=np.float64, order="C")
-        if self.noise.parts:
-            form = self._form
-            driver.solve_lower(self.clock, form.rates, form.left, self._lower, found, found)
-        found /= self._deviation[:, np.newaxis]
+        deviation = self._deviation[:, np.newaxis]
+        if not self.noise.parts:
+            return np.asarray(values / deviation)
+        found, form = np.empty(values.shape), self._form
+        driver.solve_lower(
+            self.clock, form.rates, form.left, self._lower, np.ascontiguousarray(values), found
+        )
+        found /= deviation
         return found
 
     def colour(self, white: Float) -> Float:
@@ -179,7 +191,7 @@ def with_slopes(
     """
     chosen = np.asarray(free, dtype=np.int64)
     try:
-        factor = KernelFactor(clock, readings, noise)
+        factor = KernelFactor(clock, readings, noise, derivatives=True)
     except driver.LinAlgError:
         return IMPOSSIBLE, np.zeros(chosen.size)
     left, coefficients = _fitted(factor.whiten(values))
@@ -213,41 +225,29 @@ diagonal is 1. If two columns of the model are equal, each then gets half of the
 
 
 def _form(clock: Float, readings: Float, noise: KernelNoise) -> _Form:
-    rates: list[float] = []
-    left: list[Float] = []
-    right: list[Float] = []
-    ones = np.ones(clock.size)
-    variance = 0.0
+    shape = (clock.size, noise.columns)
+    rates, left, right = np.empty(noise.columns), np.empty(shape), np.ones(shape)
+    at, variance = 0, 0.0
     for part in noise.parts:
         rate = 1.0 / part.decay
         variance += part.variance
         if part.kind == "exponential":
-            rates.append(rate)
-            left.append(part.variance * ones)
-            right.append(ones)
+            rates[at], left[:, at] = rate, part.variance
+            at += 1
         elif part.kind == "smooth":
             for share, of_rate in _SMOOTH:
-                rates.append(rate * of_rate)
-                left.append(part.variance * share * ones)
-                right.append(ones)
+                rates[at], left[:, at] = rate * of_rate, part.variance * share
+                at += 1
         else:
             turning = 2.0 * np.pi * part.frequency
             cosine, sine = np.cos(turning * clock), np.sin(turning * clock)
             ratio = rate / turning
-            rates += [rate, rate]
-            left += [
-                part.variance * (cosine + ratio * sine),
-                part.variance * (sine - ratio * cosine),
-            ]
-            right += [cosine, sine]
-    diagonal = noise.white / readings + variance
-    shape = (clock.size, len(rates))
-    return _Form(
-        np.array(rates),
-        diagonal,
-        np.ascontiguousarray(np.array(left).T) if left else np.zeros(shape),
-        np.ascontiguousarray(np.array(right).T) if right else np.zeros(shape),
-    )
+            rates[at : at + 2] = rate
+            left[:, at] = part.variance * (cosine + ratio * sine)
+            left[:, at + 1] = part.variance * (sine - ratio * cosine)
+            right[:, at], right[:, at + 1] = cosine, sine
+            at += 2
+    return _Form(rates, noise.white / readings + variance, left, right)
 
 
 def _smooth_shares(ratio: float) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -268,10 +268,8 @@ def _slopes(factor: KernelFactor, residual: Float) -> Float:
         variance = noise.white / readings
         return np.array([0.5 * float(np.sum(residual**2 / variance - 1.0))])
     rows, count = form.left.shape
-    pivots, lower, states = np.empty(rows), np.empty((rows, count)), np.empty((rows, count, count))
-    backprop.factor_fwd(
-        clock, form.rates, form.diagonal, form.left, form.right, pivots, lower, states
-    )
+    pivots, lower, states = factor._pivots, factor._lower, factor._states
+    assert states is not None
     column = np.ascontiguousarray(residual[:, np.newaxis])
     solved, memory = column.copy(), np.empty((rows, count, 1))
     backprop.solve_lower_fwd(clock, form.rates, form.left, lower, column, solved, memory)

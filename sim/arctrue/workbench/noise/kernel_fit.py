@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from hashlib import blake2b
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +40,9 @@ ENOUGH = 0.01
 """The search ends when a step gains less log likelihood than this."""
 STEPS = 60
 """Largest number of steps of the optimiser; ENOUGH ends them earlier."""
+MOST_KEPT = 512
+"""Largest number of fits that are kept, each a few hundred bytes; the search in one record makes
+about a hundred (counted on records of 2,000 to 4,000 rows)."""
 MOST_FREE = 5
 """Largest number of columns of a noise whose parts are all fitted: an exponential, a smooth part,
 an oscillator. With more than four columns, the derivatives are calculated by differences, which
@@ -65,6 +69,13 @@ class Rows:
         """Factor the covariance of the rows."""
         return KernelFactor(self.clock, self.readings, noise)
 
+    def digest(self, start: KernelNoise) -> bytes:
+        """Return a hash of all numbers that a fit from ``start`` uses."""
+        found = blake2b(repr((self.values.shape, self.step, self.span, start)).encode())
+        for values in (self.clock, self.readings, self.values):
+            found.update(np.ascontiguousarray(values).data)
+        return found.digest()
+
     def left(self) -> Float:
         """Return the measured values minus their fit by the columns in plain least squares."""
         own, columns = self.values[:, 0], self.values[:, 1:]
@@ -86,12 +97,27 @@ class KernelFit:
         return self.log_likelihood - (SMOOTH_MUST_GAIN if self.noise.smooth else 0.0)
 
 
+_KEPT: dict[bytes, KernelFit] = {}
+"""Latest fits: a diagnosis searches the same record again with another effect in the model."""
+
+
 def fit_from(rows: Rows, start: KernelNoise) -> KernelFit:
     """Return the maximum of the likelihood that is reached from ``start``.
 
     In noise with more than MOST_FREE columns only the last part is fitted. The other parts stay
-    fixed, because they were fitted before the last part was added.
+    fixed, because they were fitted before the last part was added. A fit of the same numbers is
+    taken from the latest MOST_KEPT fits.
     """
+    key = rows.digest(start)
+    found = _KEPT.get(key)
+    if found is None:
+        found = _KEPT[key] = _searched_from(rows, start)
+        for oldest in list(_KEPT)[:-MOST_KEPT]:
+            _KEPT.pop(oldest, None)
+    return found
+
+
+def _searched_from(rows: Rows, start: KernelNoise) -> KernelFit:
     low, high = _limits(rows, start)
     whole = np.clip(start.logs, low, high)
     free = list(range(whole.size))

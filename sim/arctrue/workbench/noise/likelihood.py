@@ -310,11 +310,21 @@ def _log_determinant_slopes(factor: Factor) -> tuple[float, Float]:
     here = factor.log_determinant
     found = np.empty(1 + spectrum.variances.size)
     values = np.concatenate([[spectrum.white], spectrum.variances])
+    shape, rates = (factor.clock.size, spectrum.variances.size), 1.0 / spectrum.constants
+    # All changes share these arrays; new arrays take up to half of the time of a short level.
+    left, ones, lower = np.empty(shape), np.ones(shape), np.empty(shape)
+    diagonal, pivots = np.empty(shape[0]), np.empty(shape[0])
     for index, value in enumerate(values):
         moved = values.copy()
         moved[index] += DIFFERENCE * value
-        there = Factor(factor.clock, Spectrum(float(moved[0]), spectrum.constants, moved[1:]))
-        found[index] = (there.log_determinant - here) / (DIFFERENCE * value)
+        diagonal[:] = moved[0] + moved[1:].sum()
+        if rates.size:
+            left[:] = moved[1:]
+            driver.factor(factor.clock, rates, diagonal, left, ones, pivots, lower)
+        else:
+            pivots[:] = diagonal
+        there = float(2.0 * np.sum(np.log(np.sqrt(pivots))))
+        found[index] = (there - here) / (DIFFERENCE * value)
     return float(found[0]), found[1:]
 
 

@@ -23,16 +23,17 @@ def harmonic_columns(angle_rad: NDArray[np.float64], orders: Sequence[float]) ->
     rising = wanted == list(orders) and wanted == sorted(set(wanted)) and min(wanted, default=0) > 0
     if rising and wanted[-1] <= 2 * len(wanted):
         # Repeated multiplication of e^{jx} needs only two transcendental functions per row.
-        places = {order: 2 * index for index, order in enumerate(wanted)}
+        places = {order: index for index, order in enumerate(wanted)}
+        waves = columns.view(np.complex128)  # a cosine and its sine are one complex number
         for start in range(0, angle_rad.size, BLOCK_ROWS):
-            block = columns[start : start + BLOCK_ROWS]
+            block = waves[start : start + BLOCK_ROWS]
             step = np.exp(1j * angle_rad[start : start + BLOCK_ROWS])
-            power = np.ones_like(step)
+            power, following = np.ones_like(step), np.empty_like(step)
             for whole in range(1, wanted[-1] + 1):
-                power = power * step
+                np.multiply(power, step, out=following)
+                power, following = following, power
                 if whole in places:
-                    block[:, places[whole]] = power.real
-                    block[:, places[whole] + 1] = power.imag
+                    block[:, places[whole]] = power
         return columns
     for index, order in enumerate(orders):
         phase = order * angle_rad

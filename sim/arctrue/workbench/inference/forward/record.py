@@ -25,6 +25,9 @@ Integer = NDArray[np.int64]
 MOST_ROWS = 1600
 """Approximate largest number of rows of a record; a longer record is averaged to about this number.
 A fit of the noise then takes 20 ms."""
+MANY_RATES = 50
+"""Smallest number of rates whose columns are kept: blocks of a grid have more rates, refinements of
+one place 11. The largest grid has 1,200 rates, whose columns are 31 MB."""
 ROWS_A_PERIOD = 4.0
 """Smallest number of averaged rows in a period of a line. With this number, averaging keeps 90 % of
 the line's amplitude (sinc 1/4), and the columns contain the same factor."""
@@ -104,13 +107,32 @@ class Record:
         clock."""
         return rate * self.turns_on_the_clock
 
+    @cached_property
+    def _kept(self) -> dict[bytes, Float]:
+        """Columns of many rates: every scan of a search uses the same grid."""
+        return {}
+
+    def forget(self) -> None:
+        """Release the columns that scans have in common."""
+        self._kept.clear()
+
     def line_columns(self, rate: float) -> Float:
         """Return cos and sin at one rate, averaged like each row; shape (rows, 2)."""
         return self.columns(np.array([rate]))
 
     def columns(self, rates: Float) -> Float:
         """Return cos and sin of several rates, shape (rows, 2·rates); the two columns of a rate are
-        neighbours."""
+        neighbours. Columns of MANY_RATES or more are kept until :meth:`forget` and are
+        read-only."""
+        if rates.size < MANY_RATES:
+            return self._columns(rates)
+        key = rates.tobytes()
+        if key not in self._kept:
+            self._kept[key] = self._columns(rates)
+            self._kept[key].setflags(write=False)
+        return self._kept[key]
+
+    def _columns(self, rates: Float) -> Float:
         phase = 2.0 * np.pi * np.outer(self.place - self.place[0], rates)
         found = np.empty((self.place.size, 2 * rates.size))
         found[:, 0::2] = np.cos(phase)

@@ -202,6 +202,7 @@ def search_lines(record: Record, *, oscillator_gain: float = OSCILLATOR_GAIN) ->
         rates.append(best.rate)
         rates = moved_in_turn(record, rates, best.fit.noise)
         noise = best.fit.noise
+    record.forget()
     return _ordered(record, rates, found, without, rejected)
 
 
