@@ -89,8 +89,8 @@ class HeadNoise:
         sizes = [f"{sigma:.2g}″" for sigma in self.sigmas_arcsec]
         noisy = 1 + int(np.argmax(self.sigmas_arcsec))
         return (
-            f"The heads are not equally noisy: head {noisy} is the noisiest (standard deviations "
-            f"of heads 1 to {len(sizes)}: {', '.join(sizes)})."
+            f"The heads are not equally noisy: head {noisy} is the noisiest (white noise of heads "
+            f"1 to {len(sizes)}: {', '.join(sizes)})."
         )
 
 
