@@ -88,7 +88,8 @@ class WhitenedRows:
 
 def _times(weights: Matrix, values: Matrix) -> Matrix:
     """Multiply the values of each m successive runs, (runs,) or (runs, k), by weights (m, m)."""
-    by_run = values.reshape(-1, weights.shape[0], *values.shape[1:])
+    size = weights.shape[0]
+    by_run = values.reshape(values.shape[0] // size, size, *values.shape[1:])
     return np.asarray(np.einsum("ij,rj...->ri...", weights, by_run).reshape(values.shape))
 
 
