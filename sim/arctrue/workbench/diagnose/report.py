@@ -32,6 +32,7 @@ def sentences(result: Diagnosis) -> list[str]:
             *result.findings.sentences(),
             *_not_searched(result),
             *shared_curve(result.base),
+            *_noise_of_heads(result),
             *_probable(result),
             *_measurement(result),
             *_negligible(result),
@@ -109,6 +110,7 @@ def sentences(result: Diagnosis) -> list[str]:
     said = [*found, *said] if first else [*said, *found]
     said += _not_searched(result)
     said += shared_curve(result.base)
+    said += _noise_of_heads(result)
     said += _probable(result)
     said += _measurement(result)
     return said + _negligible(result)
@@ -126,6 +128,12 @@ def _findings_to_state(result: Diagnosis) -> Findings:
 def _negligible(result: Diagnosis) -> list[str]:
     names = ", ".join(item.name for item in result.negligible)
     return [f"Significant but too small to matter: {names}."] if names else []
+
+
+def _noise_of_heads(result: Diagnosis) -> list[str]:
+    rows = result.observations.capture
+    noise = None if rows is None else rows.head_noise
+    return [noise.sentence()] if noise is not None and noise.differ else []
 
 
 def _not_searched(result: Diagnosis) -> list[str]:

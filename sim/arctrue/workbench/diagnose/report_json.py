@@ -72,7 +72,12 @@ def _noise_data(result: Diagnosis) -> dict[str, Any]:
     if solution is None:
         return {}
     residuals = Residuals(solution)
-    return noise_data(solution.noise, (residuals.capture_whiteness, residuals.reference_whiteness))
+    tests = residuals.capture_whiteness, residuals.reference_whiteness
+    data = noise_data(solution.noise, tests)
+    rows = result.observations.capture
+    if rows is not None and rows.head_noise is not None and rows.head_noise.sigmas_arcsec:
+        data["heads_arcsec"] = list(rows.head_noise.sigmas_arcsec)
+    return data
 
 
 def _findings_data(result: Diagnosis) -> dict[str, Any]:

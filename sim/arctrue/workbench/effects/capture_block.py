@@ -10,7 +10,6 @@ from __future__ import annotations
 import numpy as np
 
 from arctrue.workbench.effects.base import Columns, Effect, FitContext, Nonlinear
-from arctrue.workbench.observations.contrasts import contrast_weights
 from arctrue.workbench.observations.rows import CaptureRows
 
 
@@ -21,13 +20,12 @@ def capture_block(
     contribution."""
     if rows.channel is None:
         return effect.capture_columns(rows, nonlinear, context)
-    weights = contrast_weights(rows.heads)
     total: Columns | None = None
     for head in range(2, rows.heads + 1):
         columns = effect.capture_columns(rows.of_head(head), nonlinear, context)
         if columns is None:
             continue
-        weighted = weights[rows.channel, head - 2][:, np.newaxis] * columns
+        weighted = rows.weights[rows.channel, head - 2][:, np.newaxis] * columns
         total = weighted if total is None else total + weighted
     return total
 

@@ -53,16 +53,27 @@ class ScalarOfEachHead(ScalarEffect):
     """
 
     defaults: ClassVar[Mapping[str, object]] = {"heads": []}
+    physics_of_one: ClassVar[str] = ""
+    """``physics`` of a capture of three or four heads, if one head alone has the effect."""
+    note_of_one: ClassVar[str] = ""
+    """``compensation_note`` of one head that is not the output."""
+    note_of_head1: ClassVar[str] = ""
+    """``compensation_note`` of head 1, which is the output."""
 
     def __init__(self, **settings: object) -> None:
         """Make the effect; with one head in ``heads`` it equals a product of parts fixed to that
-        head."""
+        head, and its words are those of that head."""
         super().__init__(**settings)
         heads = self.integers("heads")
         if len(heads) == 1:
             self.in_parts = tuple(  # type: ignore[misc]
                 f"head{heads[0]}" if name == "head2" else name for name in type(self).in_parts
             )
+            if not self.physics_of_one:
+                return
+            note = self.note_of_head1 if heads[0] == 1 else self.note_of_one
+            self.physics = self.physics_of_one.format(head=heads[0])  # type: ignore[misc]
+            self.compensation_note = note.format(head=heads[0])  # type: ignore[misc]
 
     def column_names(self, observations: Observations) -> list[str]:
         heads = self.integers("heads") or range(2, observations.heads + 1)

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.observations import CaptureRows, ReferenceRows
-from arctrue.workbench.observations.contrasts import contrast_weights
 
 Float = NDArray[np.float64]
 
@@ -57,4 +56,4 @@ def shifts_of_channels(
     of_heads = [np.exp(1j * orders * place_rad) - 1.0 for place_rad in places]
     if len(places) == 1:
         return of_heads
-    return list(contrast_weights(rows.heads) @ np.array(of_heads))
+    return list(rows.weights @ np.array(of_heads))

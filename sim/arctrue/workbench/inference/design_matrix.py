@@ -263,7 +263,9 @@ def _whitened(
         start += width
     ones = of_rows.whitened_ones
     if capture:
-        return WhitenedRows(columns, ones, observations.capture.run, observations.runs)  # type: ignore[union-attr]
+        captured = observations.capture
+        assert captured is not None
+        return WhitenedRows(columns, ones, captured.run, observations.runs, captured.offset_weights)
     return WhitenedRows(columns, ones, np.zeros(size, dtype=np.int64), 1)
 
 
@@ -339,9 +341,11 @@ def every_row_sums(
     size = int(stored.run.size)
     for block in row_blocks(size):
         rows = stored.part(block) if isinstance(stored, ReferenceRows) else stored.rows(block)
-        of_rows, offsets, run = law.on(rows), observations.runs, rows.run
+        of_rows, offsets, run, mixed = law.on(rows), observations.runs, rows.run, None
         if isinstance(rows, ReferenceRows):
             offsets, run = 1, np.zeros(rows.run.size, dtype=np.int64)
+        else:
+            mixed = rows.offset_weights
         columns = block_columns(terms, widths, rows, context)
         ones = of_rows.whiten(np.ones(run.size))
         if len(terms) == 1:
@@ -350,7 +354,7 @@ def every_row_sums(
             columns = of_rows.whiten(columns)
         else:
             of_rows.whiten_in_place(columns)
-        inside = WhitenedRows(columns, ones, run, offsets)
+        inside = WhitenedRows(columns, ones, run, offsets, mixed)
         sums = _sums(inside, of_rows.whiten(rows.measured_arcsec), of_rows)
         total = sums if total is None else total + sums
         rows_done(block.stop, size)

@@ -20,6 +20,7 @@ from arctrue.workbench.inference.fitted import Fitted
 from arctrue.workbench.inference.named import labels, values_of
 from arctrue.workbench.inference.tangents import refined_names, tangent_terms
 from arctrue.workbench.noise.noise import Noise
+from arctrue.workbench.numeric.least_squares import divided_by_constants
 from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
 from arctrue.workbench.observations import Observations
 
@@ -79,11 +80,12 @@ def _normal_matrix(
         # Constants (of the runs, or a₀) can replace a part of the columns, so that this part is
         # subtracted.
         own, cross = sums.gram[:size, :size], sums.gram[:size, size:]
-        constants = np.diag(sums.gram)[size:]
-        shrunk = np.where(constants > 0.0, constants, 1.0)
+        constants = np.array(sums.gram[size:, size:])
+        unseen = np.diag(constants) <= 0.0
+        constants[unseen, unseen] = 1.0
         if is_capture:
-            shrunk = shrunk + 1.0 / noise.index_variance
-        normal += own - (cross / shrunk) @ cross.T
+            constants[np.diag_indices_from(constants)] += 1.0 / noise.index_variance
+        normal += own - divided_by_constants(cross, constants, 0.0) @ cross.T
         before += np.diag(own)
     constant = np.diag(normal) <= ALL_CONSTANT * before
     normal[constant, :] = 0.0

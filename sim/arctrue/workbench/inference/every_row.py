@@ -66,7 +66,7 @@ def channel_figures(solution: Solution, channel: str) -> ChannelFigures | None:
         if isinstance(rows, ReferenceRows):
             left -= solution.reference_offset_arcsec
         else:
-            left -= solution.run_offsets_arcsec[rows.run]
+            left -= rows.offsets_of_rows(solution.run_offsets_arcsec)
         total = total.joined(_extent(left))
         rows_done(block.stop, size)
     return _figures(total, centred=not capture)

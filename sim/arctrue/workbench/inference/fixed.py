@@ -16,6 +16,7 @@ from arctrue.workbench.inference.fit import ModelDesign
 from arctrue.workbench.inference.solution import Solution, context_of
 from arctrue.workbench.noise.fit import estimated_noise, white_noise
 from arctrue.workbench.noise.row_noise import RowNoise
+from arctrue.workbench.numeric.least_squares import WhitenedRows
 from arctrue.workbench.observations import Observations
 
 
@@ -39,16 +40,17 @@ def with_fixed_coefficients(
     # a₀ are fitted to its rows.
     noise, unknown = estimated_noise(ModelDesign((), _leaving(observations, left), FitContext()))
     sums = [
-        _constants(None if values is None else of_rows, values, run, offsets, prior)
-        for values, of_rows, run, offsets, prior in (
+        _constants(None if values is None else of_rows, values, run, offsets, prior, mixed)
+        for values, of_rows, run, offsets, prior, mixed in (
             (
                 left[0], noise.capture,
                 None if observations.capture is None else observations.capture.run,
                 observations.runs, 1.0 / noise.index_variance,
+                None if observations.capture is None else observations.capture.offset_weights,
             ),
             (
                 left[1], noise.reference,
-                None if left[1] is None else np.zeros(left[1].size, dtype=np.int64), 1, 0.0,
+                None if left[1] is None else np.zeros(left[1].size, dtype=np.int64), 1, 0.0, None,
             ),
         )
     ]  # fmt: skip
@@ -84,12 +86,18 @@ def _constants(
     run: NDArray[np.int64] | None,
     offsets: int,
     prior: float,
+    mixed: NDArray[np.float64] | None,
 ) -> NDArray[np.float64]:
     """Fit the constants of one channel by least squares: the offset of each run of the capture, or
     a₀ of the reference."""
     if noise is None or values is None or run is None:
         return np.zeros(offsets)
     ones, whitened = noise.whiten(np.ones(values.size)), noise.whiten(values)
+    if mixed is not None:
+        rows = WhitenedRows(np.zeros((values.size, 0)), ones, run, offsets, mixed)
+        return np.asarray(
+            np.linalg.solve(rows.gram + prior * np.eye(offsets), rows.moment(whitened))
+        )
     information = np.bincount(run, ones**2, offsets) + prior
     return np.asarray(np.bincount(run, ones * whitened, offsets) / np.maximum(information, 1e-300))
 

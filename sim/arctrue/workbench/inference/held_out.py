@@ -350,7 +350,7 @@ def _errors(
     )
     if capture:
         assert apart.capture is not None
-        predicted = predicted + solution.run_offsets_arcsec[apart.capture.run]
+        predicted = predicted + apart.capture.offsets_of_rows(solution.run_offsets_arcsec)
         left = solution.capture_residual_arcsec()
         of_kept = solution.noise.capture
     else:

@@ -313,7 +313,7 @@ def freedom_of(fit: ConstrainedFit, name: str) -> float:
         )  # fmt: skip
         if channel == "capture":
             assert observations.capture is not None
-            moved = moved + offsets[observations.capture.run]
+            moved = moved + observations.capture.offsets_of_rows(offsets)
         else:
             moved = moved + direction[-1]
         weights.append(of_rows.precise(of_rows.whiten(moved)))

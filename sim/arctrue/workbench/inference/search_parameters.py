@@ -16,7 +16,6 @@ from arctrue.workbench.inference.design_matrix import Term, block_columns
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.inference.tangents import refined_names
-from arctrue.workbench.observations.contrasts import contrast_weights
 
 Float = NDArray[np.float64]
 
@@ -102,10 +101,10 @@ def with_steps_on_every_row(solution: Solution) -> list[Term]:
         own = solution.part(index).start
         own_channel = run % part.channels
         step = float(solution.coefficients[own])
-        step *= float(contrast_weights(part.heads)[own_channel, own_channel])
+        step *= float(part.weights[own_channel, own_channel])
         columns[:, own] = 0.0
         left = rows.difference_arcsec - columns @ solution.coefficients
-        left -= solution.run_offsets_arcsec[run]
+        left -= rows.offsets_of_rows(solution.run_offsets_arcsec)
         # Log likelihood of a step before row k minus the log likelihood of no step: Σ_{i ≥ k}
         # step·(left − step/2).
         gain = np.cumsum((step * (left - 0.5 * step))[::-1])[::-1]

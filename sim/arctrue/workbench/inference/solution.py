@@ -159,7 +159,7 @@ class Solution(Fitted):
         rows = self.observations.capture
         assert rows is not None
         total = self._of_terms(capture=True)
-        return total + self.run_offsets_arcsec[rows.run] if with_offsets else total
+        return total + rows.offsets_of_rows(self.run_offsets_arcsec) if with_offsets else total
 
     def _of_terms(self, *, capture: bool) -> NDArray[np.float64]:
         """Return the prediction of the terms alone; it is stored for further calls."""

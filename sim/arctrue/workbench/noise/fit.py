@@ -20,7 +20,12 @@ from arctrue.workbench.noise.likelihood import FixedTerms
 from arctrue.workbench.noise.noise import FittedGroup, Noise
 from arctrue.workbench.noise.spectrum import Spectrum
 from arctrue.workbench.noise.spectrum_fit import STATED_READINGS, SpectrumFit, WhiteBounds
-from arctrue.workbench.numeric.least_squares import ChannelSums, Matrix, WhitenedRows
+from arctrue.workbench.numeric.least_squares import (
+    ChannelSums,
+    Matrix,
+    WhitenedRows,
+    divided_by_constants,
+)
 from arctrue.workbench.numeric.symmetric import solve_symmetric
 from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.rows import CaptureRows, ReferenceRows
@@ -257,8 +262,7 @@ def _scatter(
 def _without_constants(gram: Matrix, moment: Matrix, shared: int) -> tuple[Matrix, Matrix]:
     """Return Gram matrix and moment of the terms' columns after the free constants are
     eliminated."""
-    constants = np.maximum(np.diag(gram)[shared:], 1e-300)
-    cross = gram[:shared, shared:] / constants
+    cross = divided_by_constants(gram[:shared, shared:], gram[shared:, shared:], 1e-300)
     return (
         gram[:shared, :shared] - cross @ gram[shared:, :shared],
         moment[:shared] - cross @ moment[shared:],

@@ -28,6 +28,9 @@ class WhitenedRows:
     ones: Matrix
     offset: Whole
     offsets: int
+    mixed: Matrix | None = None
+    """Weights (m, m) of the offsets of each m successive runs in the rows of these runs; None if
+    the rows of a run contain its own offset only."""
 
     def moment(self, whitened: Matrix) -> Matrix:
         """Multiply columns and offset columns by whitened values, shape (rows,) or (rows, m); the
@@ -46,7 +49,7 @@ class WhitenedRows:
         total = np.zeros((self.offsets, values.shape[1]))
         for start, end in self._spans:
             total[self.offset[start]] += self.ones[start:end] @ values[start:end]
-        return total
+        return total if self.mixed is None else _times(self.mixed.T, total)
 
     @cached_property
     def gram(self) -> Matrix:
@@ -58,6 +61,9 @@ class WhitenedRows:
         found[:shared, shared:] = found[shared:, :shared].T
         places = np.arange(shared, shared + self.offsets)
         found[places, places] = np.bincount(self.offset, self.ones**2, self.offsets)
+        if self.mixed is not None:
+            own = found[shared:, shared:]
+            found[shared:, shared:] = _times(self.mixed.T, _times(self.mixed.T, own).T)
         return found
 
     @property
@@ -65,14 +71,38 @@ class WhitenedRows:
         """Return the columns, then one column for each offset; shape (rows, k + offsets)."""
         constants = np.zeros((self.ones.size, self.offsets))
         constants[np.arange(self.ones.size), self.offset] = self.ones
+        if self.mixed is not None:
+            constants = _times(self.mixed.T, constants.T).T
         return np.hstack([self.columns, constants])
 
     def model(self, coefficients: Matrix) -> Matrix:
         """Return the whitened prediction of coefficients (k + offsets,) or (k + offsets, m)."""
         shared = self.columns.shape[1]
-        constants = coefficients[shared:][self.offset]
+        constants = coefficients[shared:]
+        if self.mixed is not None:
+            constants = _times(self.mixed, constants)
+        constants = constants[self.offset]
         own = (constants.T * self.ones).T
         return np.asarray(self.columns @ coefficients[:shared] + own)
+
+
+def _times(weights: Matrix, values: Matrix) -> Matrix:
+    """Multiply the values of each m successive runs, (runs,) or (runs, k), by weights (m, m)."""
+    size = weights.shape[0]
+    by_run = values.reshape(values.shape[0] // size, size, *values.shape[1:])
+    return np.asarray(np.einsum("ij,rj...->ri...", weights, by_run).reshape(values.shape))
+
+
+def divided_by_constants(cross: Matrix, constants: Matrix, smallest: float) -> Matrix:
+    """Return ``cross`` (k, n) times the inverse of the Gram matrix of constants, (n, n).
+
+    ``smallest``: replaces smaller elements of a diagonal matrix, so that a constant without rows
+    divides by no zero.
+    """
+    own = np.diag(constants)
+    if not np.any(constants - np.diag(own)):
+        return np.asarray(cross / np.maximum(own, smallest))
+    return np.asarray(cross @ np.linalg.pinv(constants, hermitian=True))
 
 
 @dataclass(frozen=True)

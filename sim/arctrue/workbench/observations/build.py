@@ -9,10 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.base.runs import run_spans
+from arctrue.base.units import ARCSEC_PER_TURN
 from arctrue.measurement import Capture, MeasurementSet, Reference, Table
 from arctrue.measurement.measurement_set import HEAD_COLUMNS
 from arctrue.measurement.wraps import same_turn
 from arctrue.workbench.observations.coarse_times import with_spread_times
+from arctrue.workbench.observations.head_noise import HeadNoise, head_noise, samples_for_noise
 from arctrue.workbench.observations.observations import Observations
 from arctrue.workbench.observations.outliers.masked_row import MaskedRow
 from arctrue.workbench.observations.part import part_of, part_of_reference
@@ -240,7 +242,27 @@ def _stored_capture(
         conditions=columns.conditions,
         further_counts=columns.heads[2:],
     )
-    return _in_channels(stored, spans) if stored.further_counts else stored
+    if not stored.further_counts:
+        return stored
+    return _in_channels(replace(stored, head_noise=_noise_of_heads(stored)), spans)
+
+
+def _noise_of_heads(stored: StoredCapture) -> HeadNoise | None:
+    """Return the noise of the heads of a capture with one row a sample; None: equal noise."""
+    assert stored.table.counts_per_rev is not None
+    kept = samples_for_noise(stored.run)
+    head1 = stored.head1_counts[kept]
+    counts = [item[kept] for item in (stored.head2_counts, *stored.further_counts)]
+    differences = np.stack([item - head1 for item in counts]).astype(np.float64)
+    phases = [electrical_rad(item, stored.table) for item in (head1, *counts)]
+    there = [item for item in phases if item is not None]
+    return head_noise(
+        differences * (ARCSEC_PER_TURN / stored.table.counts_per_rev),
+        stored.run[kept],
+        stored.angle_rad[kept],
+        stored.time_s[kept],
+        np.stack(there) if there else None,
+    )
 
 
 def _in_one_turn(facts: Table, columns: Capture) -> Capture:

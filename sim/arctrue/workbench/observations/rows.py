@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.base.units import ARCSEC_PER_RAD
+from arctrue.workbench.observations.contrasts import contrast_weights, offset_weights
+from arctrue.workbench.observations.head_noise import HeadNoise
 
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
@@ -69,7 +71,7 @@ class CaptureRows(_Sliceable):
 
     With three or four heads each sample has one row for each head after head 1, and the rows of one
     such head form a channel. Channel 0 is R₂ − R₁. Channel k is the reading of head k + 2 minus the
-    mean of all heads before it, scaled to the noise of R₂ − R₁
+    mean of all heads before it, weighted and scaled by their noise
     (:mod:`arctrue.workbench.observations.contrasts`). Each channel of a run counts as a run.
     """
 
@@ -135,6 +137,8 @@ class CaptureRows(_Sliceable):
     """Phases of the signal periods of heads 3 and 4, shape (rows, heads − 2)."""
     head: int = 2
     """Number of the head i in Rᵢ − R₁; an effect computes its columns for this head."""
+    head_noise: HeadNoise | None = None
+    """Noise of three or four heads, which gives the weights of the contrasts; None: equal noise."""
 
     @property
     def measured_arcsec(self) -> Float:
@@ -151,6 +155,38 @@ class CaptureRows(_Sliceable):
     def channels(self) -> int:
         """Number of rows per sample."""
         return 1 if self.channel is None else self.heads - 1
+
+    @cached_property
+    def weights(self) -> Float:
+        """Weights of the differences Rᵢ − R₁ in each channel, (heads − 1, heads − 1)."""
+        noise = self.head_noise
+        return contrast_weights(self.heads, None if noise is None else noise.covariance)
+
+    @cached_property
+    def offset_weights(self) -> Float | None:
+        """Weights of the offsets of a run's channels in each channel, (channels, channels); None if
+        each channel has its own offset alone."""
+        if self.head_noise is None or self.channel is None:
+            return None
+        return offset_weights(self.heads, self.head_noise.covariance)
+
+    def offsets_of_rows(self, offsets: Float) -> Float:
+        """Return what the offsets of the runs add to each row.
+
+        Parameters
+        ----------
+        offsets : ndarray, shape (runs,)
+            Offset of each run; each channel of a recorded run counts as a run.
+
+        Returns
+        -------
+        ndarray, shape (rows,)
+            The sum of the offsets of the row's recorded run, in the weights of its channel.
+        """
+        if self.offset_weights is not None:
+            mixed = offsets.reshape(-1, self.channels) @ self.offset_weights.T
+            offsets = mixed.reshape(-1)
+        return offsets[self.run]
 
     def run_words(self, run: int) -> str:
         """Name a run as it was recorded: ``run 3``, or ``run 1 head 4``.
@@ -216,6 +252,7 @@ class CaptureRows(_Sliceable):
             revolution=self.revolution // channels,
             runs=self.runs // channels,
             difference_arcsec=apart * ARCSEC_PER_RAD,
+            head_noise=None,
             further_places_rad=(),
             further_line_rad=None,
             further_electrical_rad=None,

@@ -15,6 +15,7 @@ from arctrue.base.runs import run_spans
 from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.measurement import Table
 from arctrue.workbench.observations.contrasts import contrast_weights
+from arctrue.workbench.observations.head_noise import HeadNoise
 from arctrue.workbench.observations.rows import CaptureRows, Float, Integer
 from arctrue.workbench.observations.run_speed import RunSpeeds
 
@@ -68,6 +69,8 @@ class StoredCapture:
     """Channel of each row, as in :class:`CaptureRows`."""
     head: int = 2
     """Number of the head whose counts are ``head2_counts``, as in :class:`CaptureRows`."""
+    head_noise: HeadNoise | None = None
+    """Noise of the heads, as in :class:`CaptureRows`."""
 
     @property
     def size(self) -> int:
@@ -95,7 +98,8 @@ class StoredCapture:
         apart = self._apart_rad(self.head2_counts, samples, self.head_separation_rad)
         if self.channel is None:
             return apart
-        weights = contrast_weights(2 + len(self.further_counts))[self.channel[rows]]
+        covariance = None if self.head_noise is None else self.head_noise.covariance
+        weights = contrast_weights(2 + len(self.further_counts), covariance)[self.channel[rows]]
         apart = weights[:, 0] * apart
         for number, counts in enumerate(self.further_counts):
             place_rad = self.further_places_rad[number]
@@ -138,6 +142,7 @@ class StoredCapture:
             sample=None,
             channel=None,
             head=head,
+            head_noise=None,
         )
 
     def run_spans(self) -> list[tuple[int, int]]:
@@ -189,6 +194,7 @@ class StoredCapture:
             if further and phases[0] is not None
             else None,
             head=self.head,
+            head_noise=self.head_noise,
         )
 
 

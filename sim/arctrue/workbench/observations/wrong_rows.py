@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.base.runs import run_spans
-from arctrue.workbench.observations.contrasts import contrast_weights
 from arctrue.workbench.observations.observations import Observations
 from arctrue.workbench.observations.outliers.masked_row import MaskedRow
 from arctrue.workbench.observations.outliers.single_rows import MOST_SHARE, capture_outliers
@@ -83,7 +82,7 @@ def _of_each_head(
     the places of errors of single heads and of the disc.
     """
     contrasts = np.stack([left_arcsec[channel == number] for number in range(rows.channels)])
-    differences = np.linalg.solve(contrast_weights(rows.heads), contrasts)
+    differences = np.linalg.solve(rows.weights, contrasts)
     once = channel == 0
     angle_rad, revolution = rows.angle_rad[once], rows.revolution[once] // rows.channels
     spans = run_spans(rows.run[once])

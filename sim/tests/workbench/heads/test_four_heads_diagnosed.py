@@ -3,11 +3,14 @@ numpy simulates the sets."""
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
 from arctrue.workbench.effects.base import Parameter
+from arctrue.workbench.effects.registry import built_in
 from tests.workbench.base_diagnosis import diagnosis_of
 from tests.workbench.heads.four_heads import (
     DISC,
@@ -115,6 +118,21 @@ def test_a_bracket_that_creeps_is_named_with_its_head(head: int) -> None:
 
 
 @pytest.mark.large
+@pytest.mark.parametrize("head", [1, 2, 3, 4])
+@pytest.mark.parametrize("name", ["head_angle_error", "thermal_head_drift", "timing_skew"])
+def test_an_effect_of_one_head_speaks_of_that_head(name: str, head: int) -> None:
+    """The words of an effect of one of several heads name this head, not head 2, α = 33° or
+    R₂ − R₁."""
+    effect = built_in()[name](heads=[head])
+    assert re.findall(r"[Hh]ead (\d)", effect.physics) == [str(head)]
+    assert not re.search("R₂|33°", effect.physics)
+    said = re.findall(r"head (\d)", effect.compensation_note)
+    assert set(said) <= {"1", str(head)}
+    assert ("the output is the reading of head 1" in effect.compensation_note) == (
+        head == 1 and name != "head_angle_error"
+    )
+
+
 def test_heads_that_are_read_one_after_the_other_are_named_together() -> None:
     """One head alone does not explain the offsets of the runs, which the estimated scatter of the
     index would hide."""

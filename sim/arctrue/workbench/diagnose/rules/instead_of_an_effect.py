@@ -23,6 +23,7 @@ from arctrue.workbench.diagnose.rivals import NEAR_TIE
 from arctrue.workbench.diagnose.rules.best_effect import LEAST_TAKEN, channels_moved
 from arctrue.workbench.diagnose.same_ramp import same_ramp
 from arctrue.workbench.diagnose.slips_alike import slips_alike
+from arctrue.workbench.diagnose.steps_of_heads import heads_that_step
 from arctrue.workbench.diagnose.survey import Survey
 from arctrue.workbench.inference.forward.cycles import p_among_cycles
 from arctrue.workbench.inference.forward.mountings import describes_mountings
@@ -193,4 +194,6 @@ def refused_is_ahead(case: Case) -> Decision | None:
     ):
         return None
     why = case.survey.objection(refused) or "other speeds do not show it"
+    if refused.effect.step_at is not None:
+        why = heads_that_step(case.survey.residuals, refused.nonlinear) or why
     return Decision("unknown", resembles=refused, unlike=why)

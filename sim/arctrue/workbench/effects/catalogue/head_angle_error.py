@@ -18,6 +18,11 @@ class HeadAngleError(ScalarOfEachHead):
         "relative error of a coefficient is n·Δα divided by the factor's magnitude (at α = 33° and "
         "order 11: 210·Δα, Δα in rad)."
     )
+    physics_of_one = (
+        "Head {head} stands Δα away from its stated place: the mean of its reading minus those of "
+        "the other heads shows Δα, and the factors by which the calibration divides are wrong at "
+        "every order n of the disc, by n·Δα (Δα in rad) at this head."
+    )
     equation = "δ₂₁ = Δα·(1 + ε′(θ + α)) + ε(θ + α) − ε(θ), first order in Δα"
     source = "the paper (docs/paper.md), equation (3) with α + Δα"
     capture_sees = "the mean of R₂ − R₁ − α, and Δα·ε′"
@@ -30,6 +35,8 @@ class HeadAngleError(ScalarOfEachHead):
     parameter_units = {"head_angle_error": "arcsec"}
     compensation = "none"
     compensation_note = "the output has no such error; use the measured α in the calibration"
+    note_of_one = "the output has no such error; use the measured place in the calibration"
+    note_of_head1 = "the output has only this constant; use the measured places in the calibration"
     depends_on_model = True
     parameter_name = "head_angle_error"
     parameter_unit = "arcsec"

@@ -20,6 +20,10 @@ class ThermalHeadDrift(ScalarOfEachHead):
         "The bracket of head 2 expands and moves the head along the disc. The difference of the "
         "heads drifts with the temperature, equally at every angle."
     )
+    physics_of_one = (
+        "The bracket of head {head} expands and moves this head along the disc. Its reading drifts "
+        "with the temperature against those of the other heads, equally at every angle."
+    )
     equation = "δ₂₁ = (T − T₀)·s"
     source = "thermal expansion of a bracket"
     capture_sees = "the mean drifts with T"
@@ -32,6 +36,11 @@ class ThermalHeadDrift(ScalarOfEachHead):
         "the output does not contain head 2; the calibration must use the angle α at the present "
         "temperature"
     )
+    note_of_one = (
+        "the output does not contain head {head}; the calibration must use the place of this head "
+        "at the present temperature"
+    )
+    note_of_head1 = "the output is the reading of head 1, which drifts with the temperature"
     parameter_name = "drift"
     parameter_unit = "arcsec/K"
     in_parts = ("temperature", "head2")

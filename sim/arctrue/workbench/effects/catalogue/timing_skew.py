@@ -17,6 +17,11 @@ class TimingSkew(ScalarOfEachHead):
         "Head 2 is read Δτ after head 1, because of its cable, filter or interpolator. In this "
         "time the table moves by Δτ·ω, so R₂ − R₁ changes in proportion to the signed speed."
     )
+    physics_of_one = (
+        "Head {head} is read Δτ after the other heads, because of its cable, filter or "
+        "interpolator. In this time the table moves by Δτ·ω, so that its reading changes against "
+        "theirs in proportion to the signed speed."
+    )
     equation = "δ₂₁ = Δτ·ω"
     source = "sampling of a moving scale"
     capture_sees = "an offset in proportion to the signed speed"
@@ -29,6 +34,14 @@ class TimingSkew(ScalarOfEachHead):
     compensation_note = (
         "the output contains only head 1, so it has no such error; make the electronics read both "
         "heads at the same instant"
+    )
+    note_of_one = (
+        "the output contains only head 1, so it has no such error; make the electronics read all "
+        "heads at the same instant"
+    )
+    note_of_head1 = (
+        "the output is the reading of head 1, which is late by this time; make the electronics "
+        "read all heads at the same instant"
     )
     parameter_name = "skew"
     parameter_unit = "us"
