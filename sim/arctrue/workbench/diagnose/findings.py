@@ -314,11 +314,10 @@ class Findings:
                     "is a reversal error, because a change in time looks the same."
                 )
             else:
-                by_speed = self.cycles is not None and bool(self.cycles.by_speed)
-                what = "On average over the speeds," if by_speed else "A reversal error:"
+                # A delay at one speed looks the same as a reversal error.
                 words = (
-                    f"{what} up and down differ by {angle_words(size)} "
-                    f"(u {angle_words(sigma)}) over {passes}."
+                    f"Up and down differ by {angle_words(size)} (u {angle_words(sigma)}) over "
+                    f"{passes}."
                 )
             yield size / 2.0, words
         if self.steps:
