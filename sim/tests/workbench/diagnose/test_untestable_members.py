@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from arctrue.measurement import MeasurementSet, Reference, Table
+from arctrue.measurement import Capture, MeasurementSet, Reference, Table
 from tests.workbench.base_diagnosis import diagnosis_of
 
+ARCSEC = np.radians(1.0 / 3600.0)
+COUNTS, ALPHA_DEG = 1 << 24, 33.0
 NOISE, DEG_S, HALF = 0.8, 24.0, 6.0
 
 
@@ -50,3 +52,45 @@ def test_a_reversal_error_at_one_speed_may_be_a_delay(seed: int) -> None:
     assert found.decision.look_alikes == {"latency": ["a reference run at more than one speed"]}
     assert found.next_measurement is not None
     assert "more than one speed" in found.next_measurement
+
+
+def _interpolated(lines: int, *, known: bool) -> MeasurementSet:
+    """Return a capture of three runs of two turns, in which each head has an error of its own once
+    per signal period, 0.6″ and 0.4″; ``known``: the set states the number of lines."""
+    random = np.random.default_rng(1)
+    columns = []
+    start_s = 0.0
+    for number, speed in enumerate((1.0, -1.0, 1.5)):
+        angle = 0.3 * number + np.sign(speed) * np.arange(8000) * np.pi / 2000.0
+        heads = []
+        for place_deg, size, phase in ((0.0, 0.6, 0.3), (ALPHA_DEG, 0.4, 1.9)):
+            disc = angle + np.radians(place_deg)
+            disc = disc + ARCSEC * (2.5 * np.cos(disc + 0.4) + np.cos(3.0 * disc))
+            disc += ARCSEC * (size * np.cos(lines * disc + phase) + 0.15 * random.normal(size=8000))
+            heads.append(np.round(disc / (2.0 * np.pi) * COUNTS))
+        times = start_s + np.abs(angle - angle[0]) / abs(speed)
+        start_s = float(times[-1]) + 5.0
+        columns.append(np.column_stack([np.full(8000, number), times, *heads]))
+    run, time_s, head1, head2 = np.vstack(columns).T
+    capture = Capture(run.astype(np.int64), time_s, head1.astype(np.int64), head2.astype(np.int64))
+    stated = lines if known else None
+    table = Table(counts_per_rev=COUNTS, head_separation_deg=ALPHA_DEG, grating_lines=stated)
+    return MeasurementSet(table, capture, None)
+
+
+@pytest.mark.parametrize("known", [False, pytest.param(True, marks=pytest.mark.large)])
+def test_an_order_that_may_be_the_lines_is_no_sure_order_of_the_disc(known: bool) -> None:
+    """R₂ − R₁ has one wave of order 1,024, of the disc or of the signals of 1,024 lines."""
+    found = diagnosis_of(_interpolated(1024, known=known))
+    assert found.verdict == "ambiguous"
+    assert set(found.decision.effect_class) == {"high_order_graduation", "subdivision_error"}
+    if not known:
+        assert found.decision.look_alikes == {"subdivision_error": ["the key table.grating_lines"]}
+
+
+@pytest.mark.large
+def test_an_order_that_cannot_be_the_lines_keeps_its_name() -> None:
+    """2²⁴ counts are no multiple of 500, 250 or 125 lines."""
+    found = diagnosis_of(_interpolated(500, known=False))
+    assert found.named is not None
+    assert found.named.name == "high_order_graduation"
