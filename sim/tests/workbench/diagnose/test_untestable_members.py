@@ -13,9 +13,9 @@ COUNTS, ALPHA_DEG = 1 << 24, 33.0
 NOISE, DEG_S, HALF = 0.8, 24.0, 6.0
 
 
-def _one_speed(seed: int, step_deg: float, *, times: bool = True) -> MeasurementSet:
+def _one_speed(seed: int, step_deg: float, *, directed: bool = True) -> MeasurementSet:
     """Return whole turns on the move at one speed, three in each direction, with ±HALF by
-    direction; rows every ``step_deg``."""
+    direction; rows every ``step_deg``. ``directed``: the set has the column direction."""
     random = np.random.default_rng(seed)
     rows = round(360.0 / step_deg)
     pieces, start_s, start_deg = [], 0.0, 0.0
@@ -37,8 +37,8 @@ def _one_speed(seed: int, step_deg: float, *, times: bool = True) -> Measurement
         target,
         error + random.normal(0.0, NOISE, run.size),
         run=run.astype(np.int64),
-        time_s=time_s if times else None,
-        direction=direction,
+        time_s=time_s,
+        direction=direction if directed else None,
     )
     return MeasurementSet(Table(), None, reference)
 
@@ -52,6 +52,15 @@ def test_a_reversal_error_at_one_speed_may_be_a_delay(seed: int) -> None:
     assert found.decision.look_alikes == {"latency": ["a reference run at more than one speed"]}
     assert found.next_measurement is not None
     assert "more than one speed" in found.next_measurement
+
+
+def test_offsets_that_follow_the_motion_are_stated_without_the_column_direction() -> None:
+    found = diagnosis_of(_one_speed(1, 1.2, directed=False))
+    assert found.named is None
+    said = " ".join(found.findings.sentences())
+    # The mean of 300 readings of 0.8″ has 0.05″.
+    assert "follows the direction: ±(6″) at 24°/s up and down" in said
+    assert "its own zero" not in said
 
 
 def _interpolated(lines: int, *, known: bool) -> MeasurementSet:

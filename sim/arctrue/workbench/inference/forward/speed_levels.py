@@ -97,9 +97,11 @@ def of_runs(rows: ReferenceRows, values: Float) -> Float:
     return np.array([piece.mean() for piece in pieces])
 
 
-def speed_levels(rows: ReferenceRows, left: Float) -> SpeedLevels | None:
-    """Return the means of the runs by speed; None with too few speeds or runs, or if no speed
-    occurs in both directions.
+def speed_levels(
+    rows: ReferenceRows, left: Float, least_speeds: int = LEAST_SPEEDS
+) -> SpeedLevels | None:
+    """Return the means of the runs by speed; None with fewer than ``least_speeds`` speeds, with too
+    few runs, or if no speed occurs in both directions.
 
     Runs that stand still, and runs that go there and back, are left out.
     """
@@ -115,6 +117,6 @@ def speed_levels(rows: ReferenceRows, left: Float) -> SpeedLevels | None:
     level[order] = np.cumsum(new) - 1
     both = np.intersect1d(level[speed > 0.0], level[speed < 0.0])
     found = SpeedLevels(speed, means, level, moving)
-    if both.size == 0 or found.number < LEAST_SPEEDS or found.free < LEAST_FREE:
+    if both.size == 0 or found.number < least_speeds or found.free < LEAST_FREE:
         return None
     return found
