@@ -140,6 +140,25 @@ def test_fast_passes_of_a_log_are_on_the_move() -> None:
     np.testing.assert_allclose(np.degrees(speed), np.repeat(speeds, 400), rtol=1e-9)
 
 
+@pytest.mark.parametrize(("rate_hz", "moves"), [(20.0, True), (4.0, False)])
+def test_rows_that_follow_too_fast_for_stops_are_on_the_move(rate_hz: float, moves: bool) -> None:
+    """No servo stops 20 times a second at places 1.2° apart; it may stop four times a second."""
+    since = np.arange(300) / rate_hz
+    up = 1.2 * np.arange(300)
+    speed = reference_speed(_reference([(up, since), (up[::-1], since)]))
+    assert (speed is not None) == moves
+    if speed is not None:
+        np.testing.assert_allclose(np.degrees(speed), np.repeat([24.0, -24.0], 300), rtol=1e-9)
+
+
+def test_two_readings_at_each_station_are_no_motion() -> None:
+    """Two readings 0.1 s apart, and 4 s to the next station: the table stops there."""
+    stations = np.repeat(FACES, 2)[:-1]
+    since = (np.arange(stations.size) // 2) * 4.0 + (np.arange(stations.size) % 2) * 0.1
+    passes = [(FACES[:1], np.array([0.0])), (stations[1:], since[1:])]
+    assert reference_speed(_reference(passes)) is None
+
+
 def test_stations_next_to_a_log_of_other_times_stand_still() -> None:
     """The table stands still at stations although the set also contains a log: a clock of 0.5 s
     sampled the pass in motion, and the stops last 4 s."""

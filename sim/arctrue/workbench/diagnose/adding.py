@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
+import numpy as np
+
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.added import added, settled
 from arctrue.workbench.inference.left import Left, left_by
@@ -38,7 +40,22 @@ class Adding:
         """Return the residual of the model with the effect of this name; None where that effect
         cannot be added."""
         if name not in self.found:
-            kind = self.effects.get(name)
-            solution = None if kind is None else added(kind(), self.residuals)
+            effect = self.effects[name]() if name in self.effects else None
+            if effect is not None and not effect.search and not has_columns(effect, self.residuals):
+                effect = None
+            solution = None if effect is None else added(effect, self.residuals)
             self.found[name] = None if solution is None else left_by(solution)
         return self.found[name]
+
+
+def has_columns(effect: Effect, residuals: Residuals) -> bool:
+    """Tell whether the columns of the effect, without search parameters, can be calculated on these
+    rows.
+
+    An effect, possibly a user's own, may raise any exception if a column that it needs is missing.
+    """
+    try:
+        columns = residuals.whitened_columns(effect, {})
+    except (TypeError, AttributeError, AssertionError, KeyError, ValueError, IndexError):
+        return False
+    return any(item is not None and np.all(np.isfinite(item)) for item in columns)

@@ -314,7 +314,7 @@ class Case:
         best, survey = self.best, self.survey
         if best is None or best.effect.unspecific:
             return {}
-        return look_alikes(best, survey.residuals, survey.untestable, self.effects)
+        return look_alikes(best, survey.residuals, survey.untestable, self.effects, NEAR_TIE)
 
     @cached_property
     def confounded(self) -> Candidate | None:

@@ -314,9 +314,10 @@ class Findings:
                     "is a reversal error, because a change in time looks the same."
                 )
             else:
+                # A delay at one speed looks the same as a reversal error.
                 words = (
-                    f"A reversal error: up and down differ by {angle_words(size)} "
-                    f"(u {angle_words(sigma)}) over {passes}."
+                    f"Up and down differ by {angle_words(size)} (u {angle_words(sigma)}) over "
+                    f"{passes}."
                 )
             yield size / 2.0, words
         if self.steps:

@@ -33,6 +33,7 @@ from arctrue.workbench.inference.forward.folded import is_alias
 from arctrue.workbench.inference.forward.mountings import mounting_change
 from arctrue.workbench.inference.forward.noise_of_record import whitened_left
 from arctrue.workbench.inference.forward.of_solution import records_of, reversal_with_steps
+from arctrue.workbench.inference.forward.order_at_speeds import is_an_order
 from arctrue.workbench.inference.forward.oscillation import (
     Oscillation,
     oscillation_in_reference,
@@ -131,6 +132,11 @@ def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Finding
             if not any(
                 _is_same(item, other, record) or _is_at_a_speed(item, other, of_orders)
                 for other in causes
+            )
+            and not (
+                item.in_time
+                and of_orders is not None
+                and is_an_order(found, item.lines[0].rate, of_orders)
             )
         ]
         of_orders = of_orders if record.in_time else record

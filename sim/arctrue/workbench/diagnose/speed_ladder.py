@@ -7,7 +7,12 @@ from numpy.typing import NDArray
 from scipy.special import fdtrc
 
 from arctrue.workbench.diagnose.candidate import Candidate, changes_arcsec
-from arctrue.workbench.inference.forward.speed_levels import SURE_P, of_runs, speed_levels
+from arctrue.workbench.inference.forward.speed_levels import (
+    SURE_P,
+    SpeedLevels,
+    of_runs,
+    speed_levels,
+)
 from arctrue.workbench.inference.solution import Solution
 
 Float = NDArray[np.float64]
@@ -16,34 +21,41 @@ IN_PROPORTION = 0.98
 """Smallest share of the squares of an effect's run means that a straight line through zero
 explains, for an effect that is in proportion to the speed; the order-dependent part of a delay
 averages to less."""
+DEPARTS = 0.01
+"""Smallest share of the squares of a straight line, beyond a step, that a departure from it must
+reach: a tenth of its size. Between four speeds from 1 to 8, the square of the speed departs by
+0.04 and its root by 0.02."""
 
 
-def not_in_proportion(base: Solution, best: Candidate, least_share: float) -> str | None:
+def not_in_proportion(base: Solution, best: Candidate, matters_arcsec: float) -> str | None:
     """Explain in words why an effect in proportion to the speed does not describe the runs of a
-    reference; None if it may, or for any other effect.
-
-    The part of the run means that changes its sign with the direction is compared with a step and
-    a straight line (a reversal error and a delay). The rest of the run means is the noise of the
-    F test. ``least_share``: smallest share of the sum of squares of the straight line, beyond the
-    step, that the departure from it must reach.
-    """
+    reference; None if it may, or for any other effect. ``matters_arcsec``: the negligible size."""
     rows, left = base.observations.reference, base.reference_residual_arcsec()
     found = None if rows is None or left is None else speed_levels(rows, left)
     if rows is None or found is None:
         return None
-    speed = found.speed_rad_s
-    if not _is_line(speed, of_runs(rows, changes_arcsec(base, best.solution)["reference"])):
+    change = of_runs(rows, changes_arcsec(base, best.solution)["reference"])[found.moving]
+    if not _is_line(found.speed_rad_s, change) or not departs_from_a_line(found, matters_arcsec):
         return None
+    return f"the offsets of the runs do not grow in proportion to the speed: {found.words()}"
+
+
+def departs_from_a_line(found: SpeedLevels, matters_arcsec: float) -> bool:
+    """Tell whether the part of the run means that changes its sign with the direction is another
+    function of the speed than a step and a straight line (a reversal error and a delay).
+
+    The rest of the run means is the noise of the F test. The RMS of the departure must exceed
+    ``matters_arcsec``.
+    """
+    speed = found.speed_rad_s
     step = np.column_stack([np.ones(speed.size), np.sign(speed)])
     of_step, of_line = found.left(step), found.left(np.column_stack([step, speed]))
     of_levels = found.left(found.columns)
     departs, follows = of_line - of_levels, of_step - of_line
-    if departs <= least_share * follows:
-        return None
+    if departs <= max(DEPARTS * follows, speed.size * matters_arcsec**2):
+        return False
     ratio = departs / (found.number - 2) / max(of_levels / found.free, 1e-300)
-    if float(fdtrc(found.number - 2, found.free, ratio)) >= SURE_P:
-        return None
-    return f"the offsets of the runs do not grow in proportion to the speed: {found.words()}"
+    return float(fdtrc(found.number - 2, found.free, ratio)) < SURE_P
 
 
 def _is_line(speed: Float, change: Float) -> bool:

@@ -16,6 +16,9 @@ Integer = NDArray[np.int64]
 MOVING_STEP_DEG = 1.0
 """Largest median step of a pass whose rows are close together, and which is therefore in motion; a
 run with stops has larger steps."""
+LEAST_STOP_S = 0.2
+"""Shortest time between two readings of a table that stops at its stations: a servo needs some
+tenths of a second to stop and to settle. This limit is a choice."""
 LEAST_ROWS = 8
 """Smallest number of rows for a median of six second differences: with fewer rows, one odd row
 decides the median."""
@@ -57,13 +60,14 @@ def reference_speed(columns: Reference) -> Float | None:
     """Return the signed speed of every row, rad/s, 0 where the table stood; None without motion.
 
     A pass is a sequence of rows between two changes of run, cycle, direction, or the sense in which
-    the targets follow each other. Four kinds of passes are in motion. First, passes over stations
+    the targets follow each other. Five kinds of passes are in motion. First, passes over stations
     close together. Second, passes that a clock sampled while the speed changed (a ramp): their
     times are even and their distances uneven. Third, passes over stations far apart (a polygon's
     faces), if their times fit steady speeds and at least two of the speeds differ: a table that
     stops takes about as long at each station in every pass. Fourth, passes over stations far apart
     at a steady speed, if their time steps equal those of a pass of the first two kinds. A clock
-    then sampled both, and the fast pass belongs to the same log.
+    then sampled both, and the fast pass belongs to the same log. Fifth, passes whose rows follow
+    each other faster than a table can stop.
     """
     target, time_s = continued(columns.target_deg), columns.time_s
     if time_s is None or target.size < LEAST_ROWS:
@@ -94,13 +98,19 @@ def reference_speed(columns: Reference) -> Float | None:
     steady = far.size >= 2 and float(far.max()) > SPEED_RATIO * float(far.min())
     found = np.zeros(target.size)
     for rows, speed, is_near in zip(passes, speeds, near, strict=True):
-        if is_near:
+        if is_near or (_cannot_stop(target[rows], time_s[rows]) and not (steady and speed)):
             angle = np.radians(target[rows])
             local = run_speeds(angle, time_s[rows], [(0, angle.size)], TARGET_NOISE_RAD)
             found[rows] = local.of(np.zeros(angle.size, dtype=np.int64), slice(None))
         elif steady and speed:
             found[rows] = speed
     return found if np.any(found != 0.0) else None
+
+
+def _cannot_stop(target_deg: Float, time_s: Float) -> bool:
+    """Tell whether the stations of a pass follow each other faster than a table can stop."""
+    taken = np.diff(time_s)[np.diff(target_deg) != 0.0]
+    return taken.size > 0 and 0.0 < float(np.median(taken)) < LEAST_STOP_S
 
 
 def continued(target_deg: Float) -> Float:

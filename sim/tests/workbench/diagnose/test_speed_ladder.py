@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
+from arctrue.workbench.diagnose.speed_ladder import departs_from_a_line
+from arctrue.workbench.inference.forward.speed_levels import SpeedLevels
 from tests.workbench.base_diagnosis import diagnosis_of
 
 Float = NDArray[np.float64]
@@ -18,9 +20,12 @@ SPEEDS_DEG_S = (4.0, 8.0, 16.0, 24.0, 32.0)
 NOISE, STEP_S = 0.3, 0.6
 
 
-def _ladder(of_speed: Callable[[float], float], seed: int, zeros: float = 0.0) -> Diagnosis:
+def _ladder(
+    of_speed: Callable[[float], float], seed: int, zeros: float = 0.0, standing: int = 0
+) -> Diagnosis:
     """Diagnose whole turns up and down at five speeds, twice, with an offset of each run and the
-    scatter ``zeros`` of the runs' zeros."""
+    scatter ``zeros`` of the runs' zeros. ``standing``: number of readings of a further run at
+    standstill."""
     random = np.random.default_rng(seed)
     pieces, start_s, start_deg = [], 0.0, 0.0
     speeds = [sign * speed for _ in range(2) for speed in SPEEDS_DEG_S for sign in (1.0, -1.0)]
@@ -40,6 +45,14 @@ def _ladder(of_speed: Callable[[float], float], seed: int, zeros: float = 0.0) -
         )
         start_s += float(since[-1]) + 5.2
         start_deg += speed * float(since[-1])
+    if standing:
+        times = start_s + STEP_S * np.arange(standing)
+        pieces.append(
+            np.column_stack([
+                np.full(standing, len(speeds)), times, np.full(standing, start_deg),
+                np.full(standing, 1.0), np.zeros(standing),
+            ])
+        )  # fmt: skip
     run, time_s, target, direction, offset = np.vstack(pieces).T
     angle = np.radians(target)
     error = 8.0 * np.cos(angle + 0.3) + 2.0 * np.cos(2.0 * angle) + offset
@@ -68,6 +81,43 @@ def test_a_reversal_above_a_speed_is_no_delay(seed: int) -> None:
     assert values is not None
     offsets = [float(one.strip("″").replace("−", "-")) for one in values[1].split(", ")]
     assert offsets == pytest.approx([0.0, 0.0, 0.0, 2.0, 2.0], abs=0.15)
+
+
+def test_a_run_at_standstill_does_not_make_a_delay_of_it() -> None:
+    found = _ladder(lambda speed: 2.0 * np.sign(speed) * (abs(speed) > 20.0), 1, standing=50)
+    assert found.named is None
+    assert "do not grow in proportion to the speed" in (found.decision.unlike or "")
+
+
+@pytest.mark.parametrize(("power", "seed"), [(2.0, 1), (0.5, 2)])
+def test_a_power_of_the_speed_is_no_delay(power: float, seed: int) -> None:
+    """5″ at 32°/s; a straight line and a step leave 0.39″ RMS of the square, 0.2″ of the root."""
+    found = _ladder(lambda speed: 5.0 * np.sign(speed) * (abs(speed) / 32.0) ** power, seed)
+    assert found.verdict == "unknown"
+    assert found.named is None
+    values = re.search(r"±\((.*)\) at 4, 8, 16, 24, 32°/s", found.decision.unlike or "")
+    assert values is not None
+    offsets = [float(one.strip("″").replace("−", "-")) for one in values[1].split(", ")]
+    expected = [5.0 * (speed / 32.0) ** power for speed in SPEEDS_DEG_S]
+    assert offsets == pytest.approx(expected, abs=0.15)
+    assert "A reversal error" not in " ".join(found.findings.sentences())
+
+
+@pytest.mark.parametrize("zeros", [0.02, 0.1, 0.3])
+@pytest.mark.parametrize("speeds", [(1, 2, 4, 8), (4, 8, 16, 24, 32), (1, 3, 10, 30, 100)])
+def test_the_runs_of_a_delay_follow_a_straight_line(
+    speeds: tuple[float, ...], zeros: float
+) -> None:
+    """At most SURE_P of true delays are refused: none or one of 1,000 (P(two) < 0.005)."""
+    random = np.random.default_rng(7)
+    speed = np.repeat(np.array(speeds, dtype=float), 4) * np.tile([1.0, -1.0], 2 * len(speeds))
+    level = np.searchsorted(np.array(speeds), np.abs(speed))
+    refused = 0
+    for _ in range(1000):
+        means = 2.3 * speed / max(speeds) + random.normal(0.0, zeros, speed.size)
+        levels = SpeedLevels(speed, means, level, np.ones(speed.size, dtype=bool))
+        refused += departs_from_a_line(levels, 0.0)
+    assert refused <= 1
 
 
 @pytest.mark.parametrize(("seed", "zeros"), [(1, 0.0), (2, 0.3)])

@@ -92,7 +92,7 @@ def fails_its_own_test(case: Case) -> Decision | None:
     if why is None and follows_the_reading(case.survey.residuals, best, NEAR_TIE):
         why = "it follows the reading of the reference, so that the reference's scale is nonlinear"
     if why is None:
-        why = not_in_proportion(case.survey.base, best, OF_THE_SAME_KIND)
+        why = not_in_proportion(case.survey.base, best, case.survey.matters_arcsec)
     further = case.further
     explained = further is not None and further.verdict in ("named", "ambiguous")
     if why is None and is_of_the_runs(case) and case.with_best is not None and not explained:

@@ -12,10 +12,6 @@ from arctrue.workbench.observations import Observations, ReferenceRows
 
 LEAST_DELAY_US = 1e-3
 """Smallest delay with which the column is calculated; it replaces any smaller delay."""
-LEAST_STOP_S = 0.2
-"""Shortest time between two readings of a table that stops at its stations: a servo needs some
-tenths of a second to stop and to settle. This limit is a choice; it decides only which data a
-sentence asks for."""
 
 
 class Latency(ScalarEffect):
@@ -52,8 +48,6 @@ class Latency(ScalarEffect):
         if rows is None:
             return ["a reference run"]
         if rows.speed_rad_s is None:
-            if _moves(rows):
-                return ["a reference run at more than one speed"]
             return ["a reference run on the move (this one stands still at its stations)"]
         # For both directions at one speed, a delay looks the same as a reversal error.
         if np.unique(np.round(np.abs(rows.speed_rad_s), 6)).size < 2:
@@ -85,10 +79,3 @@ class Latency(ScalarEffect):
         behind_rad = rows.speed_rad_s * delay_us * 1e-6
         total = context.shifted_arcsec(rows.angle_rad, -behind_rad) - behind_rad * ARCSEC_PER_RAD
         return np.asarray(total / delay_us)[:, np.newaxis]
-
-
-def _moves(rows: ReferenceRows) -> bool:
-    """Tell whether the readings follow each other too fast for a table that stops."""
-    if rows.time_s is None or rows.time_s.size < 2:
-        return False
-    return 0.0 < float(np.median(np.diff(rows.time_s))) < LEAST_STOP_S

@@ -45,7 +45,8 @@ class CycleChange:
     """RMS over the runs of the change of the amplitude vector of order 1 from its mean; 0 if only
     the zeros change."""
     by_speed: str = ""
-    """Offsets at each speed up and down, in words, if the offsets of the runs follow the speed."""
+    """Speed or direction that the offsets of the runs follow, and their sizes, in words; empty if
+    they follow neither."""
     explained_by: tuple[str, ...] = ()
     """Effects that explain the offsets together; empty if nothing explains them."""
 
@@ -65,7 +66,7 @@ class CycleChange:
         if self.by_speed:
             return (
                 f"the offset of the reference changes from run to run by {self.rms_arcsec:.2g}″ "
-                f"RMS and follows the speed: {self.by_speed}"
+                f"RMS and follows the {self.by_speed}"
             )
         if self.of_runs:
             return (
@@ -136,7 +137,7 @@ def run_change(solution: Solution, largest_p: float = CHANGES_P) -> CycleChange 
     rows, left = solution.observations.reference, solution.reference_residual_arcsec()
     if rows is None or left is None or rows.cycle is not None or solution.unknown_noise:
         return None
-    levels = speed_levels(rows, left)
+    levels = speed_levels(rows, left, least_speeds=1)
     if rows.direction is not None:
         for side in np.unique(rows.direction):
             own = rows.direction == side
@@ -168,7 +169,9 @@ def run_change(solution: Solution, largest_p: float = CHANGES_P) -> CycleChange 
         return None
     if float(fdtrc(change.size, len(inside), square / change.size / noise)) >= largest_p:
         return None
-    by_speed = levels.words() if levels is not None and levels.follow_the_speed() else ""
+    by_speed = ""
+    if levels is not None and levels.follow_the_speed():
+        by_speed = f"{'speed' if levels.number > 1 else 'direction'}: {levels.words()}"
     rms = float(np.std([piece.mean() for piece in runs]))
     return CycleChange(rms, of_runs=True, by_speed=by_speed)
 

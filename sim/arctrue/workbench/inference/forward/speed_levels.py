@@ -26,6 +26,12 @@ LEAST_FREE = 3
 SAME_SPEED = 0.02
 """Largest relative difference of two speeds that count as the same; a drive repeats a set speed
 within a few per mille."""
+STANDS = 1e-3
+"""A run stands still if it is slower than this share of the fastest run. A delay then causes less
+than this share of its largest error, which no run mean shows."""
+ONE_WAY = 0.5
+"""A run moves one way if its mean speed is at least this share of the mean of its speed's size. A
+run that goes there and back has no direction of its own."""
 MOST_BESIDE = 0.1
 """Largest share of the squares of the run means that the speeds may leave if the means are said to
 follow them."""
@@ -39,6 +45,9 @@ class SpeedLevels:
     means: Float
     level: NDArray[np.int64]
     """Number of the speed of each run, the slowest first."""
+    moving: NDArray[np.bool_]
+    """True for the runs of the set that move one way, shape (runs of the set,). The other fields
+    have these runs only."""
 
     @property
     def columns(self) -> Float:
@@ -88,18 +97,26 @@ def of_runs(rows: ReferenceRows, values: Float) -> Float:
     return np.array([piece.mean() for piece in pieces])
 
 
-def speed_levels(rows: ReferenceRows, left: Float) -> SpeedLevels | None:
-    """Return the means of the runs by speed; None with too few speeds or runs, or with one
-    direction."""
+def speed_levels(
+    rows: ReferenceRows, left: Float, least_speeds: int = LEAST_SPEEDS
+) -> SpeedLevels | None:
+    """Return the means of the runs by speed; None with fewer than ``least_speeds`` speeds, with too
+    few runs, or if no speed occurs in both directions.
+
+    Runs that stand still, and runs that go there and back, are left out.
+    """
     if rows.speed_rad_s is None:
         return None
-    speed = of_runs(rows, rows.speed_rad_s)
-    if np.unique(np.sign(speed)).size != 2 or not speed.all():
-        return None
+    mean, size = of_runs(rows, rows.speed_rad_s), of_runs(rows, np.abs(rows.speed_rad_s))
+    moving = (size > STANDS * size.max()) & (np.abs(mean) >= ONE_WAY * size)
+    speed, means = mean[moving], of_runs(rows, left)[moving]
     size = np.abs(speed)
     order = np.argsort(size)
     new = np.diff(size[order], prepend=-1.0) > SAME_SPEED * size[order]
     level = np.empty(size.size, dtype=np.int64)
     level[order] = np.cumsum(new) - 1
-    found = SpeedLevels(speed, of_runs(rows, left), level)
-    return found if found.number >= LEAST_SPEEDS and found.free >= LEAST_FREE else None
+    both = np.intersect1d(level[speed > 0.0], level[speed < 0.0])
+    found = SpeedLevels(speed, means, level, moving)
+    if both.size == 0 or found.number < least_speeds or found.free < LEAST_FREE:
+        return None
+    return found
