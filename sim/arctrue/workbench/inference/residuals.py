@@ -129,11 +129,13 @@ class Residuals:
         return capture, reference
 
     @cached_property
-    def capture_precise_columns(self) -> Matrix | None:
-        """C⁻¹ times the model's columns and the columns of the run offsets in the capture, shape
-        (capture rows, columns); None without a capture."""
+    def capture_precise_design(self) -> WhitenedRows | None:
+        """C⁻¹ times the model's columns and ones in the capture; None without a capture."""
         design, noise = self._designs[0], self.solution.noise.capture
-        return None if design is None or noise is None else noise.precise(design.every_column)
+        if design is None or noise is None:
+            return None
+        columns, ones = noise.precise(design.columns), noise.precise(design.ones)
+        return replace(design, columns=columns, ones=ones)
 
     def explained_squares(self, cross: Matrix) -> Matrix:
         """Return the weighted sum of squares that the model explains of columns of the capture,

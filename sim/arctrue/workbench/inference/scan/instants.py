@@ -40,8 +40,8 @@ def at_best_instant(effect: Effect, residuals: Residuals, found: list[Place]) ->
     every row is tried, with C⁻¹ times the model's columns summed from each row to the end.
     """
     capture, noise = residuals.observations.capture, residuals.solution.noise.capture
-    precise, columns = residuals.capture_precise, residuals.capture_precise_columns
-    if not found or capture is None or noise is None or precise is None or columns is None:
+    precise, design = residuals.capture_precise, residuals.capture_precise_design
+    if not found or capture is None or noise is None or precise is None or design is None:
         return found
     place = found[0].nonlinear
 
@@ -61,15 +61,20 @@ def at_best_instant(effect: Effect, residuals: Residuals, found: list[Place]) ->
         return found
 
     def summed(values: Float) -> Float:
-        """Multiply values (rows, k) by the column of a step at each time; (times, k)."""
+        """Multiply values (rows, …) by the column of a step at each time; (times, …)."""
         of_time = np.add.reduceat((values[rows].T * inside[rows]).T, first, axis=0)
         return np.asarray(np.cumsum(of_time[::-1], axis=0)[::-1] + later @ values)
 
     tried = np.clip(spread_places(times.size), 1, times.size - 1)
     steps = np.column_stack([step_at(float(times[number])) for number in tried])
     own = np.log(np.sum(noise.whiten(steps) ** 2, axis=0))
-    absorbed = residuals.explained_squares(summed(columns).T)
-    squares = summed(precise[:, np.newaxis])[:, 0] ** 2
+    # The column of an offset is nonzero on the rows of its run only.
+    offsets = np.zeros((times.size, design.offsets))
+    offsets[:] = np.bincount(design.offset, later * design.ones, design.offsets)
+    for number in np.unique(design.offset[rows]):
+        offsets[:, number] = summed(np.where(design.offset == number, design.ones, 0.0))
+    absorbed = residuals.explained_squares(np.hstack([summed(design.columns), offsets]).T)
+    squares = summed(precise) ** 2
     best: set[int] = set()
     # In white noise the information changes slowly from row to row; in slow noise it is that of the
     # rows next to the step, and changes with their scale.
