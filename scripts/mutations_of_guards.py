@@ -348,7 +348,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "a_step_of_single_rows",
         "a single wrong row at the end of a run is a slip",
-        f"{INFERENCE}/scan/steps.py",
+        f"{INFERENCE}/scan/instants.py",
         "LEAST_STEP_ROWS = 4\n",
         "LEAST_STEP_ROWS = 1\n",
         "sim/tests/workbench/diagnose/test_rules.py"

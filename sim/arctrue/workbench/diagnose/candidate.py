@@ -195,9 +195,11 @@ def within_the_record(item: Candidate) -> dict[str, Parameter]:
     reference in place of a larger amplitude.
 
     The amplitude of a settling exp(−t/τ) is its size at t = 0. The model explains a part of the
-    product, and the first rows may come later, so that no row may change by this amplitude. An
-    amplitude per unit of a condition is no size and stays. The amplitude of a change between two
-    runs stays too: it is the difference of two states, of which the model explains the mean.
+    product, and the first rows may come later, so that no row may change by this amplitude. A
+    settling without orders falls from one side, so that its largest change is that from the first
+    to the last row: the distance from the mean of the rows is smaller. An amplitude per unit of a
+    condition is no size and stays. The amplitude of a change between two runs stays too: it is the
+    difference of two states, of which the model explains the mean.
     """
     found = item.parameters()
     if isinstance(item.effect, ProductOfParts) and item.effect.condition.from_run is not None:
@@ -207,7 +209,12 @@ def within_the_record(item: Candidate) -> dict[str, Parameter]:
     before = item.evidence.base.solution
     if item.solution.observations is not before.observations:
         return found
-    largest = float(np.abs(changes_arcsec(before, item.solution)["reference"]).max(initial=0.0))
+    change = changes_arcsec(before, item.solution)["reference"]
+    effect = item.effect
+    one_sided = isinstance(effect, ProductOfParts) and (
+        effect.condition.part == "settling" and not effect.orders
+    )
+    largest = float(np.ptp(change) if one_sided else np.abs(change).max(initial=0.0))
     for name in ("amplitude", "size"):
         size = found.get(name)
         if size is not None and size.unit == "arcsec" and largest < SAME_SIZE * abs(size.value):

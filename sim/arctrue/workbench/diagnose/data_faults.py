@@ -16,6 +16,7 @@ from scipy.ndimage import median_filter
 from arctrue.base.percent import percent
 from arctrue.base.runs import run_spans
 from arctrue.base.units import RAD_PER_ARCSEC
+from arctrue.workbench.diagnose.wrapped_counter import wraps_of
 from arctrue.workbench.observations import CaptureRows, Observations
 from arctrue.workbench.observations.outliers.excursions import excursions, step_scatter
 from arctrue.workbench.observations.outliers.single_rows import MOST_SHARE
@@ -68,6 +69,11 @@ def data_faults(observations: Observations) -> list[str]:
     found: list[str] = []
     # All rows of a long capture are examined, not only the rows that the statistics use.
     for rows in observations.pairs():
+        wrapped = _wrapped_counters(rows, observations)
+        found += wrapped
+        if wrapped:
+            # The jumps of the counter falsify the angle between the heads and the steps.
+            continue
         found += _separation_fault(rows)
         spans = run_spans(rows.run)
         for run, (start, end) in enumerate(spans):
@@ -115,6 +121,36 @@ def _separation_fault(rows: CaptureRows | StoredCapture) -> list[str]:
         f"{'head_separation_deg' if rows.head == 2 else 'head_places_deg'} and "
         "counts_per_rev, which column is which head, and that both count from the index mark"
     ]
+
+
+def _wrapped_counters(rows: CaptureRows | StoredCapture, observations: Observations) -> list[str]:
+    """Describe each head of a pair whose counter starts anew within the capture."""
+    spans, found = run_spans(rows.run), []
+    in_counts = (observations.counts_per_rev or 1) / (2.0 * np.pi)
+    reading, other = _readings(rows, slice(None), in_counts)
+    for head, counts in ((1, reading), (rows.head, other)):
+        wraps = wraps_of(counts, rows.run, float(observations.counts_per_rev or 1))
+        if wraps is None:
+            continue
+        run, row = wraps.places[0]
+        found.append(
+            f"capture, run {run}, {_place(row, spans[run][0], observations)}: head {head} moves by "
+            f"{wraps.moved:+,.0f} counts, as in {len(wraps.places)} rows of the capture: its "
+            f"counter starts anew about every {wraps.modulus:,.0f} counts; expected counts that "
+            "continue from row to row, or start anew at counts_per_rev"
+        )
+    return found
+
+
+def _readings(
+    rows: CaptureRows | StoredCapture, part: slice, in_counts: float
+) -> tuple[Float, Float]:
+    """Return the counts of head 1 and of the other head, the latter minus its nominal angle."""
+    if isinstance(rows, StoredCapture):
+        first = rows.head1_counts[part].astype(np.float64)
+        return first, first + rows.difference_rad(part) * in_counts
+    first = rows.line1_rad[part] * in_counts
+    return first, first + rows.difference_arcsec[part] * (RAD_PER_ARCSEC * in_counts)
 
 
 def _step_faults(

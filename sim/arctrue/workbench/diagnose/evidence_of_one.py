@@ -134,10 +134,11 @@ def _product_in_less_noise(
     """Return the product of parts that is best with less noise, and its evidence.
 
     While no product is in the model, slow noise absorbs a slow error, so that gains with that noise
-    cannot rank two products: the product that leaves the smaller error may gain less.
+    cannot rank two products: the product that leaves the smaller error may gain less. In the same
+    way it shortens the time constant of a settling.
     """
     others = tried_products(found.base, tried.looks)
-    if not others or others[0].effect.parts == item.effect.parts:
+    if not others or others[0].effect.settings == item.effect.settings:
         return item, found
     best = others[0]
     anew = evidence(null, best.effect, {})

@@ -78,7 +78,7 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
     if observations.stored_reference is not None:
         found = replace(_of_rows(solution, effects), places=places)
         return replace(found, slow=None) if places.is_most else found
-    if places.spots:
+    if places.is_located:
         return replace(of_rows_without(visits.of_single_places), places=places)
     found = replace(_of_rows(solution, effects), places=places)
     if found.slow is None or places.is_most:

@@ -37,6 +37,9 @@ class RepeatedError:
     """Share of the mean square of the residual that repeats."""
     over_travel: bool = False
     """True if the error repeats over the unwrapped angle of several turns."""
+    step: Spot | None = None
+    """Step of the error at one angle, in place of single places; its size is the error after the
+    step minus that before, in the direction of increasing angle."""
 
     @property
     def is_most(self) -> bool:
@@ -45,11 +48,24 @@ class RepeatedError:
 
     @property
     def largest_arcsec(self) -> float:
-        """Size of the largest error of a single place; 0 without single places."""
+        """Size of the largest error of a single place, or half of a step; 0 without both."""
+        if self.step is not None:
+            return 0.5 * abs(self.step.size_arcsec)
         return max((abs(item.size_arcsec) for item in self.spots), default=0.0)
+
+    @property
+    def is_located(self) -> bool:
+        """True if single places, or a step at one angle, cause the error."""
+        return bool(self.spots) or self.step is not None
 
     def words(self) -> str:
         """Return the finding in words."""
+        if self.step is not None:
+            return (
+                f"in each of {self.passes} passes the error steps at {_of_spot(self.step)} and "
+                "returns over the turn: the levels before and after this angle differ, as at a "
+                "joint of the scale"
+            )
         if not self.spots:
             where = "angle of travel" if self.over_travel else "angle"
             return (
@@ -79,6 +95,13 @@ class RepeatedError:
                 }
                 for item in self.spots
             ],
+            "step": None
+            if self.step is None
+            else {
+                "angle_deg": self.step.angle_deg,
+                "size_arcsec": self.step.size_arcsec,
+                "sigma_arcsec": self.step.sigma_arcsec,
+            },
         }
 
 

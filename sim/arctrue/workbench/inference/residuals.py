@@ -128,6 +128,23 @@ class Residuals:
         )
         return capture, reference
 
+    @cached_property
+    def capture_precise_design(self) -> WhitenedRows | None:
+        """C⁻¹ times the model's columns and ones in the capture; None without a capture."""
+        design, noise = self._designs[0], self.solution.noise.capture
+        if design is None or noise is None:
+            return None
+        columns, ones = noise.precise(design.columns), noise.precise(design.ones)
+        return replace(design, columns=columns, ones=ones)
+
+    def explained_squares(self, cross: Matrix) -> Matrix:
+        """Return the weighted sum of squares that the model explains of columns of the capture,
+        (n,); ``cross``: products of the model's columns in the capture with these columns,
+        shape (columns of the model, n)."""
+        places = self._layout.capture()
+        inside = self._inverse[np.ix_(places, places)]
+        return np.asarray(np.sum(cross * (inside @ cross), axis=0))
+
     @property
     def reference_design(self) -> WhitenedRows | None:
         """Whitened columns of the model in the reference; None without a reference."""

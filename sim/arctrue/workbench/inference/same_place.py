@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from scipy.special import fdtrc, ndtr
 
 from arctrue.workbench.inference.repeated_error import RepeatedError, Spot
+from arctrue.workbench.inference.step_of_angle import StepOfAngle, best_step
 from arctrue.workbench.noise.row_noise import RowNoise
 from arctrue.workbench.numeric.distributions import student_upper_p
 
@@ -44,6 +45,12 @@ FAMILY_WISE = 0.01
 NEARLY_ALL = 0.9
 """Smallest share of the repeated mean square that single places must explain if the remaining error
 is still significant. A named effect may also leave at most a tenth."""
+LEAST_CURVE = 3
+"""Smallest number of columns of the curve of a pass at which a step is searched: a constant and one
+order. Without orders, a smooth error of the turn looks like a step that returns."""
+STEP_AHEAD = 10.0
+"""Smallest difference of χ², corrected for the number of places, at which a step replaces single
+places: odds of 150 to 1."""
 OF_THE_PLACE = 0.9
 """Smallest share of an effect's sum of squares that must repeat at the places; the cycles have the
 same limit (MOST_WITHIN in :mod:`forward.cycles`)."""
@@ -108,6 +115,8 @@ class Visits:
     """Mean square of the residual of every row."""
     noise: RowNoise | None = None
     """Noise that was fitted to the rows of the reference."""
+    crossed: NDArray[np.bool_] | None = None
+    """True for each place from which a run goes on to the next place of the turn, or back."""
 
     def means(self, of_rows: Float) -> Float:
         """Return the means of the cells, without the curve of each pass."""
@@ -280,22 +289,78 @@ class Visits:
         if test.p >= SURE_P or test.rms_arcsec <= LEAST_REPEATED * test.scatter_arcsec:
             return None
         found, sizes, sigma = self._single_places
+        step, spot = self._step, None
+        if step is not None:
+            uncertainty = float(np.sqrt(test.within / step.information))
+            spot = Spot(float(np.degrees(step.angle_rad)), step.size, uncertainty, 0.0)
         return RepeatedError(
             test.rms_arcsec,
             self.visits_of_a_place,
             self.angle_rad.size,
-            self._merged(found, sizes, sigma),
+            () if spot is not None else self._merged(found, sizes, sigma),
             self.stations,
             test.rms_arcsec**2 / max(self.mean_square, 1e-300),
             self.over_travel,
+            spot,
+        )
+
+    @cached_property
+    def _system(self) -> tuple[Float, Float, Float]:
+        """Normal matrix and moment of the errors of the places, with the curves of the passes
+        projected out, and the passes of each place."""
+        places = self.angle_rad.size
+        normal = np.zeros((places, places))
+        for inside, basis in self.bases:
+            at = self.place[inside]
+            normal[at, at] += 1.0
+            normal[np.ix_(at, at)] -= basis @ basis.T
+        count = np.bincount(self.place).astype(np.float64)
+        return normal, np.asarray(np.bincount(self.place, self.left)), count
+
+    @cached_property
+    def _step(self) -> StepOfAngle | None:
+        """The step of the error at one angle of the turn, if it explains the repeated error much
+        better than single places do; None also where the curves of the passes contain no order."""
+        if self.crossed is None or self.over_travel:
+            return None
+        if min(basis.shape[1] for _, basis in self.bases) < LEAST_CURVE:
+            return None
+        test, (normal, moment, _) = self.by_place, self._system
+        step = best_step(
+            self.angle_rad, self.crossed, normal, moment, within_a_place=not self.stations
+        )
+        if step is None:
+            return None
+        t_value = float(np.sqrt(step.gain / test.within))
+        if 2.0 * student_upper_p(t_value, test.within_freedom) > FAMILY_WISE / step.tried:
+            return None
+        if self._much_is_left(step.gain, 1):
+            return None
+        found, sizes, _ = self._single_places
+        of_one = 2.0 * float(np.log(step.tried))
+        ahead = (step.gain - float(sizes @ moment[found])) / test.within
+        return step if ahead + (found.size - 1) * of_one > STEP_AHEAD else None
+
+    def _much_is_left(self, explained: float, parameters: int) -> bool:
+        """Tell whether a large and significant part of the repeated error remains."""
+        test, (_, moment, count) = self.by_place, self._system
+        before = float(np.sum(moment**2 / count))
+        free_left = max(test.between_freedom - parameters, 1.0)
+        left = max(before - explained, 0.0) / free_left / test.within
+        excess = before - test.between_freedom * test.within
+        return bool(
+            float(fdtrc(free_left, test.within_freedom, left)) < SURE_P
+            and explained < NEARLY_ALL * excess
         )
 
     @property
     def of_single_places(self) -> Float:
-        """Error of the single places in every row of the reference."""
+        """Error of the single places, or of the step, in every row of the reference."""
         found, sizes, _ = self._single_places
         error = np.zeros(self.angle_rad.size)
         error[found] = sizes
+        if self._step is not None:
+            error = self._step.error
         return np.where(self.of_row >= 0, error[self.place[self.of_row]], 0.0)
 
     @property
@@ -314,13 +379,7 @@ class Visits:
         """
         test, places = self.by_place, self.angle_rad.size
         none = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0)
-        normal = np.zeros((places, places))
-        for inside, basis in self.bases:
-            at = self.place[inside]
-            normal[at, at] += 1.0
-            normal[np.ix_(at, at)] -= basis @ basis.T
-        moment, count = np.bincount(self.place, self.left), np.bincount(self.place)
-        before = float(np.sum(moment**2 / count))
+        normal, moment, count = self._system
         found: list[int] = []
         sizes: Float = np.zeros(0)
         inverse: Float = np.zeros((0, 0))
@@ -340,12 +399,7 @@ class Visits:
             inverse = np.asarray(np.linalg.pinv(normal[np.ix_(found, found)]), dtype=np.float64)
             sizes = inverse @ moment[found]
             explained = float(sizes @ moment[found])
-        free_left = max(test.between_freedom - len(found), 1.0)
-        left = max(before - explained, 0.0) / free_left / test.within
-        excess = before - test.between_freedom * test.within
-        if float(fdtrc(free_left, test.within_freedom, left)) < SURE_P and (
-            explained < NEARLY_ALL * excess
-        ):
+        if self._much_is_left(explained, len(found)):
             return none
         sigma = np.sqrt(np.diag(inverse) * test.within)
         return np.array(found, dtype=np.int64), sizes, sigma

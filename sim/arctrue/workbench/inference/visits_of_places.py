@@ -115,8 +115,21 @@ def _visits(
         side.astype(np.int64),
         float(np.mean(left**2)),
         noise,
+        _crossed(rows, np.where(of_row >= 0, place_of[of_row], -1), names.size),
     )
     return replace(visits, left=visits.means(left))
+
+
+def _crossed(rows: ReferenceRows, place: Integer, places: int) -> NDArray[np.bool_]:
+    """Return True for each place from which a run goes on to the next place of the turn, or back;
+    ``place``: number of the place of each row, −1 without one."""
+    found = np.zeros(places, dtype=np.bool_)
+    before, after = place[:-1], place[1:]
+    same = (np.diff(rows.run) == 0) & (before >= 0) & (after >= 0)
+    same &= np.abs(np.diff(rows.target_rad)) < np.pi
+    found[before[same & ((after - before) % places == 1)]] = True
+    found[after[same & ((before - after) % places == 1)]] = True
+    return found
 
 
 def _width(target: Float, angle: Float) -> tuple[float | None, bool]:

@@ -93,6 +93,35 @@ def test_a_head_that_jumps_again_and_again_is_reported() -> None:
     assert "40 such steps in this run" in found[0]
 
 
+@pytest.mark.parametrize("head", [1, 2])
+@pytest.mark.parametrize("bits", [21, 22, 23])
+def test_a_counter_of_too_few_bits_is_reported(head: int, bits: int) -> None:
+    """A counter of 21 to 23 bits starts anew 8, 4 or 2 times in a turn of 2²⁴ counts."""
+    made, capture = _copied()
+    counts = capture.head1_counts if head == 1 else capture.head2_counts
+    before = counts.copy()
+    counts %= 1 << bits
+    fell = np.flatnonzero((np.diff(counts) != np.diff(before)) & (np.diff(capture.run) == 0))
+    (found,) = _faults(made, capture)
+    first = int(fell[0]) + 1
+    assert f"(row {first} of the data, line {first + 2} of the file): head {head} moves" in found
+    moved = int(counts[first] - counts[first - 1])
+    assert f"head {head} moves by {moved:+,d} counts, as in {fell.size} rows" in found
+    # The number of the counter, to within the noise of some counts.
+    number = int(found.split("anew about every ")[1].split(" counts")[0].replace(",", ""))
+    assert number == pytest.approx(1 << bits, abs=10)
+
+
+@pytest.mark.parametrize("size", [300_000, 2_000_000])
+def test_alike_slips_are_no_counter_that_starts_anew(size: int) -> None:
+    """Head 2 loses the same number of counts in two runs, and goes on from there."""
+    made, capture = _copied()
+    for run in (0, 2):
+        of_run = np.flatnonzero(capture.run == run)
+        capture.head2_counts[of_run[1500:]] -= size
+    assert not any("starts anew" in text for text in _faults(made, capture))
+
+
 def test_dense_rows_of_coarse_counts_are_no_jumps() -> None:
     """The diagnosis finds no jumps in dense rows of coarse counts. Each step from row to row is ten
     counts with 1.5 counts of noise, so that a deviation of a tenth of a step is no fault.

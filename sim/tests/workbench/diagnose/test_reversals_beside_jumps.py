@@ -61,6 +61,30 @@ def test_noise_alone_has_no_reversal() -> None:
     assert sum(_found(seed, 0.0, 3.0) is not None for seed in range(100)) < 3
 
 
+def _of_white_rows(seed: int, reversal: float) -> Reversal | None:
+    """Return the reversal of four passes with white rows of 1″ whose means per pass happen to
+    differ by exactly ``reversal``."""
+    time_s, direction, _, _ = (values[: 4 * ROWS] for values in _sweeps(seed))
+    rows = np.random.default_rng([47, seed]).normal(size=(4, ROWS))
+    rows -= rows.mean(axis=1, keepdims=True)
+    error = rows.ravel() + 0.5 * reversal * direction
+    none = np.zeros((time_s.size, 0))
+    one = np.zeros(time_s.size, dtype=np.int64)
+    return reversal_of(record_of(time_s, time_s, one, error, none, in_time=True), direction, none)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_differences_that_came_out_alike_are_no_small_uncertainty(seed: int) -> None:
+    """The rows allow a standard uncertainty of 2·1″/√480 = 0.091″ of the difference: 0.16″ is no
+    finding, and 2″ has this uncertainty or more."""
+    assert _of_white_rows(seed, 0.16) is None
+    found = _of_white_rows(seed, 2.0)
+    assert found is not None
+    assert found.sigma_arcsec is not None
+    # The estimate from 96 parts of the passes scatters by 1/√(2·96) = 7 %.
+    assert found.sigma_arcsec > 0.8 * 0.091
+
+
 def test_a_single_reversal_confirms_nothing() -> None:
     time_s, direction, _, noise = (values[: 2 * ROWS] for values in _sweeps(1))
     none = np.zeros((time_s.size, 0))

@@ -40,7 +40,7 @@ def left_undescribed(case: Case) -> Decision | None:
         "unknown",
         undescribed_arcsec=left,
         # Errors at a few places do not show that a named effect has another shape.
-        seen=places.words() if places.spots else None,
+        seen=places.words() if places.is_located else None,
         look_alikes=_alike_at_places(case, places),
         next=TURN_THE_POLYGON if of_faces else TURN_THE_REFERENCE,
     )

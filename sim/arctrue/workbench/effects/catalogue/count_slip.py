@@ -19,10 +19,47 @@ from arctrue.workbench.effects.base import (
     SearchParameter,
 )
 from arctrue.workbench.observations import CaptureRows, Observations
+from arctrue.workbench.observations.outliers.excursions import step_scatter
 
 STAYS = 10.0
 """Smallest difference of the gains at which a step stays in the runs after its own. The odds of the
 two forms are e^(difference/2): 150 to 1 at ten, which is strong evidence."""
+
+AROUND_ROWS = 8
+"""Number of rows before and after a step from which the even motion of a head is calculated."""
+CLEAR_SIGMA = 6.0
+"""Smallest jump of a head in standard deviations of the noise of a step; normal noise exceeds it
+with a probability of 2·10⁻⁹."""
+MOST_OF_THE_OTHER = 0.25
+"""Largest jump of the other head, as a share: a table that jerks moves both heads alike."""
+
+
+def _jump_of_a_head(nonlinear: Nonlinear, observations: Observations) -> tuple[int, float] | None:
+    """Return the head that jumps at a step, and its jump in counts.
+
+    R₂ − R₁ alone cannot show which head slips, but the table turns evenly from one sample to the
+    next, so that the count of the other head continues as before. The result is None with more than
+    two heads, without counts, or if the motion hides the jump.
+    """
+    rows, counts_per_rev = observations.capture, observations.counts_per_rev
+    if rows is None or counts_per_rev is None or rows.heads > 2:
+        return None
+    of_run = np.flatnonzero(rows.run == round(nonlinear["run"]))
+    at = int(np.searchsorted(rows.time_s[of_run], nonlinear["instant"]))
+    around = of_run[max(at - AROUND_ROWS, 0) : at + AROUND_ROWS]
+    number = min(at, AROUND_ROWS) - 1
+    if around.size < AROUND_ROWS or not 0 <= number < around.size - 1:
+        return None
+    jumps, noise = [], []
+    for reading in (rows.line1_rad, rows.line2_rad):
+        steps = np.diff(reading[around]) * counts_per_rev / (2.0 * np.pi)
+        jumps.append(float(steps[number] - np.median(steps)))
+        noise.append(step_scatter(steps))
+    head = int(np.argmax(np.abs(jumps)))
+    far, near = abs(jumps[head]), abs(jumps[1 - head])
+    if far < CLEAR_SIGMA * max(noise) or near > MOST_OF_THE_OTHER * far:
+        return None
+    return head + 1, jumps[head]
 
 
 class CountSlip(Effect):
@@ -90,11 +127,20 @@ class CountSlip(Effect):
         return np.asarray(after, dtype=np.float64)[:, np.newaxis]
 
     def describe_data(self, nonlinear: Nonlinear, observations: Observations) -> str:
-        if not self._stays:
-            return ""
-        return (
-            "The step stays in the following runs: the head did not search its index between them."
-        )
+        said = []
+        jump = _jump_of_a_head(nonlinear, observations)
+        if jump is not None:
+            head, counts = jump
+            said.append(
+                f"Head {head} {'gains' if counts > 0.0 else 'loses'} counts there, and head "
+                f"{3 - head} moves on evenly."
+            )
+        if self._stays:
+            said.append(
+                "The step stays in the following runs: the head did not search its index between "
+                "them."
+            )
+        return " ".join(said)
 
     def contradiction(
         self,
@@ -134,6 +180,8 @@ class CountSlip(Effect):
         }
         if channels > 1:
             found["head"] = Parameter(float(run % channels + 2 if run >= 0 else 1), 0.0, "1")
+        elif (jump := _jump_of_a_head(nonlinear, observations)) is not None:
+            found["head"] = Parameter(float(jump[0]), 0.0, "1")
         count = observations.count_arcsec
         if count is not None:
             found["counts"] = Parameter(step / count, sigma / count, "counts")

@@ -61,7 +61,8 @@ def reversal_of(record: Record, direction: Float, steps: Float) -> Reversal | No
 
     The size comes from ordinary least squares over all rows: if the weights followed slow noise,
     only the rows next to each reversal would count. The uncertainty comes from the scatter of fits
-    that omit one pass each (jackknife). The result is None if there are too few passes, if the base
+    that omit one pass each (jackknife), and is at least that of the rows, because a few differences
+    may come out alike by chance. The result is None if there are too few passes, if the base
     contains the direction, or if noise alone may cause a difference of this size. With two or three
     passes the difference must have most of the record's mean square, and it has no uncertainty.
     """
@@ -82,6 +83,7 @@ def reversal_of(record: Record, direction: Float, steps: Float) -> Reversal | No
     size = _size(record.residual_arcsec, columns, number >= 0)
     scatter = float(np.sum((left_out - left_out.mean()) ** 2))
     sigma = float(np.sqrt(scatter * (passes - 1) / passes))
+    sigma = max(sigma, _sigma_of_rows(record.residual_arcsec, own, columns, direction))
     free = passes - 1 - steps.shape[1]
     if free < 1 or 2.0 * student_upper_p(abs(size) / sigma, free) >= MOST_P:
         return None
@@ -100,11 +102,26 @@ def _of_few_passes(record: Record, direction: Float, others: Float, passes: int)
     return Reversal(_size(record.residual_arcsec, columns, direction != 0.0), None, passes)
 
 
+def _sigma_of_rows(measured: Float, own: Float, columns: Float, direction: Float) -> float:
+    """Return the standard uncertainty of the size from the scatter of the rows.
+
+    ``own``: direction with the other columns projected out. The sums of own·residual over parts of
+    the passes count as independent, so that noise that is shorter than a part may be correlated.
+    """
+    left = measured - columns @ np.linalg.lstsq(columns, measured, rcond=1e-9)[0]
+    free = max(measured.size - columns.shape[1], 1) / measured.size
+    sums = np.array([part.sum() for part in _parts(own * left, direction)])
+    return float(2.0 * np.sqrt(np.sum(sums**2) / free) / (own @ own))
+
+
 def _means(values: Float, direction: Float) -> Float:
     """Return the mean of the values over each of PARTS_OF_A_PASS parts of every pass."""
+    return np.array([part.mean() for part in _parts(values, direction)])
+
+
+def _parts(values: Float, direction: Float) -> list[Float]:
     passes = np.split(values, np.flatnonzero(np.diff(direction) != 0.0) + 1)
-    parts = [part for one in passes for part in np.array_split(one, PARTS_OF_A_PASS) if part.size]
-    return np.array([part.mean() for part in parts])
+    return [part for one in passes for part in np.array_split(one, PARTS_OF_A_PASS) if part.size]
 
 
 def _size(measured: Float, columns: Float, kept: NDArray[np.bool_]) -> float:

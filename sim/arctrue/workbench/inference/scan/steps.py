@@ -10,20 +10,22 @@ from scipy.special import log_ndtr, ndtr
 
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.scan.instants import (
+    LEAST_STEP_ROWS,
+    at_best_instant,
+    spread_places,
+)
 from arctrue.workbench.inference.scan.places import BEST_PLACES, Place, peaks, scored
 from arctrue.workbench.noise.row_noise import RowNoise
 
 Float = NDArray[np.float64]
 
-LEAST_STEP_ROWS = 4
-"""Smallest number of rows of the run on either side of a step: one more than the largest number of
-consecutive wrong rows."""
 LEAST_LEAD = 10.0
 """Smallest difference of the gains at which a step that stays in the later runs replaces one that
 ends with its run; a difference of ten (odds of 150 to 1) is strong evidence."""
-STEP_PLACES = 24
-"""Number of places in a run at which the information about a step is computed; between these places
-the information changes slowly and is interpolated."""
+LEAST_MOVED = 10.0
+"""Smallest gain of a step whose instant is moved to the exact maximum. A step of a smaller gain is
+never named: at a single instant its p is 0.002, and it is one of hundreds of instants."""
 
 
 def step_trials(gain: float, rows: int) -> float:
@@ -78,8 +80,7 @@ def step_scan(effect: Effect, residuals: Residuals) -> list[Place]:
             noise.clock[part], np.zeros(1, dtype=np.int64),
             (noise.spectra[noise.stretches.index(part)],), noise.scale[part],
         )  # fmt: skip
-        edge = np.unique(np.geomspace(1, size / 2, STEP_PLACES // 2).astype(int))
-        tried = np.unique(np.concatenate([edge, size - edge]))
+        tried = spread_places(size)
         columns = (np.arange(size)[:, np.newaxis] >= tried).astype(np.float64)
         own = np.sum(alone.whiten(columns) ** 2, axis=0)
         flat = alone.precise(alone.whiten(np.ones(size)))
@@ -106,17 +107,17 @@ def step_scan(effect: Effect, residuals: Residuals) -> list[Place]:
                 place = {"run": float(capture.run[row]), "instant": float(capture.time_s[row])}
                 kind.append((float(heights[index]), place))
         sizes.append(size)
-    if effect.settings.get("stays"):
-        found = _at_exact_instant(effect, residuals, _scored_steps(effect, residuals, staying))
-    else:
-        found = _scored_steps(effect, residuals, places)
+    form = effect
+    found = _scored_steps(form, residuals, staying if effect.settings.get("stays") else places)
     if staying and not effect.settings["stays"]:
-        form = type(effect)(**{**effect.settings, "stays": True})
-        lasting = _scored_steps(form, residuals, staying)
+        lasting_form = type(effect)(**{**effect.settings, "stays": True})
+        lasting = _scored_steps(lasting_form, residuals, staying)
         if lasting and (not found or lasting[0].gain > found[0].gain + LEAST_LEAD):
-            found = _at_exact_instant(form, residuals, lasting)
+            form, found = lasting_form, lasting
     if not found:
         return found
+    if found[0].gain > LEAST_MOVED:
+        found = at_best_instant(form, residuals, found)
     channels = capture.channels
     forms = 2 if staying and not effect.settings["stays"] else 1
     heads = (channels + 1) / channels if channels > 1 else 1.0
@@ -135,31 +136,3 @@ def _scored_steps(
         # A step of head 1 is in every channel of a run; the value of ``run`` is then −1, −2, …
         best += [{**place, "run": -(place["run"] // channels) - 1.0} for place in best]
     return scored(effect, residuals, best, 1.0)
-
-
-def _at_exact_instant(effect: Effect, residuals: Residuals, found: list[Place]) -> list[Place]:
-    """Return the places; the first is moved to the instant in its run with the largest exact gain.
-
-    The cumulative sums neglect that the model's columns absorb a part of a step that stays in the
-    later runs, and therefore prefer a later instant.
-    """
-    capture = residuals.observations.capture
-    if not found or capture is None:
-        return found
-    run, channels = round(found[0].nonlinear["run"]), capture.channels
-    own_run = run // channels if run >= 0 else -run - 1
-    times = np.unique(capture.time_s[capture.run // channels == own_run])
-    low, high = LEAST_STEP_ROWS, times.size - LEAST_STEP_ROWS
-    best = found[0]
-    while high > low:
-        tried = np.unique(np.linspace(low, high, STEP_PLACES).round().astype(int))
-        places = [{**best.nonlinear, "instant": float(times[row])} for row in tried]
-        moved = scored(effect, residuals, places, 1.0)
-        if not moved:
-            break
-        best = max([best, *moved], key=lambda place: place.gain)
-        if tried.size == high - low + 1:
-            break
-        at = int(np.argmin(np.abs(times[tried] - best.nonlinear["instant"])))
-        low, high = int(tried[max(at - 1, 0)]), int(tried[min(at + 1, tried.size - 1)])
-    return sorted([best, *found[1:]], key=lambda place: -place.gain)
