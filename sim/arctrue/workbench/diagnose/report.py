@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from arctrue.base.figures import with_uncertainty
-from arctrue.base.percent import probability_percent
 from arctrue.workbench.diagnose.aliases import folded_periods_s, in_capture
-from arctrue.workbench.diagnose.calibrated import LIKE_BENCHMARK
 from arctrue.workbench.diagnose.candidate import RUNS_ARE_THE_SAMPLE, Candidate, is_line
 from arctrue.workbench.diagnose.coverage import Coverage
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
 from arctrue.workbench.diagnose.lack_of_fit import LEAST_EXCESS
+from arctrue.workbench.diagnose.probable import probable
 from arctrue.workbench.diagnose.report_json import with_aliases
 from arctrue.workbench.diagnose.shared_curve import shared_curve
 from arctrue.workbench.effects.part_conditions import MOST_RUNS, too_many_runs
@@ -29,7 +28,7 @@ def sentences(result: Diagnosis) -> list[str]:
             *result.findings.sentences(),
             *_not_searched(result),
             *shared_curve(result.base),
-            *_probable(result),
+            *probable(result),
             *_measurement(result),
             *_negligible(result),
         ]
@@ -106,7 +105,7 @@ def sentences(result: Diagnosis) -> list[str]:
     said = [*found, *said] if first else [*said, *found]
     said += _not_searched(result)
     said += shared_curve(result.base)
-    said += _probable(result)
+    said += probable(result)
     said += _measurement(result)
     return said + _negligible(result)
 
@@ -258,31 +257,6 @@ def _measurement(result: Diagnosis) -> list[str]:
     """Return the next measurement as a sentence."""
     found = result.next_measurement
     return [] if found is None else [f"Next measurement: {found}."]
-
-
-SHOWN_PROBABILITIES = 3
-"""Largest number of probabilities in a sentence; the JSON contains all probabilities."""
-LEAST_SHOWN = 0.01
-"""Smallest probability in a sentence; the JSON contains all probabilities."""
-
-
-def _probable(result: Diagnosis) -> list[str]:
-    """Return the largest probabilities in a sentence."""
-    ranked = sorted(result.probability.items(), key=lambda item: -item[1])
-    shown = [
-        f"{name} {probability_percent(value)}"
-        for name, value in ranked[:SHOWN_PROBABILITIES]
-        if value >= LEAST_SHOWN
-    ]
-    if not shown:
-        return []
-    said = [f"Probability of what to add next: {', '.join(shown)}."]
-    if len(result.unlike) >= LIKE_BENCHMARK:
-        said.append(
-            "The probability was calibrated on few or no sets like this one: "
-            f"{'; '.join(result.unlike)}."
-        )
-    return said
 
 
 def _covered(covers: Coverage) -> list[str]:
