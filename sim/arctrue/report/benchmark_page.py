@@ -333,7 +333,8 @@ def _probabilities(found: Mapping[str, Any]) -> list[str]:
         "bins of all sets together. The log score is that of the largest probability of each "
         "answer, in nats, minus that of the best constant; its interval is 95 % of a bootstrap "
         "over the sets. In place of an interval, the calibration error has the mean error of a "
-        "perfect calibration with the same stated values, and the value that 5 % of such runs exceed.",
+        "perfect calibration with the same stated values, and the value that 5 % of such runs "
+        "exceed.",
         "",
         "| | goal | value |",
         "|---|---|---|",

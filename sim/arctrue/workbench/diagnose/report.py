@@ -73,9 +73,9 @@ def sentences(result: Diagnosis) -> list[str]:
     elif result.decision.seen is not None:
         said = [f"None of the known effects fits: {result.decision.seen}."]
     elif result.description is None and (
-        result.findings.cycles is not None or result.findings.places is not None
+        result.findings.cycles is not None or result.findings.places is not None or result.slopes
     ):
-        said = ["None of the known effects fits."]
+        said = ["None of the known effects fits.", *_index(result)]
     elif result.description is None:
         said = [
             "The model does not fit, and neither an effect nor a product of parts describes the "
@@ -84,6 +84,7 @@ def sentences(result: Diagnosis) -> list[str]:
     else:
         said = [
             f"None of the known effects fits. Best description: {result.description}.",
+            *_equal(result),
             *(_further_with_description(result) if result.lag is None else [result.lag.words()]),
         ]
     found = [
@@ -124,6 +125,15 @@ def _not_searched(result: Diagnosis) -> list[str]:
         "The diagnosis did not search for an order that changes between two runs: the reference "
         f"has {runs} runs, more than {MOST_RUNS}."
     ]
+
+
+def _equal(result: Diagnosis) -> list[str]:
+    """Return a sentence on the description with another condition that fits as well."""
+    item = result.equal
+    if item is None:
+        return []
+    words = item.effect.describe(item.parameters())
+    return [f"With another condition, whose zero is free, the description fits as well: {words}."]
 
 
 def _further_with_description(result: Diagnosis) -> list[str]:
@@ -248,8 +258,8 @@ def _sizes(item: Candidate) -> list[tuple[str, float]]:
 
 def _index(result: Diagnosis) -> list[str]:
     """Return sentences if the runs' offsets scatter by more than the known repeatability of the
-    index explains, or if they differ between the directions."""
-    found = (result.index_scatter, result.directions)
+    index explains, or differ between the directions, or if passes over an arc differ by a slope."""
+    found = (result.index_scatter, result.directions, result.slopes)
     return [item.sentence() for item in found if item is not None]
 
 
