@@ -342,6 +342,13 @@ def _undecided(result: Diagnosis) -> list[str]:
         said = [f"{first} fits best, but this data is not enough to name it: {why}."]
     else:
         said = [f"{first} fits best, but this data is not enough to name it."]
+    # The size of the first effect is known, although its cause is not.
+    item = result.decision.first
+    size = ""
+    if item is not None:
+        size = item.effect.describe_values(item.parameters()) or size_sentence(item)
+    if size:
+        said.append(f"If it is {first}: {size[0].lower()}{size[1:]}")
     if result.description is not None:
         said.append(
             f"A description that is not in the catalogue fits equally well: {result.description}."
