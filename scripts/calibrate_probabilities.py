@@ -23,6 +23,7 @@ import numpy as np
 from arctrue.base.whole_file import write_whole_text
 from arctrue.studies.benchmark.answers import judged_sets
 from arctrue.studies.benchmark.intervals import Estimate, calibration_error, log_score_gain
+from arctrue.studies.benchmark.perfect import perfect_calibration
 from arctrue.studies.benchmark.score import INDEPENDENT, SIMULATED
 from arctrue.studies.benchmark.stated import (
     FILE,
@@ -79,11 +80,13 @@ def words(found: Estimate) -> str:
 
 
 def measured(what: str, pairs: Sequence[tuple[float, Stated]]) -> str:
-    """Return a row of a table: calibration error, and the log score minus the log score of the best
-    constant."""
+    """Return a row of a table: calibration error, that of a perfect calibration, and the log score
+    minus the log score of the best constant."""
     probability, right = [pair[0] for pair in pairs], [pair[1].right for pair in pairs]
+    mean, most = perfect_calibration(probability)
     return (
-        f"| {what} | {len(right)} | {sum(right)} | {words(calibration_error(probability, right))} "
+        f"| {what} | {len(right)} | {sum(right)} "
+        f"| {calibration_error(probability, right).value:.3f} | {mean:.3f}, {most:.3f} "
         f"| {words(log_score_gain(probability, right))} |"
     )
 
@@ -92,8 +95,9 @@ def table(rows: Sequence[Stated]) -> list[str]:
     """Return a table in Markdown: the scores for each choice of the answers to which the
     coefficients are fitted."""
     found = [
-        "| Answers | Number | Right | Calibration error | Log score above a constant |",
-        "|---|---|---|---|---|",
+        "| Answers | Number | Right | Calibration error | Perfect: mean, 95 % "
+        "| Log score above a constant |",
+        "|---|---|---|---|---|---|",
     ]
     groups = {name: [row for row in rows if row.generator == name] for name in GENERATORS}
     if all(groups.values()):

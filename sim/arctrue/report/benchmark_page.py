@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from arctrue.studies.benchmark.cases import Reason
 from arctrue.studies.benchmark.intervals import Rate
 from arctrue.studies.benchmark.outcome import (
@@ -14,6 +16,7 @@ from arctrue.studies.benchmark.outcome import (
     GOOD,
     OUTCOMES,
 )
+from arctrue.studies.benchmark.perfect import perfect_calibration
 from arctrue.studies.benchmark.plan import SCORING, files_digest
 from arctrue.studies.benchmark.score import (
     FALSE,
@@ -300,6 +303,13 @@ def _peers(peers: Mapping[str, Mapping[str, Any]], header: Mapping[str, Any]) ->
     return lines
 
 
+def _perfect(bins: Sequence[Mapping[str, Any]]) -> tuple[float, float]:
+    """Return mean and 95 % of the calibration error of a perfect calibration; every answer has the
+    mean stated probability of its bin."""
+    of_bins = [np.full(item["of"], item["mean_probability"]) for item in bins]
+    return perfect_calibration(np.concatenate(of_bins).tolist())
+
+
 def _probabilities(found: Mapping[str, Any]) -> list[str]:
     stated = found["probability"]
     if stated is None:
@@ -321,8 +331,10 @@ def _probabilities(found: Mapping[str, Any]) -> list[str]:
         "The calibration error is the mean distance between the stated probability and the share "
         "of right answers, over ten bins with equal numbers of sets. The second table shows the "
         "bins of all sets together. The log score is that of the largest probability of each "
-        "answer, in nats, minus that of the best constant. The intervals are 95 % of a bootstrap "
-        "over the sets.",
+        "answer, in nats, minus that of the best constant; its interval is 95 % of a bootstrap "
+        "over the sets. In place of an interval, the calibration error has the mean error of a "
+        "perfect calibration with the same stated values, and the value that 5 % of such runs "
+        "exceed.",
         "",
         "| | goal | value |",
         "|---|---|---|",
@@ -333,6 +345,8 @@ def _probabilities(found: Mapping[str, Any]) -> list[str]:
         for figure, key in FIGURES.items():
             item, label = by_generator[key], f"{figure}, {name}"
             interval = f"{item['low']:.3f} … {item['high']:.3f}"
+            if figure == CALIBRATION_ERROR:
+                interval = "perfect: {:.3f}, {:.3f}".format(*_perfect(by_generator["reliability"]))
             lines.append(f"| {label} | {goals[label]} | {text[label]} ({interval}) |")
     lines += ["", "| largest probability, mean | right, percent |", "|---|---|"]
     lines += [

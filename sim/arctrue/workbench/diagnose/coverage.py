@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from arctrue.workbench.diagnose.candidate import RUNS_ARE_THE_SAMPLE, Candidate
+from arctrue.workbench.diagnose.lacking import of_the_same_kind
 from arctrue.workbench.effects.base import Effect, Nonlinear
 from arctrue.workbench.effects.part_conditions import DIRECTION_TIME, Condition, conditions
 from arctrue.workbench.effects.product_of_parts import Frame, ProductOfParts
@@ -130,7 +131,7 @@ def blindness(
     """Return the reason why the set does not support the verdict "adequate"; None if it supports
     it."""
     return (
-        _little_testable(found)
+        _little_testable(found, heads=residuals.observations.capture is not None)
         or _slow_noise(residuals, matters)
         or _residual_unseen(residuals, residual_rms_arcsec)
     )
@@ -181,15 +182,18 @@ def _p_with(item: Candidate, score: Score, tests: int) -> float:
     return corrected_p_value(score.gain, score.rank, item.trials, tests, item.freedom)
 
 
-def _little_testable(found: Coverage) -> Blindness | None:
+def _little_testable(found: Coverage, *, heads: bool) -> Blindness | None:
+    """Return a reason if the set cannot test most effects; ``heads``: whether it has a capture."""
     whole = found.tested + len(found.untestable)
     if len(found.untestable) <= MOST_UNTESTED * whole:
         return None
+    why = f"{len(found.untestable)} of {whole} effects cannot be tested with it"
+    if not heads:
+        return Blindness(why, of_the_same_kind(found.untestable))
     lacking = Counter(what for items in found.untestable.values() for what in items)
     most, count = max(lacking.items(), key=lambda item: item[1])
     return Blindness(
-        f"{len(found.untestable)} of {whole} effects cannot be tested with it",
-        f"a set that has {most}: {count} of the effects that were not tested need it",
+        why, f"a set that has {most}: {count} of the effects that were not tested need it"
     )
 
 

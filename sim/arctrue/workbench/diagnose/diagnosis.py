@@ -17,6 +17,7 @@ from arctrue.workbench.diagnose.case import DEEPEST, Case
 from arctrue.workbench.diagnose.coverage import Coverage, coverage
 from arctrue.workbench.diagnose.data_faults import data_faults, too_short
 from arctrue.workbench.diagnose.decision import Decision, Verdict
+from arctrue.workbench.diagnose.equal_descriptions import equal_description, to_separate
 from arctrue.workbench.diagnose.evidence import described_above, survey
 from arctrue.workbench.diagnose.facts import Facts
 from arctrue.workbench.diagnose.findings import Findings
@@ -32,10 +33,11 @@ from arctrue.workbench.diagnose.of_the_runs import (
 )
 from arctrue.workbench.diagnose.posterior import PARTS_ADVANTAGE
 from arctrue.workbench.diagnose.regular import findings_of
-from arctrue.workbench.diagnose.rivals import REFUSED_P
+from arctrue.workbench.diagnose.rivals import NEAR_TIE, REFUSED_P
 from arctrue.workbench.diagnose.rules.table import decide, said_of
 from arctrue.workbench.diagnose.second_finding import SecondFinding, second_finding
 from arctrue.workbench.diagnose.signal_period import SignalPeriod, signal_period
+from arctrue.workbench.diagnose.slopes_of_passes import SlopesOfPasses, slopes_of_passes
 from arctrue.workbench.diagnose.survey import FitOfChannel, Survey
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.design_matrix import Term
@@ -97,6 +99,10 @@ class Diagnosis:
     """Scatter of the runs' offsets beyond the known index, if nothing was found."""
     directions: DirectionDifference | None = None
     """Difference of the runs' offsets between the directions, if nothing was found."""
+    equal: Candidate | None = None
+    """The product with another condition that describes an unknown error as well."""
+    slopes: SlopesOfPasses | None = None
+    """Straight lines of the angle by which the passes over an arc differ, if nothing was found."""
     findings: Findings = field(default_factory=Findings)
     """Findings in the reference; if an effect is named or described, the findings that remain with
     it.
@@ -213,7 +219,7 @@ def diagnose(
     period = signal_period(found.named, tried.untestable, effects)
     findings = _with_the_found(findings, found, case, effects)
     lag = lag_of(found.described, base) if found.verdict == "unknown" else None
-    if lag is not None:
+    if lag is not None or found.slopes is not None:
         findings = replace(findings, slow=None)
     return replace(
         found,
@@ -386,12 +392,23 @@ def _stated(observations: Observations, base: Solution | None, facts: Facts) -> 
         directions = direction_difference(case.survey.residuals)
         if directions is not None and directions.size_arcsec < case.survey.matters_arcsec:
             directions = None
-    if scatter is not None or directions is not None:
+    slopes: SlopesOfPasses | None = None
+    nothing = found.verdict in ("adequate", "cannot_tell") or found.rests_on == "undescribed"
+    if case is not None and nothing:
+        slopes = slopes_of_passes(case.survey.base)
+        if slopes is not None and abs(slopes.size_arcsec) < case.survey.matters_arcsec:
+            slopes = None
+    if scatter is not None or directions is not None or slopes is not None:
         probability = _less_of_none(probability)
     measurement = found.next or measurement_for(found.question, found.described)
+    if slopes is not None:
+        measurement = NextMeasurement(slopes.next_measurement(), None)
     if case is None:
         return Diagnosis(observations, base, found, probability, measurement)
-    candidates = case.ranked
+    candidates, equal = case.ranked, None
+    if found.described is not None and found.verdict == "unknown":
+        equal = equal_description(found.described, case.survey.residuals, NEAR_TIE)
+        measurement = measurement if equal is None else to_separate(found.described, equal)
     if found.described is not None:
         found = replace(found, described=_sharpened(found.described))
     if found.effect_class:
@@ -413,6 +430,8 @@ def _stated(observations: Observations, base: Solution | None, facts: Facts) -> 
         grounds=facts.grounds(found),
         index_scatter=scatter,
         directions=directions,
+        equal=equal,
+        slopes=slopes,
     )
 
 

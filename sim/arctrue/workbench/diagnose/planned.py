@@ -45,10 +45,10 @@ MOVING_STATIONS = 360
 
 @dataclass(frozen=True)
 class PlannedMeasurement:
-    """A planned measurement: its name for programs, its description, and a function that adds its
-    rows."""
+    """A planned measurement: its name for programs (None if they know none), its description, and a
+    function that adds its rows."""
 
-    kind: str
+    kind: str | None
     words: str
     with_it: Callable[[Observations], Observations | None]
     """Function that adds the rows of this measurement to a set and returns the new set; it returns
@@ -160,13 +160,13 @@ def _further_run(
     return replace(observations, capture=joined, reference=reference)
 
 
-def _rises_with_time(rows: CaptureRows) -> bool:
+def _rises_with_time(rows: CaptureRows | ReferenceRows) -> bool:
     """Tell whether the temperature changes evenly with the time, so that the rows cannot separate
     them: their correlation is at least EVENLY, over the set and within the runs."""
     celsius = rows.temperature_c
-    if celsius is None:
+    if celsius is None or rows.time_s is None:
         return False
-    size = np.bincount(rows.run)
+    size = np.maximum(np.bincount(rows.run), 1)
     of_run = [np.bincount(rows.run, values) / size for values in (rows.time_s, celsius)]
     time_s = rows.time_s - of_run[0][rows.run]
     within = celsius - of_run[1][rows.run]
@@ -184,10 +184,18 @@ def _temperature_c(
     if rows.temperature_c is None:
         return None
     if goes_on:
-        line = np.polyfit(rows.time_s - rows.set_start_s, rows.temperature_c, 1)
-        return np.asarray(np.polyval(line, time_s - rows.set_start_s) + warmer_k)
+        return _continued_c(rows, time_s) + warmer_k
     first = float(np.median(rows.temperature_c[rows.run == 0]))
     return np.full(time_s.size, first + warmer_k)
+
+
+def _continued_c(rows: CaptureRows | ReferenceRows, time_s: Float) -> Float:
+    """Return the straight line of the set's temperature at later times."""
+    assert rows.temperature_c is not None
+    assert rows.time_s is not None
+    start = float(rows.time_s[0])
+    line = np.polyfit(rows.time_s - start, rows.temperature_c, 1)
+    return np.asarray(np.polyval(line, time_s - start))
 
 
 def _side_by_side(columns: list[Float | None]) -> Float | None:
@@ -276,18 +284,29 @@ def _reference_back(observations: Observations) -> Observations | None:
     return replace(observations, reference=_joined(rows, back))
 
 
-def _later(rows: ReferenceRows) -> ReferenceRows:
-    """Return the same rows again, after a pause."""
+def _reference_cooled(observations: Observations) -> Observations | None:
+    rows = observations.reference
+    if rows is None or not _rises_with_time(rows):
+        return None
+    return replace(observations, reference=_joined(rows, _later(rows, cooled=True)))
+
+
+def _later(rows: ReferenceRows, *, cooled: bool = False) -> ReferenceRows:
+    """Return the same rows again, after a pause; a temperature that rises evenly with the time goes
+    on rising, unless it is ``cooled`` to that of the first rows."""
     cycle = None if rows.cycle is None else rows.cycle + int(rows.cycle.max()) + 1
     run = rows.run + int(rows.run.max()) + 1
     if rows.time_s is None or rows.run_start_s is None:
         return replace(rows, cycle=cycle, run=run)
     after = float(np.ptp(rows.time_s)) + PAUSE_S
+    time_s: Float = rows.time_s + after
+    goes_on = not cooled and _rises_with_time(rows)
     return replace(
         rows,
         cycle=cycle,
         run=run,
-        time_s=rows.time_s + after,
+        time_s=time_s,
+        temperature_c=_continued_c(rows, time_s) if goes_on else rows.temperature_c,
         run_start_s=rows.run_start_s + after,
     )
 
@@ -318,19 +337,22 @@ def _moving_reference(observations: Observations) -> Observations | None:
     if rows is None or rows.time_s is None or (rows.speed_rad_s is not None):
         return None
     slow = 0.5 if capture is None else float(np.abs(capture.speed_rad_s).min())
+    rises = _rises_with_time(rows)
     passes = []
     for number, speed in enumerate((slow, -slow, FASTER * slow)):
         up: Float = np.linspace(0.0, 2.0 * np.pi, MOVING_STATIONS, endpoint=False)
         target: Float = up if speed > 0 else up[::-1]
         start = float(rows.time_s.max()) + PAUSE_S * (number + 1)
         cycle = None if rows.cycle is None else rows.cycle.max() + 1 + number
+        time_s: Float = start + np.abs(target - target[0]) / abs(speed)
+        celsius: Float = np.full(target.size, rows.reference_temperature_c)
         passes.append(
             replace(
                 rows,
                 run=np.full(target.size, rows.run.max() + 1 + number),
                 cycle=None if cycle is None else np.full(target.size, cycle),
-                time_s=start + np.abs(target - target[0]) / abs(speed),
-                temperature_c=np.full(target.size, rows.reference_temperature_c),
+                time_s=time_s,
+                temperature_c=_continued_c(rows, time_s) if rises else celsius,
                 direction=np.full(target.size, np.sign(speed)),
                 target_rad=target,
                 angle_rad=target,
@@ -387,6 +409,12 @@ PLANS = (
         "reference",
         "a reference run: a polygon of 24 faces, in both directions",
         _reference,
+    ),
+    PlannedMeasurement(
+        None,
+        "the same reference run once more, with the temperature held or back at its first value "
+        "(this set's temperature changes evenly with the time)",
+        _reference_cooled,
     ),
     PlannedMeasurement(
         "reference_back", "the reference run in the other direction too", _reference_back

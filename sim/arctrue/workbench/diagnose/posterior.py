@@ -92,7 +92,10 @@ def posterior(
         of_product = float(np.log(PRIOR_PRODUCT)) + log_evidence(_weighed(product))
     unknown = float(np.logaddexp.reduce([stranger, of_product, *suspects]))
     if verdict == "adequate":
-        unknown = min(unknown, none)
+        # The rows say nothing about effects that the set cannot test: these keep their prior
+        # probability, as part of ``unknown``.
+        untested = float(np.log(untestable)) + share if untestable else -np.inf
+        unknown = min(float(np.logaddexp(unknown, untested)), none)
         weights = {name: min(value, none) for name, value in weights.items()}
     elif verdict == "unknown":
         p_value = lack_of_fit_p if product is None else product.p_corrected

@@ -7,14 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from arctrue.base.figures import with_uncertainty
-from arctrue.base.percent import probability_percent
 from arctrue.workbench.diagnose.aliases import folded_periods_s, in_capture
-from arctrue.workbench.diagnose.calibrated import LIKE_BENCHMARK
 from arctrue.workbench.diagnose.candidate import RUNS_ARE_THE_SAMPLE, Candidate, is_line
 from arctrue.workbench.diagnose.coverage import Coverage
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
 from arctrue.workbench.diagnose.findings import Findings
 from arctrue.workbench.diagnose.lack_of_fit import LEAST_EXCESS
+from arctrue.workbench.diagnose.probable import probable
 from arctrue.workbench.diagnose.report_json import with_aliases
 from arctrue.workbench.diagnose.shared_curve import shared_curve
 from arctrue.workbench.effects.part_conditions import MOST_RUNS, too_many_runs
@@ -33,7 +32,7 @@ def sentences(result: Diagnosis) -> list[str]:
             *_not_searched(result),
             *shared_curve(result.base),
             *_noise_of_heads(result),
-            *_probable(result),
+            *probable(result),
             *_measurement(result),
             *_negligible(result),
         ]
@@ -78,9 +77,9 @@ def sentences(result: Diagnosis) -> list[str]:
     elif result.decision.seen is not None:
         said = [f"None of the known effects fits: {result.decision.seen}."]
     elif result.description is None and (
-        result.findings.cycles is not None or result.findings.places is not None
+        result.findings.cycles is not None or result.findings.places is not None or result.slopes
     ):
-        said = ["None of the known effects fits."]
+        said = ["None of the known effects fits.", *_index(result)]
     elif result.description is None:
         said = [
             "The model does not fit, and neither an effect nor a product of parts describes the "
@@ -89,6 +88,7 @@ def sentences(result: Diagnosis) -> list[str]:
     else:
         said = [
             f"None of the known effects fits. Best description: {result.description}.",
+            *_equal(result),
             *(_further_with_description(result) if result.lag is None else [result.lag.words()]),
         ]
     found = [
@@ -111,7 +111,7 @@ def sentences(result: Diagnosis) -> list[str]:
     said += _not_searched(result)
     said += shared_curve(result.base)
     said += _noise_of_heads(result)
-    said += _probable(result)
+    said += probable(result)
     said += _measurement(result)
     return said + _negligible(result)
 
@@ -145,6 +145,15 @@ def _not_searched(result: Diagnosis) -> list[str]:
         "The diagnosis did not search for an order that changes between two runs: the reference "
         f"has {runs} runs, more than {MOST_RUNS}."
     ]
+
+
+def _equal(result: Diagnosis) -> list[str]:
+    """Return a sentence on the description with another condition that fits as well."""
+    item = result.equal
+    if item is None:
+        return []
+    words = item.effect.describe(item.parameters())
+    return [f"With another condition, whose zero is free, the description fits as well: {words}."]
 
 
 def _further_with_description(result: Diagnosis) -> list[str]:
@@ -269,8 +278,8 @@ def _sizes(item: Candidate) -> list[tuple[str, float]]:
 
 def _index(result: Diagnosis) -> list[str]:
     """Return sentences if the runs' offsets scatter by more than the known repeatability of the
-    index explains, or if they differ between the directions."""
-    found = (result.index_scatter, result.directions)
+    index explains, or differ between the directions, or if passes over an arc differ by a slope."""
+    found = (result.index_scatter, result.directions, result.slopes)
     return [item.sentence() for item in found if item is not None]
 
 
@@ -278,31 +287,6 @@ def _measurement(result: Diagnosis) -> list[str]:
     """Return the next measurement as a sentence."""
     found = result.next_measurement
     return [] if found is None else [f"Next measurement: {found}."]
-
-
-SHOWN_PROBABILITIES = 3
-"""Largest number of probabilities in a sentence; the JSON contains all probabilities."""
-LEAST_SHOWN = 0.01
-"""Smallest probability in a sentence; the JSON contains all probabilities."""
-
-
-def _probable(result: Diagnosis) -> list[str]:
-    """Return the largest probabilities in a sentence."""
-    ranked = sorted(result.probability.items(), key=lambda item: -item[1])
-    shown = [
-        f"{name} {probability_percent(value)}"
-        for name, value in ranked[:SHOWN_PROBABILITIES]
-        if value >= LEAST_SHOWN
-    ]
-    if not shown:
-        return []
-    said = [f"Probability of what to add next: {', '.join(shown)}."]
-    if len(result.unlike) >= LIKE_BENCHMARK:
-        said.append(
-            "The probability was calibrated on few or no sets like this one: "
-            f"{'; '.join(result.unlike)}."
-        )
-    return said
 
 
 def _covered(covers: Coverage) -> list[str]:
@@ -378,6 +362,13 @@ def _undecided(result: Diagnosis) -> list[str]:
         said = [f"{first} fits best, but this data is not enough to name it: {why}."]
     else:
         said = [f"{first} fits best, but this data is not enough to name it."]
+    # The size of the first effect is known, although its cause is not.
+    item = result.decision.first
+    size = ""
+    if item is not None:
+        size = item.effect.describe_values(item.parameters()) or size_sentence(item)
+    if size:
+        said.append(f"If it is {first}: {size[0].lower()}{size[1:]}")
     if result.description is not None:
         said.append(
             f"A description that is not in the catalogue fits equally well: {result.description}."

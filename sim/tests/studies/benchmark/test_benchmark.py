@@ -40,6 +40,7 @@ from arctrue.studies.benchmark.intervals import (
     reliability,
 )
 from arctrue.studies.benchmark.outcome import GOOD, OUTCOMES, Judged
+from arctrue.studies.benchmark.perfect import perfect_calibration
 from arctrue.studies.benchmark.plan import (
     CASES,
     SCORING,
@@ -183,6 +184,16 @@ def test_log_score_is_compared_with_the_best_constant() -> None:
     )
 
 
+def test_a_perfect_calibration_has_an_error_by_chance() -> None:
+    """1,000 answers with p = 0.9: the share of right ones among the 100 of a bin has σ = √(p(1 −
+    p)/100) = 0.03, and its mean distance from p is σ·√(2/π) = 0.0239 (normal limit). The mean of
+    ten such distances scatters by 0.03·√(1 − 2/π)/√10 = 0.0057, so that 5 % are above 0.033."""
+    mean, most = perfect_calibration([0.9] * 1000)
+    assert mean == pytest.approx(0.03 * np.sqrt(2.0 / np.pi), rel=0.03)
+    assert most == pytest.approx(0.0239 + 1.645 * 0.0057, rel=0.05)
+    assert perfect_calibration([1.0] * 50) == (0.0, 0.0)
+
+
 def test_interval_of_a_bootstrap_falls_with_the_root_of_the_number() -> None:
     """The width of a bootstrap interval falls as 1/√n, because apart from the constant the gain is
     a mean over the sets."""
@@ -298,7 +309,12 @@ def test_page_tells_goals_of_probabilities_and_the_words_of_an_error() -> None:
     text = benchmark_page(header_of(sets=2), scored([right, failed]))
     part = "0.900 over the part in the catalogue (goal ≥ 0.470"
     assert f"0.900 over all that the oracle sees, {part}" in text
-    assert "| calibration error, simulated | ≤ 0.03 | **0.100** (0.100 … 0.100) |" in text
+    # A perfect calibration has one answer of 0.9 right (error 0.1) nine times out of ten, and wrong
+    # (error 0.9) once: 0.18 on average.
+    said = text.split("| calibration error, simulated | ≤ 0.03 | **0.100** (perfect: ")[1]
+    mean, most = said.split(")")[0].split(", ")
+    assert float(mean) == pytest.approx(0.18, abs=4 * 0.8 * np.sqrt(0.09 / 1000))
+    assert float(most) == pytest.approx(0.9)
     # The only answer with a probability is right, but the best constant states a higher probability
     # than this answer: the gain is log 0.9 − log 0.999.
     assert "constant, simulated | > 0 | **-0.104** (-0.104 … -0.104) |" in text

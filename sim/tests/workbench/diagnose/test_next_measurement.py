@@ -5,10 +5,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from sim.tests.workbench.small_sets import measurement_set
 
-from arctrue.measurement import MeasurementSet
+from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.studies.benchmark.diagnosis import diagnosed
 from arctrue.studies.simulate.experiment import EXPERIMENTS, FURTHER, full, lean, with_further
 from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
@@ -16,6 +17,7 @@ from arctrue.table.registry import RECIPES
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
 from arctrue.workbench.diagnose.next_measurement import OF_PARTS, measurement_for_parts
 from arctrue.workbench.diagnose.planned import PLANS, PlannedMeasurement
+from arctrue.workbench.diagnose.report import sentences
 from arctrue.workbench.effects.part_conditions import ALWAYS, SIMPLE_CONDITIONS, settling_condition
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.effects.registry import built_in
@@ -167,12 +169,74 @@ def test_a_temperature_that_rises_with_the_time_goes_on_rising_unless_it_is_aske
     assert cooled.capture.temperature_c[-1] == pytest.approx(21.0, abs=0.01)
 
 
+def _warming_stations(seed: int = 1, *, even: bool = True) -> MeasurementSet:
+    """Return 24 stations up and down, three cycles, whose zero follows a temperature that rises by
+    4 K, evenly with the time or by turns."""
+    random = np.random.default_rng(seed)
+    up = np.arange(24) * 15.0
+    target = np.tile(np.concatenate([up, up[::-1]]), 3)
+    time_s = 5.0 * np.arange(target.size)
+    share = time_s / time_s[-1]
+    warm = 20.0 + 4.0 * (share if even else 0.5 - 0.5 * np.cos(9.0 * share))
+    error = 5.0 * np.cos(np.radians(target + 40.0)) + 0.8 * (warm - 20.0)
+    reference = Reference(
+        target,
+        error + random.normal(0.0, 0.3, target.size),
+        time_s=time_s,
+        cycle=np.repeat(np.arange(3), 48),
+        direction=np.tile(np.repeat([1, -1], 24), 3),
+        temperature_c=warm,
+    )
+    return MeasurementSet(Table(), None, reference, title="stations")
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_an_even_temperature_must_be_held_or_return_to_separate_it_from_the_time(seed: int) -> None:
+    """A second speed or direction does not separate temperature and time, because nothing stops the
+    temperature from rising on."""
+    found = diagnosed(_warming_stations(seed))[1]
+    assert found.verdict == "ambiguous"
+    assert found.effect_class[0] == "reference_drift"
+    assert found.described is not None
+    assert found.next_measurement is not None
+    assert found.next_measurement.startswith("the same reference run once more, with the temp")
+    # 0.8″/K × 4 K over the 715 s of the record.
+    said = " ".join(sentences(found))
+    rate = float(said.split("rate ")[1].split("″/h")[0])
+    assert rate == pytest.approx(0.8 * 4.0 * 3600.0 / 715.0, abs=1.0)
+
+
+@pytest.mark.parametrize("kind", ["moving_reference", "polygon_turned"])
+def test_a_planned_reference_goes_on_warming(kind: str) -> None:
+    """4 K in 715 s; the planned rows begin at least 600 s after the last one."""
+    made = _warming_stations()
+    if kind == "polygon_turned":
+        assert made.reference is not None
+        made = replace(made, reference=replace(made.reference, faces=24))
+    there = next(plan for plan in PLANS if plan.kind == kind).with_it(observations_of(made))
+    assert there is not None
+    assert there.reference is not None
+    assert there.reference.time_s is not None
+    assert there.reference.temperature_c is not None
+    expected = 20.0 + 4.0 / 715.0 * (there.reference.time_s - there.reference.time_s[0])
+    np.testing.assert_allclose(there.reference.temperature_c, expected, atol=1e-6)
+    assert float(there.reference.temperature_c[-1]) > 24.0 + 4.0 / 715.0 * 600.0
+
+
+def test_a_reference_that_need_not_cool_has_no_plan_for_it() -> None:
+    cooled = next(plan for plan in PLANS if plan.kind is None)
+    assert cooled.with_it(observations_of(_warming_stations(even=False))) is None
+    assert cooled.with_it(observations_of(_warming_stations())) is not None
+
+
 def test_a_temperature_that_does_not_rise_with_the_time_need_not_fall() -> None:
     assert _cooled().with_it(observations_of(measurement_set())) is None
 
 
 def test_every_kind_that_is_asked_for_can_be_simulated() -> None:
-    asked = {plan.kind for plan in PLANS} | {kind for kind, _ in OF_PARTS.values()}
+    asked = {plan.kind for plan in PLANS if plan.kind is not None} | {
+        kind for kind, _ in OF_PARTS.values()
+    }
     assert asked - {"reference_back"} <= set(FURTHER)
     assert all(kind in FURTHER for kind in ("polygon_reindexed", "turns", "samples"))
 
@@ -180,8 +244,8 @@ def test_every_kind_that_is_asked_for_can_be_simulated() -> None:
 @pytest.mark.parametrize(
     "plan",
     # The simulator always measures in both directions, and its temperature does not rise evenly
-    # with the time, so that it cannot make two of the plans.
-    [plan for plan in PLANS if plan.kind != "reference_back" and plan is not _cooled()],
+    # with the time, so that it cannot make three of the plans.
+    [plan for plan in PLANS if plan.kind not in (None, "reference_back") and plan is not _cooled()],
     ids=lambda plan: plan.kind,
 )
 def test_planned_rows_are_like_those_that_the_simulator_measures(plan) -> None:  # type: ignore[no-untyped-def]

@@ -152,6 +152,21 @@ def test_two_hypotheses_give_bayes_theorem() -> None:
     assert sum(found.values()) == pytest.approx(1.0, abs=1e-12)
 
 
+@pytest.mark.parametrize(("tested", "untestable"), [(19, 0), (15, 4), (10, 9)])
+def test_the_less_a_set_can_test_the_less_sure_is_adequate(tested: int, untestable: int) -> None:
+    """Bayes' theorem: evidence 1 for an effect that the set cannot test, and for a stranger; each
+    tested effect with a gain of 1 has the factor e^(½·1000/1001)/√1001."""
+    found = posterior(
+        "adequate", [_candidate(f"e{number}", 1.0, 0.9) for number in range(tested)], untestable,
+        effect_class=[], look_alikes=[], product=None, excluded=frozenset(), lack_of_fit_p=1.0,
+        near_tie=6.0, advantage=10.0,
+    )  # fmt: skip
+    share = PRIOR_CATALOGUE / (tested + untestable)
+    of_tested = tested * share * np.exp(0.5 * 1000 / 1001) / np.sqrt(1001.0)
+    everything = PRIOR_NONE + 0.01 + untestable * share + of_tested
+    assert found["none"] == pytest.approx(PRIOR_NONE / everything, rel=1e-9)
+
+
 @pytest.mark.parametrize("gain", [14.0, 40.0, 1e4])
 def test_what_is_named_has_the_largest(gain: float) -> None:
     # ``vibration`` has a larger gain with more coefficients, but a rule has excluded it because of

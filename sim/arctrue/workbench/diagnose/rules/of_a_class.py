@@ -7,6 +7,7 @@ from dataclasses import replace
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.case import Case
 from arctrue.workbench.diagnose.decision import Decision, Verdict
+from arctrue.workbench.diagnose.lacking import lacking_words, separates
 from arctrue.workbench.diagnose.next_measurement import NextMeasurement, Question
 from arctrue.workbench.diagnose.rivals import NEAR_TIE, correlation
 
@@ -43,7 +44,12 @@ def looks_like_untestable(case: Case) -> Decision | None:
     found = case.look_alikes
     if not found:
         return None
-    lacking = "; ".join(sorted({what for items in found.values() for what in items}))
+    lacking = "; ".join(lacking_words([what for items in found.values() for what in items]))
+    best = case.best
+    assert best is not None
+    words = f"a set that has {lacking}"
+    if best.solution.observations.capture is None:
+        words = separates(best.name, found, best.effect.next_measurement)
     return _of_class(
         case,
         "ambiguous",
@@ -52,7 +58,7 @@ def looks_like_untestable(case: Case) -> Decision | None:
             f"{', '.join(found)} would look the same on these rows and cannot be tested: "
             f"the set lacks {lacking}"
         ),
-        measurement=NextMeasurement(f"a set that has {lacking}", None),
+        measurement=NextMeasurement(words, None),
     )
 
 

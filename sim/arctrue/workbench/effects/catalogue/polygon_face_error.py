@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,8 @@ sinusoid."""
 SURE_P = 1e-4
 """Significant face errors remain without order 1 if their p is at most this: the limit of a sure
 lack of fit."""
+LISTED_FACES = 3
+"""Largest number of faces in the sentence on their sizes; the JSON contains all faces."""
 MAGNIFIED = 0.25
 """If |e^{jnα} − 1| is below this value, order n is removed from the face errors. The fit divides
 the heads' difference by this factor to find the graduation's order n, so that an error of the
@@ -139,17 +141,40 @@ class PolygonFaceError(Effect):
         return found
 
     def describe_values(self, parameters: Mapping[str, Parameter]) -> str:
-        """Name the second cause if order 1 exceeds that of independent faces."""
-        values = np.array([item.value for key, item in parameters.items() if key != "rms"])
+        """State the RMS and the largest face errors; name the second cause if order 1 exceeds that
+        of independent faces."""
+        faces = [(key, item) for key, item in parameters.items() if key != "rms"]
+        values = np.array([item.value for _, item in faces])
         if values.size < LEAST_FACES or not float(values @ values):
             return ""
         order, share, p_value = _largest_wave(values)
+        sizes = _sizes(parameters.get("rms"), [item for _, item in faces])
         if order != 1 or p_value >= CONTRADICTED_P:
-            return ""
+            return sizes
         return (
-            f"A wave of order 1 has {100.0 * share:.0f} % of the variance of the faces: the faces "
-            "contain the error of a second cause, autocollimator_gain or polygon_eccentricity."
+            f"{sizes} A wave of order 1 has {100.0 * share:.0f} % of the variance of the faces: "
+            "the faces contain the error of a second cause, autocollimator_gain or "
+            "polygon_eccentricity."
         )
+
+
+def _sizes(rms: Parameter | None, faces: Sequence[Parameter]) -> str:
+    """Return a sentence with the RMS of the faces and the largest errors, with the angles at which
+    these faces are read.
+
+    The rows do not determine an order of the faces that the table may have as well; the faces then
+    have no uncertainty, and their sizes lack this order.
+    """
+    known = all(np.isfinite(item.sigma) for item in faces)
+    largest = sorted(range(len(faces)), key=lambda face: -abs(faces[face].value))[:LISTED_FACES]
+    words = ", ".join(
+        f"face {face} (at {360.0 * face / len(faces):.4g}°) {faces[face].value:+.3g}″"
+        + (f" (u {faces[face].sigma:.2g}″)" if known else "")
+        for face in largest
+    )
+    whole = "" if rms is None else f"{rms.value:.3g}″ RMS over {len(faces)} faces; "
+    lacks = "" if known else ", without the orders that this set cannot separate from the table's"
+    return f"Face errors: {whole}the largest: {words}{lacks}."
 
 
 def _pattern(values: NDArray[np.float64], separation_rad: float, first: int = 1) -> str | None:
