@@ -8,7 +8,7 @@ its result has passed this test.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -32,7 +32,11 @@ from arctrue.workbench.inference.forward.events import columns_of_steps
 from arctrue.workbench.inference.forward.mountings import mounting_change
 from arctrue.workbench.inference.forward.noise_of_record import whitened_left
 from arctrue.workbench.inference.forward.of_solution import records_of, reversal_with_steps
-from arctrue.workbench.inference.forward.oscillation import Oscillation, oscillation_of
+from arctrue.workbench.inference.forward.oscillation import (
+    Oscillation,
+    in_each_run,
+    oscillation_of,
+)
 from arctrue.workbench.inference.forward.record import Record
 from arctrue.workbench.inference.forward.search import Line, LineSearch, search_record
 from arctrue.workbench.inference.forward.slow import SlowChange, slow_change
@@ -109,14 +113,14 @@ def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Finding
         level = noise_level(whitened_left(record.rows(_columns_of(found)), found.noise.noise))
         ratio = ratio if level is None else max(ratio, level.ratio)
         if timed and oscillation is None:
-            oscillation = oscillation_of(found, "reference")
+            oscillation = in_each_run(solution, oscillation_of(found, "reference"))
         if timed and not bands[1:]:
             slow = slow_change(record, _columns_of(found))
         if timed and found.lines and drift is None:
             drift = even_drift(record, _columns_of(found), found.noise.noise)
         if not steps:
             steps = [jump_of(step, record, timed=timed) for step in found.steps]
-        turns_s = record.turns_on_the_clock if timed else None
+        turns_s = _common_speed(record) if timed else None
         fast += _fast(record, turns_s, fast)
         causes += [
             item
@@ -153,6 +157,31 @@ def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Finding
         fast=tuple(sorted(fast, key=lambda line: -line.amplitude_arcsec)),
         drift=drift if slow is None else None,
     )
+
+
+SAME_SPEED = 0.01
+"""Largest relative difference of the speeds of two stretches with which one period is stated for an
+order; a drive without a servo holds its speed to about 1 %."""
+
+
+def _common_speed(record: Record) -> float | None:
+    """Return the mean speed in turns per second; None if the stretches of a record over the angle
+    differ in speed, so that an order has no period."""
+    if record.in_time:
+        return record.turns_on_the_clock
+    speeds = [speed for _, speed in _speeds(record)]
+    if not speeds or max(speeds) - min(speeds) > SAME_SPEED * max(speeds):
+        return None
+    return record.turns_on_the_clock
+
+
+def _speeds(record: Record) -> Iterator[tuple[float, float]]:
+    """Yield the length of each stretch in seconds and its speed in turns per second."""
+    for number in np.unique(record.stretch):
+        own = record.stretch == number
+        length = float(np.ptp(record.measured[own]))
+        if length > 0.0:
+            yield length, float(np.ptp(record.place[own])) / length
 
 
 def _fast(
@@ -223,12 +252,7 @@ def _is_at_a_speed(item: RegularCause, other: RegularCause, record: Record | Non
     """
     if record is None or not item.in_time or other.in_time:
         return False
-    for number in np.unique(record.stretch):
-        own = record.stretch == number
-        length = float(np.ptp(record.measured[own]))
-        if length <= 0.0:
-            continue
-        speed = float(np.ptp(record.place[own])) / length
+    for length, speed in _speeds(record):
         rates = [line.rate * speed for line in other.lines]
         if nearest(rates, item.lines[0].rate) * length < SAME_LINE:
             return True
