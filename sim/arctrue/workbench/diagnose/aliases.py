@@ -10,6 +10,7 @@ from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.scan.disc import ALIAS_AHEAD, DISC_BINS, samples_a_turn
 from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.one_speed import speed_turns_s
+from arctrue.workbench.observations.rows import ReferenceRows
 from arctrue.workbench.observations.stations_a_turn import STATION_DECIMALS
 
 UNEVEN = 1e-3
@@ -111,12 +112,21 @@ def folded_periods_s(item: Candidate, observations: Observations) -> tuple[float
         order = nonlinear.get("order", 0.0)
         speed = speed_turns_s(rows, order) if order > 0.0 else None
         frequency = 0.0 if speed is None else order * abs(speed)
+    step, periods_s = folded_frequencies(rows, frequency)
+    return (step, []) if frequency * step * MOST_FOLDED <= 1.0 else (step, periods_s)
+
+
+def folded_frequencies(rows: ReferenceRows, frequency: float) -> tuple[float, list[float]]:
+    """Return the step of rows with even steps of time, and the periods of the two slowest lines
+    that look like a frequency; no periods if the steps are uneven."""
+    if rows.time_s is None:
+        return 0.0, []
     steps = np.diff(rows.time_s)[np.diff(rows.run) == 0]
     if steps.size == 0 or frequency <= 0.0:
         return 0.0, []
     step = float(np.median(steps))
     if step <= 0.0 or float(np.max(np.abs(steps / step - np.round(steps / step)))) > UNEVEN:
         return 0.0, []
-    if frequency * step >= 0.5 or frequency * step * MOST_FOLDED <= 1.0:
+    if frequency * step >= 0.5:
         return step, []
     return step, [1.0 / (1.0 / step - frequency), 1.0 / (1.0 / step + frequency)]

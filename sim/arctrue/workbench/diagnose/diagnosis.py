@@ -44,12 +44,14 @@ from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.detectable import Refused
 from arctrue.workbench.inference.every_row import on_every_row
 from arctrue.workbench.inference.fit import fit
+from arctrue.workbench.inference.forward.oscillation import Oscillation
 from arctrue.workbench.inference.left import Left
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search_parameters import refined
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.inference.visits_of_places import visits_of
 from arctrue.workbench.observations import Observations
+from arctrue.workbench.observations.one_speed import coordinate, passes_of
 from arctrue.workbench.observations.wrong_rows import without_wrong_rows
 
 MATTERS_COUNTS = 0.5
@@ -218,6 +220,7 @@ def diagnose(
     second = _second(found.decision, left) if found.verdict == "named" else None
     period = signal_period(found.named, tried.untestable, effects)
     findings = _with_the_found(findings, found, case, effects)
+    findings = _once(findings, found.decision.oscillation or findings.oscillation, observations)
     lag = lag_of(found.described, base) if found.verdict == "unknown" else None
     if lag is not None or found.slopes is not None:
         findings = replace(findings, slow=None)
@@ -295,6 +298,18 @@ def _with_the_found(
     if findings.oscillation is None:
         return findings
     return replace(findings, oscillation=findings_of(item.at_maximum, effects).oscillation)
+
+
+def _once(findings: Findings, seen: Oscillation | None, observations: Observations) -> Findings:
+    """Return the findings without the fast lines that are the line ``seen`` of each run."""
+    rows = observations.reference
+    if seen is None or seen.in_each_run is None or rows is None or rows.time_s is None:
+        return findings
+    turns = coordinate(rows, in_time=False)
+    if turns is None:
+        return findings
+    passes = [(speed, length) for speed, length, _ in passes_of(turns, rows.time_s, rows.run)]
+    return findings.without_fast(seen.hz, passes)
 
 
 def _second(found: Decision, left: Mapping[str, Left]) -> SecondFinding | None:

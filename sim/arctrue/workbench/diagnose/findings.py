@@ -3,7 +3,7 @@ changes, in words and as JSON."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -190,6 +190,18 @@ class Findings:
             same.append(f"{near.rms_arcsec:.2g}″ RMS near {near.hz:.3g} Hz")
         return replace(left, cause=name, same=tuple(same))
 
+    def without_fast(self, hz: float, passes: Sequence[tuple[float, float]]) -> Findings:
+        """Return the findings without the fast lines that are a line of the frequency ``hz`` in one
+        of the passes; ``passes``: speed in turns per second and duration in seconds of each."""
+
+        def is_it(line: FastLineOfRows) -> bool:
+            speeds = [(1.0, duration_s) for _, duration_s in passes] if line.in_time else passes
+            return any(
+                abs(line.rate * speed - hz) * duration_s < SAME_LINE for speed, duration_s in speeds
+            )
+
+        return replace(self, fast=tuple(line for line in self.fast if not is_it(line)))
+
     def without(self, one: RegularCause | None) -> Findings:
         """Return the findings without one of the causes, which is in the model."""
         return replace(self, causes=tuple(item for item in self.causes if item is not one))
@@ -279,7 +291,7 @@ class Findings:
                 f"over {self.drift.length:.4g} s."
             )
         if self.oscillation is not None:
-            where = "error" if self.oscillation.present_s is not None else "noise"
+            where = "error" if self.oscillation.is_line else "noise"
             found.append(f"The {where} contains {self.oscillation.words()}.")
         if self.noise_level_ratio is not None:
             found.append(

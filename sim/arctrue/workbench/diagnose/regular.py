@@ -8,7 +8,7 @@ its result has passed this test.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -36,6 +36,7 @@ from arctrue.workbench.inference.forward.of_solution import records_of, reversal
 from arctrue.workbench.inference.forward.order_at_speeds import is_an_order
 from arctrue.workbench.inference.forward.oscillation import (
     Oscillation,
+    in_each_run,
     oscillation_in_reference,
     oscillation_of,
 )
@@ -118,13 +119,14 @@ def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Finding
             oscillation = oscillation_of(found, "reference")
             if oscillation is not None and is_alias(solution, oscillation, record.step):
                 oscillation = oscillation_in_reference(solution)
+            oscillation = in_each_run(solution, oscillation)
         if timed and not bands[1:]:
             slow = slow_change(record, _columns_of(found))
         if timed and found.lines and drift is None:
             drift = even_drift(record, _columns_of(found), found.noise.noise)
         if not steps:
             steps = [jump_of(step, record, timed=timed) for step in found.steps]
-        turns_s = record.turns_on_the_clock if timed else None
+        turns_s = _common_speed(record) if timed else None
         fast += _fast(record, turns_s, fast)
         causes += [
             item
@@ -166,6 +168,31 @@ def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Finding
         fast=tuple(sorted(fast, key=lambda line: -line.amplitude_arcsec)),
         drift=drift if slow is None else None,
     )
+
+
+SAME_SPEED = 0.01
+"""Largest relative difference of the speeds of two stretches with which one period is stated for an
+order; a drive without a servo holds its speed to about 1 %."""
+
+
+def _common_speed(record: Record) -> float | None:
+    """Return the mean speed in turns per second; None if the stretches of a record over the angle
+    differ in speed, so that an order has no period."""
+    if record.in_time:
+        return record.turns_on_the_clock
+    speeds = [speed for _, speed in _speeds(record)]
+    if not speeds or max(speeds) - min(speeds) > SAME_SPEED * max(speeds):
+        return None
+    return record.turns_on_the_clock
+
+
+def _speeds(record: Record) -> Iterator[tuple[float, float]]:
+    """Yield the length of each stretch in seconds and its speed in turns per second."""
+    for number in np.unique(record.stretch):
+        own = record.stretch == number
+        length = float(np.ptp(record.measured[own]))
+        if length > 0.0:
+            yield length, float(np.ptp(record.place[own])) / length
 
 
 def _fast(
@@ -236,12 +263,7 @@ def _is_at_a_speed(item: RegularCause, other: RegularCause, record: Record | Non
     """
     if record is None or not item.in_time or other.in_time:
         return False
-    for number in np.unique(record.stretch):
-        own = record.stretch == number
-        length = float(np.ptp(record.measured[own]))
-        if length <= 0.0:
-            continue
-        speed = float(np.ptp(record.place[own])) / length
+    for length, speed in _speeds(record):
         rates = [line.rate * speed for line in other.lines]
         if nearest(rates, item.lines[0].rate) * length < SAME_LINE:
             return True

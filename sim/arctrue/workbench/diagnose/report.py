@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from arctrue.base.figures import with_uncertainty
-from arctrue.workbench.diagnose.aliases import folded_periods_s, in_capture
+from arctrue.workbench.diagnose.aliases import folded_frequencies, folded_periods_s, in_capture
 from arctrue.workbench.diagnose.candidate import RUNS_ARE_THE_SAMPLE, Candidate, is_line
 from arctrue.workbench.diagnose.coverage import Coverage
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
@@ -76,6 +76,7 @@ def sentences(result: Diagnosis) -> list[str]:
             said.append(f"Described by its parts: {result.description}.")
     elif result.decision.seen is not None:
         said = [f"None of the known effects fits: {result.decision.seen}."]
+        said += _folded_in_each_run(result)
     elif result.description is None and (
         result.findings.cycles is not None or result.findings.places is not None or result.slopes
     ):
@@ -338,6 +339,26 @@ def _folded(item: Candidate, result: Diagnosis) -> list[str]:
     return [
         f"The rows come every {step_s:.4g} s: a line of {words} would look the same. Uneven or "
         "shorter steps would separate them."
+    ]
+
+
+def _folded_in_each_run(result: Diagnosis) -> list[str]:
+    """Return a sentence on the faster lines that look like a line with a phase for each run.
+
+    Such a line is stated with any number of rows a period: the alias of a faster line gets another
+    phase where the instants of the rows start anew.
+    """
+    found, rows = result.decision.oscillation, result.observations.reference
+    if found is None or found.in_each_run is None or rows is None:
+        return []
+    step_s, periods_s = folded_frequencies(rows, found.hz)
+    if not periods_s:
+        return []
+    words = " or ".join(f"{period_s:.4g} s" for period_s in periods_s)
+    return [
+        f"The rows come every {step_s:.4g} s: a line of {words} would look the same, and would "
+        "change its phase from run to run if the rows of each run start at another instant. Uneven "
+        "or shorter steps would separate them."
     ]
 
 

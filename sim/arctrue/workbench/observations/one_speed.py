@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
@@ -37,21 +38,43 @@ def speed_turns_s(rows: CaptureRows | ReferenceRows, highest_order: float) -> fl
     if turns is None or time_s is None or highest_order <= 0.0:
         return None
     speeds, durations = [], []
-    for part in _passes(turns, rows.run):
-        since = time_s[part] - time_s[part].mean()
-        square = float(since @ since)
-        if square <= 0.0:
+    for speed, duration_s, uneven in passes_of(turns, time_s, rows.run):
+        if uneven * highest_order > SAME_PHASE_TURNS:
             return None
-        away = turns[part] - turns[part].mean()
-        slope = float(since @ away) / square
-        if float(np.abs(away - slope * since).max()) * highest_order > SAME_PHASE_TURNS:
-            return None
-        speeds.append(abs(slope))
-        durations.append(float(np.ptp(time_s[part])))
+        speeds.append(speed)
+        durations.append(duration_s)
     if not speeds or max(speeds) <= 0.0:
         return None
     apart = (max(speeds) - min(speeds)) * max(durations) * highest_order
     return float(np.median(speeds)) if apart < SAME_PHASE_TURNS else None
+
+
+def order_at_one_speed(rows: CaptureRows | ReferenceRows, hz: float) -> float | None:
+    """Return the order that equals a frequency at the common speed of all passes; None without such
+    a speed."""
+    turns, time_s = coordinate(rows, in_time=False), coordinate(rows, in_time=True)
+    if turns is None or time_s is None:
+        return None
+    speeds = [speed for speed, _, _ in passes_of(turns, time_s, rows.run)]
+    usual = float(np.median(speeds)) if speeds else 0.0
+    speed = speed_turns_s(rows, hz / usual) if usual > 0.0 else None
+    return None if speed is None else hz / speed
+
+
+def passes_of(
+    turns: Float, time_s: Float, run: NDArray[np.int64]
+) -> Iterator[tuple[float, float, float]]:
+    """Yield, for each pass, its speed in turns per second without sign, its duration in seconds and
+    its largest deviation from a uniform motion in turns, infinite without a duration."""
+    for part in _passes(turns, run):
+        since = time_s[part] - time_s[part].mean()
+        square = float(since @ since)
+        if square <= 0.0:
+            yield 0.0, 0.0, float("inf")
+            continue
+        away = turns[part] - turns[part].mean()
+        slope = float(since @ away) / square
+        yield abs(slope), float(np.ptp(time_s[part])), float(np.abs(away - slope * since).max())
 
 
 def _passes(turns: Float, run: NDArray[np.int64]) -> list[slice]:

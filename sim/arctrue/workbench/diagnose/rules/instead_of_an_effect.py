@@ -94,8 +94,9 @@ therefore has the width of six frequencies that the record separates."""
 
 
 def driven_by_noise(case: Case) -> Decision | None:
-    """The noise has a damped oscillation, or a part of a log has a line; lines and products of
-    parts gain less than three quarters as much, other effects less than a tenth as much."""
+    """The noise has a damped oscillation, or a log has a line in a part or with a phase for each
+    run; lines and products of parts gain less than three quarters as much, other effects less
+    than a tenth as much."""
     best, product = case.best, case.product
     flexible = best is not None and _only_lines(case, best)
     if product is not None and case.ahead > PARTS_ADVANTAGE:

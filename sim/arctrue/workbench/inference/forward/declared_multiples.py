@@ -29,7 +29,7 @@ def multiples_of_declared(record: Record) -> Float:
         return np.zeros(0)
     found = record.declared * np.arange(1, MOST_MULTIPLE + 1)
     lowest = max(DECLARED_PERIODS / record.span, 1.0 / record.longest)
-    return np.asarray(found[(found >= lowest) & (found <= record.highest)])
+    return np.asarray(found[(found >= lowest) & (found <= record.highest_declared)])
 
 
 def nearest_multiple(record: Record, rate: float) -> int | None:

@@ -111,10 +111,12 @@ def fast_lines(
     """
     senses = _senses(place, stretch)
     left = left_arcsec
+    known: list[float] = []
     for _ in range(MOST_LINES):
-        rate = _largest_line(place, stretch, left, senses)
+        rate = _largest_line(place, stretch, left, senses, known)
         if rate is None:
             return
+        known.append(rate)
         phase = 2.0 * np.pi * rate * (place - place[0])
         waves = np.column_stack([np.cos(phase), np.sin(phase)])
         columns = np.hstack([sense[:, np.newaxis] * waves for sense in senses.T])
@@ -145,9 +147,17 @@ def _senses(place: Float, stretch: Integer) -> Float:
 
 
 def _largest_line(
-    place: Float, stretch: Integer, left_arcsec: Float, senses: Float
+    place: Float,
+    stretch: Integer,
+    left_arcsec: Float,
+    senses: Float,
+    known: Sequence[float],
 ) -> float | None:
-    """Return the rate with the largest power among the significant rates; None if there is none."""
+    """Return the rate with the largest power among the significant rates; None if there is none.
+
+    A rate nearer than 1/span to a known line is not separated from this line: amplitudes that are
+    fitted to both would be large and cancel each other.
+    """
     steps = np.abs(np.diff(place))[np.diff(stretch) == 0]
     step, span = float(np.median(steps)), float(np.ptp(place))
     if step <= 0.0 or CELLS_A_ROW * PADDED * span / step > MOST_CELLS:
@@ -168,6 +178,8 @@ def _largest_line(
     independent = max(float(np.ptp(rates[kept])) * span, 1.0)
     p_values = fdtrc(freedom, _freedom_of_level(freedom), 2.0 * excess / freedom)
     sure = independent * p_values < CHANCE
+    for other in known:
+        sure &= np.abs(rates[kept] - other) * span >= 1.0
     if not sure.any():
         return None
     at = int(np.argmax(np.where(sure, power, 0.0)))

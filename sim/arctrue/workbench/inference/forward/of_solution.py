@@ -51,16 +51,10 @@ def records_of(solution: Solution, declared: float | None) -> list[Record]:
     are expected.
     """
     rows = solution.observations.every_reference_row
-    if rows is None or "reference" in solution.unknown_noise or not _is_dense(rows):
+    kept_rows = _kept_rows(solution)
+    if rows is None or kept_rows is None:
         return []
-    clock = reference_clock(rows)
-    stretch = _stretches(rows, clock)
-    size = np.bincount(stretch)
-    kept = size[stretch] >= LEAST_STRETCH_ROWS
-    if np.count_nonzero(kept) < LEAST_ROWS:
-        return []
-    stretch = np.unique(stretch[kept], return_inverse=True)[1]
-    clock, columns, residual = clock[kept], *(part[kept] for part in _left(solution, rows))
+    clock, residual, columns, stretch, kept = kept_rows
     found = []
     places = [_moving(coordinate(rows, in_time=in_time), kept) for in_time in (False, True)]
     moving = [place for place in places if place is not None]
@@ -87,6 +81,37 @@ def records_of(solution: Solution, declared: float | None) -> list[Record]:
             # the orders of that turn.
             break
     return found
+
+
+def _kept_rows(
+    solution: Solution,
+) -> tuple[Float, Float, Float, NDArray[np.int64], NDArray[np.bool_]] | None:
+    """Return clock, residual, columns and number of the stretch of the rows of a log, and which
+    rows these are; None for repeated stations and for few rows."""
+    rows = solution.observations.every_reference_row
+    if rows is None or "reference" in solution.unknown_noise or not _is_dense(rows):
+        return None
+    clock = reference_clock(rows)
+    stretch = _stretches(rows, clock)
+    kept = np.bincount(stretch)[stretch] >= LEAST_STRETCH_ROWS
+    if np.count_nonzero(kept) < LEAST_ROWS:
+        return None
+    stretch = np.unique(stretch[kept], return_inverse=True)[1]
+    columns, residual = _left(solution, rows)
+    return clock[kept], residual[kept], columns[kept], stretch, kept
+
+
+def stretches_of(
+    solution: Solution,
+) -> tuple[Float, Float, Float, NDArray[np.int64]] | None:
+    """Return times, residuals, columns of the model and number of the stretch of each row of a log
+    with times; None if the reference is no such log."""
+    rows, found = solution.observations.every_reference_row, _kept_rows(solution)
+    if rows is None or rows.time_s is None or found is None:
+        return None
+    clock, residual, columns, stretch, _ = found
+    steps = np.diff(clock)[np.diff(stretch) == 0]
+    return (clock, residual, columns, stretch) if np.all(steps > 0.0) else None
 
 
 def _moving(place: Float | None, kept: NDArray[np.bool_]) -> Float | None:

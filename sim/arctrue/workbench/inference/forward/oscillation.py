@@ -16,6 +16,7 @@ from scipy.optimize import minimize_scalar
 
 from arctrue.workbench.inference.forward.noise_of_record import whitened_left
 from arctrue.workbench.inference.forward.of_solution import has_records, longest_stretch
+from arctrue.workbench.inference.forward.own_phases import line_of_runs
 from arctrue.workbench.inference.forward.partial import part_line
 from arctrue.workbench.inference.forward.prominence import is_prominent
 from arctrue.workbench.inference.forward.record import MOST_ROWS, ROWS_A_PERIOD, Record, record_of
@@ -23,6 +24,7 @@ from arctrue.workbench.inference.forward.search import LineSearch, search_lines
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.kernel import KernelNoise, Part, log_likelihood
 from arctrue.workbench.noise.kernel_fit import KernelFit, Rows, best_fit, fit_from, usual_starts
+from arctrue.workbench.observations.one_speed import order_at_one_speed
 
 Float = NDArray[np.float64]
 
@@ -74,13 +76,24 @@ class Oscillation:
     """Times between which a line that keeps its phase is present; None for a resonance."""
     amplitude_arcsec: float | None = None
     """Amplitude of that line while it is present."""
+    in_each_run: str | None = None
+    """Amplitude, in words, of a line that keeps its phase only within each run; None for a
+    resonance, and for a line in a part of the record."""
+    order: float | None = None
+    """Order of the angle that a line with a phase for each run may be, because all runs have one
+    speed."""
 
     def is_same(self, other: Oscillation) -> bool:
         """Tell whether the other oscillation is this one, from other rows of the channel: the
         frequencies differ by less than the width of the resonance."""
         return self.channel == other.channel and abs(self.hz - other.hz) < self.hz / self.quality
 
-    def data(self) -> dict[str, float | str | list[float] | None]:
+    @property
+    def is_line(self) -> bool:
+        """True for a line that keeps its phase in a part of the rows."""
+        return self.present_s is not None or self.in_each_run is not None
+
+    def data(self) -> dict[str, float | str | list[float] | bool | None]:
         """Return the oscillation as JSON."""
         return {
             "frequency_hz": self.hz,
@@ -89,11 +102,18 @@ class Oscillation:
             "quality": self.quality,
             "channel": self.channel,
             "present_s": None if self.present_s is None else list(self.present_s),
+            "own_phase_in_each_run": self.in_each_run is not None,
         }
 
     def words(self) -> str:
         """Describe the oscillation in words: it loses its phase after a number of periods, or it is
-        a line in a part of the record."""
+        a line in a part of the record or in each run."""
+        if self.in_each_run is not None:
+            order = "" if self.order is None else f", order {self.order:.5g} at this speed"
+            return (
+                f"a line of {1.0 / self.hz:.4g} s ({self.hz:.4g} Hz{order}), {self.in_each_run} in "
+                f"the {self.channel}, with a phase of its own in each run"
+            )
         if self.present_s is not None:
             start_s, end_s = self.present_s
             return (
@@ -255,7 +275,26 @@ def oscillation_in_reference(solution: Solution) -> Oscillation | None:
         # records_of averages the rows if all stretches together have too many, and makes no record
         # of stations.
         records.append(_record(time_s, left))
-    return _in_records(records, "reference", rows)
+    return in_each_run(solution, _in_records(records, "reference", rows))
+
+
+def in_each_run(solution: Solution, found: Oscillation | None) -> Oscillation | None:
+    """Return an oscillation of the reference as a line, if each run keeps the line's phase."""
+    if found is None or found.present_s is not None:
+        return found
+    line = line_of_runs(solution, found.hz, found.hz / found.quality)
+    if line is None:
+        return found
+    rows = solution.observations.every_reference_row
+    return replace(
+        found,
+        order=None if rows is None else order_at_one_speed(rows, line.hz),
+        hz=line.hz,
+        sigma_hz=line.sigma_hz,
+        rms_arcsec=line.rms_arcsec,
+        gain=max(line.gain, found.gain),
+        in_each_run=line.size_words(),
+    )
 
 
 def _in_records(records: Iterable[Record], channel: str, rows: int) -> Oscillation | None:

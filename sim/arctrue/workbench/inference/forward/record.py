@@ -91,6 +91,15 @@ class Record:
         return float(1.0 / (ROWS_A_PERIOD * max(np.median(steps), 1e-300)))
 
     @property
+    def highest_declared(self) -> float:
+        """Highest rate at which a multiple of the declared rate is searched: in single rows, half
+        their sampling rate minus the resolution of the record, because nothing averages the
+        line."""
+        if np.any(self.readings > 1.0):
+            return self.highest
+        return max(self.highest, self.highest * ROWS_A_PERIOD / 2.0 - 1.0 / self.span)
+
+    @property
     def independent(self) -> float:
         """Number of independent rates between 0 and the highest rate."""
         return max(self.highest * self.span, 1.0)

@@ -49,10 +49,17 @@ class Coherence:
 
 
 def coherence(
-    record: Record, columns: Float, others: Float, noise: KernelNoise, periods: float
+    record: Record,
+    columns: Float,
+    others: Float,
+    noise: KernelNoise,
+    periods: float,
+    *,
+    along: Float | None = None,
 ) -> Coherence:
     """Return the share of a line that the other blocks predict; ``others`` are the columns of the
-    other lines.
+    other lines. ``along``: place of each row, from 0 to 1, by which the rows are divided into
+    blocks; without it, the row number divided by the number of rows.
 
     Base and other lines are fitted to all rows, and are projected out of the columns (Frisch and
     Waugh): the part of the line that the base explains does not count as the line's error. Let c_b
@@ -73,7 +80,9 @@ def coherence(
     left = values[:, 0] - values[:, known] @ projected[:, 0]
     columns = columns - values[:, known] @ projected[:, 1:]
     count = int(np.clip(periods, FEWEST_BLOCKS, MOST_BLOCKS))
-    number = np.minimum(np.arange(left.size) * count // left.size, count - 1)
+    if along is None:
+        along = np.arange(left.size) / left.size
+    number = np.minimum((along * count).astype(np.int64), count - 1)
     split = np.zeros((left.size, count * width))
     for block in range(count):
         own = number == block
