@@ -3,8 +3,8 @@
 // An effective amplitude is the rounded product of the nominal amplitude of its own lane and bank and the modulator
 // that this lane has chosen; its magnitude is at most that of the nominal amplitude. The multiplier is not modelled:
 // the rules assume only that a factor between -1 and 1 makes no number larger, and that 1 changes none. While `swept`
-// is high, the effective amplitudes of both banks belong to their present words. The rules follow one lane of one bank,
-// which may be any; the words that the entity reads from its memory are those of this lane. To keep the proof short, a
+// is high, the effective amplitudes of both banks belong to their present words. The rules follow one arbitrary lane
+// of one bank; the words that the entity reads from its memory are those of this lane. To keep the proof short, a
 // sweep may omit steps of other lanes; they do not affect this lane. scripts/formal_proofs.py states the numbers of
 // bits. Source: the entity's header.
 

@@ -3,7 +3,7 @@
 // Every angle gets the coefficients of one bank, which the last swap before the angle made active: this bank contains
 // all writes that were acknowledged before this swap, and no word of the other bank. Swaps, writes and resets come in
 // any clock, also while a swap waits or the idle bank is filled. Acknowledges, swaps and reads follow the rules of the
-// entity's header. The rules follow one bit of the coefficients, which may be any of them.
+// entity's header. The rules follow one arbitrary bit of the coefficients.
 
 module coefficient_memory_rules #(
     parameter LANES = 2,

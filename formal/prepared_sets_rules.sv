@@ -2,8 +2,8 @@
 //
 // A set is swapped whole: when the clock of its first angle comes, any word of the idle bank is the word of that set, and
 // none changes while the swap waits. A swap takes place only while `may_activate` is high. Each write of the processor reaches the
-// bank unchanged before it is acknowledged. The rules follow one word of one set, which may be any; of the memory only
-// this word is modelled. Source: the entity's header.
+// bank unchanged before it is acknowledged. The rules follow one arbitrary word of one set; of the memory only this
+// word is modelled. Source: the entity's header.
 
 module prepared_sets_rules #(
     parameter LANES = 1, parameter HEADS = 3

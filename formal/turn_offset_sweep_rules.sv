@@ -4,7 +4,7 @@
 // every wrap and in every clock between two wraps. So the phase is a function of turn and angle, and at a wrap it
 // changes only by the step of the angle; turn_counter_rules prove that turn and angle together follow the angle.
 // Between two wraps in the same direction the angle moves at least half a turn of the smallest permitted length, at one
-// count per clock; a wrap in the other direction may follow at once. The rules follow one lane, which may be any; the
+// count per clock; a wrap in the other direction may follow at once. The rules follow one arbitrary lane; the
 // words that the entity reads from its memories are those of this lane. The benches compare the arithmetic behind the
 // multiplier with the model. scripts/formal_proofs.py states the numbers of bits. Source: the entity's header.
 

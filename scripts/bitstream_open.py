@@ -141,7 +141,8 @@ def check_timing(log: str, path: Path, asked_mhz: float) -> None:
 
 
 def check_primitives(netlist: Path, top: Top) -> None:
-    """Raise ToolError if the mapped netlist lacks cells that connect it to the chip."""
+    """Raise ToolError if the numbers of the cells that connect the mapped netlist to the chip are
+    wrong."""
     modules = json.loads(netlist.read_text(encoding="utf-8"))["modules"]
     cells = Counter(cell["type"] for cell in modules[top.name]["cells"].values())
     for kind, count in top.primitives.items():
@@ -228,7 +229,7 @@ def place_and_route(job: Job, nextpnr: str, chipdb: str | None, netlist: Path) -
         if not made.exists():
             raise ToolError(f"nextpnr wrote no {made}; see {log}")
     reached = ", ".join(f"{clock} {value:g} MHz" for clock, (value, _) in clocks.items())
-    timing = f"nextpnr's estimate, which times no block RAM, DSP or PS7 in full: {reached}"
+    timing = f"nextpnr's estimate, without all delays of block RAM, DSP and PS7: {reached}"
     return Routed(fasm, routed, timing)
 
 

@@ -25,7 +25,7 @@ enum { IMAGE_WORDS_MOST = 6 };
 struct image_map {
     uint32_t golden;
     uint32_t golden_bytes;
-    /* Offset from which on the flash holds no images. */
+    /* End of the part of the flash that holds images. */
     uint32_t end;
 };
 

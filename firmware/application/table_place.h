@@ -37,9 +37,11 @@ struct load_table {
 
 /* Tells whether the words are within their ranges. */
 bool load_table_is_valid(const struct table_place *place, uint32_t counts_per_rev);
-/* Return the number of windows; w, where a window is 2^-w turn wide; and the unit of a point in counts. */
+/* Returns the number of windows. */
 uint32_t load_table_windows(const struct table_place *place);
+/* Returns w; the width of a window is 2^-w turn. */
 uint32_t load_table_width(const struct table_place *place);
+/* Returns the unit of a point in counts. */
 double load_table_unit(const struct table_place *place);
 
 #endif

@@ -8,7 +8,8 @@
 #define READING_S 0.5
 #define LEAST_C (-55.0)
 #define MOST_C 150.0
-/* Numbers of failures in a row and of agreeing readings in a row from which on they do not count as chance. */
+/* Number of successive failures or jumps after which the state is no longer good, and number of successive agreeing
+   readings after which the temperature is known. */
 enum { FAILURES_MOST = 3, AGREE_LEAST = 3 };
 /* Largest rate at which the table may have changed while its thermometer was silent: 3 K per minute. */
 #define SILENT_K_S 0.05

@@ -44,8 +44,8 @@ static void set_up_pll(const struct pll *pll, uint32_t factor, uint32_t configur
     register_write(pll->control, control);
 }
 
-/* Writes a register of the clocks only if it does not hold this word already: after a restart a correct clock is not
-   touched, because the fabric is running. */
+/* Writes a register of the clocks or pins only if it does not hold this word already: after a restart a correct clock
+   is not touched, because the fabric is running. */
 static void set(uint32_t address, uint32_t word) {
     if (register_read(address) != word) {
         register_write(address, word);

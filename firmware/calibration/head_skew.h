@@ -27,9 +27,10 @@ struct skew_turn {
 
 struct head_skew {
     struct skew_turn last;
-    /* Number of heads in both turns whose speeds differed; 0: no two turns had different speeds. */
+    /* Number of heads that were measured in both of the compared turns; 0: no turns have been compared yet. */
     uint32_t heads;
-    /* Delay of each head relative to head 1, with the delays that the core applies, and its standard uncertainty. */
+    /* Delay of each head relative to head 1, and its standard uncertainty. The delays that the core applies to the
+       readings are included. */
     double late_ns[HEADS_MOST];
     double u_ns;
 };

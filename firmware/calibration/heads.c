@@ -13,7 +13,7 @@
 /* Least length of the parity vector before it is scaled to length 1; a shorter one shows that the four heads stand at
    only two places. The elements of this vector are twice the areas of the four triangles of three heads. */
 #define LEAST_PARITY 1e-6
-/* Noise gain above which the heads count as not showing an order. */
+/* Noise gain above which the heads count as insensitive to an order. */
 #define UNSEEN_GAIN 1e3
 /* Largest distance of a tried word from the rounded weight. */
 enum { WORD_REACH = 2, WORD_CHOICES = 2 * WORD_REACH + 1, CONDITIONS = 3 };
@@ -30,8 +30,8 @@ static double triangle(struct vector a, struct vector b, struct vector c) {
     return ab.re * ac.im - ac.re * ab.im;
 }
 
-/* Computes the vector of length 1 that is orthogonal to ones and to both components of the sight: each element is
-   proportional to the area of the triangle of the other three heads. */
+/* Computes the vector of length 1 that is orthogonal to (1, 1, 1, 1) and to the real and imaginary parts of
+   heads_sight(): the size of each element is proportional to the area of the triangle of the other three heads. */
 static bool parity_of(const struct heads_geometry *geometry, double parity[HEADS_MOST]) {
     struct vector sight[HEADS_MOST];
     double square = 0.0;
@@ -87,8 +87,8 @@ double heads_gain(const struct heads_geometry *geometry, uint32_t order) {
     return gain < UNSEEN_GAIN ? gain : (double)INFINITY;
 }
 
-/* Computes the weights with the least sum of squares, w = A^T (A A^T)^-1 e, where the rows of A are ones, Re and Im of
-   the sight: the shortest solution of A w = e = (1, 0, 0). */
+/* Computes the weights with the least sum of squares, w = A^T (A A^T)^-1 e, where the rows of A are ones and the
+   real and imaginary parts of heads_sight(): the shortest solution of A w = e = (1, 0, 0). */
 static bool shortest_weights(const struct heads_geometry *geometry, uint32_t used,
                              double weight[HEADS_MOST]) {
     double row[CONDITIONS][HEADS_MOST] = {{0.0}};
@@ -130,8 +130,8 @@ double heads_leak(const struct heads_geometry *geometry, const int32_t weight[HE
 }
 
 /* Tries combinations of words near the exact weights, and keeps the one that leaves the least motion of the axis in the
-   mean. The word of the last head follows from the sum of all words, so its distance from the exact weight may be half
-   a step larger. */
+   mean. The word of the last head follows from the sum of all words; like the other words, it may differ from the
+   exact weight by at most WORD_REACH and half a step. */
 bool heads_weights(const struct heads_geometry *geometry, uint32_t used,
                    int32_t weight[HEADS_MOST]) {
     double exact[HEADS_MOST];

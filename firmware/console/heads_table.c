@@ -8,10 +8,10 @@
 #include "separation.h"
 #include "units.h"
 
-/* Travel from the first to the last sample of a capture, in turns, that shows the sense of a head: a capture is a turn,
-   and a head that stands moves by a few counts. */
+/* Least travel of a reading from the first to the last sample of a capture, in turns, that shows the sense of a head.
+   A capture lasts a turn; the reading of a head that does not count travels by a few counts only. */
 #define SENSE_TURNS_OF_CAPTURE 0.5
-/* Travel from the index, in turns, that shows the sense of a head. Heads that count in the same sense differ by less
+/* Least travel from the index, in turns, that shows the sense of a head. Heads that count in the same sense differ by less
    than a turn, because each one has seen its index within the same turn. */
 #define SENSE_TURNS 1.0
 /* Largest distance from a planned place at which a head counts as the planned head; an eccentricity of 0.5 mm moves the
@@ -54,8 +54,8 @@ static struct place place_of(const struct application *application, const struct
     return (struct place){degrees_of_turn(apart * 2.0 * PI), 0.0, "index", true, false};
 }
 
-/* Sets `at` to the number of the planned head at each place, 0 if no planned head is there. Each head in turn is
-   assumed to be connected as head 1; the first assumption that explains all places counts. */
+/* Sets `at` to the number of the planned head at each place. One planned head after another is assumed to be connected
+   as head 1; the first assumption that explains all places is used. If none does, all numbers are 0. */
 static void planned_heads(const struct application *application, const struct place *places,
                           uint32_t at[HEADS_MOST]) {
     uint32_t heads = application->configuration.heads;
@@ -92,8 +92,8 @@ static void cell(const struct text_sink *sink, bool known, double value, unsigne
     }
 }
 
-/* Returns the sense in the latest capture. Without a capture in which head 1 turned, returns the sense of the travel
-   from the index, which is wrong after the turn position has wrapped, at 2^24 counts after 128 turns. */
+/* Returns the sense in the latest capture or, if head 1 did not travel in a capture, the sense of the travel from the
+   index. The latter is wrong after the turn position has wrapped (at 2^24 counts per turn, after 128 turns). */
 static const char *sense_of(const struct application *application, const struct core_turns *turns,
                             uint32_t head) {
     double counts_per_rev = application->parameters.counts_per_rev;

@@ -7,7 +7,7 @@
 -- **Latency.** 19 clocks from `start` to `done`. `quotient` is valid with `done` and keeps its value until the next
 -- `done`. Begin no other division before `done`.
 --
--- **Number formats.** dividend and divisor have the same format, which may be any; quotient u1.16, rounded half up, at
+-- **Number formats.** dividend and divisor have the same, arbitrary format; quotient u1.16, rounded half up, at
 -- most 1. A division by 0 gives 0.
 --
 -- **Reset** ends a division; no `done` follows.

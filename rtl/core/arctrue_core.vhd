@@ -16,9 +16,9 @@
 -- settings, faults and snapshot. With the mean, the levels of each head can be delayed (level_delay).
 --
 -- **Latency.** 29 clocks from the angle of head 1 to the corrected angle, 30 with more than two heads.
--- quadrature_decoder before and quadrature_output after this path add the latencies that their headers state. With a
--- FOLD above 1, the core accepts one angle every FOLD clocks, and the latency, counted from an accepted angle, is
--- FOLD - 1 clocks longer (compensation_pipeline).
+-- The quadrature_decoder before this path and the quadrature_output after it add the latencies that their headers
+-- state. With a FOLD above 1, the core accepts one angle every FOLD clocks, and the latency, counted from an accepted
+-- angle, is FOLD - 1 clocks longer (compensation_pipeline).
 --
 -- **Number formats.** Addresses are in bytes; the register map states all other formats.
 --
@@ -43,8 +43,8 @@
 -- wait in a queue for the processor (event_queue).
 --
 -- **Compensation** is applied while `control.compensate` is set and head 1 (with the mean: the carrier and each used
--- head) has seen its index. The core subtracts the correction from the head's position, which the first index does not
--- change; when the correction begins, the ramp moves it from 0 to its value. So the output makes no step when the index
+-- head) has seen its index. The core subtracts the correction from the head's position. The first index does not change
+-- this position, and the ramp then moves the correction from 0 to its value. So the output makes no step when the index
 -- is found.
 --
 -- **Clock.** The core has one clock. The times in seconds that the register map names are for 100 MHz. The pins of the

@@ -54,8 +54,8 @@ class Machine:
         self.output: list[int] = []
         self.z: list[int] = []
         self.stuck_at: int | None = None
-        """Reading of head 1 from which on its wires keep their levels for a period of four counts;
-        None if never."""
+        """Reading of head 1 at which its wires stop for a period of four counts; None if they never
+        stop."""
         self.head2_stands = False
         self.head2 = 0
         self.first_time = -1

@@ -15,8 +15,8 @@ from arctrue.studies.demo.run import run_demo
 from arctrue.studies.demo.settings import DemoSettings
 from arctrue.table import PinEvents
 
-# The core has one lane fewer than the disc has orders, so the smallest order is not corrected; its
-# amplitude is below the limit of the test.
+# The core has one lane fewer than the disc has orders, so the order with the smallest amplitude is
+# not corrected; this amplitude is below the limit of the test.
 SETTINGS = DemoSettings(counts_per_rev=1 << 12, lanes=3, disc_scale=32.0, sample_period_clocks=20)
 HEAD_SEPARATION_DEG = 33.0
 PRINTED_DECIMALS = 2e-9

@@ -18,10 +18,10 @@ from tb.support.simulation import simulate
 # CORE_SETTLED: clock from which the pipeline and the answers of the bus have no unknown bits after
 # the first reset.
 CORE_SETTLED = 80
-# CORE_FORGOTTEN: clock from which on values from before the second reset have no effect. The second
-# reset of the bench ends at clock 3,080; some 300 clocks later the output is switched on again, and
-# 100 clocks after that new coefficients are swapped in. Until then, outputs may depend on older
-# values, because a reset keeps the coefficients and the levels of A and B on purpose.
+# CORE_FORGOTTEN: first clock at which values from before the second reset have no effect. The
+# second reset of the bench ends at clock 3,080; some 300 clocks later the output is switched on
+# again, and 100 clocks after that new coefficients are swapped in. Until then, outputs may depend
+# on older values, because a reset keeps the coefficients and the levels of A and B on purpose.
 CORE_FORGOTTEN = 3500
 POWER_UPS = range(1, 9)
 """Seeds for the random values that the registers have before the first reset."""

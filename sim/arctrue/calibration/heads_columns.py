@@ -25,7 +25,7 @@ Integer = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Layout:
-    """Order of the columns: disc cosines, disc sines, motion, lateness dᵢ, radius ratios ρᵢ."""
+    """Order of the columns: disc cosines, disc sines, motion, angles dᵢ, radius ratios ρᵢ."""
 
     heads: int
     orders: Integer
@@ -80,7 +80,7 @@ class State:
 
     @property
     def late_rad(self) -> Float:
-        """Lateness dᵢ of all heads, radians, (heads,); 0 for head 1."""
+        """Angles dᵢ by which the heads detect the index late, radians, (heads,); 0 for head 1."""
         return np.concatenate(([0.0], self.values[self.layout.late] * RAD_PER_ARCSEC))
 
     @property
@@ -95,8 +95,10 @@ class State:
     def of_head(
         self, head: int, run: int, turned: NDArray[np.complex128], angle: Float
     ) -> HeadSees:
-        """Return the reading error of one head and its derivatives at disc readings e^{jy} =
-        ``turned`` and true angles, (n,)."""
+        """Return the reading error of one head and its derivatives.
+
+        ``turned``, (n,): e^{jy} of the disc readings y. ``angle``, (n,): true angles in radians.
+        """
         layout, number = self.layout, self.layout.orders.size
         ratio = float(self.radius_ratios[head])
         place = float(self.places_rad(run)[head])

@@ -34,7 +34,7 @@ Integer = NDArray[np.int64]
 
 LOW_MOTION_ORDERS = tuple(range(1, 9))
 LOW_ORDERS = 24
-"""Largest order of the disc in the first fit, if motion is unknown at every order; this fit
+"""Highest order of the disc in the first fit, if motion is unknown at every order; this fit
 contains motion of the axis at LOW_MOTION_ORDERS only.
 """
 SEARCH_SAMPLES = 36_000

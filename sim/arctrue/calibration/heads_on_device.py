@@ -8,7 +8,7 @@ for the disc's orders:
   which no motion of the axis changes either; with three heads both combinations, if the axis is at
   rest at these orders; with two heads the only combination;
 - the offsets aᵢ, for which the residual of every head has the mean 0;
-- with three and four heads: order 1 of the disc, the backward circle of the axis, and the lateness
+- with three and four heads: order 1 of the disc, the backward circle of the axis, and the angle
   dᵢ and radius ratio ρᵢ of each head, from the readings' lines at order 1 and from the priors.
 
 The firmware solves the same equations, but computes the normal matrix from a part of the samples

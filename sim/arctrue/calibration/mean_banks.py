@@ -87,8 +87,8 @@ def mean_lanes(
     counts_per_rev: int,
     lanes: int = LANES_DEFAULT,
 ) -> Coefficients:
-    """Return the ``lanes`` largest orders of E as a function of r_s; an order with amplitude 0 is
-    left out."""
+    """Return the ``lanes`` orders with the largest amplitudes of E as a function of r_s; an order
+    with amplitude 0 is left out."""
     most = int(disc.orders.max(initial=1))
     number = 1 << max(10, int(np.ceil(np.log2(8 * most))))
     reading: Float = np.arange(number) * np.float64(2.0 * np.pi / number)

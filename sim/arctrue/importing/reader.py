@@ -141,8 +141,8 @@ def read_recording(path: Path, name: str, settings: ReadSettings, choices: Choic
     path : Path
         The file.
     name : str
-        Name of the reader; "" selects the reader that recognises the file (the user is asked if
-        several do), or else the text reader.
+        Name of the reader; "" selects the reader that recognises the file (if several do, the user
+        chooses one), or else the text reader.
     settings : ReadSettings
         Statements of the user about the file.
     choices : Choices

@@ -38,7 +38,8 @@ class CorrectedEffect:
     without_arcsec: float
     """Error of head 1 that remains with a model without the effect."""
     left_arcsec: float
-    """Error of head 1 that remains with the effect in the model."""
+    """Error that remains with the effect in the model: of the mean if ``by`` is the mean, otherwise
+    of head 1."""
     by: str
 
 
@@ -81,7 +82,8 @@ def taken_away_table() -> TakenAwayTable:
 
 
 def _with_four_heads(row: dict[str, Any]) -> dict[str, Any]:
-    """Return the row with the error in the mean of four heads if two heads correct nothing."""
+    """Return the row with the remaining error of the mean of four heads, if a device with two heads
+    does not correct the effect and this error was measured."""
     left = row.get("left_in_mean_arcsec")
     if left is None or row["taken_away_by"] != "nothing":
         return row

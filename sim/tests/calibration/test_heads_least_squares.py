@@ -41,8 +41,8 @@ def readings(
     moved_arcsec: Float | complex = 0.0,
     disc: Mapping[int, tuple[float, float]] = DISC,
 ) -> Float:
-    """Return the reading θ + p + ε(θ + p) + Im(c·e^{jp}) of each head, minus the lateness of its
-    index; rad, shape (heads, n)."""
+    """Return the reading θ + p + ε(θ + p) + Im(c·e^{jp}) of each head, minus the angle by which it
+    detects the index mark late; rad, shape (heads, n)."""
     c = np.zeros(angle.size, dtype=complex) + moved_arcsec
     for (order, sense), value in (motion or {}).items():
         c += value * np.exp(1j * sense * order * angle)

@@ -207,8 +207,8 @@ def test_the_rate_and_the_paths(uart: Uart) -> None:
 
 @pytest.mark.parametrize("baud", [9600, 57_600, 115_200, 230_400, 921_600, 2_000_000, 3_000_000])
 def test_another_rate_of_the_build(tmp_path: Path, baud: int) -> None:
-    """The divisors give each rate that the build offers within 1.02 %, because they are rounded. At
-    3 Mbaud a bit has 33⅓ clocks, which rounding changes by 1.01 %; sender and receiver together may
+    """Each rate that the build offers is met within 1.02 %, the error due to rounded divisors. At 3
+    Mbaud a bit has 33⅓ clocks, which rounding changes by 1.01 %; sender and receiver together may
     deviate by 5 %."""
     uart = Uart(compiled_for(tmp_path, f"-DBOARD_BAUD={baud}U"))
     uart.set_up()
@@ -302,7 +302,7 @@ def test_a_line_of_telemetry_holds_nothing_up(uart: Uart) -> None:
         # The interrupt of the timer comes every 5 ms.
         for _ in range(int(5000 / CHARACTER_US * CHARACTER_READS)):
             uart.time_goes_on()
-        assert uart.waiting, "the FIFO never runs empty, so that the line's rate is used"
+        assert uart.waiting, "the FIFO never runs empty, so the transmitter never pauses"
         uart.library.uart_go_on(uart.output)
     uart.library.uart_drain()
     assert uart.sent == text

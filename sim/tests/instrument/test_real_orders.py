@@ -113,7 +113,8 @@ def run(
 @pytest.mark.large
 def test_lines_are_gone_after_some_turns_and_backwards(built: Instrument) -> None:
     """The lanes leave less than 0.5 count of each harmonic, also when the table goes back past its
-    index into negative turns; with the lanes off, the harmonics have their amplitudes."""
+    index into negative turns; with the lanes off, the output contains the amplitudes of the
+    table."""
     for found in run(built, bank(on=True), 6, 9):
         assert found.max() < 0.5, found
     for found in run(built, bank(on=False), 4, 4):

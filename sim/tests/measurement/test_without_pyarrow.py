@@ -1,4 +1,5 @@
-"""Tests that without pyarrow sets are read and written with the same numbers, texts and errors."""
+"""Tests that sets are read and written with the same numbers, texts and errors if pyarrow is not
+installed."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ FOLLOWED = {"tutorial.md", "first-own-table.md", "own-effect.md", "real-data.md"
 first-own-table.md only in ``make test-large``."""
 BLOCK = re.compile(r"^```(?P<language>\w*)[^\n]*\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
 
-INSTRUMENT = "needs the compiled gateware, and minutes at the size of the page"
+INSTRUMENT = "needs the compiled gateware, and takes minutes at the page's settings"
 ELSEWHERE = {
     "arctrue capture": ("needs a device", "sim/tests/cli/test_monitor.py"),
     "arctrue commission": ("needs a device", "sim/tests/cli/test_commission.py"),

@@ -103,7 +103,8 @@ def test_smallest_effect_is_found_in_nearly_all_sets_and_half_of_it_in_fewer() -
             # As in the diagnosis, the noise is estimated again with the effect in the model.
             null = Null(residuals)
             found[size] += evidence(null, EFFECTS["hysteresis"](), {}).gain > 6.635
-    # 95 % of 25 are 23.75; fewer than 20 have p = 1/800. At 0.4 of the size 19 % are expected.
+    # 95 % of 25 are 23.75; the probability of fewer than 20 is 1/800. At 0.4 of the size, 19 % are
+    # expected.
     assert found[1.0] >= 20
     assert found[0.4] <= 14
 

@@ -63,7 +63,7 @@ def test_places_outside_the_range_are_not_scored() -> None:
 
 
 def test_a_refinement_ends_where_the_settings_end_the_range() -> None:
-    """The refinement ends at the limit that a setting gives: the setting lowers the largest order
+    """The refinement ends at the limit that a setting gives: the setting lowers the highest order
     of a ball pass from 60 to 10."""
     term = Term(BearingBallPass(highest_order=10), {"order": 9.9})
     assert _moved(term, np.array([0.05])).nonlinear["order"] == pytest.approx(9.95)

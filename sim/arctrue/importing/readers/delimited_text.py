@@ -46,8 +46,8 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     headers are left out, with a note. A column with a field that is not a number becomes a text
     column.
 
-    The user is asked if two interpretations are possible. Raises MeasurementError, which names the
-    row of a wrong line, and AmbiguousError if nobody answers.
+    If two interpretations are possible, the user chooses one. Raises MeasurementError, which names
+    the row of a wrong line, and AmbiguousError if nobody answers.
     """
     encoding = encoding_of(path)
     source = TextLines(path, encoding)

@@ -25,8 +25,8 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     """Return the datasets of one group as columns, or the columns of one table (compound or
     two-dimensional dataset).
 
-    ``settings.group`` names the group or the dataset; without it, the user is asked if several
-    contain data.
+    ``settings.group`` names the group or the dataset; without it, the user must choose one if
+    several contain data.
 
     Raises MeasurementError for a damaged file, an unknown group or a size above the limit, and
     :class:`~arctrue.base.extras.MissingExtraError`, a ValueError, without h5py.

@@ -49,8 +49,8 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     """Read the vectors of the file, or of one struct (``settings.group``), as columns.
 
     A matrix becomes several columns. Only columns of the most frequent length are kept; other
-    vectors and cells are left out, with a note. The user is asked if several structs hold columns.
-    Raises MeasurementError for a damaged file, an unknown struct or a file above the limit,
+    vectors and cells are left out, with a note. If several structs hold columns, the user chooses
+    one. Raises MeasurementError for a damaged file, an unknown struct or a file above the limit,
     AmbiguousError, and ValueError for a file of level 7.3 if h5py is not installed.
     """
     left_out: list[str] = []

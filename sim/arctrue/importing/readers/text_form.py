@@ -90,7 +90,8 @@ class RowShape:
 
 
 def form_of(path: Path, lines: Sequence[str], settings: ReadSettings, choices: Choices) -> Form:
-    """Return the form that :func:`_score` rates highest; ask the user if several have this rating.
+    """Return the form that :func:`_score` rates highest; if several have this rating, the user
+    chooses one.
 
     Raises MeasurementError if no form matches, AmbiguousError, ValueError for an unknown setting.
     """

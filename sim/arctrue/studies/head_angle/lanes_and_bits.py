@@ -1,4 +1,4 @@
-"""Computes the error of a table that remains with a given number of lanes, width of the cosine and
+"""Computes the residual error of a table for a given number of lanes, width of the cosine and
 number of CORDIC iterations."""
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ COUNTS_PER_REV = 1 << 24
 
 
 def residual_of_lanes(disc: Disc, lanes: int) -> float:
-    """Return the RMS, in arcseconds, of the orders that have no lane; the largest orders get the
-    lanes."""
+    """Return the RMS, in arcseconds, of the orders that have no lane; the orders with the largest
+    amplitudes have the lanes."""
     left = np.sort(disc.amplitude_arcsec)[::-1][lanes:]
     return float(np.sqrt(0.5 * np.sum(left**2)))
 

@@ -69,7 +69,7 @@ class PlacesChoice:
     """Noise of one reading of the mean, in units of the noise of one head; inf if no mean
     exists."""
     noise_without: tuple[float, ...]
-    """Noise of the mean if each head in turn is missing; inf if no mean exists."""
+    """Noise of the mean without each single head; inf if no mean exists."""
 
 
 def motion_of(heads: int) -> MotionOrders:

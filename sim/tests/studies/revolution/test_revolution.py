@@ -61,8 +61,8 @@ def test_the_corrected_turn(result: RevolutionResult) -> None:
     assert abs(measured - 50.0) < 5 * result.telemetry["u_separation_arcsec"]
     assert result.after.error_arcsec.shape == (BINS,)
     assert result.applied_orders == LANES
-    # The core corrects the four largest orders of the table to a tenth of a count. The other orders
-    # are not corrected and therefore unchanged.
+    # The core corrects the four orders with the largest amplitudes to a tenth of a count. The other
+    # orders are not corrected and therefore unchanged.
     before, after = (turn.amplitude_arcsec for turn in (result.before, result.after))
     held, left = GRADUATION_ORDERS[: LANES - 1], GRADUATION_ORDERS[LANES - 1 :]
     tenth = result.settings.arcsec_per_count / 10

@@ -204,8 +204,9 @@ def test_a_line_that_keeps_to_the_schedule_of_the_visits_is_none_in_time() -> No
 
 
 def test_a_line_that_keeps_its_phase_at_irregular_visits_is_none_in_time() -> None:
-    """The rule refuses a line at the mean frequency of visits whose times differ by some percent:
-    a friction loop was named a periodic error of the cycle from station to station and back."""
+    """The rule refuses a line at the mean frequency of visits whose times differ by some
+    percent. In an earlier version, a friction loop was named a periodic error of the cycle from
+    station to station and back."""
     refused = _of_line(1.0 / 192.0, visits=5, pauses_s=24.0)
     assert refused is not None
     assert "every visit" in refused

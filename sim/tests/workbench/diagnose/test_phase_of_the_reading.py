@@ -82,9 +82,9 @@ def _capture_at_two_phases(seed: int) -> MeasurementSet:
 @pytest.mark.large
 @pytest.mark.parametrize("seed", range(3))
 def test_noise_at_two_phases_is_no_subdivision_error(seed: int) -> None:
-    """Noise at two phases is no subdivision error: if ε is small, the model explains most of a wave
-    that has only two phases. The remainder comes mostly from the noise of the phase, and 41″ of
-    such a wave would explain all noise."""
+    """Noise at two phases is no subdivision error. If ε is small, the model explains most of a wave
+    that is sampled at only two phases. The remainder of the wave is mostly noise of the phase; with
+    an amplitude of 41″, this remainder would explain all noise."""
     _, found = diagnosed(_capture_at_two_phases(seed))
     assert found.verdict in ("adequate", "cannot_tell")
     assert found.decision.resembles is None

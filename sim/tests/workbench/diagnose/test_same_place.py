@@ -95,8 +95,8 @@ def test_six_stations() -> None:
 
 @pytest.mark.parametrize("seed", [1, 4])
 def test_white_errors_of_the_stations_are_no_line(seed: int) -> None:
-    """Each of 72 faces has its own error of 0.5″: the largest order of 72 independent errors
-    repeats in every cycle, but it is no line."""
+    """Each of 72 faces has its own error of 0.5″: the order with the largest amplitude repeats in
+    every cycle, but it is no line, because the errors are independent."""
     faces = np.random.default_rng([9, seed]).normal(0.0, 0.5, STATIONS)
     found = diagnosis_of(_stations(faces, seed, cycles=3, noise=0.12, faces=STATIONS))
     assert found.verdict == "unknown"

@@ -84,7 +84,8 @@ def test_a_chirp_is_not_silent() -> None:
 def test_a_drift_is_not_named_where_a_larger_slow_change_remains(
     name: str, slow_arcsec: float | None, refused: bool
 ) -> None:
-    """A servo whose error wanders by 2.2° was named a drift of 1.3° over the record."""
+    """In an earlier version, the error of a servo that wanders by 2.2° was named a drift of 1.3°
+    over the record."""
     slow = None if slow_arcsec is None else SlowChange(slow_arcsec, 100.0)
     left = SimpleNamespace(survey=SimpleNamespace(findings=SimpleNamespace(slow=slow)))
     best = SimpleNamespace(effect=built_in()[name](), moved_arcsec={"reference": 1.0})

@@ -46,7 +46,8 @@ def test_what_a_model_takes_is_no_colour(rows: int, turns: int) -> None:
         # 30 failures are expected with a standard deviation of 5.2; the bounds are four standard
         # deviations away.
         assert 9 < np.count_nonzero(p_values < 0.1) < 51, name
-        # At a third of the level 0.01, one failure is expected; 8 or more have p < 1e-4 (Poisson).
+        # At a third of the level 0.01, one failure is expected; the probability of 8 or more
+        # is below 1e-4 (Poisson).
         assert np.count_nonzero(p_values < 0.01 / 3.0) < 8, name
 
 
@@ -105,8 +106,8 @@ def test_normality_is_the_test_of_jarque_and_bera() -> None:
 
 
 def test_the_ratio_of_von_neumann_has_its_mean_and_variance() -> None:
-    """Von Neumann's ratio has its mean and variance: if a ratio differs from its mean by the
-    standard deviation of the simulated ratios, its p must be 0.317."""
+    """The test uses the right mean and variance of von Neumann's ratio: a ratio that differs from
+    the simulated mean by one simulated standard deviation must have p = 0.317."""
     random = np.random.default_rng(6)
     draws = random.normal(size=(4000, 24))
     draws -= draws.mean(axis=1, keepdims=True)

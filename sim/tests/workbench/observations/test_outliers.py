@@ -265,7 +265,7 @@ def test_a_wrong_reading_of_a_dense_pass_is_masked(passes: int) -> None:
 
 WHITE_SETS = 200
 """Number of sets with white noise. Each set has FALSE_ROWS masked rows on average, which is 4 rows
-in all sets; 12 or more have p = 0.001."""
+in all sets; the probability of 12 or more is 0.001."""
 MOST_FALSE_ROWS = 12
 
 
