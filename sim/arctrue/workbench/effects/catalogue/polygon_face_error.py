@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import betaincc, chdtrc, fdtrc
 
+from arctrue.base.figures import with_uncertainty
 from arctrue.workbench.effects.base import (
     CONTRADICTED_P,
     Columns,
@@ -172,9 +173,11 @@ def _sizes(rms: Parameter | None, faces: Sequence[Parameter]) -> str:
         + (f" (u {faces[face].sigma:.2g}″)" if known else "")
         for face in largest
     )
-    whole = "" if rms is None else f"{rms.value:.3g}″ RMS over {len(faces)} faces; "
+    whole = ""
+    if known and rms is not None:
+        whole = f"Fitted size: {with_uncertainty(rms.value, rms.sigma, rms.unit)} RMS. "
     lacks = "" if known else ", without the orders that this set cannot separate from the table's"
-    return f"Face errors: {whole}the largest: {words}{lacks}."
+    return f"{whole}The largest errors of the {len(faces)} faces: {words}{lacks}."
 
 
 def _pattern(values: NDArray[np.float64], separation_rad: float, first: int = 1) -> str | None:
