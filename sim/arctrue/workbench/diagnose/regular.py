@@ -113,7 +113,7 @@ def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Finding
         level = noise_level(whitened_left(record.rows(_columns_of(found)), found.noise.noise))
         ratio = ratio if level is None else max(ratio, level.ratio)
         if timed and oscillation is None:
-            oscillation = in_each_run(solution, oscillation_of(found, "reference"))
+            oscillation = oscillation_of(found, "reference")
         if timed and not bands[1:]:
             slow = slow_change(record, _columns_of(found))
         if timed and found.lines and drift is None:
@@ -139,6 +139,7 @@ def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Finding
     if cycles is not None:
         # A few offsets are no slow curve, and no single event.
         steps, slow = [], None
+    oscillation = in_each_run(solution, oscillation)
     times = [step.time_s for step in steps if step.time_s is not None]
     reversal = reversal_with_steps(solution, times)
     causes.sort(key=lambda item: -item.taken_arcsec)
