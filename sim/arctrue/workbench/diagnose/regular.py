@@ -119,7 +119,6 @@ def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Finding
             oscillation = oscillation_of(found, "reference")
             if oscillation is not None and is_alias(solution, oscillation, record.step):
                 oscillation = oscillation_in_reference(solution)
-            oscillation = in_each_run(solution, oscillation)
         if timed and not bands[1:]:
             slow = slow_change(record, _columns_of(found))
         if timed and found.lines and drift is None:
@@ -150,6 +149,7 @@ def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Finding
     if cycles is not None:
         # A few offsets are no slow curve, and no single event.
         steps, slow = [], None
+    oscillation = in_each_run(solution, oscillation)
     times = [step.time_s for step in steps if step.time_s is not None]
     reversal = reversal_with_steps(solution, times)
     causes.sort(key=lambda item: -item.taken_arcsec)

@@ -109,3 +109,12 @@ def test_a_line_with_one_phase_is_not_one_of_runs() -> None:
     rows = _clock(4.0, SPEEDS)
     error = SIZE * np.cos(2.0 * np.pi * 0.4 * rows[1]) + NOISE * random.normal(size=rows[1].size)
     assert line_of_runs(_solution(_set(error, *rows)), 0.4, 0.01) is None
+
+
+def test_an_order_at_two_speeds_is_not_a_line_of_runs() -> None:
+    """At 2°/s the order 72 has 0.4 Hz, in the run at 3.1°/s 0.62 Hz."""
+    random = np.random.default_rng(13)
+    rows = _clock(4.0, SPEEDS)
+    error = SIZE * np.cos(72.0 * np.radians(rows[2]) + np.array([0.0, 2.0, 4.0])[rows[0]])
+    error += NOISE * random.normal(size=rows[1].size)
+    assert line_of_runs(_solution(_set(error, *rows)), 0.4, 0.01) is None

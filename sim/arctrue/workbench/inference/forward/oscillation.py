@@ -88,12 +88,7 @@ class Oscillation:
         frequencies differ by less than the width of the resonance."""
         return self.channel == other.channel and abs(self.hz - other.hz) < self.hz / self.quality
 
-    @property
-    def is_line(self) -> bool:
-        """True for a line that keeps its phase in a part of the rows."""
-        return self.present_s is not None or self.in_each_run is not None
-
-    def data(self) -> dict[str, float | str | list[float] | bool | None]:
+    def data(self) -> dict[str, float | str | list[float] | None]:
         """Return the oscillation as JSON."""
         return {
             "frequency_hz": self.hz,
@@ -126,6 +121,11 @@ class Oscillation:
             f"RMS in the {self.channel}, which keeps its phase for about "
             f"{max(self.quality / np.pi, 1.0):.2g} periods"
         )
+
+    @property
+    def is_line(self) -> bool:
+        """True for a line that keeps its phase in a part of the rows."""
+        return self.present_s is not None or self.in_each_run is not None
 
 
 def oscillation_of(found: LineSearch, channel: str) -> Oscillation | None:
@@ -280,7 +280,7 @@ def oscillation_in_reference(solution: Solution) -> Oscillation | None:
 
 def in_each_run(solution: Solution, found: Oscillation | None) -> Oscillation | None:
     """Return an oscillation of the reference as a line, if each run keeps the line's phase."""
-    if found is None or found.present_s is not None:
+    if found is None or found.is_line:
         return found
     line = line_of_runs(solution, found.hz, found.hz / found.quality)
     if line is None:

@@ -48,6 +48,10 @@ REFINED, STEP_RATIO = 4, 0.2
 """Number of refinements of the rate, and ratio of their steps, as in the search for lines; the last
 step is 1/12,500 of a rate that the longest run separates."""
 
+ABSENT = 0.25
+"""Largest amplitude in a run, as a share of the largest amplitude, with which the line counts as
+absent in this run, as in the search for a line in a part of a record."""
+
 
 @dataclass(frozen=True)
 class LineOfRuns:
@@ -202,7 +206,9 @@ def _projected(record: Record, columns: Float, noise: KernelNoise) -> Float:
 
 def _measured(
     record: Record, rate: float, columns: Float, noise: KernelNoise, gain: float
-) -> LineOfRuns:
+) -> LineOfRuns | None:
+    """Return the line with its sizes; None if it is absent in a run: an order of the angle has
+    another frequency in a run of another speed."""
     rows = record.rows(columns)
     whitened = rows.factor(noise).whiten(rows.values)
     fitted = np.linalg.lstsq(whitened[:, 1:], whitened[:, 0], rcond=1e-10)[0]
@@ -215,6 +221,8 @@ def _measured(
     )
     # The frequency of a line of the length T with the phase's uncertainty u: √12·u/(2πT)
     weights = (2.0 * np.pi * lengths * sizes / sigma) ** 2 / 12.0
+    if np.min(sizes) < ABSENT * np.max(sizes) or np.min((sizes / sigma) ** 2) < 2 * OSCILLATOR_GAIN:
+        return None
     wave = columns @ fitted[-width:]
     return LineOfRuns(
         rate,

@@ -1,19 +1,23 @@
-"""Tests two lines next to each other together, because each of them alone looks like an oscillation
-driven by noise: the sum of both beats, so that one sine loses its phase."""
+"""Tests two or three lines next to each other together, because each of them alone looks like an
+oscillation driven by noise: their sum beats, so that one sine loses its phase."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.workbench.inference.forward.changed_line import changed_line
 from arctrue.workbench.inference.forward.record import Record
 from arctrue.workbench.inference.forward.scan_of_rates import moved_in_turn, scan
 from arctrue.workbench.inference.forward.tests_of_a_line import (
+    LEAST_PERIODS,
     coherence,
     gain_over_an_oscillator,
+    nearest,
     periods_in,
 )
 from arctrue.workbench.noise.kernel import KernelNoise
@@ -22,30 +26,36 @@ from arctrue.workbench.noise.kernel_fit import KernelFit, best_fit, fit_from, us
 Float = NDArray[np.float64]
 
 FARTHEST = 27.0
-"""Largest distance of the two lines, in units of 1/span: the widest peak of the spectrum that the
-search for oscillations tries (``oscillation.PEAK_ORDINATES``). Lines farther apart are tested one
-by one."""
+"""Largest distance of two neighbouring lines, in units of 1/span: the widest peak of the spectrum
+that the search for oscillations tries (``oscillation.PEAK_ORDINATES``). Lines farther apart are
+tested one by one."""
 OVERSAMPLED = 4.0
-"""Number of rates per 1/span among which the second line is searched."""
+"""Number of rates per 1/span among which a further line is searched."""
 LEAST_BEATS = 2.0
-"""Fewest beats of the two lines in the record. With one beat, a line whose phase or size changed
-once looks the same."""
+"""Fewest beats of two lines in the record, also of a new line with an accepted one. With one beat,
+a line whose phase or size changed once, or wanders, looks the same."""
+SYMMETRIC = 0.5
+"""Largest distance between an accepted line and the middle of two lines, in units of 1/span, at
+which the two lines count as its side lines: half of what the record resolves."""
+MOST_TOGETHER = 3
+"""Largest number of lines that are tested together: a line with a side line on each side, as of a
+worm whose load changes."""
 
 
 @dataclass(frozen=True, eq=False)
-class Pair:
-    """Two lines that passed the tests of one line, each with the other in the model."""
+class Group:
+    """Lines that passed the tests of one line, each with the others in the model."""
 
-    rates: tuple[float, float]
-    gains: tuple[float, float]
-    """Rise of the log likelihood by each line, with the other in the model."""
-    oscillator_gains: tuple[float, float]
-    """Log likelihood that each line gains over an oscillator, with the other in the model."""
+    rates: tuple[float, ...]
+    gains: tuple[float, ...]
+    """Rise of the log likelihood by each line, with the others in the model."""
+    oscillator_gains: tuple[float, ...]
+    """Log likelihood that each line gains over an oscillator, with the others in the model."""
     fit: KernelFit
-    """Noise with both lines in the model."""
+    """Noise with all these lines in the model."""
 
 
-def pair_of(
+def group_of(
     record: Record,
     first: float,
     rates: Sequence[float],
@@ -53,55 +63,114 @@ def pair_of(
     *,
     needed: float,
     predicted: float,
-) -> Pair | None:
-    """Return the line near the rate ``first`` and a second line next to it, if both pass every
+) -> Group | None:
+    """Return the line near the rate ``first`` and one or two lines next to it, if all pass every
     test; otherwise None.
 
     ``without`` is the noise with the lines ``rates`` in the model. Each line must gain ``needed``
-    over an oscillator that takes its place, and both together twice as much over one oscillator
-    that takes the place of both. The other blocks must predict more than the share ``predicted`` of
-    each.
+    over an oscillator that takes its place. All together must gain as much for each line over one
+    oscillator that takes the place of all, and ``needed`` over one line that changes. The other
+    blocks must predict more than the share ``predicted`` of each.
     """
-    span = record.span
-    second = _second(record, [*rates, first])
-    if second is None:
-        return None
-    rows = record.rows(record.columns(np.array([*rates, first, second])))
-    fit = best_fit(rows, [without.noise, *usual_starts(rows)])
-    every = moved_in_turn(record, [*rates, first, second], fit.noise)
-    one, other = every[-2:]
-    if not LEAST_BEATS <= abs(one - other) * span <= FARTHEST:
-        return None
-    fit = fit_from(record.rows(record.columns(np.array(every))), fit.noise)
-    before = record.columns(np.array(every[:-2]))
-    both = record.columns(np.array([one, other]))
-    together = gain_over_an_oscillator(record, both, before, one, without, fit, 2.0 * needed)
-    if together <= 2.0 * needed:
+    own = [first]
+    known = list(rates)
+    while len(own) < MOST_TOGETHER:
+        further = _further(record, known, own)
+        if further is None:
+            return None
+        rows = record.rows(record.columns(np.array([*known, *own, further])))
+        fit = best_fit(rows, [without.noise, *usual_starts(rows)])
+        every = moved_in_turn(record, [*known, *own, further], fit.noise)
+        known, own = every[: len(known)], every[len(known) :]
+        if not _are_apart(record, known, own):
+            return None
+        fit = fit_from(record.rows(record.columns(np.array(every))), fit.noise)
+        found = _tested(record, known, own, without, fit, needed, predicted)
+        if found is not None:
+            return found
+        if fit.score - without.score <= len(own) * needed:
+            return None
+    return None
+
+
+def _are_apart(record: Record, known: Sequence[float], own: Sequence[float]) -> bool:
+    distances = [(high - low) * record.span for low, high in pairwise(sorted(own))]
+    beats = min(nearest(known, rate) for rate in own) * record.span
+    if min(*distances, beats) < LEAST_BEATS or max(distances) > FARTHEST:
+        return False
+    # Two lines at equal distances from an accepted line change its phase or its size: a slow change
+    # of an unknown form, unless it has as many periods as a line.
+    middle, reach = (min(own) + max(own)) / 2.0, (max(own) - min(own)) / 2.0
+    wanders = nearest(known, middle) * record.span < SYMMETRIC
+    return not (wanders and reach * record.span < LEAST_PERIODS)
+
+
+def _tested(
+    record: Record,
+    known: Sequence[float],
+    own: Sequence[float],
+    without: KernelFit,
+    fit: KernelFit,
+    needed: float,
+    predicted: float,
+) -> Group | None:
+    before, lines = record.columns(np.array(known)), record.columns(np.array(own))
+    middle = own[0] if len(own) == 2 else sorted(own)[1]
+    all_needed = len(own) * needed
+    if (
+        gain_over_an_oscillator(record, lines, before, middle, without, fit, all_needed)
+        <= all_needed
+    ):
         return None
     gains, over = [], []
-    for own, neighbour in ((one, other), (other, one)):
-        others = np.hstack([before, record.line_columns(neighbour)])
-        line = record.line_columns(own)
-        seen = coherence(record, line, others, fit.noise, periods_in(record, own))
+    for at, rate in enumerate(own):
+        others = np.hstack([before, np.delete(lines, [2 * at, 2 * at + 1], axis=1)])
+        line = record.line_columns(rate)
+        seen = coherence(record, line, others, fit.noise, periods_in(record, rate))
         if seen.share <= predicted:
             return None
         rows = record.rows(others)
         alone = best_fit(rows, [without.noise, fit.noise, *usual_starts(rows)])
-        over.append(gain_over_an_oscillator(record, line, others, own, alone, fit, needed))
+        over.append(gain_over_an_oscillator(record, line, others, rate, alone, fit, needed))
         if over[-1] <= needed:
             return None
         gains.append(fit.score - alone.score)
-    return Pair((one, other), (gains[0], gains[1]), (over[0], over[1]), fit)
+    if fit.score - _best_rival(record, known, own, fit) <= needed:
+        return None
+    return Group(tuple(own), tuple(gains), tuple(over), fit)
 
 
-def _second(record: Record, rates: Sequence[float]) -> float | None:
-    """Return the rate next to the last of ``rates`` that removes most from white noise."""
-    others = record.columns(np.array(rates))
+def _best_rival(
+    record: Record, known: Sequence[float], own: Sequence[float], fit: KernelFit
+) -> float:
+    """Return the score of one line whose phase and size change, in place of the lines ``own``; or
+    of an accepted line next to them that changes."""
+    parts = 2 * len(own) - 1
+    ends = (min(own), max(own))
+    scores = [changed_line(record, record.columns(np.array(known)), ends, parts, fit).score]
+    for rate in known:
+        if nearest(own, rate) * record.span <= FARTHEST:
+            others = record.columns(np.array([other for other in known if other != rate]))
+            scores.append(changed_line(record, others, (rate, rate), parts, fit).score)
+    return max(scores)
+
+
+def _further(record: Record, known: Sequence[float], own: Sequence[float]) -> float | None:
+    """Return the rate next to the lines ``own`` that removes most from white noise, with the lines
+    ``known`` and ``own`` in the model."""
+    others = record.columns(np.array([*known, *own]))
     square = float(np.mean(record.rows(others).left() ** 2 * record.readings.mean()))
     steps = np.arange(-FARTHEST * OVERSAMPLED, FARTHEST * OVERSAMPLED + 1.0)
-    grid = rates[-1] + steps / (OVERSAMPLED * record.span)
-    near = np.min(np.abs(grid[:, np.newaxis] - np.asarray(rates)), axis=1) * record.span < 1.0
-    grid = grid[~near & (grid > 1.0 / record.longest) & (grid <= record.highest)]
+    grid = own[0] + steps / (OVERSAMPLED * record.span)
+    grid = grid[_distance(grid, own) * record.span >= 1.0]
+    grid = grid[_distance(grid, known) * record.span >= LEAST_BEATS]
+    grid = grid[(grid > 1.0 / record.longest) & (grid <= record.highest)]
     if grid.size == 0:
         return None
     return float(grid[np.argmax(scan(record, grid, others, KernelNoise(max(square, 1e-30))))])
+
+
+def _distance(grid: Float, rates: Sequence[float]) -> Float:
+    if not rates:
+        return np.full(grid.size, np.inf)
+    return np.asarray(np.min(np.abs(grid[:, np.newaxis] - np.asarray(rates)), axis=1))

@@ -27,7 +27,7 @@ from arctrue.workbench.inference.forward.noise_of_record import (
     noise_with,
     whiteness_of,
 )
-from arctrue.workbench.inference.forward.pairs import Pair, pair_of
+from arctrue.workbench.inference.forward.pairs import Group, group_of
 from arctrue.workbench.inference.forward.places import places_of, takes_much
 from arctrue.workbench.inference.forward.record import Record, orthonormal
 from arctrue.workbench.inference.forward.scan_of_rates import (
@@ -191,12 +191,12 @@ def search_lines(record: Record, *, oscillator_gain: float = OSCILLATOR_GAIN) ->
             if item.why is None:
                 incoherent.append(item)
         if best is None:
-            pair = _pair(record, incoherent, rates, without, level, oscillator_gain)
-            if not pair or len(rates) + len(pair) > MOST_LINES:
+            group = _group(record, incoherent, rates, without, level, oscillator_gain)
+            if not group or len(rates) + len(group) > MOST_LINES:
                 break
-            found += pair
-            rates = moved_in_turn(record, [*rates, *(one.rate for one in pair)], pair[-1].fit.noise)
-            noise = pair[-1].fit.noise
+            found += group
+            noise = group[-1].fit.noise
+            rates = moved_in_turn(record, [*rates, *(one.rate for one in group)], noise)
             continue
         found.append(best)
         rates.append(best.rate)
@@ -269,7 +269,7 @@ def _judged(
     return tried
 
 
-def _pair(
+def _group(
     record: Record,
     incoherent: Sequence[_Tried],
     rates: Sequence[float],
@@ -277,10 +277,10 @@ def _pair(
     level: Level,
     oscillator_gain: float,
 ) -> list[_Tried]:
-    """Return two lines next to each other, of which one alone is not the same in all blocks; empty
-    if there are none."""
+    """Return two or three lines next to each other, of which one alone is not the same in all
+    blocks; empty if there are none."""
     for item in () if record.whole_orders_only else incoherent:
-        found = pair_of(
+        found = group_of(
             record,
             item.rate,
             rates,
@@ -288,14 +288,14 @@ def _pair(
             needed=oscillator_gain * level.at(record, item.rate),
             predicted=PREDICTED_SHARE,
         )
-        lines = [] if found is None else _of_pair(record, found, level)
+        lines = [] if found is None else _of_group(record, found, level)
         if lines and all(line.gain > needed_at(record, line.rate, line.gain) for line in lines):
             return lines
     return []
 
 
-def _of_pair(record: Record, found: Pair, level: Level) -> list[_Tried]:
-    """Return the lines of a pair, each with its gain in the terms of :func:`_tried`."""
+def _of_group(record: Record, found: Group, level: Level) -> list[_Tried]:
+    """Return the lines of a group, each with its gain in the terms of :func:`_tried`."""
     lines = []
     for rate, gain, over in zip(found.rates, found.gains, found.oscillator_gains, strict=True):
         excess = level.at(record, rate)
