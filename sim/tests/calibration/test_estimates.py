@@ -193,7 +193,7 @@ def test_runs_that_disagree_have_the_uncertainty_of_that() -> None:
     assert found.disagreement[0] > 100.0
     assert (found.disagreement[1:] == 1.0).all()
     # One of the four values differs by 1″, so that their mean has u = 0.25″ along the amplitude. χ²
-    # has 6 degrees of freedom. Three of these belong to the phases, which do not scatter; hence the
+    # has 6 degrees of freedom. Three of these belong to the phases, which do not scatter, so the
     # estimated u is 0.25″/√2.
     assert found.u_amplitude_arcsec[0] == pytest.approx(0.25 / np.sqrt(2.0), rel=0.1)
 
