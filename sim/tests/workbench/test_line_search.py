@@ -299,7 +299,7 @@ def test_a_second_search_of_a_record_fits_no_noise_again(monkeypatch: pytest.Mon
 
 
 def test_columns_of_a_grid_are_kept_until_they_are_released() -> None:
-    """The columns of a grid are calculated once, and equal cos and sin of 2π·rate·time, because
+    """The columns of a grid are calculated once. They equal cos and sin of 2π·rate·time, because
     single rows are not averaged. The search releases them."""
     time_s, error = _mount(42, rows=300)
     record = _record(time_s, error)
