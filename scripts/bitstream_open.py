@@ -229,7 +229,7 @@ def place_and_route(job: Job, nextpnr: str, chipdb: str | None, netlist: Path) -
         if not made.exists():
             raise ToolError(f"nextpnr wrote no {made}; see {log}")
     reached = ", ".join(f"{clock} {value:g} MHz" for clock, (value, _) in clocks.items())
-    timing = f"nextpnr's estimate, without all delays of block RAM, DSP and PS7: {reached}"
+    timing = f"nextpnr's estimate, with incomplete delays of block RAM, DSP and PS7: {reached}"
     return Routed(fasm, routed, timing)
 
 

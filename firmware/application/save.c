@@ -76,8 +76,8 @@ static bool save_read_sector(struct save *save, uint32_t sector) {
                             SAVED_WORDS_MOST);
 }
 
-/* Notes a whole record as the latest record unless a later one was found. While no record is whole, notes why the first
-   sector that is not empty holds no whole record. */
+/* Notes a whole record as the latest record unless a later one was found. Until a whole record is found, notes the
+   fault of the first sector that is not empty. */
 static void save_note_record(struct save *save, uint32_t sector, enum saved_answer answer,
                              uint32_t sequence) {
     if (answer == SAVED_READ &&

@@ -45,8 +45,8 @@ struct harmonic heads_harmonic(const struct heads_fit *fit, uint32_t order, cons
 
 /* Tells whether order 1 is fitted together with the places, which needs three or four heads. */
 bool heads_fits_places(const struct heads_fit *fit);
-/* Returns the prior value of d_i, arcsec: the weighted mean of p_i - a_i, which the mounting suggests, and of 0, which
-   the index suggests. */
+/* Returns the prior value of d_i, arcsec: the weighted mean of p_i - a_i, the value according to the mounting, and 0,
+   the value according to the index. */
 double heads_late_beforehand(const struct heads_fit *fit, uint32_t head);
 void heads_add_lines(const struct heads_fit *fit, struct vector unit1,
                      const double residual[HEADS_MOST]);

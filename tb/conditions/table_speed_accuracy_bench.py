@@ -24,7 +24,7 @@ WINDOW = 1 << SPEED_WINDOW_BITS
 CLOCKS = 4 * WINDOW
 UNIT = 1 << CORRECTION_FRACTION
 PLACES = 4
-"""Number of places of the turn, evenly spaced. In place 0 the reading is faster by SWING, half a
+"""Number of places of the turn, evenly spaced. At place 0 the reading is faster by SWING; half a
 turn later it is slower by SWING."""
 BOUND = 1.0 / WINDOW + 2.0 / UNIT / (PACE * WINDOW)
 """Largest relative error in the corrected angle: one clock and two units of the angle per window.

@@ -1,8 +1,8 @@
-"""Tests that after a power loss in a write or an erase the device starts with the old or the new
-content.
+"""Tests that the device starts with the old or the new content after a power loss in a write or an
+erase.
 
-The chip's model writes the page or sector only in part: up to each of many bytes in turn, and in
-three orders (flash_model.Chip.lose_power). The tests then check which record or image the C code
+The chip's model writes the page or sector only in part: up to a byte, for many bytes, and in three
+orders (flash_model.Chip.lose_power). The tests then check which record or image the C code
 finds.
 """
 

@@ -68,7 +68,8 @@ def mean_weights(
             f"heads at {named}: no weights keep a motion of the axis out of the mean; two heads "
             "must stand at 180°, three or four at different places"
         )
-    # For two heads that differ slightly from 180°, Σw also differs from 1, which must hold exactly.
+    # If the angle between two heads differs slightly from 180°, Σw also differs from 1. The
+    # division makes Σw exactly 1.
     weights = weights / weights.sum()
     largest = int(np.argmax(np.abs(weights)))
     if not -MOST_WEIGHT <= weights[largest] < MOST_WEIGHT:

@@ -193,7 +193,7 @@ def test_runs_that_disagree_have_the_uncertainty_of_that() -> None:
     assert found.disagreement[0] > 100.0
     assert (found.disagreement[1:] == 1.0).all()
     # One of the four values differs by 1″, so that their mean has u = 0.25″ along the amplitude. χ²
-    # has 6 degrees of freedom. Three of these belong to the phases, which do not scatter; hence the
+    # has 6 degrees of freedom. Three of these belong to the phases, which do not scatter, so the
     # estimated u is 0.25″/√2.
     assert found.u_amplitude_arcsec[0] == pytest.approx(0.25 / np.sqrt(2.0), rel=0.1)
 
@@ -248,7 +248,8 @@ def test_a_line_of_a_quiet_run_has_its_amplitude() -> None:
     runs[0][1] += np.rint(line).astype(np.int64)
     found = calibrate(set_of(disc, capture_of(runs))).estimate.residual_peaks
     assert [round(order) for order, _ in found] == [100]
-    # The line is rounded to whole counts of 0.077″, so that its amplitude in counts is computed.
+    # Rounding to whole counts of 0.077″ changes the amplitude of the line, so the rounded line
+    # gives the expected amplitude.
     rounded = 2.0 * np.mean(np.rint(line) * np.cos(100.0 * theta)) * 1_296_000 / COUNTS
     bound = 4.0 * noise * np.sqrt(2.0) * np.sqrt(2.0 / theta.size)
     assert found[0][1] == pytest.approx(rounded, abs=bound)

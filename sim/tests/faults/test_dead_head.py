@@ -73,9 +73,9 @@ def test_head_1_dead(scene: Scene, level: str) -> None:
     assert lost.worse < scene.clean_bound + scene.wrong_place(lost.most_slip) + scene.ramp_lag
     scene.turn(1.5)
     reasons = scene.reasons(turns)
-    # A turn is refused because of a flag, or else because the bank is full before the turn has
-    # passed. Whether a dead head sets a flag depends on the place at which it dies or returns,
-    # because A and B must change together for a flag.
+    # A turn is refused because of a flag, or because the bank is full before the turn has passed.
+    # Whether a dead head sets a flag depends on the place at which it dies or returns, because A
+    # and B must change together for a flag.
     flags = {"illegal_transition", "edge_spacing", "index_error"}
     assert reasons[0] in {"bank_full"} | (set() if level == "held" else flags)
     assert "index_error" in reasons

@@ -380,7 +380,7 @@ def test_a_load_that_ends_the_failover_for_nothing_raises_an_alarm(
 
 
 def test_without_former_sets_a_load_raises_no_alarm(running: Firmware) -> None:
-    """A mean that had no sets loses no failover by a load that is aborted."""
+    """If the mean had no sets, an aborted load overwrites nothing and raises no alarm."""
     loaded(running, file_of())
     frames = load_frames(file_of(1, 2))
     first = next(place for place, frame in enumerate(frames) if "load without " in frame)

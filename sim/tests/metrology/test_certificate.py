@@ -386,8 +386,8 @@ def test_a_model_alone_is_refused(place: Path) -> None:
 
 @pytest.mark.parametrize("number", [1, 7, 49, 360, 1233, 2880, 3599])
 def test_equal_steps_do_not_reach_the_full_turn(number: int) -> None:
-    """A step of an n-th of the turn gives n angles, of which none is 360°, whatever its rounding;
-    the page shows each angle with the decimals that it needs."""
+    """A step of 1/n turn gives n angles, and none of them is 360°, even if the step is rounded
+    down. The page shows each angle with the decimals that it needs."""
     for step in (360.0 / number, np.nextafter(360.0 / number, 0.0)):
         angle = angles_deg(step)
         np.testing.assert_allclose(angle, np.arange(number) * 360.0 / number, atol=1e-9)

@@ -44,7 +44,7 @@ def test_the_file_of_the_page_is_that_of_export(warm: Path, celsius: float | Non
     assert device["follows"] == (celsius is None)
     (warm / "page.toml").write_text(device["file"])
     assert read_coefficient_file(warm / "page.toml") == read_coefficient_file(file)
-    # At the station temperatures of the reference, the corrected error is no larger than without.
+    # At the station temperatures of the reference, the correction makes the largest error smaller.
     _, before, after = device["at_reference"]
     assert max(map(abs, after)) < max(map(abs, before))
 

@@ -125,9 +125,9 @@ def test_three_periods_are_a_line_only_where_the_period_is_declared() -> None:
 def test_a_line_is_a_multiple_only_within_its_uncertainty(
     lines: list[tuple[float, float]], multiples: list[int | None]
 ) -> None:
-    """A line near a multiple of the worm belongs to the worm only if its own rate, with its
-    standard uncertainty √6·σ/(π·T·A·√N) of 0.01 of 1/T (Rife and Boorstyn, as above; the noise is
-    coloured, so that it is about 0.03), agrees with the multiple."""
+    """A line near a multiple of the worm belongs to the worm only if its own rate agrees with the
+    multiple within its uncertainty. In white noise the standard uncertainty √6·σ/(π·T·A·√N) would
+    be 0.01 of 1/T (Rife and Boorstyn, as above); in this coloured noise it is about 0.03 of 1/T."""
     random = np.random.default_rng(21)
     time_s = clock(random, 1400, 2.4, "jitter")
     noise = 0.6 * ornstein_uhlenbeck(random, time_s, 60.0) + 0.8 * random.normal(size=1400)
@@ -299,7 +299,7 @@ def test_a_second_search_of_a_record_fits_no_noise_again(monkeypatch: pytest.Mon
 
 
 def test_columns_of_a_grid_are_kept_until_they_are_released() -> None:
-    """The columns of a grid are calculated once, and equal cos and sin of 2π·rate·time, because
+    """The columns of a grid are calculated once. They equal cos and sin of 2π·rate·time, because
     single rows are not averaged. The search releases them."""
     time_s, error = _mount(42, rows=300)
     record = _record(time_s, error)

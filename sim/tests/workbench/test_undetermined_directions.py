@@ -33,8 +33,9 @@ def test_the_determinant_of_a_full_rank_is_the_usual_one() -> None:
 def test_nine_stations_up_and_down_once_show_a_reversal(
     reversal_arcsec: float, first: str | None
 ) -> None:
-    """Nine stations, visited up and down once, show a reversal error of 1.8″, and none if there is
-    none. Nine differences of 1.8″ with a scatter of 0.18″ give t = 30 with 8 degrees of freedom.
+    """Nine stations, visited up and down once, show a reversal error of 1.8″, and no reversal error
+    in a table without one. Nine differences of 1.8″ with a scatter of 0.18″ give t = 30 with 8
+    degrees of freedom.
 
     With a single reversal, a change over time may look like the reversal error, so that the
     diagnosis may name a class of several effects, of which hysteresis is the first.

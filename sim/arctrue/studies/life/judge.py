@@ -100,7 +100,7 @@ def run_lives(task: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def tasks(lives: int, seed: int) -> list[dict[str, Any]]:
-    """Return ``lives`` tasks; the kinds of life follow each other in turn."""
+    """Return ``lives`` tasks; the kinds of life repeat in a fixed order."""
     kinds = list(KINDS)
     return [{"kind": kinds[number % len(kinds)], "seed": seed + number} for number in range(lives)]
 

@@ -108,12 +108,12 @@ class ProductOfParts(Effect):
     def __init__(self, **settings: object) -> None:
         """Check and store the settings.
 
-        ``condition`` is a name of CONDITIONS. In its place, ``time_constant_s`` > 0 sets the factor
-        exp(−t/τ), with t from the start of each run (``each_run``) or of the set, or ``column``
-        sets a column minus ``column_zero``, which ``condition`` "direction" multiplies by the
-        direction of the reference, and a name of FORMS replaces by that form of the column, or
-        ``from_run`` sets the factor to 1 from this run of the reference on and to 0 before.
-        ``orders``: an empty list is a constant.
+        One of four settings selects the factor. ``condition``: a name of CONDITIONS.
+        ``time_constant_s`` > 0: exp(−t/τ), with t from the start of each run (``each_run``) or of
+        the set. ``column``: a column minus ``column_zero``; with it, ``condition`` may be
+        "direction", which multiplies the column by the direction of the reference, or a name of
+        FORMS, which replaces the column by this form of it. ``from_run``: 0 before this run of the
+        reference, 1 from this run on. ``orders``: an empty list is a constant.
         ``electrical_head``: 1 to 4 for multiples of that head's electrical phase. ``turned_by``: a
         column in degrees that is added to the angle of the orders of a reference, or, with a minus
         in front of its name, subtracted. Raises ValueError for settings that define no product.
@@ -251,8 +251,8 @@ class ProductOfParts(Effect):
         turned = rows.conditions.get(self._turned_name)
         if turned is None:
             return None
-        # Of half as many waves as stations, the targets have the same phase at all stations; the
-        # true angles differ from the targets by the error, which would be a column of its own.
+        # A wave of half as many periods as stations has the same phase, modulo half a period, at
+        # all targets. At the true angles, the error would give it a second independent column.
         return rows.target_rad + (-1.0 if self.turned_by[0] == "-" else 1.0) * np.radians(turned)
 
     def column_names(self, observations: Observations) -> list[str]:

@@ -62,7 +62,7 @@ class ScalarOfEachHead(ScalarEffect):
 
     def __init__(self, **settings: object) -> None:
         """Make the effect; with one head in ``heads`` it equals a product of parts fixed to that
-        head, and its words are those of that head."""
+        head, and its texts name that head."""
         super().__init__(**settings)
         heads = self.integers("heads")
         if len(heads) == 1:

@@ -153,7 +153,8 @@ def export_model(
     with_local_table: bool = False,
     with_real_orders: bool = False,
 ) -> Export:
-    """Quantise a fitted model for the gateware; the largest significant orders get lanes.
+    """Quantise a fitted model for the gateware; the significant orders with the largest amplitudes
+    get lanes.
 
     Without ``temperature_c`` the lanes that change with the temperature follow the table's
     thermometer, which lags by ``sensor_time_constant_s``: the firmware computes them, within

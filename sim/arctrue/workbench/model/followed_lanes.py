@@ -49,9 +49,9 @@ def lanes_of_real_orders(
     effects: Mapping[str, type[Effect]],
     most: int = REAL_LANES_MOST,
 ) -> dict[int, list[RealLane]]:
-    """Return the ``most`` largest harmonics at orders that are not integers, by the index of the
-    effect in the model. The phases refer to the unwrapped angle of the set, which is zero at the
-    beginning of turn 0.
+    """Return the ``most`` harmonics of non-integer order with the largest amplitudes, by the index
+    of the effect in the model. The phases refer to the unwrapped angle of the set, which is zero at
+    the beginning of turn 0.
     """
     found = {}
     for index, entry in enumerate(model.effects):

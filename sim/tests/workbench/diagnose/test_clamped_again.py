@@ -106,7 +106,8 @@ def test_a_continuous_drift_is_no_clamping(periods: float) -> None:
 
 @pytest.mark.parametrize("seed", range(1, 21))
 def test_what_has_no_own_order_1(seed: int) -> None:
-    """The bound 10⁻⁴ a set; 100 sets have none with a probability of 99 %."""
+    """Errors without a change of order 1 give no change of the mounting. A set gives one by chance
+    with a probability of at most 10⁻⁴; all 100 sets give none with a probability of 99 %."""
     base = [Term(built_in()["graduation_harmonics"](), {})]
     zeros = 5.0 * np.random.default_rng(seed).normal(size=RUNS)[RUN]
     for further in (_walk(seed), _oscillation(seed), _knock(seed), _warming(seed), zeros):

@@ -54,8 +54,8 @@ def test_a_wave_over_the_faces_is_no_polygon(order: int) -> None:
 
 
 def test_smooth_faces_without_one_largest_wave_are_no_polygon() -> None:
-    """Two neighbouring orders share the power of a cross talk of the heads, so that neither is a
-    wave of its own; neighbouring faces resemble each other."""
+    """Two neighbouring orders share the power of a cross talk of the heads, so neither alone
+    describes the faces; neighbouring faces resemble each other."""
     angle = np.arange(FACES) * 2.0 * np.pi / FACES
     values = np.cos(2 * angle + 1.0) + np.cos(3 * angle - 0.5)
     values += np.random.default_rng(2).normal(0.0, 0.6, FACES)
@@ -84,8 +84,8 @@ def test_correlation_of_neighbours_has_its_distribution(faces: int, first: int) 
 
 
 def test_faces_with_a_gain_stay_faces() -> None:
-    """The gain of the autocollimator adds order 1 of the table's error to independent faces; a wave
-    without faces of its own, or with other waves, is no polygon."""
+    """The gain of the autocollimator adds order 1 of the table's error to independent faces. A wave
+    without independent faces, or with other waves, is no polygon."""
     angle = np.arange(FACES) * 2.0 * np.pi / FACES
     random = np.random.default_rng(3)
     wave, faces = 1.5 * np.cos(angle + 0.3), random.normal(0.0, 0.6, FACES)

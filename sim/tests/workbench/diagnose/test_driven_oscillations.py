@@ -84,8 +84,9 @@ def test_faster_than_the_averaged_rows() -> None:
     [21, pytest.param(22, marks=pytest.mark.large), pytest.param(23, marks=pytest.mark.large)],
 )
 def test_the_alias_of_a_faster_oscillation_is_none(seed: int) -> None:
-    """The findings state an oscillation of 7 Hz and quality 60 at 7 Hz only: averages of 6 rows of
-    0.02 s show it at 1/0.12 s − 7 Hz = 1.33 Hz too, with sinc(7 Hz · 0.12 s) = 18 % of its size."""
+    """The findings state an oscillation of 7 Hz and quality 60 at 7 Hz only, although averages of
+    6 rows of 0.02 s contain its alias at 1/0.12 s − 7 Hz = 1.33 Hz, with sinc(7 Hz · 0.12 s) = 18 %
+    of its size."""
     random = np.random.default_rng(seed)
     time_s = 0.02 * np.arange(9600.0)
     shaken = driven_oscillator(random, time_s, 1.0 / 7.0, 60.0)
@@ -99,9 +100,9 @@ def test_the_alias_of_a_faster_oscillation_is_none(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [32, pytest.param(34, marks=pytest.mark.large)])
 def test_a_narrow_peak_far_above_slow_noise_is_stated(seed: int) -> None:
-    """An oscillation of 0.25″ in a random walk of 2″ RMS has a few percent of the mean square, but
-    at its frequency f of 0.04 Hz twenty times the density: 0.25²·Q/(πf) = 5 ″²/Hz; a walk with the
-    steps s = 2″·√(6/3000) each 0.5 s has s²/0.5 s/(2πf)² = 0.25 ″²/Hz."""
+    """An oscillation of 0.25″ in a random walk of 2″ RMS has a few percent of the mean square. At
+    its frequency f of 0.04 Hz, however, its density 0.25²·Q/(πf) = 5 ″²/Hz is twenty times that of
+    the walk: with steps s = 2″·√(6/3000) each 0.5 s, s²/0.5 s/(2πf)² = 0.25 ″²/Hz."""
     random = np.random.default_rng(seed)
     time_s = 0.5 * np.arange(3000.0)
     shaken = driven_oscillator(random, time_s, 25.0, 10.0)

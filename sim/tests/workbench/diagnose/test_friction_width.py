@@ -1,5 +1,5 @@
-"""Tests that a reversal error is named whatever the travel within which friction takes it up, and
-that the width of this travel is found."""
+"""Tests that the diagnosis names a reversal error for any width of the transition after a reversal,
+and that it finds this width."""
 
 from __future__ import annotations
 

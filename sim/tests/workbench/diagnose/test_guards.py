@@ -135,8 +135,8 @@ def test_rows_side_by_side_are_left_out_apart_and_stations_not_together() -> Non
     assert folds is not None
     rounds = folds.reshape(-1, 4)
     assert np.all(np.sort(rounds, axis=1) == np.arange(4))
-    # The number of stations, 24, is a multiple of the number of folds, four. If the rows were given
-    # to the folds in turn, all visits of a station would be in one fold.
+    # The number of stations, 24, is a multiple of the number of folds, four. If row i were
+    # in fold i modulo 4, all visits of a station would be in one fold.
     of_stations = folds.reshape(8, 24)
     assert all(np.unique(of_stations[:, station]).size > 1 for station in range(24))
 

@@ -146,7 +146,8 @@ def test_a_temperature_that_follows_the_speed_is_in_the_class(seed: int) -> None
 @pytest.mark.parametrize("seed", SEEDS)
 def test_an_error_of_the_signal_that_grows_is_in_the_class_of_a_vibration(seed: int) -> None:
     """The signal's error grows from 0″ to 15″ while the table warms, at one speed. Its phase is the
-    same in every run, so that it is no oscillation of an own phase in each run only."""
+    same in every run, so the diagnosis lists the subdivision error together with a vibration, or
+    describes the error by the phase of the signal."""
     rows = _capture(
         seed,
         (6.0,) * 6,

@@ -70,9 +70,10 @@ def test_an_eccentric_gauge_is_found_by_its_mounting(seed: int, sign: int, tmp_p
 def test_faces_of_a_polygon_are_found_by_its_mounting(seed: int) -> None:
     """The orders 1 to 6 of 12 faces are all their errors, without the mean. No line remains.
 
-    The orders of the table's model and of the polygon separate by the six mountings only: an order
-    n, of which the mean of exp(i n m) is up to 0.64, has u = 0.06″ · √(2/72/(1 − 0.64²)) = 0.013″.
-    With eleven such errors the RMS differs by less than 0.04″; two digits are printed.
+    Only the six mountings m separate the orders of the table's model from those of the polygon: an
+    order n for which the mean of exp(i n m) over the mountings is up to 0.64 has
+    u = 0.06″ · √(2/72/(1 − 0.64²)) = 0.013″. With eleven such errors the RMS differs by less than
+    0.04″; two digits are printed.
     """
     bound = 0.045
     errors = np.random.default_rng(100 + seed).normal(0.0, 0.4, 12)

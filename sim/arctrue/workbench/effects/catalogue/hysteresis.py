@@ -127,8 +127,8 @@ class Hysteresis(ScalarEffect):
         are all forms and widths that were tried; without a transition, their number is 1.
 
         In most sets the reversals are at the same stations. A reversal error that differs from
-        place to place looks like a transition there, but it differs at the other stations too, so
-        that a transition leaves most of it.
+        place to place looks like a transition there. It also differs at the other stations, so a
+        transition explains only a small part of it.
         """
         rows = residuals.observations.reference
         if self.transition != "none" or rows is None or rows.travel_rad is None:
