@@ -4,10 +4,12 @@ that watch the device."""
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import os
 import secrets
 import sqlite3
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import click
@@ -103,9 +105,9 @@ def device() -> None:
 @click.option(
     "--files-every",
     type=Finite(min=0.01),
-    default=60.0,
+    default=0.1,
     show_default=True,
-    help="Minutes between two updates of the present day's file.",
+    help="Minutes between two additions to the present day's file.",
 )
 def run(
     port: str,
@@ -220,13 +222,14 @@ def files(record: Path, folder: Path) -> None:
     """Write each day of RECORD (telemetry.sqlite) to FOLDER as an HDF5 file in NeXus form.
 
     Files that already have all turns of their day are not written again. Exit code 2: RECORD cannot
-    be read or FOLDER not written.
+    be read, FOLDER not written, or a daemon writes its files to FOLDER.
     """
     from arctrue.device.nexus_days import write_missing_days
 
     try:
-        for path in write_missing_days(record, folder):
-            say(str(path))
+        with _only_writer(folder):
+            for path in write_missing_days(record, folder):
+                say(str(path))
     except sqlite3.Error as error:
         if error.sqlite_errorcode in (sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_ERROR):
             tell_error(
@@ -236,9 +239,25 @@ def files(record: Path, folder: Path) -> None:
         else:
             tell_error(f"{record}: cannot be read: {error}")
         sys.exit(NO_DEVICE)
-    except OSError as error:
+    except (ConsoleError, OSError) as error:
         tell_error(sentence(error))
         sys.exit(NO_DEVICE)
+
+
+@contextlib.contextmanager
+def _only_writer(folder: Path) -> Iterator[None]:
+    """Keep daemons from writing to a folder of daily files. Raises ConsoleError if one does."""
+    if sys.platform == "win32":  # no daemon runs there
+        yield
+        return
+    from arctrue.device.daemon.store_lock import StoreLock
+
+    folder.mkdir(parents=True, exist_ok=True)
+    lock = StoreLock.of_files(folder, "arctrue device files", "it writes missing files itself")
+    try:
+        yield
+    finally:
+        lock.release()
 
 
 @device.command("unit", short_help="Write the systemd unit and the udev rule.")

@@ -119,6 +119,8 @@ class Recorder:
             self._connection.execute("INSERT INTO identity VALUES (?)", (uuid.uuid4().hex,))
         self.deletable: int | None = None
         """Largest id of a turn that may be deleted because of the limits; None: any turn."""
+        self.exceeded = False
+        """True if ``deletable`` keeps turns that exceed the limits."""
         self._add_what_older_files_lack()
         self._last_id = self._one("SELECT coalesce(max(id), 0) FROM turn")
         self._since_retention = 0
@@ -184,15 +186,22 @@ class Recorder:
 
         A clock that jumps ahead makes no turn older.
         """
+        self.exceeded = False
         if self._retention.days is not None:
             started_s, at_start_s = self._started
             now_s = min(self._clock(), started_s + self._monotonic() - at_start_s)
             before = _utc(now_s - self._retention.days * _DAY_S)
             while self._delete_oldest("AND recorded < ?", before):
                 pass
+            if self.deletable is not None:
+                exceeded = "SELECT EXISTS (SELECT 1 FROM turn WHERE id < ? AND recorded < ?)"
+                row = self._connection.execute(exceeded, (self._last_id, before)).fetchone()
+                self.exceeded = bool(row[0])
         if self._retention.megabytes is not None:
             while self._used_bytes() > self._retention.megabytes * _MEGABYTE:
                 if not self._delete_oldest(""):
+                    most = self.deletable
+                    self.exceeded = most is not None and most < self._last_id
                     break
         self._connection.execute("PRAGMA incremental_vacuum").fetchall()
 

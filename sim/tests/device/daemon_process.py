@@ -6,6 +6,7 @@ import json
 import os
 import pty
 import queue
+import signal
 import subprocess
 import sys
 import threading
@@ -89,6 +90,20 @@ class Running:
             return any(text in line for line in self.said)
 
         until(is_said, lambda: f"{text}: {self.said}")
+
+    def writers(self) -> list[int]:
+        """Return the process that writes the daily files, if there is one."""
+        number = self.process.pid
+        return list(map(int, Path(f"/proc/{number}/task/{number}/children").read_text().split()))
+
+    def kill_with_writer(self) -> None:
+        """Kill the daemon and the process that writes its daily files, like a power cut."""
+        writers = self.writers()
+        assert writers
+        for writer in writers:
+            os.kill(writer, signal.SIGKILL)
+        self.process.kill()
+        self.process.wait(PATIENCE_S)
 
 
 def until(is_true: Callable[[], object], message: Callable[[], str] = lambda: "") -> None:

@@ -1,5 +1,5 @@
 """Runs the daemon: its serial link, record and server share one event loop; threads make the
-captures and the daily files."""
+captures, another process the daily files."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from typing import Any
 
 from arctrue.device.announcement import Announcement, announce
 from arctrue.device.daemon.captures import drop_oldest, take_capture
+from arctrue.device.daemon.day_writer import DayWriter, DayWriterError
 from arctrue.device.daemon.machine_alarms import (
     checked_machine_alarms,
     read_machine_alarms,
@@ -29,10 +30,9 @@ from arctrue.device.daemon.state import DaemonState
 from arctrue.device.daemon.store_lock import StoreLock
 from arctrue.device.daemon.zero import checked_zero, read_zero, write_zero
 from arctrue.device.lines import LineAssembler, TelemetryLine, is_telemetry, telemetry_of
-from arctrue.device.nexus_days import write_missing_days
 from arctrue.device.port import ConsoleError
 from arctrue.device.probe import Latch
-from arctrue.device.recorder import RecordedTurn, Recorder, last_turn, read_turns
+from arctrue.device.recorder import RecordedTurn, Recorder, read_turns
 from arctrue.measurement import MeasurementError
 
 SILENCE_S = 30.0
@@ -40,6 +40,9 @@ SILENCE_S = 30.0
 again, because a board that was switched off may have started with telemetry off."""
 RETRY_RECORD_S = 5.0
 """Time in seconds between two attempts to open the record after a failure."""
+LONGEST_PAUSE_S = 3600.0
+"""Longest time in seconds between two attempts to write the daily files; it doubles after each
+failure, because attempts on a full disk take space from the record."""
 _CAPTURE_ERRORS = (ConsoleError, OSError, MeasurementError, ValueError)
 
 
@@ -66,8 +69,9 @@ class Daemon:
         )
         self._probe = ProbeWatch(self._link.write, self._probed)
         settings.captures.mkdir(parents=True, exist_ok=True)
-        self._lock = StoreLock(settings.store, settings.port)
+        self._lock = StoreLock(settings.store, f"arctrue device run {settings.port}")
         self._in_files = None if settings.files is None else 0
+        self._files = None if settings.files is None else DayWriter(settings.record, settings.files)
         self._recorder: Recorder | None = self._opened_record()
         self.state.machine_alarms = read_machine_alarms(settings.machine_alarms)
         self.state.zero_deg = read_zero(settings.zero)
@@ -104,6 +108,7 @@ class Daemon:
                 task.cancel()
             await self._server.close()
             self._link.close()
+            await self._close_files()
             if self._recorder is not None:
                 self._recorder.close()
             self._lock.release()
@@ -253,24 +258,37 @@ class Daemon:
 
     async def _write_files(self) -> None:
         """Update the daily files from the record, at the start and after each interval."""
-        settings = self._settings
-        while settings.files is not None:
+        pause_s = self._settings.files_every_s
+        while self._files is not None:
+            exceeded = self._recorder is not None and self._recorder.exceeded
             try:
-                last = await asyncio.to_thread(last_turn, settings.record)
-                days = await asyncio.to_thread(write_missing_days, settings.record, settings.files)
-            except Exception as error:
-                # A day's file of another program can lead to any error; the next attempt may
-                # succeed.
-                named = isinstance(error, (OSError, sqlite3.Error))
-                why = str(error) if named else f"{type(error).__name__}: {error}"
-                self._happened("files", f"{settings.files}: no file was written: {why}")
+                written, deletable = await self._files.update(exceeded=exceeded)
+            except DayWriterError as error:
+                self._happened("files", f"{self._settings.files}: no file was written: {error}")
+                pause_s = min(2.0 * pause_s, LONGEST_PAUSE_S)
             else:
-                self._in_files = last
+                pause_s = self._settings.files_every_s
+                self._in_files = deletable
                 if self._recorder is not None:
-                    self._recorder.deletable = last
-                for path in days:
+                    self._recorder.deletable = deletable
+                    if exceeded:
+                        self._apply_retention(self._recorder)
+                for path in written:
                     self._report(f"written: {path}")
-            await asyncio.sleep(settings.files_every_s)
+            await asyncio.sleep(pause_s)
+
+    def _apply_retention(self, recorder: Recorder) -> None:
+        try:
+            recorder.apply_retention()
+        except sqlite3.Error as error:
+            self._record_failed(error)
+
+    async def _close_files(self) -> None:
+        if self._files is not None:
+            try:
+                await self._files.close()
+            except DayWriterError as error:
+                self._happened("files", f"{self._settings.files}: no file was written: {error}")
 
     def _life(self, alarms: Any) -> dict[str, Any]:
         """Replace the alarms that ``arctrue life`` sent earlier by ``alarms``; return the answer to

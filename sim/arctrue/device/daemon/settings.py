@@ -35,7 +35,7 @@ class DaemonSettings:
     """Time in seconds between two requests for events of probe and compare; 0: no requests."""
     files: Path | None = None
     """Folder of the daily NeXus files; None: no files."""
-    files_every_s: float = 3600.0
+    files_every_s: float = 6.0
     capture_timeout_s: float = 180.0
 
     @property

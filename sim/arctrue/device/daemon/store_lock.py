@@ -1,4 +1,5 @@
-"""Reserves a store for one daemon, because a record has the turns of one device."""
+"""Reserves a folder for one program: a store, because a record has the turns of one device, and the
+folder of the daily files."""
 
 from __future__ import annotations
 
@@ -17,25 +18,36 @@ class StoreLock:
     On a file system without locks the folder is not locked.
     """
 
-    def __init__(self, folder: Path, port: str) -> None:
-        """Lock the folder for the daemon of ``port``.
+    def __init__(
+        self,
+        folder: Path,
+        owner: str,
+        remedy: str = "name another folder: --store",
+        name: str = "lock",
+    ) -> None:
+        """Lock the folder for ``owner``, a program's name; ``name``: file that holds the lock.
 
-        Raises ConsoleError, which names the other daemon that has the folder, or OSError.
+        Raises ConsoleError, which names the other program that has the folder, or OSError.
         """
-        self._file = os.open(folder / "lock", os.O_RDWR | os.O_CREAT, 0o600)
+        self._file = os.open(folder / name, os.O_RDWR | os.O_CREAT, 0o600)
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:
-            owner = os.read(self._file, _MOST_BYTES).decode("utf-8", "replace")
+            other = os.read(self._file, _MOST_BYTES).decode("utf-8", "replace")
             os.close(self._file)
             raise ConsoleError(
-                f"{folder}: is in use by {owner or 'another daemon'}; name another folder: --store"
+                f"{folder}: is in use by {other or 'another program'}; {remedy}"
             ) from error
         except OSError:
             return
         os.ftruncate(self._file, 0)
-        os.write(self._file, f"arctrue device run {port} (process {os.getpid()})".encode())
+        os.write(self._file, f"{owner} (process {os.getpid()})".encode())
+
+    @classmethod
+    def of_files(cls, folder: Path, owner: str, remedy: str) -> StoreLock:
+        """Lock a folder of daily files, which may also be a store."""
+        return cls(folder, owner, remedy, ".arctrue-files-lock")
 
     def release(self) -> None:
-        """Let another daemon use the folder."""
+        """Let another program use the folder."""
         os.close(self._file)
