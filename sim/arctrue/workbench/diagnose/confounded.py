@@ -41,8 +41,9 @@ def confounded_with(best: Candidate, near_tie: float) -> Candidate | None:
     found: list[Candidate] = []
     free, of_constant = base, 0.0
     if not orders and frame in FRAME_OF_HEAD.values():
-        # The zero of another condition is not that of the best effect, and the angle between the
-        # heads is known to the tolerance of their mounting only.
+        # Two conditions have different zeros, so that their columns also differ by a constant. The
+        # angle between the heads is known to the mounting tolerance only and may cause this
+        # constant, which is therefore fitted.
         constant = ProductOfParts.of(ALWAYS, (), frame)
         found_there = base.score(constant, {})
         if found_there.rank:

@@ -1,8 +1,7 @@
-"""Tests an effect that changes only between the runs of a reference together with another such
-effect.
+"""Tests pairs of effects of a reference that each change only from run to run.
 
-A delay and a reversal error on a ladder of speeds each leave most of the offsets of the runs, so
-that neither is significant among the runs alone, although both together explain every offset.
+Example: runs at several speeds contain a delay and a reversal error. Each of the two alone explains
+only a small part of the runs' offsets and is not significant; both together explain every offset.
 """
 
 from __future__ import annotations
@@ -30,8 +29,8 @@ from arctrue.workbench.observations import Observations, ReferenceRows
 Float = NDArray[np.float64]
 
 LEAST_FREE = 2
-"""Fewest degrees of freedom of the offsets with both effects in the model (runs − 3). A single free
-offset agrees with two effects whenever two runs have the same offset by chance."""
+"""Fewest degrees of freedom of the offsets with both effects in the model (runs − 3). With
+one degree of freedom, two effects fit all offsets if two runs have the same offset by chance."""
 LEAST_OWN = 0.01
 """Smallest share of an effect's offsets that the other effect cannot reproduce: with a correlation
 above 0.995 the runs cannot distinguish the two."""

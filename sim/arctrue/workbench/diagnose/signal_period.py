@@ -17,7 +17,8 @@ from arctrue.workbench.inference.significance import SIGNIFICANCE, corrected_p_v
 COVERAGE = 3.0
 """Factor of the standard uncertainty of an order, for a coverage of 99.7 %."""
 EXACT = 0.01
-"""Distance from a multiple that counts as none: a phase error of 4° after one turn."""
+"""A distance of an order from a multiple is negligible up to this value: it changes the phase by at
+most 4° in one turn."""
 HIGHEST = 4
 """Highest multiple of the signal period that is looked for: the harmonics of a sine signal that a
 wrong offset, gain or phase (1 and 2) and a distorted wave (3 and 4) cause (Heydemann, Appl. Opt. 20
@@ -91,8 +92,8 @@ def signal_period(
 
 
 def _further(item: Candidate, multiple: int, lines: int) -> dict[int, Parameter]:
-    """Return the amplitudes of the other multiples that single rows show and that are
-    significant."""
+    """Return the amplitudes of the other significant multiples that have more than two rows a
+    period."""
     rows = item.solution.observations.reference
     if rows is None:
         return {}
