@@ -28,7 +28,7 @@ def motion_orders(text: str | None) -> MotionOrders | None:
         return listed_orders(text)
     except ValueError:
         raise ValueError(
-            f"--motion {text}: expected every, none, or orders such as 1-8 or 2,3,9"
+            f"--motion {text}: expected every, none, or orders such as 1-8 (first ≤ last) or 2,3,9"
         ) from None
 
 

@@ -13,12 +13,14 @@ MOST_ORDER = 1000
 
 def listed_orders(text: str) -> tuple[int, ...]:
     """Parse a list of orders such as ``1-8`` or ``2,3,9``, in ascending order. Raises ValueError
-    for another text."""
+    for another text, and for a range such as ``8-2``."""
     found: set[int] = set()
     for part in text.split(","):
         first, dash, last = part.partition("-")
         if not first.isdecimal() or (dash and not last.isdecimal()) or int(first) < 1:
-            raise ValueError(f"{text}: expected orders such as 1-8 or 2,3,9")
+            raise ValueError(f"{text}: expected orders such as 1-8 (first ≤ last) or 2,3,9")
+        if dash and int(last) < int(first):
+            raise ValueError(f"{text}: expected first ≤ last in {part}")
         found |= set(range(int(first), int(last or first) + 1))
     return tuple(sorted(found))
 
@@ -45,7 +47,7 @@ class Orders(click.ParamType["int | tuple[int, ...]"]):
         except ValueError:
             self.fail(
                 f"{text}: expected N from 2 to {MOST_ORDER} for orders 1 to N, or a list such as "
-                f"2-8,12,24 of orders up to {MOST_ORDER}",
+                f"2-8,12,24 (first ≤ last) of orders up to {MOST_ORDER}",
                 param,
                 ctx,
             )

@@ -85,7 +85,7 @@ def alpha(
         elif places_deg is None:
             places_deg = (0.0, alpha_deg)
         judged = plain(choose_places(heads, orders or PLACES_ORDERS, places_deg))
-        console.print(_of_places(judged))
+        console.print(_of_places(judged, heads))
         write_json(json_file, judged)
         return
     if places_deg is not None:
@@ -118,24 +118,28 @@ def alpha(
     write_json(json_file, found)
 
 
-def _of_places(judged: Mapping[str, Any]) -> Any:
-    shown = table(
-        "Places of the heads, degrees after head 1",
-        *map(number, ("orders", "places", "worst gain", "noise of\nthe mean", "one head\nmissing")),
-    )
+def _of_places(judged: Mapping[str, Any], heads: int) -> Any:
+    headings = ["orders", "places", "worst gain"]
+    if heads > 2:
+        headings += ["noise of\nthe mean", "one head\nmissing"]
+    shown = table("Places of the heads, degrees after head 1", *map(number, headings))
     for choice in judged["places"]:
         for one in (choice["given"], *choice["best"]):
             if one is None:
                 continue
-            without = [value for value in one["noise_without"] if value is not None]
             worst = one["worst_gain"]
-            shown.add_row(
+            cells = [
                 _of_orders(choice),
                 ", ".join(f"{place:g}" for place in one["places_deg"]),
                 "∞" if worst is None else f"{worst:.3g} at {one['worst_order']}",
-                "∞" if one["mean_noise"] is None else f"{one['mean_noise']:.3f}",
-                f"{max(without):.2f}" if len(without) == choice["heads"] else "no mean",
-            )
+            ]
+            if heads > 2:
+                without = [value for value in one["noise_without"] if value is not None]
+                cells += [
+                    "∞" if one["mean_noise"] is None else f"{one['mean_noise']:.3f}",
+                    f"{max(without):.2f}" if len(without) == heads else "no mean",
+                ]
+            shown.add_row(*cells)
         shown.add_section()
     return shown
 

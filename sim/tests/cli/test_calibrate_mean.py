@@ -71,6 +71,7 @@ def test_head_1_alone_says_that_there_are_more(tmp_path: Path, made: SimulatedSe
     [
         (["--motion", "1-8"], "--motion is for --angle mean"),
         (["--angle", "mean", "--motion", "many"], "expected every, none, or orders"),
+        (["--angle", "mean", "--motion", "8-2"], "orders such as 1-8 (first ≤ last)"),
         (["--angle", "mean", "--method", "fourier"], "--method is for --angle head1"),
     ],
 )

@@ -99,6 +99,7 @@ def test_the_command_takes_a_list_of_orders(tmp_path: Path) -> None:
     answer = CliRunner().invoke(main, ["alpha", "--orders", "1-3,11,24", "--json", str(file)])
     assert answer.exit_code == 0, answer.output
     assert "1-3, 11, 24" in answer.output
+    assert not {"∞", "no mean", "missing"} & set(answer.output.split()), "of three or four heads"
     (choice,) = json.loads(file.read_text(encoding="utf-8"))["places"]
     assert choice["orders"] == [1, 2, 3, 11, 24]
     assert choice["given"]["places_deg"] == [0.0, 33.0]
@@ -109,11 +110,15 @@ def test_the_command_takes_a_list_of_orders(tmp_path: Path) -> None:
     assert choice["best"][0]["worst_gain"] < 0.1 * choice["given"]["worst_gain"]
 
 
-@pytest.mark.parametrize("orders", ["1", "0-3", "2,,3", "a", "5-2000", "1-99999999999"])
+@pytest.mark.parametrize(
+    "orders", ["1", "0-3", "2,,3", "a", "8-2", "2-3,9-1", "5-2000", "1-99999999999"]
+)
 def test_orders_that_cannot_be_are_refused(orders: str) -> None:
     answer = CliRunner().invoke(main, ["alpha", "--orders", orders])
     assert answer.exit_code == 2
-    assert "expected N from 2 to 1000" in " ".join(answer.output.split())
+    said = " ".join(answer.output.split())
+    assert "expected N from 2 to 1000" in said
+    assert "2-8,12,24 (first ≤ last)" in said
 
 
 @pytest.mark.parametrize(
