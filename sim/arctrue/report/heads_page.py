@@ -49,10 +49,12 @@ def _fault_table(found: Mapping[str, Any]) -> tuple[str, ...]:
         f"| illegal step | the head's decoder | {one['detected_clocks']} clocks and {load}: "
         f"{reaction} | w · 2 counts: {error(2, 2)} | "
         "`an_illegal_step_leaves_a_head_out` |",
-        "| signals are too fast, or the glitch filter suppresses counts | the head's decoder | "
-        f"{one['detected_clocks']} "
-        f"clocks and {load}: {reaction} | w · 1 count per clock | "
-        "`a_head_that_is_too_fast_is_left_out`, "
+        "| signals are too fast | the head's decoder | "
+        f"{one['detected_clocks']} clocks and {load}: {reaction} | w · 1 count per clock | "
+        "`a_head_that_is_too_fast_is_left_out` |",
+        "| the glitch filter suppresses counts | the head's decoder | "
+        f"{one['detected_clocks']} clocks and {load} after 4 suppressed counts | "
+        "w · (4 counts and 1 count per clock) | "
         "`a_head_whose_counts_the_filter_suppresses_is_left_out` |",
         "| signals are dead or stuck: the count stands while all other heads move | "
         "`missing_edges`, "
