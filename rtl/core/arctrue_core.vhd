@@ -7,8 +7,9 @@
 -- AXI4-Lite (see the register map) and gets one interrupt line. Source: figures 3 and 5 to 7 and section 3 of the
 -- paper.
 --
--- **Units**, in the order of the data: encoder_heads, mean_unit (with the mean), sampler, compensation_pipeline with
--- table_conditions, quadrature_output, fault_outputs, instrument_signals and register_access.
+-- **Units**, in the order of the data: rearm_control, encoder_heads, mean_unit (with the mean), sampler,
+-- compensation_pipeline with table_conditions, quadrature_output, processor_watch, fault_outputs, instrument_signals
+-- and register_access.
 --
 -- **Heads.** By default the core has two heads and corrects head 1. With MEAN the core corrects the weighted mean of
 -- all heads; one head, chosen at run time, is the carrier, whose reading enters the pipeline (head_mean). With HEADS =

@@ -47,6 +47,7 @@ entity encoder_heads is
     -- Commands, for each head
     clear                : in    std_ulogic_vector(1 to HEADS);                      -- pulse: clear the faults
     rearm                : in    std_ulogic_vector(1 to HEADS);                      -- level: hold the head at angle zero
+    -- Results
     decoded              : out   decoded_heads(1 to HEADS)                           -- positions, indices and faults
   );
 end entity encoder_heads;

@@ -11,15 +11,17 @@
 -- With FAILOVER, `bank` follows the processor's writes as the header of prepared_sets states; without, at once.
 --
 -- **Number formats.** mean_pkg and decoder_pkg state those of the records; the register map states all other formats.
--- `pins` carries head 3 in the low bits, `delays` head 1.
+-- `pins` carries head 3 in the low bits, `clear_heads` head 3 in bit 0, and `delays` head 1 in the low bits.
 --
 -- **Capture.** The sampler captures turns of the carrier (with two heads, turns of head 1), and only while every used
--- head has seen its index. A change of the carrier ends the turn. `captures` follows these conditions by 1 clock.
+-- head has seen its index. A change of the carrier drops the unfinished turn. `captures` follows these conditions by 1
+-- clock.
 --
 -- **Words.** `bank` carries the processor's writes to the words of lanes and mean, and with FAILOVER also those of the
--- prepared sets. `lane_written` and `mean_written` acknowledge the processor's writes.
+-- prepared sets. `lane_written` acknowledges the processor's writes to lanes, offset and turn steps, `mean_written`
+-- those to the mean.
 --
--- **Reset** acts as in the units.
+-- **Reset** acts as in the units. `captures` and the number of the previous carrier have no reset.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -59,7 +61,7 @@ entity mean_unit is
     heads_write        : in    std_ulogic;                                          -- pulse
     sets_read          : in    std_ulogic;                                          -- pulse
     sets_write         : in    std_ulogic;                                          -- pulse
-    lane_written       : out   std_ulogic;                                          -- pulse: a lane or the offset is written
+    lane_written       : out   std_ulogic;                                          -- pulse: a lane, the offset or a turn step is written
     mean_written       : out   std_ulogic;                                          -- pulse: the word is written
     mean_data          : out   std_ulogic_vector(31 downto 0);                      -- the idle word, one clock after its address
     heads_done         : out   std_ulogic;                                          -- pulse: the word is read or written
@@ -72,7 +74,7 @@ entity mean_unit is
     swap_comes         : in    std_ulogic;                                          -- pulse: the next angle is the first of the new banks
     swap_busy          : in    std_ulogic;                                          -- level: a swap waits, or the idle bank is being filled
     may_swap           : out   std_ulogic;                                          -- level: a swap is allowed
-    -- Settings of the heads
+    -- Settings and commands of the heads
     pins               : out   std_ulogic_vector(31 downto 0);                      -- 16 bits per head, heads 3 and 4
     delays             : out   std_ulogic_vector(31 downto 0);                      -- clocks, 8 bits per head
     clear_heads        : out   std_ulogic_vector(1 downto 0);                       -- pulses: clear the faults of head 3, of head 4

@@ -23,7 +23,8 @@
 --
 -- **Latency.** `swap_out` follows `load` by at most 4 * (4 * LANES + 10) + 4 clocks, 5.6 µs with 32 lanes at 100 MHz,
 -- if no write of the processor is under way and coefficient_memory is not filling its idle bank. `loaded` comes with
--- `swap_comes`. The answer to an access follows it by 2 clocks if no set is being loaded.
+-- `swap_comes`. The answer to an access follows it by 2 clocks if no set is being loaded. A write of the processor
+-- appears at the outputs 2 clocks later if no set is being loaded and no other write is in flight.
 --
 -- **Number formats.** The entity does no arithmetic; the register map states the formats of the words.
 --

@@ -2,19 +2,21 @@
 --
 -- # instrument_signals
 --
--- Connects external instruments to the core. An edge at `sync_in` triggers a sample, and each sample gives a pulse at
--- `trigger_out`. An edge at `probe_in` latches the corrected position (position_latch). Chosen corrected positions give
--- a pulse at `compare_out` (position_compare). With EVENTS, edges of the probe and compare pulses wait in a queue for
--- the processor (event_queue).
+-- Connects external instruments to the core. In the external capture mode (mode 2 of sample_trigger) an edge at
+-- `sync_in` triggers a sample. In every mode each sample gives a pulse at `trigger_out`. An edge at `probe_in` latches
+-- the corrected position (position_latch). Chosen corrected positions give a pulse at `compare_out` (position_compare).
+-- With EVENTS, edges of the probe and compare pulses wait in a queue for the processor (event_queue).
 --
 -- **Latency.** The strobe of a probe's edge waits CORE_LATENCY + 1 clocks, so that the latched position is the corrected
--- reading of the time of the edge (with the filters off). pulse_input, position_compare and pulse_output state the other
--- latencies.
+-- reading of the time of the edge (with FOLD > 1: of a time up to FOLD - 1 clocks before it). This requires that probe
+-- and head have the same filter length, and that the levels of the head are not delayed (level_delay). pulse_input,
+-- position_compare and pulse_output state the other latencies.
 --
 -- **Number formats.** signals_pkg states those of `latched` and `oldest_event`; position s31.0 counts; angle u24.0 counts;
 -- widths and the filter length in clocks.
 --
--- **Reset** stops the comparison, ends the pulses and empties the queue.
+-- **Reset** stops the comparison, ends the pulses, empties the queue, drops edges of the probe that are still delayed,
+-- and clears `latched.number`.
 
 library ieee;
   use ieee.std_logic_1164.all;
