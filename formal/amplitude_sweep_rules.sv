@@ -5,7 +5,7 @@
 // the rules assume only that a factor between -1 and 1 makes no number larger, and that 1 changes none. While `swept`
 // is high, the effective amplitudes of both banks belong to their present words. The rules follow one arbitrary lane
 // of one bank; the words that the entity reads from its memory are those of this lane. To keep the proof short, a
-// sweep may omit steps of other lanes; they do not affect this lane. scripts/formal_proofs.py states the numbers of
+// sweep may omit steps of other lanes; they do not affect this lane. scripts/formal_proofs states the numbers of
 // bits. Source: the entity's header.
 
 module amplitude_sweep_rules #(

@@ -3,7 +3,7 @@
 // Turn number and angle together form an unwrapped angle over many turns. From one accepted angle to the next, the
 // unwrapped angle moves by the difference of the two the shorter way round, at most half a turn, also at a wrap. The
 // rules hold for any turn of 4 to 2**ANGLE counts and any sequence of angles, accepted in any clocks.
-// scripts/formal_proofs.py states the numbers of bits. Source: the entity's header.
+// scripts/formal_proofs states the numbers of bits. Source: the entity's header.
 
 module turn_counter_rules (
     input clock, input reset, input take, input [11:0] angle

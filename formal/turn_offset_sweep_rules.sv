@@ -6,7 +6,7 @@
 // Between two wraps in the same direction the angle moves at least half a turn of the smallest permitted length, at one
 // count per clock; a wrap in the other direction may follow at once. The rules follow one arbitrary lane; the
 // words that the entity reads from its memories are those of this lane. The benches compare the arithmetic behind the
-// multiplier with the model. scripts/formal_proofs.py states the numbers of bits. Source: the entity's header.
+// multiplier with the model. scripts/formal_proofs states the numbers of bits. Source: the entity's header.
 
 module turn_offset_sweep_rules #(
     parameter LANES = 2

@@ -11,8 +11,8 @@
 /* Least travel of a reading from the first to the last sample of a capture, in turns, that shows the sense of a head.
    A capture lasts a turn; the reading of a head that does not count travels by a few counts only. */
 #define SENSE_TURNS_OF_CAPTURE 0.5
-/* Least travel from the index, in turns, that shows the sense of a head. Heads that count in the same sense differ by less
-   than a turn, because each one has seen its index within the same turn. */
+/* Least travel from the index, in turns, that shows the sense of a head. Heads that count in the same sense differ by
+   less than a turn, because each one has seen its index within the same turn. */
 #define SENSE_TURNS 1.0
 /* Largest distance from a planned place at which a head counts as the planned head; an eccentricity of 0.5 mm moves the
    reading of a head by 0.5 degrees. */
