@@ -124,7 +124,9 @@ def _compensation(effects: dict[str, type[Effect]]) -> list[str]:
             continue
         words = TAKEN[row["taken_away_by"]]
         if "left_in_mean_arcsec" in row:
-            words += f"; {TAKEN['the mean']}: {row['left_in_mean_arcsec']:.3f}″ remain"
+            if words == TAKEN["nothing"]:
+                words = f"two heads: {words}"
+            words += f"; four heads: the weighted mean, {row['left_in_mean_arcsec']:.3f}″ remain"
         figures = " | ".join(
             f"{row[key]:.3f}" for key in ("part_arcsec", "left_without_arcsec", "left_with_arcsec")
         )
