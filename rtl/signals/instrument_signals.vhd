@@ -108,7 +108,7 @@ begin
       strobe        => probe_strobe
     );
 
-  probe : entity work.position_latch
+  latch_of_probe : entity work.position_latch
     generic map (
       DELAY => PROBE_DELAY
     )
@@ -126,7 +126,7 @@ begin
       count            => latched.number
     );
 
-  compare : entity work.position_compare
+  comparison : entity work.position_compare
     port map (
       clock    => clock,
       reset    => reset,

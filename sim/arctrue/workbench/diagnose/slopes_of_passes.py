@@ -151,6 +151,8 @@ def _conditions(
         within = float(np.sqrt(np.mean([np.var(values[own]) for own in passes])))
         if len(passes) == 2:
             known = abs(float(means[1] - means[0])) > DIFFERS * max(within, 1e-12)
+            # A difference that the stated figures do not show is none.
+            known = known and _figure(item, rows, means[0]) != _figure(item, rows, means[1])
         else:
             scale = float(np.std(means) * np.std(slopes))
             product = float(np.mean((means - means.mean()) * (slopes - slopes.mean())))
@@ -161,9 +163,14 @@ def _conditions(
     return tuple(found.values())
 
 
+def _figure(item: Condition, rows: ReferenceRows, mean: float) -> str:
+    """Return a mean of a condition in the unit of the set's column."""
+    zero = rows.reference_temperature_c if item.part == "temperature" else item.column_zero
+    return f"{mean + zero:.4g}"
+
+
 def _values(item: Condition, rows: ReferenceRows, means: Float) -> str:
     """Return the means of a condition in two passes, in the unit of the set's column."""
-    zero = rows.reference_temperature_c if item.part == "temperature" else item.column_zero
     if means.size != 2 or (item.part != "temperature" and item.column is None):
         return ""
-    return f" ({means[0] + zero:.4g} and {means[1] + zero:.4g})"
+    return f" ({_figure(item, rows, means[0])} and {_figure(item, rows, means[1])})"

@@ -336,6 +336,18 @@ class Visits:
             return None
         if self._much_is_left(step.gain, 1):
             return None
+        rest = best_step(
+            self.angle_rad,
+            self.crossed,
+            normal,
+            moment - normal @ step.error,
+            within_a_place=not self.stations,
+        )
+        if rest is not None:
+            # A level over a part of the turn has two steps.
+            t_rest = float(np.sqrt(rest.gain / test.within))
+            if 2.0 * student_upper_p(t_rest, test.within_freedom) < FAMILY_WISE / rest.tried:
+                return None
         found, sizes, _ = self._single_places
         of_one = 2.0 * float(np.log(step.tried))
         ahead = (step.gain - float(sizes @ moment[found])) / test.within

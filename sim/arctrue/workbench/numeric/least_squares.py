@@ -49,7 +49,7 @@ class WhitenedRows:
         total = np.zeros((self.offsets, values.shape[1]))
         for start, end in self._spans:
             total[self.offset[start]] += self.ones[start:end] @ values[start:end]
-        return total if self.mixed is None else _times(self.mixed.T, total)
+        return total if self.mixed is None else times_of_runs(self.mixed.T, total)
 
     @cached_property
     def gram(self) -> Matrix:
@@ -63,7 +63,9 @@ class WhitenedRows:
         found[places, places] = np.bincount(self.offset, self.ones**2, self.offsets)
         if self.mixed is not None:
             own = found[shared:, shared:]
-            found[shared:, shared:] = _times(self.mixed.T, _times(self.mixed.T, own).T)
+            found[shared:, shared:] = times_of_runs(
+                self.mixed.T, times_of_runs(self.mixed.T, own).T
+            )
         return found
 
     @property
@@ -72,7 +74,7 @@ class WhitenedRows:
         constants = np.zeros((self.ones.size, self.offsets))
         constants[np.arange(self.ones.size), self.offset] = self.ones
         if self.mixed is not None:
-            constants = _times(self.mixed.T, constants.T).T
+            constants = times_of_runs(self.mixed.T, constants.T).T
         return np.hstack([self.columns, constants])
 
     def model(self, coefficients: Matrix) -> Matrix:
@@ -80,13 +82,13 @@ class WhitenedRows:
         shared = self.columns.shape[1]
         constants = coefficients[shared:]
         if self.mixed is not None:
-            constants = _times(self.mixed, constants)
+            constants = times_of_runs(self.mixed, constants)
         constants = constants[self.offset]
         own = (constants.T * self.ones).T
         return np.asarray(self.columns @ coefficients[:shared] + own)
 
 
-def _times(weights: Matrix, values: Matrix) -> Matrix:
+def times_of_runs(weights: Matrix, values: Matrix) -> Matrix:
     """Multiply the values of each m successive runs, (runs,) or (runs, k), by weights (m, m)."""
     size = weights.shape[0]
     by_run = values.reshape(values.shape[0] // size, size, *values.shape[1:])

@@ -82,7 +82,7 @@ def test_the_largest_faces_are_listed_with_their_angles() -> None:
     # √((0.01 + 0.04 + 0.0025 + 0.01 + 0.0144 + 1.96 + 0.09 + 0.0004 + 0.01 + 0.16 + 0.04 +
     # 0.09)/12) = 0.450.
     assert said.startswith("Fitted size: 0.450″ ± 0.030″ RMS. The largest errors of the 12 faces: ")
-    assert "face 5 (at 150°) +1.4″ (u 0.03″), face 9 (at 270°) -0.4″ (u 0.03″), face" in said
+    assert "face 5 (150° after face 0) +1.4″ (u 0.03″), face 9 (270° after face 0) -0.4″" in said
     undetermined = effect.describe_values(_faces(np.nan))
     assert "nan" not in undetermined
     assert undetermined.endswith(

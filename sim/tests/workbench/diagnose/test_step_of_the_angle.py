@@ -110,3 +110,12 @@ def test_an_error_that_begins_anew_with_each_turn_is_no_step(seed: int) -> None:
     that the error steps from 355° to 0°."""
     angle = 5.0 * np.arange(72)
     assert _step(_turns(0.04 * angle, angle, seed, turns=4, dt_s=10.0)) is None
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_level_over_a_part_of_the_turn_is_no_joint(seed: int) -> None:
+    """A level has two edges; a step that returns evenly over the turn has one. Of 8 levels of 3″
+    in noise of 0.5″, five were stated as a step if no second edge was sought."""
+    angle = np.arange(360.0)
+    level = np.where((angle >= 100.0) & (angle < 200.0), 3.5, 0.0)
+    assert _step(_turns(level, angle, seed, turns=3, dt_s=10.0)) is None

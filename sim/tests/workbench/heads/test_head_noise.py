@@ -21,11 +21,12 @@ from arctrue.workbench.inference.every_row import channel_figures
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.fixed import with_fixed_coefficients
 from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.scan.steps import step_scan
 from arctrue.workbench.numeric.least_squares import WhitenedRows, divided_by_constants
 from arctrue.workbench.observations import part
 from arctrue.workbench.observations.build import observations_of
 from arctrue.workbench.observations.contrasts import contrast_weights, offset_weights
-from arctrue.workbench.observations.head_noise import HeadNoise
+from arctrue.workbench.observations.head_noise import HeadNoise, samples_for_noise
 from arctrue.workbench.observations.observations import Observations
 from tests.workbench.base_diagnosis import diagnosis_of
 from tests.workbench.heads.four_heads import COUNTS, LINES, NOISE_ARCSEC, PLACES_DEG, FourHeads
@@ -329,3 +330,40 @@ def test_every_row_of_a_long_capture_gives_the_fit_of_a_short_one(
     assert figures is not None
     assert of_whole is not None
     assert figures.rms_arcsec == pytest.approx(of_whole.rms_arcsec, rel=1e-3)
+
+
+def test_many_runs_have_samples_enough_for_the_noise() -> None:
+    """With 300 runs of 400 samples, each used run has all its samples: the columns of the model, up
+    to 66, would remove most of a share of 166 samples."""
+    run = np.repeat(np.arange(300), 400)
+    kept = samples_for_noise(run)
+    assert 10_000 <= kept.size <= 50_000
+    assert set(np.unique(run[kept], return_counts=True)[1]) == {400}
+
+
+@pytest.mark.parametrize(("noisy", "head", "counts"), [(2, 1, 1), (3, 1, 2), (2, 4, 2)])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_the_instant_of_a_slip_is_that_with_the_largest_gain(
+    noisy: int, head: int, counts: int, seed: int
+) -> None:
+    """The score test of every row near the slip determines the best row. The weights of unequal
+    heads mix the offsets of the channels, which the instant's own search must take into account."""
+    made = _noisy(noisy).measured(seed)
+    assert made.capture is not None
+    changed = {
+        f"head{number}_counts": np.array(values)
+        for number, values in enumerate(made.capture.heads, 1)
+    }
+    changed[f"head{head}_counts"][800 + 60 : 1600] += counts
+    observations = _observations(replace(made, capture=replace(made.capture, **changed)))
+    rows = observations.capture
+    assert rows is not None
+    slip = built_in()["count_slip"]()
+    residuals = Residuals(fit([Term(built_in()["graduation_harmonics"](), {})], observations))
+    found = step_scan(slip, residuals)[0]
+    run = round(found.nonlinear["run"])
+    own = run // rows.channels if run >= 0 else -run - 1
+    times = np.unique(rows.time_s[rows.run // rows.channels == own])
+    near = [{"run": found.nonlinear["run"], "instant": float(one)} for one in times[48:90]]
+    best = max(residuals.score(slip, place).gain for place in near)
+    assert found.gain == pytest.approx(best, rel=1e-6)

@@ -160,8 +160,8 @@ class PolygonFaceError(Effect):
 
 
 def _sizes(rms: Parameter | None, faces: Sequence[Parameter]) -> str:
-    """Return a sentence with the RMS of the faces and the largest errors, with the angles at which
-    these faces are read.
+    """Return a sentence with the RMS of the faces and the largest errors, with the angles of these
+    faces from face 0.
 
     The rows do not determine an order of the faces that the table may have as well; the faces then
     have no uncertainty, and their sizes lack this order.
@@ -169,7 +169,7 @@ def _sizes(rms: Parameter | None, faces: Sequence[Parameter]) -> str:
     known = all(np.isfinite(item.sigma) for item in faces)
     largest = sorted(range(len(faces)), key=lambda face: -abs(faces[face].value))[:LISTED_FACES]
     words = ", ".join(
-        f"face {face} (at {360.0 * face / len(faces):.4g}°) {faces[face].value:+.3g}″"
+        f"face {face} ({360.0 * face / len(faces):.4g}° after face 0) {faces[face].value:+.3g}″"
         + (f" (u {faces[face].sigma:.2g}″)" if known else "")
         for face in largest
     )

@@ -21,6 +21,9 @@ TRIED = np.linspace(-1.0, 1.0, 9)
 """Offsets at which orders and frequencies are tried around the line's, in periods over a stretch.
 Neighbouring offsets differ by a quarter of a period: half an interval costs at most 2 % of the
 amplitude."""
+MOST_STRETCHES = 24
+"""Largest number of stretches that are compared, the longest of each speed, to limit cost: each
+adds two columns to every model that is tried."""
 CONTRADICTS = 6.0
 """Twice the log likelihood ratio above which the rows contradict the line: odds of 20 to 1, the
 same as between an effect and a product of parts."""
@@ -42,6 +45,9 @@ def is_an_order(found: LineSearch, rate: float, of_angle: Record) -> bool:
     speeds = np.array([way / length for way, length in lengths])
     if speeds.max() < ANOTHER_SPEED * speeds.min():
         return False
+    chosen = _longest_of_each_speed(speeds, lengths)
+    speeds = speeds[chosen]
+    number, lengths = [number[one] for one in chosen], [lengths[one] for one in chosen]
     others = record.columns(np.array([line.rate for line in found.lines if line.rate != rate]))
     rows = record.rows(others)
     factor = rows.factor(found.noise.noise)
@@ -51,7 +57,8 @@ def is_an_order(found: LineSearch, rate: float, of_angle: Record) -> bool:
 
     def waves(columns: Float) -> Float:
         own = (columns[:, :, np.newaxis] * mask[:, np.newaxis]).reshape(measured.size, -1)
-        return orthonormal([base, factor.whiten(own)])
+        own = factor.whiten(own)
+        return np.hstack([base, orthonormal([own - base @ (base.T @ own)])])
 
     def explained(model: Float) -> float:
         return float(np.sum((model.T @ measured) ** 2))
@@ -66,7 +73,7 @@ def is_an_order(found: LineSearch, rate: float, of_angle: Record) -> bool:
     model = max(orders, key=explained)
     if explained(model) - of_time <= CONTRADICTS:
         return False
-    line = factor.whiten(record.line_columns(rate))
+    line = factor.whiten(record.line_columns(rate) * mask.sum(axis=1)[:, np.newaxis])
     before, _ = _size(line, base, measured)
     after, information = _size(line, model, measured)
     away = after - before
@@ -77,12 +84,24 @@ def _length(record: Record, own: NDArray[np.bool_]) -> float:
     return float(np.ptp(record.place[own]))
 
 
-def _different(speeds: Float, lengths: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Return each different speed with the longest way of its stretches."""
+def _groups(speeds: Float) -> list[NDArray[np.int64]]:
+    """Return the numbers of the stretches of each different speed."""
     order = np.argsort(speeds)
     new = np.diff(speeds[order], prepend=0.0) > (ANOTHER_SPEED - 1.0) * speeds[order]
-    groups = np.split(order, np.flatnonzero(new)[1:])
-    longest = [max(group, key=lambda one: lengths[one][0]) for group in groups]
+    return np.split(order, np.flatnonzero(new)[1:])
+
+
+def _longest_of_each_speed(speeds: Float, lengths: list[tuple[float, float]]) -> list[int]:
+    """Return the numbers of the longest stretches of each different speed, in their order."""
+    groups = _groups(speeds)
+    most = max(MOST_STRETCHES // len(groups), 1)
+    longest = [sorted(group, key=lambda one: -lengths[one][0])[:most] for group in groups]
+    return sorted(int(one) for group in longest for one in group)
+
+
+def _different(speeds: Float, lengths: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Return each different speed with the longest way of its stretches."""
+    longest = [max(group, key=lambda one: lengths[one][0]) for group in _groups(speeds)]
     return [(float(speeds[one]), lengths[one][0]) for one in longest]
 
 

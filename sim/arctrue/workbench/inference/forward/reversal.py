@@ -85,7 +85,7 @@ def reversal_of(record: Record, direction: Float, steps: Float) -> Reversal | No
     sigma = float(np.sqrt(scatter * (passes - 1) / passes))
     sigma = max(sigma, _sigma_of_rows(record.residual_arcsec, own, columns, direction))
     free = passes - 1 - steps.shape[1]
-    if free < 1 or 2.0 * student_upper_p(abs(size) / sigma, free) >= MOST_P:
+    if sigma <= 0.0 or free < 1 or 2.0 * student_upper_p(abs(size) / sigma, free) >= MOST_P:
         return None
     return Reversal(size, sigma, passes)
 

@@ -103,7 +103,8 @@ def speed_levels(
     """Return the means of the runs by speed; None with fewer than ``least_speeds`` speeds, with too
     few runs, or if no speed occurs in both directions.
 
-    Runs that stand still, and runs that go there and back, are left out.
+    Runs that stand still, runs that go there and back, and runs at a speed that occurs in one
+    direction only are left out: an offset of a single run would look like an error of its speed.
     """
     if rows.speed_rad_s is None:
         return None
@@ -115,8 +116,10 @@ def speed_levels(
     new = np.diff(size[order], prepend=-1.0) > SAME_SPEED * size[order]
     level = np.empty(size.size, dtype=np.int64)
     level[order] = np.cumsum(new) - 1
-    both = np.intersect1d(level[speed > 0.0], level[speed < 0.0])
-    found = SpeedLevels(speed, means, level, moving)
-    if both.size == 0 or found.number < least_speeds or found.free < LEAST_FREE:
+    both = np.isin(level, np.intersect1d(level[speed > 0.0], level[speed < 0.0]))
+    if not both.any():
         return None
-    return found
+    moving[moving] = both
+    level = np.unique(level[both], return_inverse=True)[1]
+    found = SpeedLevels(speed[both], means[both], level, moving)
+    return found if found.number >= least_speeds and found.free >= LEAST_FREE else None

@@ -9,6 +9,7 @@ from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.design_matrix import Term, term_columns
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.scan.places import BEST_PLACES, Place, peaks, scored
+from arctrue.workbench.numeric.least_squares import times_of_runs
 
 Float = NDArray[np.float64]
 
@@ -73,6 +74,9 @@ def at_best_instant(effect: Effect, residuals: Residuals, found: list[Place]) ->
     offsets[:] = np.bincount(design.offset, later * design.ones, design.offsets)
     for number in np.unique(design.offset[rows]):
         offsets[:, number] = summed(np.where(design.offset == number, design.ones, 0.0))
+    if design.mixed is not None:
+        # The offset of a channel is in the rows of the other channels of its run too.
+        offsets = times_of_runs(design.mixed.T, offsets.T).T
     absorbed = residuals.explained_squares(np.hstack([summed(design.columns), offsets]).T)
     squares = summed(precise) ** 2
     best: set[int] = set()
