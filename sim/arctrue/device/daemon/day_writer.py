@@ -11,7 +11,6 @@ import asyncio
 import contextlib
 import json
 import os
-import re
 import signal
 import sqlite3
 import sys
@@ -22,6 +21,7 @@ from typing import Any
 
 from arctrue.device.daemon.live_day import LiveDays
 from arctrue.device.daemon.store_lock import StoreLock
+from arctrue.device.nexus_days import UnfinishedFileError, hdf5_reason
 from arctrue.device.port import ConsoleError
 
 PATIENCE_S = 10.0
@@ -169,9 +169,8 @@ def main() -> None:
 
 
 def _reason(error: Exception) -> str:
-    """Return the reason of an error; for an error of HDF5, what the system reported."""
-    if system := re.search("error message = '([^']+)'", str(error)):
-        return system[1]
+    if isinstance(error, (RuntimeError, UnfinishedFileError)):
+        return hdf5_reason(error)
     named = isinstance(error, (ConsoleError, OSError, sqlite3.Error))
     return str(error) if named else f"{type(error).__name__}: {error}"
 
