@@ -28,6 +28,7 @@ from sim.tests.device.test_nexus_days import DAYS, columns_of, opens
 from arctrue.device.connection import ask
 from arctrue.device.daemon.day_writer import DayWriter, DayWriterError
 from arctrue.device.daemon.live_day import LiveDays
+from arctrue.device.daemon.store_lock import StoreLock
 from arctrue.device.lines import TelemetryLine
 from arctrue.device.nexus_days import copy_of, day_file, turns_of_file
 from arctrue.device.recorder import Recorder, Retention, last_turn, read_turns
@@ -409,6 +410,29 @@ def test_a_stopped_daemon_leaves_closed_files_with_all_turns(
     ] == list(range(20))
 
 
+def test_a_stop_that_takes_long_says_so(replay: Replay, tmp_path: Path) -> None:
+    files = tmp_path / "files"
+    with daemon(replay.port, tmp_path / "store", "--files", str(files)) as running:
+        until((files / ".arctrue-files-lock").exists)
+        (writer,) = running.writers()
+        os.kill(writer, signal.SIGSTOP)
+        try:
+            running.process.send_signal(signal.SIGTERM)
+            running.heard(f"{files}: closing the day's file")
+        finally:
+            os.kill(writer, signal.SIGCONT)
+        assert running.process.wait(PATIENCE_S) == 0
+
+
+def test_the_owner_of_a_folder_decides_who_may_lock_it(tmp_path: Path) -> None:
+    before = os.umask(0o002)
+    try:
+        StoreLock.of_files(tmp_path, "a program", "").release()
+    finally:
+        os.umask(before)
+    assert (tmp_path / ".arctrue-files-lock").stat().st_mode & 0o777 == 0o664
+
+
 def test_a_daemon_that_nohup_started_survives_the_end_of_its_terminal(
     replay: Replay, tmp_path: Path
 ) -> None:
@@ -573,7 +597,7 @@ main()
 """
 
 
-@pytest.mark.parametrize("room_bytes", [60_000, 150_000, 300_000])
+@pytest.mark.parametrize("room_bytes", [60_000, 150_000, 250_000])
 def test_the_command_files_states_a_full_disk(tmp_path: Path, room_bytes: int) -> None:
     """No file can grow beyond the limit, as on a full disk. HDF5 then ended the command with a
     segmentation fault; an earlier file of the day stays as it is."""
@@ -584,7 +608,7 @@ def test_the_command_files_states_a_full_disk(tmp_path: Path, room_bytes: int) -
     machine.days.close()
     path = day_file(tmp_path, DAYS[0])
     before = path.read_bytes()
-    machine.add(*range(10, 2000), orders=wide)
+    machine.add(*range(10, 210), orders=wide)
     machine.recorder.close()  # SQLite would have to write its own files
     command = ["device", "files", str(machine.record), str(tmp_path)]
     done = subprocess.run(
@@ -597,7 +621,7 @@ def test_the_command_files_states_a_full_disk(tmp_path: Path, room_bytes: int) -
     said = " ".join(done.stderr.split())
     assert said == f"error: {path}: cannot be read or written: File too large"
     assert path.read_bytes() == before
-    assert list(tmp_path.glob("*arctrue-*")) == [path]
+    assert list(tmp_path.glob("*arctrue-2026*")) == [path]
 
 
 NO_LOCKS = """

@@ -43,7 +43,7 @@ RETRY_RECORD_S = 5.0
 LONGEST_PAUSE_S = 3600.0
 """Longest time in seconds between two attempts to write the daily files; it doubles after each
 failure, because attempts on a full disk take space from the record."""
-SLOW_S = 3.0
+SLOW_S = 2.0
 """Time in seconds after which a daemon that ends states that it still closes the day's file."""
 _CAPTURE_ERRORS = (ConsoleError, OSError, MeasurementError, ValueError)
 
