@@ -129,8 +129,8 @@ def run(
     programs.
 
     While this program runs, the other commands for a device use PORT through it. It reopens a lost
-    port as soon as the port is present again. Exit code 2: the port is in use, or the record cannot
-    be opened.
+    port as soon as the port is present again. Exit code 2: the port or the store is in use, or the
+    record cannot be opened.
     """
     if sys.platform == "win32":
         tell_error("arctrue device run needs the serial ports of Linux or macOS")
@@ -224,9 +224,10 @@ def files(record: Path, folder: Path) -> None:
     Files that already have all turns of their day are not written again. Exit code 2: RECORD cannot
     be read, FOLDER not written, or a daemon writes its files to FOLDER.
     """
-    from arctrue.device.nexus_days import write_missing_days
+    from arctrue.device.nexus_days import UnfinishedFileError, recorded_days, write_missing_days
 
     try:
+        recorded_days(record)  # FOLDER is made only for a record
         with _only_writer(folder):
             for path in write_missing_days(record, folder):
                 say(str(path))
@@ -239,6 +240,11 @@ def files(record: Path, folder: Path) -> None:
         else:
             tell_error(f"{record}: cannot be read: {error}")
         sys.exit(NO_DEVICE)
+    except UnfinishedFileError as error:
+        tell_error(sentence(error))
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(NO_DEVICE)  # HDF5 cannot close the file
     except (ConsoleError, OSError) as error:
         tell_error(sentence(error))
         sys.exit(NO_DEVICE)

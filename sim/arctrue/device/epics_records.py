@@ -137,7 +137,8 @@ class Records:
             self._show_edge()
             await keep_zero(float(value))
 
-        # Blocking: a client's write is complete only when the daemon has kept the zero.
+        # Blocking: a client's write is complete only when the daemon has kept the zero, or when no
+        # daemon has answered.
         self._zero = builder.aOut(
             f"{prefix}{ZERO}",
             EGU="deg",

@@ -4,6 +4,7 @@ gets the values from the device's daemon."""
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import ctypes
 import os
 import socket
@@ -115,9 +116,11 @@ def _send_zero(
     """Send the daemon the zero that waits in ``unsent``, which keeps it if no daemon answers;
     return an empty text."""
     if daemon is not None and unsent:
+        zero_deg = unsent[0]
         try:
-            ask(daemon, "zero", degrees=unsent[0])
-            unsent.clear()
+            ask(daemon, "zero", degrees=zero_deg)
+            with contextlib.suppress(ValueError):  # another thread has replaced the value
+                unsent.remove(zero_deg)
         except ConsoleError as error:
             report(str(error))
     return ""

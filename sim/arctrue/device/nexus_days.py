@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import re
 import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -156,13 +157,34 @@ def write_day(record: Path, day: date, path: Path) -> None:
 def write_whole_day(
     record: sqlite3.Connection, day: date, path: Path, earlier: Sequence[Path]
 ) -> None:
-    """Write a day's turns to ``path``, after those turns of earlier files that the record lacks."""
-    with contextlib.ExitStack() as stack:
-        files = [stack.enter_context(_opened(file)) for file in earlier]
-        unfinished = stack.enter_context(whole_file(path))
-        file = _new_file(unfinished)
-        _fill(file, record, day, [one for one in files if one is not None])
-        file.close()
+    """Write a day's turns to ``path``, after those turns of earlier files that the record lacks.
+
+    Raises UnfinishedFileError, sqlite3.Error.
+    """
+    try:
+        with contextlib.ExitStack() as stack:
+            files = [stack.enter_context(_opened(file)) for file in earlier]
+            unfinished = stack.enter_context(whole_file(path))
+            file = _new_file(unfinished)
+            _fill(file, record, day, [one for one in files if one is not None])
+            file.close()
+    except (OSError, RuntimeError) as error:
+        raise UnfinishedFileError(None, hdf5_reason(error), str(path)) from error
+
+
+class UnfinishedFileError(OSError):
+    """Raised if a day's file could not be written; ``strerror`` contains the reason.
+
+    While the error exists, HDF5 does not close the file. A program ends with os._exit, because the
+    attempt to close it can end in a segmentation fault.
+    """
+
+
+def hdf5_reason(error: Exception) -> str:
+    """Return the reason of an error; for an error of HDF5, what the system reported."""
+    if system := re.search("error message = '([^']+)'", str(error)):
+        return system[1]
+    return (error.strerror if isinstance(error, OSError) else None) or str(error)
 
 
 def open_day(record: sqlite3.Connection, day: date, path: Path) -> tuple[Any, Layout]:

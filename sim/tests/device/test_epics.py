@@ -27,6 +27,8 @@ from sim.tests.device.daemon_process import (
 )
 from sim.tests.device.epics_process import PREFIX, free_ports, pvs
 
+from arctrue.device import epics_server
+from arctrue.device.announcement import Announcement
 from arctrue.device.connection import Watch, ask
 
 client = pytest.importorskip("caproto.sync.client", reason="softioc has x86-64 wheels only")
@@ -192,14 +194,31 @@ def test_the_zero_of_a_motor_record_outlives_both_programs(
     daemons still have it; the record states when it was written."""
     with daemon(replay.port, tmp_path), pvs(replay.port, "--allow-control"):
         shows("Connected", lambda found: found.data[0] == 1)
-        client.write(f"{PREFIX}Zero", -12.5, notify=True, timeout=20.0, repeater=False)
-        assert ask(announcement(replay.port), "status")["zero_deg"] == -12.5
+        client.write(f"{PREFIX}Zero", -123.4567891, notify=True, timeout=20.0, repeater=False)
+        assert ask(announcement(replay.port), "status")["zero_deg"] == -123.4567891
     with daemon(replay.port, tmp_path), pvs(replay.port):
         shows("Connected", lambda found: found.data[0] == 1)
-        assert read("Zero").data[0] == -12.5
+        assert read("Zero").data[0] == -123.4567891
     with sqlite3.connect(tmp_path / "telemetry.sqlite") as database:
         rows = database.execute("SELECT text FROM event WHERE kind = 'zero'").fetchall()
-    assert rows == [("the zero was set: the index is at -12.5°",)]
+    assert rows == [("the zero was set: the index is at -123.4567891°",)]
+
+
+def test_a_zero_that_is_written_while_the_former_one_is_sent_is_not_lost(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    unsent, sent = [1.0], []
+
+    def ask_slowly(_daemon: object, _request: str, *, degrees: float) -> None:
+        sent.append(degrees)
+        if degrees == 1.0:
+            unsent[:] = [2.0]
+
+    monkeypatch.setattr(epics_server, "ask", ask_slowly)
+    daemon = Announcement("/dev/none", "127.0.0.1", 1, "", 1)
+    for _ in range(3):
+        epics_server._send_zero(daemon, unsent, print)
+    assert (sent, unsent) == ([1.0, 2.0], [])
 
 
 def test_the_latest_events_are_waveforms(tmp_path: Path, ports: dict[str, str]) -> None:

@@ -282,8 +282,9 @@ def test_a_record_of_an_earlier_version_becomes_day_files(tmp_path: Path) -> Non
 def test_a_file_that_is_no_record_is_refused_with_what_to_give(tmp_path: Path) -> None:
     for name, content in (("empty.sqlite", b""), ("text.sqlite", b"turn,angle\n" * 100)):
         (tmp_path / name).write_bytes(content)
-        done = arctrue("device", "files", tmp_path / name, tmp_path)
+        done = arctrue("device", "files", tmp_path / name, tmp_path / "files")
         assert done.exit_code == 2
+        assert not (tmp_path / "files").exists()
         assert f"{name}: is no record of arctrue device run" in done.output
         assert "telemetry.sqlite" in done.output
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import os
 import shutil
@@ -25,7 +26,9 @@ from sim.tests.device.daemon_process import PATIENCE_S, Replay, announcement, da
 from sim.tests.device.test_nexus_days import DAYS, columns_of, opens
 
 from arctrue.device.connection import ask
+from arctrue.device.daemon.day_writer import DayWriter, DayWriterError
 from arctrue.device.daemon.live_day import LiveDays
+from arctrue.device.daemon.store_lock import StoreLock
 from arctrue.device.lines import TelemetryLine
 from arctrue.device.nexus_days import copy_of, day_file, turns_of_file
 from arctrue.device.recorder import Recorder, Retention, last_turn, read_turns
@@ -123,13 +126,15 @@ def test_a_reader_never_finds_half_a_turn(tmp_path: Path) -> None:
 
         with ThreadPoolExecutor(1) as pool:
             reading = pool.submit(read)
-            for number in range(1, 121):
-                machine.add(number, temperature_c=float(number))
-                if number % 3 == 0:
-                    machine.days.update()
-            machine.days.update()
-            until(lambda: reading.done() or 121 in seen)
-            stopped.set()
+            try:
+                for number in range(1, 121):
+                    machine.add(number, temperature_c=float(number))
+                    if number % 3 == 0:
+                        machine.days.update()
+                machine.days.update()
+                until(lambda: reading.done() or 121 in seen)
+            finally:
+                stopped.set()  # the pool waits for the reader
             reading.result()
     assert len(set(seen)) > 5  # the reader saw states in between
     machine.days.close()
@@ -374,8 +379,16 @@ def test_turns_that_the_record_has_deleted_survive_a_killed_writer(tmp_path: Pat
     assert not copy_of(path).exists()
 
 
+@pytest.mark.parametrize(
+    "stopping",
+    [
+        signal.SIGTERM,
+        signal.SIGHUP,
+        pytest.param(signal.SIGINT, marks=pytest.mark.large),
+    ],
+)
 def test_a_stopped_daemon_leaves_closed_files_with_all_turns(
-    replay: Replay, tmp_path: Path
+    replay: Replay, tmp_path: Path, stopping: signal.Signals
 ) -> None:
     store, files = tmp_path / "store", tmp_path / "files"
     with daemon(replay.port, store, "--files", str(files), "--files-every", "60") as running:
@@ -384,13 +397,103 @@ def test_a_stopped_daemon_leaves_closed_files_with_all_turns(
         for number in range(20):
             replay.turn(number)
         until(lambda: ask(announcement(replay.port), "status")["turns"] == 20)
+        # The terminal's Ctrl-C cannot reach the writer, whenever it comes.
+        (writer,) = running.writers()
+        assert os.getsid(writer) == writer
         # systemd sends the signal to the writer too.
-        for process in (*running.writers(), running.process.pid):
-            os.kill(process, signal.SIGTERM)
+        for number in (signal.SIGQUIT, stopping):
+            os.kill(writer, number)
+        running.process.send_signal(stopping)
         assert running.process.wait(PATIENCE_S) == 0
     assert [
         n for path in sorted(files.glob("*.nxs")) for n in columns_of(path)["entry/turns/turn"]
     ] == list(range(20))
+
+
+def test_a_stop_that_takes_long_says_so(replay: Replay, tmp_path: Path) -> None:
+    files = tmp_path / "files"
+    with daemon(replay.port, tmp_path / "store", "--files", str(files)) as running:
+        until((files / ".arctrue-files-lock").exists)
+        (writer,) = running.writers()
+        os.kill(writer, signal.SIGSTOP)
+        try:
+            running.process.send_signal(signal.SIGTERM)
+            running.heard(f"{files}: closing the day's file")
+        finally:
+            os.kill(writer, signal.SIGCONT)
+        assert running.process.wait(PATIENCE_S) == 0
+
+
+def test_the_owner_of_a_folder_decides_who_may_lock_it(tmp_path: Path) -> None:
+    before = os.umask(0o002)
+    try:
+        StoreLock.of_files(tmp_path, "a program", "").release()
+    finally:
+        os.umask(before)
+    assert (tmp_path / ".arctrue-files-lock").stat().st_mode & 0o777 == 0o664
+
+
+def test_a_daemon_that_nohup_started_survives_the_end_of_its_terminal(
+    replay: Replay, tmp_path: Path
+) -> None:
+    before = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN)\n"
+    with daemon(replay.port, tmp_path / "store", before=before) as running:
+        running.process.send_signal(signal.SIGHUP)
+        replay.turn(0)
+        until(lambda: ask(announcement(replay.port), "status")["turns"] == 1)
+
+
+@pytest.mark.parametrize(
+    ("program", "reason"),
+    [
+        (None, "the writer cannot be started: .*No such file"),
+        ("read line; echo warning; read line", "the writer's answer is not JSON: warning"),
+        ("read line; echo 5; read line", "the writer's answer is not JSON: 5"),
+        ("read line; kill -KILL $$", "the writer was killed by signal 9"),
+        ("read line; exit 3", "the writer ended with exit code 3"),
+    ],
+)
+def test_every_failure_of_the_writer_is_an_error_after_which_another_one_starts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, program: str | None, reason: str
+) -> None:
+    """``program`` is a shell program in place of Python; without one, Python is missing."""
+    machine = Machine(tmp_path)
+    machine.add(1)
+    python, other = sys.executable, tmp_path / "python"
+    if program is not None:
+        other.write_text(f"#!/bin/sh\n{program}\n")
+        other.chmod(0o755)
+
+    async def write() -> None:
+        writer = DayWriter(machine.record, tmp_path)
+        monkeypatch.setattr(sys, "executable", str(other))
+        with pytest.raises(DayWriterError, match=reason):
+            await writer.update(exceeded=False)
+        await writer.close()
+        monkeypatch.setattr(sys, "executable", python)
+        assert await writer.update(exceeded=False) == ([str(day_file(tmp_path, DAYS[0]))], 1)
+        await writer.close()
+
+    asyncio.run(write())
+    assert machine.turns(0) == [1]
+
+
+def test_a_last_answer_that_is_not_json_is_an_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    other = tmp_path / "python"
+    answer = json.dumps({"written": [], "deletable": 0})
+    other.write_text(f"#!/bin/sh\nread line; echo '{answer}'; read line; echo warning; exit 1\n")
+    other.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(other))
+
+    async def write() -> None:
+        writer = DayWriter(tmp_path / "telemetry.sqlite", tmp_path)
+        await writer.update(exceeded=False)
+        with pytest.raises(DayWriterError, match="the writer's answer is not JSON: warning"):
+            await writer.close()
+
+    asyncio.run(write())
 
 
 def test_after_a_kill_of_the_daemon_its_writer_closes_the_file(
@@ -484,6 +587,41 @@ def test_a_full_disk_stops_neither_the_record_nor_later_files(
     assert [
         n for path in sorted(files.glob("*.nxs")) for n in columns_of(path)["entry/turns/turn"]
     ] == list(range(number + 1))
+
+
+FULL = """
+import resource, signal, sys
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv.pop(1)), resource.RLIM_INFINITY))
+from arctrue.cli import main
+main()
+"""
+
+
+@pytest.mark.parametrize("room_bytes", [60_000, 150_000, 250_000])
+def test_the_command_files_states_a_full_disk(tmp_path: Path, room_bytes: int) -> None:
+    """No file can grow beyond the limit, as on a full disk. HDF5 then ended the command with a
+    segmentation fault; an earlier file of the day stays as it is."""
+    machine = Machine(tmp_path)
+    wide = tuple(range(1, 41))
+    machine.add(*range(10), orders=wide)
+    machine.days.update()
+    machine.days.close()
+    path = day_file(tmp_path, DAYS[0])
+    before = path.read_bytes()
+    machine.add(*range(10, 210), orders=wide)
+    machine.recorder.close()  # SQLite would have to write its own files
+    command = ["device", "files", str(machine.record), str(tmp_path)]
+    done = subprocess.run(
+        [sys.executable, "-c", FULL, str(room_bytes), *command],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2, done.stderr
+    said = " ".join(done.stderr.split())
+    assert said == f"error: {path}: cannot be read or written: File too large"
+    assert path.read_bytes() == before
+    assert list(tmp_path.glob("*arctrue-2026*")) == [path]
 
 
 NO_LOCKS = """

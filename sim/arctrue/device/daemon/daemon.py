@@ -43,6 +43,8 @@ RETRY_RECORD_S = 5.0
 LONGEST_PAUSE_S = 3600.0
 """Longest time in seconds between two attempts to write the daily files; it doubles after each
 failure, because attempts on a full disk take space from the record."""
+SLOW_S = 2.0
+"""Time in seconds after which a daemon that ends states that it still closes the day's file."""
 _CAPTURE_ERRORS = (ConsoleError, OSError, MeasurementError, ValueError)
 
 
@@ -84,8 +86,10 @@ class Daemon:
         self._self: Announcement | None = None
 
     async def run(self) -> None:
-        """Serve clients until SIGINT or SIGTERM. Raises ConsoleError or OSError if the daemon
-        cannot start."""
+        """Serve clients until SIGINT, SIGTERM or SIGHUP.
+
+        Raises ConsoleError or OSError if the daemon cannot start.
+        """
         self._link.open()
         host, tcp_port = await self._server.start()
         settings = self._settings
@@ -97,7 +101,10 @@ class Daemon:
         for work in (*tasks, self._write_files(), self._watch_probe()):
             self._start(work)
         ended = asyncio.Event()
-        for number in (signal.SIGINT, signal.SIGTERM):
+        ending = [signal.SIGINT, signal.SIGTERM]
+        if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:  # nohup makes its program ignore it
+            ending.append(signal.SIGHUP)
+        for number in ending:
             asyncio.get_running_loop().add_signal_handler(number, ended.set)
         try:
             await ended.wait()
@@ -284,11 +291,16 @@ class Daemon:
             self._record_failed(error)
 
     async def _close_files(self) -> None:
-        if self._files is not None:
-            try:
-                await self._files.close()
-            except DayWriterError as error:
-                self._happened("files", f"{self._settings.files}: no file was written: {error}")
+        if self._files is None:
+            return
+        text = f"{self._settings.files}: closing the day's file"
+        slow = asyncio.get_running_loop().call_later(SLOW_S, self._report, text)
+        try:
+            await self._files.close()
+        except DayWriterError as error:
+            self._happened("files", f"{self._settings.files}: no file was written: {error}")
+        finally:
+            slow.cancel()
 
     def _life(self, alarms: Any) -> dict[str, Any]:
         """Replace the alarms that ``arctrue life`` sent earlier by ``alarms``; return the answer to
@@ -315,7 +327,7 @@ class Daemon:
             return {"error": f"the zero is not accepted: {error}"}
         if zero_deg != self.state.zero_deg:
             self.state.zero_deg = zero_deg
-            self._happened("zero", f"the zero was set: the index is at {zero_deg:g}°")
+            self._happened("zero", f"the zero was set: the index is at {zero_deg:.10g}°")
         return {"zero_deg": zero_deg}
 
     def _capture_for_alarm(self) -> None:

@@ -11,7 +11,6 @@ import asyncio
 import contextlib
 import json
 import os
-import re
 import signal
 import sqlite3
 import sys
@@ -22,6 +21,7 @@ from typing import Any
 
 from arctrue.device.daemon.live_day import LiveDays
 from arctrue.device.daemon.store_lock import StoreLock
+from arctrue.device.nexus_days import UnfinishedFileError, hdf5_reason
 from arctrue.device.port import ConsoleError
 
 PATIENCE_S = 10.0
@@ -55,28 +55,38 @@ class DayWriter:
 
     async def _update(self, exceeded: bool) -> tuple[list[str], int]:
         if self._process is None:
-            command = (sys.executable, "-m", "arctrue.device.daemon.day_writer")
-            self._process = await asyncio.create_subprocess_exec(
-                *command,
-                str(self._record),
-                str(self._folder),
-                stdin=PIPE,
-                stdout=PIPE,
-                limit=_LONGEST_ANSWER,
-            )
+            self._process = await self._started()
         process = self._process
         assert process.stdin is not None
         assert process.stdout is not None
         with contextlib.suppress(ConnectionError):
             process.stdin.write(json.dumps({"exceeded": exceeded}).encode() + b"\n")
             await process.stdin.drain()
-        line = await process.stdout.readline()
-        answer = json.loads(line) if line.endswith(b"\n") else {}
+        try:
+            answer = _answer_in(await process.stdout.readline())
+        except ValueError as error:
+            self._process = None
+            await _kill(process)
+            raise DayWriterError(f"the writer's answer is not JSON: {error}") from error
         if "written" not in answer:
             self._process = None
-            ended = await process.wait()
-            raise DayWriterError(answer.get("error", f"the writer ended ({ended})"))
+            raise DayWriterError(answer.get("error") or _end_of(await process.wait()))
         return answer["written"], answer["deletable"]
+
+    async def _started(self) -> Process:
+        command = (sys.executable, "-m", "arctrue.device.daemon.day_writer")
+        try:
+            return await asyncio.create_subprocess_exec(
+                *command,
+                str(self._record),
+                str(self._folder),
+                stdin=PIPE,
+                stdout=PIPE,
+                limit=_LONGEST_ANSWER,
+                start_new_session=True,  # the terminal's Ctrl-C would end a writer that starts
+            )
+        except OSError as error:
+            raise DayWriterError(f"the writer cannot be started: {error}") from error
 
     async def close(self) -> None:
         """Append the last turns and close the files. Raises DayWriterError."""
@@ -95,17 +105,51 @@ class DayWriter:
                 lines = (await process.stdout.read()).splitlines()
                 ended = await process.wait()
         except TimeoutError:
-            process.kill()
+            await _kill(process)
             raise DayWriterError(f"the writer was ended after {END_S:.0f} s") from None
         if ended:
-            error = json.loads(lines[-1]).get("error") if lines else None
-            raise DayWriterError(error or f"the writer ended ({ended})")
+            raise DayWriterError(_last_error(lines) or _end_of(ended))
+
+
+def _answer_in(line: bytes) -> dict[str, Any]:
+    """Return an answer; an empty one for a line that ends with the writer. Raises ValueError."""
+    if not line.endswith(b"\n"):
+        return {}
+    try:
+        answer = json.loads(line)
+    except ValueError:
+        answer = None
+    if not isinstance(answer, dict) or answer.keys().isdisjoint(("written", "error")):
+        raise ValueError(line.decode("utf-8", "replace").strip())
+    return answer
+
+
+def _last_error(lines: list[bytes]) -> str:
+    try:
+        return str(_answer_in(lines[-1] + b"\n").get("error", "")) if lines else ""
+    except ValueError as error:
+        return f"the writer's answer is not JSON: {error}"
+
+
+def _end_of(code: int) -> str:
+    if code < 0:
+        return f"the writer was killed by signal {-code}"
+    return f"the writer ended with exit code {code}"
+
+
+async def _kill(process: Process) -> None:
+    """Kill the writer and wait for its end, after which its lock is free."""
+    with contextlib.suppress(ProcessLookupError):
+        process.kill()
+    with contextlib.suppress(TimeoutError):
+        async with asyncio.timeout(PATIENCE_S):
+            await process.wait()
 
 
 def main() -> None:
     """Answer every line of the standard input with a line of JSON; at its end, close the files."""
-    # Ctrl-C and systemd signal all processes; the daemon decides when its writer ends.
-    for number in (signal.SIGINT, signal.SIGTERM):
+    # systemd and a closed terminal signal all processes; the daemon decides when its writer ends.
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
         signal.signal(number, signal.SIG_IGN)
     record, folder = map(Path, sys.argv[1:])
     try:
@@ -125,9 +169,8 @@ def main() -> None:
 
 
 def _reason(error: Exception) -> str:
-    """Return the reason of an error; for an error of HDF5, what the system reported."""
-    if system := re.search("error message = '([^']+)'", str(error)):
-        return system[1]
+    if isinstance(error, (RuntimeError, UnfinishedFileError)):
+        return hdf5_reason(error)
     named = isinstance(error, (ConsoleError, OSError, sqlite3.Error))
     return str(error) if named else f"{type(error).__name__}: {error}"
 

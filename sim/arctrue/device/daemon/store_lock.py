@@ -7,6 +7,7 @@ import fcntl
 import os
 from pathlib import Path
 
+from arctrue.base.whole_file import ORDINARY_MODE
 from arctrue.device.port import ConsoleError
 
 _MOST_BYTES = 4096
@@ -29,7 +30,7 @@ class StoreLock:
 
         Raises ConsoleError, which names the other program that has the folder, or OSError.
         """
-        self._file = os.open(folder / name, os.O_RDWR | os.O_CREAT, 0o600)
+        self._file = os.open(folder / name, os.O_RDWR | os.O_CREAT, ORDINARY_MODE)
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:
