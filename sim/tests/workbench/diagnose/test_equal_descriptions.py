@@ -28,7 +28,7 @@ def _joint(loads_nm: list[float], seed: int) -> MeasurementSet:
         angle,
         error,
         run=run,
-        time_s=120.0 * run + np.tile(np.linspace(0.0, 12.0, rows), len(loads_nm)),
+        time_s=120.0 * run + np.tile(np.linspace(0.0, 60.0, rows), len(loads_nm)),
         direction=direction,
         conditions={"load_nm": load + random.normal(0.0, 0.05, run.size)},
     )

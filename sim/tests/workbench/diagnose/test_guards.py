@@ -16,7 +16,7 @@ from scipy.stats import chi2, f_oneway
 from sim.tests.workbench.small_sets import measurement_set, paper_error
 
 from arctrue.measurement import MeasurementSet, Reference, Table
-from arctrue.workbench.diagnose import classes, rules
+from arctrue.workbench.diagnose import classes
 from arctrue.workbench.diagnose import evidence as weighing
 from arctrue.workbench.diagnose.diagnosis import diagnose
 from arctrue.workbench.diagnose.every_pass import at_other_speeds, on_every_pass
@@ -29,6 +29,9 @@ from arctrue.workbench.diagnose.parts_scan import (
     condition_shares,
     level_share,
 )
+from arctrue.workbench.diagnose.rules import of_a_class
+from arctrue.workbench.diagnose.rules.instead_of_an_effect import described_by_parts
+from arctrue.workbench.diagnose.rules.without_an_effect import left_undescribed
 from arctrue.workbench.diagnose.survey import FitOfChannel, Survey
 from arctrue.workbench.effects.part_conditions import ALWAYS, TEMPERATURE
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
@@ -449,12 +452,12 @@ def _left(p_value: float, residual: float, noise: float, matters: float = 0.0) -
 
 
 def test_a_sure_lack_of_fit_is_unknown_only_where_it_is_large() -> None:
-    assert rules.left_undescribed(_left(1e-6, 0.30, 0.20)) is not None
+    assert left_undescribed(_left(1e-6, 0.30, 0.20)) is not None
     # The excess √(0.201² − 0.2²) is a tenth of the noise. Where 1″ matters, an excess of 0.3″ does
     # not count either.
-    assert rules.left_undescribed(_left(1e-6, 0.201, 0.20)) is None
-    assert rules.left_undescribed(_left(1e-6, 0.36, 0.20, matters=1.0)) is None
-    assert rules.left_undescribed(_left(1e-3, 0.30, 0.20)) is None
+    assert left_undescribed(_left(1e-6, 0.201, 0.20)) is None
+    assert left_undescribed(_left(1e-6, 0.36, 0.20, matters=1.0)) is None
+    assert left_undescribed(_left(1e-3, 0.30, 0.20)) is None
 
 
 def test_a_product_of_parts_needs_odds_of_150_to_1_over_a_name() -> None:
@@ -464,11 +467,11 @@ def test_a_product_of_parts_needs_odds_of_150_to_1_over_a_name() -> None:
     )
     for ahead, is_unknown in ((11.0, True), (9.0, False)):
         case: Any = SimpleNamespace(product=product, ahead=ahead, depth=2)
-        assert (rules.described_by_parts(case) is not None) is is_unknown
+        assert (described_by_parts(case) is not None) is is_unknown
 
 
 def test_a_near_tie_with_a_product_of_parts_is_no_name(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(rules, "_of_class", lambda case, verdict, **is_named: verdict)
+    monkeypatch.setattr(of_a_class, "_of_class", lambda case, verdict, **is_named: verdict)
     best = SimpleNamespace(lacking_variety=[])
     similar = SimpleNamespace(larger=[])
     for ahead, verdict in ((-5.0, "ambiguous"), (-7.0, None)):
@@ -481,7 +484,7 @@ def test_a_near_tie_with_a_product_of_parts_is_no_name(monkeypatch: pytest.Monke
             others={},
             confounded_effect=None,
         )
-        assert rules.cannot_be_split(case) == verdict
+        assert of_a_class.cannot_be_split(case) == verdict
 
 
 def test_what_moves_the_prediction_by_less_than_what_matters_is_negligible() -> None:
