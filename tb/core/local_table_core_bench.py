@@ -26,8 +26,8 @@ from tb.core.arctrue_core_bench import CLOCKS_PER_COUNT, FOLD, LANES, Machine, p
 COUNTS = table.COUNTS_PER_REV
 HEIGHT = 9.0
 """Height of the largest scratch in counts; each window has one scratch."""
-SIGNED = ("healed", "correction", "corrected_position")
-NAMES = ("angle_in", *SIGNED)
+SIGNED = ("position", "correction", "corrected_position")
+NAMES = ("angle", *SIGNED)
 LATENCY = PIPELINE_LATENCY + FOLD - 1
 
 
@@ -56,12 +56,13 @@ async def turn_and_compare(machine: Machine, dut: Any, loaded: LocalTable | None
     with ``loaded``."""
     seen: list[list[int]] = []
     turning = cocotb.start_soon(machine.turn(machine.now + turns(1.5)))
+    pipeline = dut.unit.compensation
     while not turning.done():
         await FallingEdge(dut.clock)
         seen.append(
             [
                 value.to_signed() if name in SIGNED else value.to_unsigned()
-                for name, value in ((name, getattr(dut.unit, name).value) for name in NAMES)
+                for name, value in ((name, getattr(pipeline, name).value) for name in NAMES)
             ]
         )
     rows = np.array(seen, dtype=np.int64)[:-LATENCY]

@@ -73,16 +73,16 @@ def bank() -> Coefficients:
 class Log:
     """Records inputs and outputs of the pipeline and of the sweep in each clock."""
 
-    INPUTS = ("angle_in", "healed", "sweep_step")
-    SIGNED = ("healed", "correction", "corrected_position", "direction", "speed", "word_a")
-    NAMES = ("angle_in", "sweep_step", *SIGNED)
+    INPUTS = ("angle", "position", "sweep_step")
+    SIGNED = ("position", "correction", "corrected_position", "direction", "speed", "word_a")
+    NAMES = ("angle", "sweep_step", *SIGNED)
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut
         self.rows: list[list[int]] = []
 
     async def run(self) -> None:
-        unit = self.dut.unit
+        unit = self.dut.unit.compensation
         signals = [(getattr(unit, name), name in self.SIGNED) for name in self.NAMES]
         while True:
             await FallingEdge(self.dut.clock)
@@ -155,7 +155,7 @@ async def every_clock_is_the_models(dut: Any) -> None:
     amplitudes = amplitudes_read(seen, loaded)
     # The amplitudes are known only after a whole sweep.
     clock = np.arange(2 * AMPLITUDE_SWEEP_CLOCKS, seen["sweep_step"].size - PIPELINE_LATENCY)
-    angles, positions = seen["angle_in"][clock], seen["healed"][clock]
+    angles, positions = seen["angle"][clock], seen["position"][clock]
     phases = phase_unit(angles, loaded.phase_steps, loaded.phase_offsets)
     products = harmonic_unit(phases, amplitudes[clock + READ_CLOCKS], rotation=ROTATION)
     sums = add_pairs(products, 0)
@@ -184,6 +184,6 @@ async def every_clock_is_the_models(dut: Any) -> None:
     assert abs(speed * NOMINAL * CLOCKS_PER_COUNT - 1.0) < 0.02, speed
     # Up to a constant, the core's position equals the reading at the pins of head 1 a few clocks
     # earlier.
-    reading = np.array(machine.reading[-seen["healed"].size :])[:, 0]
-    apart = [seen["healed"][20:] - reading[20 - lag : reading.size - lag] for lag in range(20)]
+    reading = np.array(machine.reading[-seen["position"].size :])[:, 0]
+    apart = [seen["position"][20:] - reading[20 - lag : reading.size - lag] for lag in range(20)]
     assert sum(np.ptp(way) == 0 for way in apart) == 1, "the position is not that of the pins"

@@ -27,8 +27,8 @@ CLOCKS_PER_COUNT = 2.5
 TURN = 1 << PHASE_STEP_WIDTH
 ORDERS = (0.5, 2.4, 3.0, 0.398)
 AMPLITUDES = (5.0, 4.0, 6.0, 3.0)
-SIGNED = ("healed", "correction", "corrected_position", "turn")
-NAMES = ("angle_in", *SIGNED)
+SIGNED = ("position", "correction", "corrected_position", "turn")
+NAMES = ("angle", *SIGNED)
 LATENCY = PIPELINE_LATENCY + FOLD - 1
 
 
@@ -52,12 +52,13 @@ async def record(machine: Machine, dut: Any, angle: NDArray[np.float64]) -> NDAr
     """Turn the table by ``angle``; return the signals NAMES in every clock, (clocks, names)."""
     seen: list[list[int]] = []
     turning = cocotb.start_soon(machine.turn(angle))
+    pipeline = dut.unit.compensation
     while not turning.done():
         await FallingEdge(dut.clock)
         seen.append(
             [
                 value.to_signed() if name in SIGNED else value.to_unsigned()
-                for name, value in ((name, getattr(dut.unit, name).value) for name in NAMES)
+                for name, value in ((name, getattr(pipeline, name).value) for name in NAMES)
             ]
         )
     return np.array(seen, dtype=np.int64)
