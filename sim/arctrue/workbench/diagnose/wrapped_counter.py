@@ -1,8 +1,7 @@
-"""Finds a head whose counter starts anew at fewer counts than a turn, or at a number that is no
-whole turn.
+"""Finds a head whose counter starts anew within a turn, or after a number of counts that is no
+whole number of turns.
 
-Such a counter falls by the same number of counts each time it has gone through that number. Slips
-have other sizes, and the counts go on after them.
+Such a counter falls by the same number of counts each time. The steps of slips differ in size.
 """
 
 from __future__ import annotations

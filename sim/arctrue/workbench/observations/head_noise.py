@@ -62,8 +62,8 @@ STATED_RATIO = 1.5
 """Smallest ratio of the noise of two heads that a report states: with one head 1.5 times as noisy
 as two others, their mean has 7 % more noise than with the best weights."""
 SMALLEST_SHARE = 1e-4
-"""Smallest variance of a head, as a share of the largest: a head that is a hundred times as quiet
-as another cannot be measured beside it."""
+"""Smallest variance of a head, as a share of the largest: a head that is a hundred times as noisy
+hides the noise of a quieter head."""
 ROUNDS = 20
 """Number of scoring steps to the heads' variances; each step is linear least squares."""
 
