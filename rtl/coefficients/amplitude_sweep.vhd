@@ -10,10 +10,10 @@
 --
 -- **Sweep.** A sweep lasts AMPLITUDE_SWEEP_CLOCKS clocks, in which `sweep_step` counts from 0 to
 -- AMPLITUDE_SWEEP_CLOCKS - 1; sweeps follow one another without a pause. Steps 0 to 63 process the lanes of bank 0,
--- steps 64 to 127 the lanes of bank 1; steps of lanes that are not built write nothing. The last step latches the
--- modulators for the whole next sweep. Each bank has its own speed, because its nominal speed may differ: `speed` for
--- the active bank, `idle_speed` for the idle bank. SQUARE_STEP latches both, and then the entity multiplies each by
--- itself, which gives the modulator `speed_squared`.
+-- steps 64 to 127 the lanes of bank 1; steps of lanes that are not built write nothing. In the last step the entity
+-- latches the modulators for the whole next sweep. Each bank has its own speed, because its nominal speed may differ:
+-- `speed` for the active bank, `idle_speed` for the idle bank. In SQUARE_STEP the entity latches both and then squares
+-- each, which gives the modulator `speed_squared`.
 --
 -- **Swap.** `swept` is high from the end of the first whole sweep after the last write of a nominal word until the next
 -- write; during this time the effective amplitudes of the idle bank are complete. After a write it is high again within
@@ -122,8 +122,8 @@ begin
     variable held_square    : of_banks  := (others => (others => '0'));
     variable held_a         : modulator := (others => '0');
     variable held_b         : modulator := (others => '0');
-    -- Speeds for the next sweep. They belong to a bank and not to a role, so that a swap during the sweep leaves each
-    -- bank its speed.
+    -- Speeds for the next sweep. They are stored by number of the bank, so that each bank keeps its speed if a swap
+    -- comes during the sweep.
     variable next_speed     : of_banks  := (others => (others => '0'));
     variable next_square    : of_banks  := (others => (others => '0'));
 

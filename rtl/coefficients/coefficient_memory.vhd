@@ -236,8 +236,8 @@ begin
       if swap_now = '1' then
         active <= not active;
       end if;
-      -- Phase offsets and amplitudes copy the bank of the phase steps, so that after a swap all three use the same
-      -- bank.
+      -- Phase offsets and amplitudes take the bank number of the phase steps, so that after a swap all three use the
+      -- same bank.
       if swapped(PHASE_OFFSET_DELAY - 1) = '1' then
         phase_bank <= step_bank;
       end if;

@@ -11,9 +11,9 @@
 -- **Velocity.** The decay of r begins and ends with velocity 0 (ramp_velocity): every 256 clocks the velocity of r
 -- changes by at most 256 clocks · `ramp_acceleration`; its magnitude is at most `ramp_rate`. A marker changes r but not
 -- the velocity of r, so the velocity of the total steps only by the change of the velocity of ε. After a marker the
--- total keeps its value for three clocks, and r for two further clocks. r is latched in the second of the three clocks,
--- so at their end the total steps by as much as ε changes in two clocks. At the end of the ramp r steps to 0 from less
--- than 2⁻¹⁰ count. With a rate of 0, r stops and keeps its value.
+-- total keeps its value for three clocks. r is latched in the second of them, so at their end the total steps by as
+-- much as ε changes in two clocks; r then keeps its value for two further clocks. At the end of the ramp r steps to 0
+-- from less than 2⁻¹⁰ count. With a rate of 0, r stops and keeps its value.
 --
 -- **Acceleration 0** sets the velocity to `ramp_rate` at once: k ≥ 5 clocks after the marker |r| has decreased by
 -- floor((k − 5)·rate), in 2⁻ᶠ count, and r stops at 0 exactly. Change the acceleration to or from 0, or reduce it, only

@@ -5,7 +5,7 @@
 -- Computes by how much the remainder of a ramp changes in each clock, so that the remainder reaches 0 without a step of
 -- its velocity. Every 256 clocks the velocity rises by one step, 256 clocks · `acceleration`, up to `rate`, or falls by
 -- one step, early enough that remainder and velocity reach 0 together. The velocity rises, or stays, only if the
--- remainder is larger than the braking distance from the resulting velocity, so the remainder does not pass 0.
+-- remainder is at least the braking distance from the resulting velocity, so the remainder does not pass 0.
 --
 -- **Changes of the remainder** at any time (`marker`) cause no step of the velocity. If the changed remainder has the
 -- other sign, or is smaller than the braking distance, the velocity falls first, and the remainder passes 0 and

@@ -29,7 +29,7 @@ package conditions_pkg is
   -- A sweep of amplitude_sweep: steps 0 to 127 process the lanes of both banks.
   constant DIRECTION_STEP   : natural := 0;   -- step in which the division of the direction begins
   constant SPEED_STEP       : natural := 32;  -- step in which the division of the speed begins
-  constant IDLE_SPEED_STEP  : natural := 96;  -- step in which its division for the idle bank begins
+  constant IDLE_SPEED_STEP  : natural := 96;  -- step in which the division of the speed for the idle bank begins
   constant PRODUCT_CLOCKS   : natural := 32;  -- the divisor's computation begins this many clocks before these two steps
   constant SQUARE_STEP      : natural := 128; -- step in which the speed for bank 0 is multiplied by itself; bank 1 follows
 

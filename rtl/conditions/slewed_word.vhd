@@ -28,7 +28,7 @@ entity slewed_word is
     slew    : in    u_unsigned(31 downto 0);  -- u0.32
     target  : in    modulator;                -- s1.16
     word    : out   modulator;                -- s1.16
-    reached : out   std_ulogic := '0'         -- high if the last step reached its target
+    reached : out   std_ulogic := '0'         -- high if the last step reached `target`
   );
 end entity slewed_word;
 

@@ -55,7 +55,7 @@ library ieee;
 entity table_speed is
   generic (
     WINDOW         : positive range 4 to 20 := SPEED_WINDOW_BITS; -- log2 of the clocks of a window
-    LONGEST        : positive range 6 to 24 := SPEED_LONGEST_BITS -- log2 of the clocks without a passage after which the table stands
+    LONGEST        : positive range 6 to 24 := SPEED_LONGEST_BITS -- log2 of the clocks after which the speed is 0 if no window has ended
   );
   port (
     clock          : in    std_ulogic;
@@ -82,7 +82,7 @@ architecture rtl of table_speed is
 begin
 
   assert WINDOW < LONGEST
-    report "table_speed: a window of 2**WINDOW clocks must be shorter than the time until the table stands"
+    report "table_speed: a window of 2**WINDOW clocks must be shorter than the time after which the speed is 0"
     severity failure;
 
   measure : process (clock) is

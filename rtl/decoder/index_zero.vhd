@@ -37,16 +37,17 @@
 --
 -- **Moving the zero.** With `zero_again` high the zero moves 3 clocks after the `index_strobe` of a mark that proves
 -- the zero wrong. A mark proves this in two cases. Either it is misplaced and `other_head_agrees` is high (see
--- zero_witness; possible at the first mark after lost counts). Or it is the first mark after an `index_error` that lies
--- one turn, within the tolerance, from the mark before it (the second mark after lost counts). A single false mark does
--- not move the zero, because no other mark lies one turn from it. `index_seen` stays high, so the correction continues.
--- If a turn has less than 9 counts, the zero never moves. If the zero moves to another count, the following happens in
--- the clock in which angle and turn_position first count from the new zero. `zero_slip` becomes the angle that the mark
--- had (the negative of the lost counts), `zero_moved` toggles, `zero_moves` increments, index_error is set, and its
--- counter increments once. The position keeps its error. With `heal` high, `zero_slip` is subtracted from `put_back` in
--- that clock, so that position + put_back does not contain the slip; a slip outside of -2¹⁴ to 2¹⁴ - 1 counts is not
--- put back. `index_trusted` pulses 3 clocks after index_strobe if the mark lies at the zero. If Z normally changes
--- within a count, but at one speed changes near an edge of that count, the index is one count off at that speed.
+-- zero_witness; possible at the first mark after lost counts). Or an `index_error` came before it, and it is the first
+-- mark since then that lies one turn, within the tolerance, from the mark before it (the second mark after lost
+-- counts). A single false mark does not move the zero, because no other mark lies one turn from it. `index_seen` stays
+-- high, so the correction continues. If a turn has less than 9 counts, the zero never moves. If the zero moves to
+-- another count, the following happens in the clock in which angle and turn_position first count from the new zero.
+-- `zero_slip` becomes the angle that the mark had (the negative of the lost counts), `zero_moved` toggles, `zero_moves`
+-- increments, index_error is set, and its counter increments once. The position keeps its error. With `heal` high,
+-- `zero_slip` is subtracted from `put_back` in that clock, so that position + put_back does not contain the slip; a
+-- slip outside of -2¹⁴ to 2¹⁴ - 1 counts is not put back. `index_trusted` pulses 3 clocks after index_strobe if the
+-- mark lies at the zero. If Z normally changes within a count, but at one speed changes near an edge of that count, the
+-- index is one count off at that speed.
 --
 -- **Fastest index.** With pins skewed by up to s clocks, 1 to INDEX_SKEW, a count must last at least s + INDEX_SKEW + 1
 -- clocks for this detection, that is 5, 6 or 7 clocks; 7 clocks are 14 million counts per second at 100 MHz. If Z
@@ -83,7 +84,7 @@ entity index_zero is
     position          : in    u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, of edge_counter
     counts_per_rev    : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts, 4 to 2**24
     index_tolerance   : in    u_unsigned(15 downto 0);                       -- counts
-    rearm             : in    std_ulogic;                                    -- level: forgets the index
+    rearm             : in    std_ulogic;                                    -- level: clears the index
     zero_again        : in    std_ulogic;                                    -- level: the zero moves if a mark proves it wrong
     heal              : in    std_ulogic;                                    -- level: lost counts are added to put_back
     other_head_agrees : in    std_ulogic;                                    -- the other head confirms the mark, see zero_witness
@@ -284,7 +285,8 @@ begin
     variable settles         : std_ulogic;
     -- Levels of Z in the clocks before, the latest in the low bit
     variable earlier_levels  : std_ulogic_vector(INDEX_SKEW downto 0)  := (others => '0');
-    -- was_inside is high if Z changed within the count that the present step left; may_be_inside, if this is possible
+    -- was_inside is high if Z changed within the count that the present step left; may_be_inside is high if Z may have
+    -- changed there
     variable may_be_inside   : std_ulogic;
     variable was_inside      : std_ulogic                              := '0';
     variable meets           : std_ulogic;
@@ -372,6 +374,7 @@ begin
         if (edge.up = '1') then
           turn_position <= turn_position + 1;
         else
+          -- not (not x + 1) = x - 1, on the same carry chain as x + 1.
           turn_position <= not (not turn_position + 1);
         end if;
       end if;

@@ -59,7 +59,7 @@ entity quadrature_decoder is
     index_tolerance      : in    u_unsigned(15 downto 0) := (others => '0');    -- counts
     timestamp            : in    u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);      -- clocks
     clear                : in    std_ulogic;                                    -- pulse: clears the faults
-    rearm                : in    std_ulogic;                                    -- level: forgets the index
+    rearm                : in    std_ulogic;                                    -- level: clears the index
     zero_again           : in    std_ulogic := '0';                             -- level: the zero moves if a mark proves it wrong
     heal                 : in    std_ulogic := '0';                             -- level: lost counts are added to put_back
     other_head_agrees    : in    std_ulogic := '0';                             -- the other head confirms the mark, see zero_witness

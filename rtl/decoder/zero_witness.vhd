@@ -29,7 +29,7 @@ entity zero_witness is
   port (
     clock          : in    std_ulogic;
     reset          : in    std_ulogic;
-    rearm          : in    std_ulogic;                                    -- level: forgets the trusted mark
+    rearm          : in    std_ulogic;                                    -- level: clears the trusted mark
     index_strobe   : in    std_ulogic;                                    -- strobe: a mark was detected
     trusted        : in    std_ulogic;                                    -- strobe: the mark lies at the zero
     other_position : in    u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, of the other head

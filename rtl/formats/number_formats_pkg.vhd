@@ -114,7 +114,7 @@ package number_formats_pkg is
   -- Largest number of clocks by which Z may change before or after its edge of A or B.
   constant INDEX_SKEW                 : positive := 3;
 
-  -- Slope |d eps / d R| of a correction, in percent, from which on the correction is refused: the corrected angle could
+  -- Smallest slope |d eps / d R|, in percent, for which a correction is refused: with it the corrected angle could
   -- decrease while the reading increases.
   constant STEEPEST_PERCENT           : positive := 100;
 
@@ -168,7 +168,7 @@ package number_formats_pkg is
   -- speed, one clock per window, grows by at most 1 / (1 - 2 * |g|) = 4: it moves the correction by at most
   -- 4 * |g| = 1.5 counts at one count per clock, and by 0.02 count at the paper's 30 deg/s.
   constant SPEED_FEEDBACK_EIGHTHS     : positive := 3;
-  -- Binary logarithm of the clocks without an end of a window after which the speed is 0: 168 ms at 100 MHz.
+  -- Binary logarithm of the clocks after which the speed is 0 if no window has ended: 168 ms at 100 MHz.
   constant SPEED_LONGEST_BITS         : positive := 24;
   -- Travel in counts below which a window of table_speed gives the speed 0: a vibration across one passage moves less.
   constant SPEED_TREMBLE_COUNTS       : positive := 2;

@@ -19,9 +19,9 @@
 --
 -- **Product.** Five rows of adders multiply the slope by the 10 upper bits of the 15-bit place in the interval: each
 -- row takes two of these bits and adds 0, 1, 2 or 3 slopes to a quarter of the previous row's sum, truncated.
--- Truncation makes the product too small on average. The product is subtracted from the table's value; so this value
--- is stored smaller by the average error: half of the lowest of the 10 bits times the slope, plus half of the last
--- row's lowest bit.
+-- Truncation makes the product too small on average. The product is subtracted from the table's value; so the stored
+-- value is reduced by the average error. This is half of the lowest of the 10 bits times the slope, plus half of the
+-- last row's lowest bit.
 --
 -- **Error.** The bounds of the errors of the cosine add up to 2.7·10⁻⁵. A sweep over all 2²⁴ phases shows at most
 -- 2.1·10⁻⁵. The bounds are:

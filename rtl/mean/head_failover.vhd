@@ -9,8 +9,8 @@
 -- **Failure.** A set contains prepared words of the lanes and of the mean (prepared_sets). When a head fails, the set
 -- without this head is loaded, provided that `failover.enable` is set, the active words use all heads and no head is
 -- left out. Failures of other heads are then ignored, because only sets with one missing head are prepared. The head is
--- left out from the first angle on to which the new set applies, and `rearm_heads` makes its decoder forget the index,
--- so that its next index defines its zero again. If the core refuses the set, the head stays in the mean, and
+-- left out from the first angle on to which the new set applies, and `rearm_heads` clears the index in its decoder, so
+-- that its next index defines its zero again. If the core refuses the set, the head stays in the mean, and
 -- `heads_status.swap_refused` reports this; the set is not loaded at further failures until `failover` is written or a
 -- swap takes place. While a set is being loaded, in the clock of a request for a set, and while `failover.enable` is 0,
 -- a decoder's fault leaves no head out; the next index of this decoder's head shows the lost counts.
@@ -110,8 +110,9 @@ architecture rtl of head_failover is
   constant VALUE_WORD        : natural  := 44;
   constant STEP_LIMIT_WORD   : natural  := 45;
   constant PARITY_LIMIT_WORD : natural  := 46;
-  -- The limit of the parity reports readings of up to 20 clocks ago: 5 clocks of the differences, up to 7 clocks until
-  -- parity_sum takes the next differences, and 8 clocks until the next parity. `is_settled` rises 9 clocks after a jump.
+  -- `beyond` may come from readings of up to 20 clocks ago: 5 clocks of the differences, up to 7 clocks until
+  -- parity_sum takes the next differences, and 8 clocks until the next parity. `is_settled` rises 9 clocks after a
+  -- jump.
   constant PARITY_CLOCKS     : positive := 16;
   constant WHOLE_WIDTH       : positive := HEAD_DIFFERENCE_WIDTH - HEAD_OFFSET_FRACTION;
 

@@ -21,9 +21,9 @@
 -- **Apply.** `apply` is high while the processor requests the correction and the carrier and every used head have seen
 -- their index. `referenced` is high while the carrier has seen its index.
 --
--- **Swap.** `may_swap` goes low when the zero of a head moves, a head sees its first index or forgets it, a word is
--- written, the words are swapped, or `unsettle` is high. It stays low for 8 more clocks, so that the base of the next
--- carrier is computed from readings after this change.
+-- **Swap.** `may_swap` goes low when a bit of `zeros_moved` or `indices_seen` changes, a word is written, the words are
+-- swapped, or `unsettle` is high. It stays low for 8 more clocks, so that the base of the next carrier is computed from
+-- readings after this change.
 --
 -- **Latency.** Angle, position and the values that belong to them follow the heads by 0 clocks with two heads, and with
 -- more heads by 1 clock, in which the offsets are subtracted. `mean_term`, `limited`, `jumped` and `jump` follow the
@@ -164,7 +164,8 @@ architecture rtl of head_mean is
   signal this_head    : u_unsigned(1 downto 0);
   signal next_head    : u_unsigned(1 downto 0);
 
-  -- Readings of all heads with the words in force, and the reading of the idle words' carrier with the idle words
+  -- Readings minus their offsets: of all heads with the words in force, and of the idle words' carrier with the idle
+  -- words
   signal wholes     : std_ulogic_vector(HEADS * ANGLE_WIDTH - 1 downto 0);
   signal whole_next : std_ulogic_vector(ANGLE_WIDTH - 1 downto 0);
 

@@ -3,7 +3,7 @@
 -- # mean_pkg
 --
 -- Declares the records that mean_unit passes on: the reading that compensation_pipeline corrects, and the writes to the
--- idle banks. In a core without the mean, head 1 and the processor supply their values.
+-- idle banks. In a core without the mean, head 1 and the processor supply the values of these records.
 
 library ieee;
   use ieee.std_logic_1164.all;

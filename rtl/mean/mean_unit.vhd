@@ -2,13 +2,13 @@
 --
 -- # mean_unit
 --
--- Makes from the decoded heads the reading that the core corrects: the reading of the carrier and the term that turns
--- this reading into the weighted mean of the heads (head_mean). It also contains the registers of heads 3 and 4
--- (head_registers) and, with FAILOVER, the units that leave a failed head out of the mean (prepared_sets,
--- head_failover).
+-- Outputs the reading that the core corrects: the carrier's reading, and the term that turns it into the weighted mean
+-- of the decoded heads (head_mean). It also contains the registers of heads 3 and 4 (head_registers) and, with
+-- FAILOVER, the units that leave a failed head out of the mean (prepared_sets, head_failover).
 --
 -- **Latency.** As head_mean: the reading follows the heads by 0 clocks with two heads, and by 1 clock with more heads.
--- With FAILOVER, `bank` follows the processor's writes as the header of prepared_sets states; without, at once.
+-- With FAILOVER, `bank` follows the processor's writes as the header of prepared_sets states; without it, in the same
+-- clock.
 --
 -- **Number formats.** mean_pkg and decoder_pkg state those of the records; the register map states all other formats.
 -- `pins` carries head 3 in the low bits, `clear_heads` head 3 in bit 0, and `delays` head 1 in the low bits.
@@ -78,7 +78,7 @@ entity mean_unit is
     pins               : out   std_ulogic_vector(31 downto 0);                      -- 16 bits per head, heads 3 and 4
     delays             : out   std_ulogic_vector(31 downto 0);                      -- clocks, 8 bits per head
     clear_heads        : out   std_ulogic_vector(1 downto 0);                       -- pulses: clear the faults of head 3, of head 4
-    rearm_heads        : out   std_ulogic_vector(1 to HEADS);                       -- level: the head forgets its index
+    rearm_heads        : out   std_ulogic_vector(1 to HEADS);                       -- level: the head's index is cleared
     -- To the pipeline
     reading            : out   pipeline_reading;
     -- To the sampler

@@ -213,8 +213,8 @@ begin
     variable lag         : u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');
     variable negative    : std_ulogic;
     variable is_far      : std_ulogic;
-    -- The lag minus the steps under way, except a step of the previous clock; one_up accounts for that step. A step up
-    -- needs one count of lag if one_up is high, otherwise two; a step down needs two or one.
+    -- The lag minus the steps under way, except a step of the previous clock; one_up accounts for that step. If one_up
+    -- is high, a step up needs one count of lag and a step down two; otherwise a step up needs two and a step down one.
     variable remaining   : thermometer                              := (4 downto 1 => '0', others => '1');
     variable one_up      : std_ulogic                               := '1';
     -- Steps: (0) the step that the output makes now, (1) the step before
@@ -373,6 +373,7 @@ begin
         output(1 downto 0) := u_signed(place_of_output);
       end if;
       if following = '1' then
+        -- The two bits down & (up or down) are 1, 0 or -1.
         phase := phase + u_unsigned'(down(0), up(0) or down(0));
       end if;
       place_of_output := phase - phase_of_zero;

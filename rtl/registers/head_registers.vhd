@@ -45,7 +45,7 @@ entity head_registers is
     -- Settings
     pins               : out   std_ulogic_vector(31 downto 0); -- 16 bits per head, in the layout of the registers
     clear_heads        : out   std_ulogic_vector(1 downto 0);  -- pulses, one bit per head: clear its faults
-    delays             : out   std_ulogic_vector(31 downto 0) := (others => '0') -- clocks, 8 bits per head, head 1 in the low ones
+    delays             : out   std_ulogic_vector(31 downto 0) := (others => '0') -- clocks, 8 bits per head, head 1 in the low bits
   );
 end entity head_registers;
 
