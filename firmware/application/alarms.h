@@ -10,7 +10,7 @@
 /* Raises an alarm, which the console prints with the next turn or in a line of its own. */
 void alarm_between_turns(struct application *application, uint32_t alarm);
 
-/* Returns the alarms of the turn that the report describes, as bits of enum alarm. Also notes the state of the output
+/* Returns the alarms of the turn that the report describes, as bits of enum alarm. Also stores the state of the output
    in the report. */
 uint32_t alarms_of_turn(struct application *application);
 

@@ -31,7 +31,7 @@ void application_keep_settings(struct application *application, struct kept_sett
 /* Sets the memory that captures are copied to. */
 void application_use_copy(struct application *application, struct capture_copy *copy);
 
-/* Sets the memory of the axis' repeating motion, which must be cleared. */
+/* Sets the memory for the repeating motion of the axis; the memory must be cleared. */
 void application_use_axis(struct application *application, struct axis_mean *axis);
 
 /* Sets the flash that stores settings and coefficients. */

@@ -35,9 +35,9 @@ void bank_watch(struct application *application) {
     }
 }
 
-/* Returns the value to add to head 1's first word to get the angle of head 1 at the first sample. The angle at the
-   present position is known; `travel`, the number of counts from the first sample to this position, is right even if
-   words wrap. */
+/* Returns the angle of head 1 at the first sample minus head 1's first word, modulo a turn. The angle at the present
+   position is known; `travel`, the number of counts from the first sample to this position, is right even if words
+   wrap. */
 static uint32_t bank_angle_offset(const struct core_position *position, int32_t first_word,
                                   uint32_t counts_per_rev) {
     int64_t travel = counts_apart(position->head1_turn_position, first_word);

@@ -166,8 +166,8 @@ static enum refusal calibrate_make_candidate(struct application *application,
     return reason;
 }
 
-/* Reports head 1's error and the places of the heads while a mean is active that this turn did not calibrate, for
-   example because the mean was loaded or because a set waits to be judged. Makes no candidate for head 1. */
+/* Called while a mean is active that this turn did not calibrate, for example because the mean was loaded or because a
+   set waits to be judged. Reports head 1's error and the places of the heads, and makes no candidate. */
 static enum refusal calibrate_watch_mean(struct application *application, const struct turn *turn) {
     (void)judge_sets_mean(application, turn, &application->active.mean);
     application->estimate = application->measured;

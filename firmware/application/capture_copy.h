@@ -11,8 +11,8 @@
 #include "capture.h"
 
 /* Capacity of the copy. With two heads it holds 12,288 samples of two 16-bit words, or 6,144 samples of two 32-bit
-   words; with more heads it holds half as many samples. A longer capture of two heads is not copied. Of a longer
-   capture of more heads, every second sample is copied if these samples fit. */
+   words; with more heads it holds half as many samples. A longer capture of two heads is not copied. If a capture of
+   more heads is longer, every second sample is copied, provided that these samples fit. */
 enum { CAPTURE_COPY_SAMPLES = 12288, CAPTURE_COPY_WORDS = 2 * CAPTURE_COPY_SAMPLES };
 
 struct capture_copy {

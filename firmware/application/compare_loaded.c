@@ -8,7 +8,7 @@
 #include "local_table.h"
 #include "turn_judge.h"
 
-/* Compares the active local table with the turn, if the idle bank, a copy of the active one, still holds its points. */
+/* Compares the active local table with the turn, if the idle bank still holds a copy of the table's points. */
 static void compare_loaded_table(struct application *application, const struct turn *turn) {
     struct load *load = &application->load;
     if (load->table.place.choice != 0 && local_table_is_held(application, load->table.crc)) {

@@ -135,7 +135,7 @@ enum core_fault {
     CORE_FAULT_CANNOT_KEEP_UP = 4,
     CORE_FAULT_CORRECTION_LIMITED = 8,
     CORE_FAULT_PROCESSOR_SILENT = 16,
-    /* The input filter of head 1 swallowed counts. */
+    /* The input filter of head 1 suppressed counts. */
     CORE_FAULT_SWALLOWED = 32,
     CORE_FAULT_HEAD3 = 64,
     CORE_FAULT_HEAD4 = 128,
@@ -179,8 +179,8 @@ struct core_places {
     uint32_t counts_per_rev;
 };
 
-/* Arms the pulses at these places. The first pulse comes at the nearest place, in the direction that `upwards` selects,
-   that is at least 1/1024 turn away. */
+/* Arms the pulses at these places. The first pulse comes at the nearest of these places that lies at least 1/1024 turn
+   away in the direction that `upwards` selects. */
 void core_arm_compare(const struct core_access *core, const struct core_places *places,
                       bool upwards);
 void core_disarm_compare(const struct core_access *core);
@@ -229,8 +229,8 @@ void core_acknowledge_interrupt(const struct core_access *core);
 void core_clear_faults(const struct core_access *core);
 /* Ends the fault of the output, which continues from the present position. The same write clears the flags of heads 1
    and 2, if `faults` (bits of enum core_fault) names them, and enables the line drivers if no remaining fault releases
-   them; the flags of heads 3 and 4 are cleared before. Call it only on the operator's order, because only the operator
-   can decide whether the driven machine may move. */
+   them; the flags of heads 3 and 4 are cleared before this write. Call it only on the operator's order, because only
+   the operator can decide whether the driven machine may move. */
 void core_clear_output(const struct core_access *core, uint32_t faults);
 void core_write_coefficients(const struct core_access *core,
                              const struct coefficients *coefficients);

@@ -23,8 +23,8 @@ uint32_t core_read(const struct core_access *core, uint32_t offset);
 void core_write(const struct core_access *core, uint32_t offset, uint32_t word);
 /* Reads a word of 64 bits; the read of the low word latches the high word. */
 uint64_t core_read_wide(const struct core_access *core, uint32_t offset);
-/* Returns the register `capability`; for gateware of an earlier minor version, which answers its address with an error,
-   returns the configuration with two heads. */
+/* Returns the register `capability`. Gateware of an earlier minor version does not have this register; for it the
+   function returns the configuration with two heads. */
 uint32_t core_capability(const struct core_access *core);
 /* Returns the number of heads whose capture the firmware can read. */
 uint32_t core_heads(const struct core_access *core);

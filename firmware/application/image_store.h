@@ -35,7 +35,7 @@ enum image_answer {
     IMAGE_UNDER_WAY,
     /* The range lies outside the area for images, crosses a page, is empty or too long, or is no multiple of a word. */
     IMAGE_PLACE,
-    /* The golden image has a valid header, which is written last, so it is never overwritten. */
+    /* The golden image is complete, because its header, which is written last, is valid; so it is not overwritten. */
     IMAGE_GOLDEN_STAYS,
     IMAGE_NO_ANSWER,
     IMAGE_STUCK,

@@ -11,7 +11,7 @@
 
 /* The value of an order is refused if it leaves a larger error than the active value, and the difference exceeds the
    sum of NO_WORSE standard uncertainties, the effect of a change during the turn, and NOISE_SHARE times the noise of a
-   reading. No reading shows a smaller difference. */
+   reading. A smaller difference is within the noise of a reading. */
 #define NO_WORSE 6.0
 #define NOISE_SHARE 0.5
 /* Least difference of a modulator (the factor of a lane that follows a condition, -1 to 1) with which two conditions

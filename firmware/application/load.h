@@ -93,9 +93,9 @@ struct load_without {
     /* Order of the previous lane, and the sum of |d eps / d R| over the lanes. */
     uint32_t order;
     double steepness;
-    /* Largest sum of this kind over the whole sets. */
+    /* Largest sum of this kind over the complete sets. */
     double steepest;
-    /* Heads whose sets are whole, one bit per head. */
+    /* Heads whose sets are complete, one bit per head. */
     uint32_t whole;
 };
 
@@ -240,7 +240,7 @@ struct load_place {
 enum load_answer load_end(struct load *load, const struct load_place *place,
                           const struct coefficients *active, uint32_t crc);
 
-/* Forgets the results of earlier turns for the received set. */
+/* Clears the results of earlier turns for the received set. */
 void load_begin_evidence(struct load *load);
 
 /* Refuses the received set, even if its reception has not ended, and stores the reason. */
@@ -268,7 +268,7 @@ const struct coefficients *load_at_work(const struct load *load);
 /* Returns the lanes of the loaded set that follow a condition or have a real order; none if the set is not active. */
 struct followed load_followed_at_work(const struct load *load);
 
-/* Forgets the loaded set. */
+/* Discards the loaded set and every set in reception. */
 void load_forget(struct load *load);
 
 /* Starts a new judgement of the loaded set after a restart of the core. */

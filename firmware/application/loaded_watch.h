@@ -33,7 +33,7 @@ struct loaded_watch {
     /* Lanes that a turn has shown. */
     uint64_t shown;
     /* Results of the latest turn: mean square, over a turn, of the remaining error of all loaded orders together,
-       arcsec^2; whether an order is at fault. */
+       arcsec^2; whether an order or the local table is at fault. */
     double mean_square;
     bool at_fault;
     /* Log odds of the local table against no table, summed over the turns since the sum was last 0; it is never above

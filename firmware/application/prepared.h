@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Manages the gateware's prepared sets. A prepared set is the coefficients that become active when the gateware leaves
-   one head out of the mean (the failover). The firmware writes the sets while the operator loads them, when it restores
-   saved sets, or when it has calibrated them itself. It switches the failover on when the mean to which the sets belong
-   is active. The firmware keeps no copy of loaded sets in memory: to save them, it reads them from the gateware. */
+/* Manages the gateware's prepared sets. A prepared set contains the coefficients that become active when the gateware
+   leaves one head out of the mean (the failover). The firmware writes the sets while the operator loads them, when it
+   restores saved sets, or when it has calibrated them itself. It switches the failover on when the mean to which the
+   sets belong is active. The firmware keeps no copy of loaded sets in memory: to save them, it reads them from the
+   gateware. */
 
 #ifndef ARCTRUE_PREPARED_H
 #define ARCTRUE_PREPARED_H
@@ -38,7 +39,7 @@ uint32_t prepared_saved(const struct application *application);
 /* Notes that no prepared set belongs to the active coefficients, and switches the failover off. */
 void prepared_forget(struct application *application);
 /* Switches the failover on if the gateware still holds the sets of the active mean and `failover_causes` is not 0,
-   otherwise off. If the words of the sets differ from the written words, the function forgets the sets and raises an
+   otherwise off. If the words of the sets differ from the written words, the function discards the sets and raises an
    alarm. Does nothing if there are no sets. */
 void prepared_arm(struct application *application);
 /* Raises an alarm if, since the previous call, the gateware has left out a head, or has refused the set for a head that

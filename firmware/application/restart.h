@@ -21,10 +21,10 @@ void application_begin(struct application *application);
    found. */
 void application_start(struct application *application);
 
-/* Restarts the core on request of the operator and forgets earlier faults. */
+/* Restarts the core on request of the operator and sets the number of faults in a row to 0. */
 void application_rearm(struct application *application);
 
-/* Switches the correction off, and forgets the calibration and the loaded set. */
+/* Switches the correction off, and discards the calibration and the loaded set. */
 void application_forget(struct application *application);
 
 /* Discards the results of all turns, and switches the correction off. The loaded set (coefficients that the operator

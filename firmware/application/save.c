@@ -48,7 +48,7 @@ static uint32_t save_sector_address(const struct save *save, uint32_t sector) {
     return save->address + sector * save->sector_bytes;
 }
 
-/* Returns false if the flash does not answer; then the size of a sector stays as it was. */
+/* Returns false if the flash does not answer, or if its sectors are too small or too few. */
 static bool save_open_flash(struct save *save) {
     uint32_t sector_bytes = save->flash.open(save->flash.context);
     if (sector_bytes < SAVED_WORDS_MOST * WORD_BYTES) {

@@ -57,7 +57,7 @@ static void saving_take_known(const struct application *application, struct save
         saved->unjudged = UINT64_MAX;
         prepared_keep(application, &saved->sets);
     }
-    /* Lanes of a mean do not correct head 1, so they are no lanes of the calibration. */
+    /* Lanes of a mean do not correct head 1, so they are not saved as lanes of the calibration. */
     saved->own =
         application->active.mean.heads == 0 ? application->active : (struct coefficients){0};
     for (uint32_t lane = 0; lane < saved->own.lanes; lane++) {
@@ -68,9 +68,9 @@ static void saving_take_known(const struct application *application, struct save
     }
 }
 
-/* Tells whether the idle bank holds the points of the table to be saved, because they are read while the record is
-   written. A load that ended early may have overwritten them. Then the function restores them from the latest record,
-   unless the bank holds the points of a table that is being received or waits for its judgement. */
+/* Tells whether the idle bank holds the points of the table to be saved; they are read from this bank while the record
+   is written. A load that ended early may have overwritten them. Then the function restores them from the latest
+   record, unless the bank holds the points of a table that is being received or waits for its judgement. */
 static bool saving_holds_table(const struct application *application) {
     const struct load *load = &application->load;
     const struct load_table *table = &application->save->content.table;

@@ -197,7 +197,7 @@ struct application {
     struct estimate measured;
     struct estimate estimate;
     /* Results of the latest turn that calibrated the mean of three or four heads; `heads` of its geometry is 0 if the
-       latest turn calibrated no mean or is forgotten. */
+       latest turn calibrated no mean or its results were discarded. */
     struct heads_found found;
     /* Memory for the motion of the axis that repeats; NULL: the motion that does not repeat is not measured. */
     struct axis_mean *axis;
@@ -230,7 +230,7 @@ struct application {
     /* True if the gateware applies `active`. Otherwise `active` holds the coefficients that were active before the core
        restarted. */
     bool has_active;
-    /* True if the operator has ordered the firmware to forget all results. */
+    /* True if the operator has ordered the firmware to discard all results. */
     bool forgotten;
     /* True if a correction from before a fault is still active; the firmware does not know its coefficients. */
     bool inherited;
@@ -277,7 +277,7 @@ bool state_works(const struct application *application);
 /* Returns the time of the core's own clock, s; 0 if its rate is not known. */
 double state_seconds(const struct application *application);
 
-/* Discards the running averages over former turns, and what the latest turn has shown of the heads. */
+/* Discards the running averages over former turns, and the latest turn's results for the heads. */
 void state_forget_turns(struct application *application);
 
 /* Returns the active coefficients, NULL if there are none. */

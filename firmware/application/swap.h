@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Writes a candidate, that is, new coefficients, into the idle coefficient bank and swaps the banks. The failover is off
-   meanwhile: a fault that a head has only in this time shows at its next index. */
+/* Writes a candidate, that is, new coefficients, into the idle coefficient bank and swaps the banks. The failover is
+   off meanwhile: a head's fault that begins and ends in this time is detected only at the head's next index. */
 
 #ifndef ARCTRUE_SWAP_H
 #define ARCTRUE_SWAP_H

@@ -59,7 +59,7 @@ struct table_temperature {
 
 void table_temperature_use(struct table_temperature *table, temperature_read *read, void *context);
 
-/* Selects the source that the operator wants, and forgets earlier faults. */
+/* Selects the source that the operator wants, and clears earlier faults. */
 void table_temperature_choose(struct table_temperature *table, enum temperature_source source);
 /* Takes a temperature from the host, at a time in seconds of a clock that never stops. */
 void table_temperature_tell(struct table_temperature *table, double celsius, double now_s);

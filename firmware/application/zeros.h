@@ -7,12 +7,11 @@
 
 #include "state.h"
 
-/* Looks at the angle of a head, 0 or 1, at its last index, counts. Returns 0 if the angle is within the parameter
+/* Evaluates the angle of a head, 0 or 1, at its last index, counts. Returns 0 if the angle is within the parameter
    `index_tolerance` of 0, `known` if it is within this tolerance of `known`, and otherwise the angle. */
 int32_t zeros_look(const struct application *application, uint32_t head, int32_t known);
 
-/* Forgets the lost counts of head 2 and the doubt about the zero of head 1. It does not change the zeros of the
-   core. */
+/* Clears the lost counts of head 2 and the doubt about the zero of head 1. It does not change the zeros of the core. */
 void zeros_forget(struct application *application);
 
 /* Checks head 1's angle at its index after an index error. If the angle is not 0, counts were lost or the mark is

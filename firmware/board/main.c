@@ -67,9 +67,9 @@ void interrupt_taken(uint32_t instruction) {
     }
 }
 
-/* Reads a word of the core. Without a configured fabric every word reads 0, which is no core. If the fabric contains
-   another circuit, the bus may answer with an error; the probe of word 0 detects this, and no other word is read
-   then. */
+/* Reads a word of the core. Without a configured fabric every word reads 0, which identifies no core. If the fabric
+   contains another circuit, the bus may answer with an error; the probe of word 0 detects this, and no other word is
+   read then. */
 static uint32_t read_core(void *context, uint32_t offset) {
     (void)context;
     if (!board_fabric_usable()) {

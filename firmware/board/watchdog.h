@@ -17,7 +17,7 @@
 
 void watchdog_start(void);
 void watchdog_feed(void);
-/* Tells whether the watchdog has reset the processor; the call clears this. */
+/* Tells whether the watchdog has reset the processor; the call clears the flag. */
 bool watchdog_has_reset(void);
 
 /* Tells whether the main program hangs, that is, has not fed the watchdog for WATCHDOG_HANG_S. */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Provides the compiler's conversions from 64-bit integers to double. The library's conversions are in one piece with
-   its addition of doubles without a floating-point unit, which takes 0.9 KB and is not needed here. */
+/* Provides the compiler's conversions from 64-bit integers to double. The library's object file with these conversions
+   also contains a software addition of doubles, which takes 0.9 KB and is not needed here. */
 
 #include <stdint.h>
 

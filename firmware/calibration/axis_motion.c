@@ -95,8 +95,9 @@ static struct vector fitted_at(const struct axis_turn *turn, int32_t order) {
 }
 
 /* Returns the result from two mean squares. `left`: mean square of the motion between the lines. `changed`: mean square
-   of the differences between the lines and the lines of the mean, as for an exact mean. A mean with the variance v adds
-   v (2 + v)/(1 + v)^2 changed^2 to the variance if one line has all of the motion; more lines add less. */
+   of the differences between the turn's lines and the lines of the mean, divided by 1 + v. `v`: variance of the mean
+   divided by the variance of one turn; it adds v (2 + v)/(1 + v)^2 changed^2 to the variance of the result if one line
+   has all of the motion, and less with more lines. */
 static struct axis_asynchronous result(const struct axis_sums *sums, const struct axis_turn *turn,
                                        double left, double changed, double v) {
     double xx = 0.0;

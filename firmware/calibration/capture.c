@@ -99,7 +99,7 @@ static int32_t step_of_rank(const struct capture *capture, uint32_t head, struct
             shift++;
         }
         count_steps(capture, head, extent, shift, bins);
-        /* The last interval ends the search also if words of the capture change while they are read. */
+        /* The search ends at the last interval even if words of the capture change while they are read. */
         while (bin < BINS - 1 && rank >= bins[bin]) {
             rank -= bins[bin++];
         }

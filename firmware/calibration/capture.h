@@ -19,7 +19,7 @@ struct capture {
     /* Flags of the capture header, as in the register map. */
     uint32_t flags;
     uint32_t counts_per_rev;
-    /* Value to add to head 1's first word to get its angle modulo the turn. It is not 0 once the word has wrapped
+    /* Angle of head 1 at the first sample minus its first word, modulo the turn. It is not 0 once the word has wrapped
        and the turn does not divide 2^32. */
     uint32_t angle_offset;
     /* Counts by which head 2's words exceed the angle of head 2; not 0 once head 2 has lost counts. */

@@ -129,8 +129,8 @@ static const struct {
     {"no_set", "a head failed and is still in the mean, because there is no valid set without it: "
                "look at its cable and supply, then load a file with sets or rearm"},
     {"failover_off",
-     "frames of a load have replaced the sets for a missing head, so the mean has no failover "
-     "until a load is active: if none is under way, load the file again"},
+     "frames of a load have replaced the sets for a missing head: no failover until a loaded set "
+     "is active; if no load is under way, load the file again"},
     {"no_real_orders", "a lane has an order that is not whole, and this gateware is built without "
                        "REAL_ORDERS: export "
                        "without --real-orders, or build it with REAL_ORDERS=true"},
@@ -150,7 +150,7 @@ static const struct {
     {"not_confirmed",
      "the captured turn contradicts the saved coefficients, or they do not fit this core: they are "
      "not used; was a head or the disc moved? rearm tries them again, save replaces them"},
-    {"flash_unknown", "no flash answers, or one that the firmware does not know: nothing is saved"},
+    {"flash_unknown", "no flash, or an unknown flash, answers: nothing is saved"},
     {"under_way", "a save or a flash command has not ended yet: wait for its answer"},
     {"flash_silent", "the flash's controller does not answer: nothing is saved"},
     {"flash_stuck", "an operation of the flash does not end: the saved data stays"},
@@ -169,8 +169,7 @@ static const struct {
      "the gateware lost the points of the loaded local table, maybe to a load that was aborted: "
      "load the table again, then save; or forget first"},
     {"golden_stays",
-     "the golden image is never written again: the board starts it if the first image is "
-     "not whole"},
+     "a complete golden image is not overwritten: it starts if the first image is not whole"},
     {"zero_lost", "a head lost counts: the zero of head 1 is moved to its index or searched again, "
                   "and the counts of head 2 are corrected; check cables and terminations"},
 };

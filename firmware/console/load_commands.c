@@ -172,7 +172,7 @@ static void real(struct console *console, char *const *words) {
            load_real(&console->application->load, (uint32_t)values[0], &lane_of_real_order, crc));
 }
 
-/* States where the phase of a lane of a real order comes from. */
+/* Sets the source of the phase of a lane of a real order. */
 static void source(struct console *console, char *const *words) {
     int64_t values[4];
     uint32_t crc;

@@ -36,7 +36,7 @@ void parameters_show(const struct console *console, const char *beginning) {
             double value = parameters_value(&console->application->parameters, place);
             text_word(sink, description->name);
             text_word(sink, " ");
-            /* No parameter that is whole or too large for text_fixed() is negative. */
+            /* A parameter that is whole, or too large for text_fixed(), is never negative. */
             if (description->whole || value >= TEXT_FIXED_MOST) {
                 text_unsigned(sink, (uint64_t)(value + 0.5));
             } else {

@@ -93,7 +93,7 @@ static uint32_t wait_until_it_ends(const struct register_access *access) {
 }
 
 /* Waits for the end of a transfer and tells whether it succeeded. After a fault it restarts the bus; a missing
-   acknowledge is no fault of the bus. */
+   acknowledge is not a fault of the bus. */
 static bool is_done(const struct register_access *access) {
     uint32_t happened = wait_until_it_ends(access);
     bool done = (happened & I2C_HAPPENED_DONE) != 0 && (happened & I2C_HAPPENED_ERRORS) == 0;
