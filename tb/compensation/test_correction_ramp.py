@@ -15,7 +15,8 @@ LONG = [scenario.correction.size > LONG_CLOCKS for scenario in SCENARIOS]
     "are_long", [False, pytest.param(True, marks=pytest.mark.large)], ids=["short", "long"]
 )
 def test_correction_ramp(are_long: bool) -> None:
-    """The long scenarios have markers in every tick, and steps that last many ticks."""
+    """The long scenarios have smooth steps that last many ticks of 256 clocks; most have a marker
+    in every tick."""
     chosen = [place for place, is_long in enumerate(LONG) if is_long is are_long]
     simulate(
         "correction_ramp",

@@ -47,7 +47,7 @@ NAMES = ("direction", "speed", "word_a", "word_b")
 
 
 def bank_of(seed: int) -> Coefficients:
-    """Return a bank of lanes with each modulator and with none; lane 0 has order 0."""
+    """Return a bank whose lanes have each modulator or none; lane 0 has order 0."""
     rng = np.random.default_rng(seed)
     orders = rng.integers(0, 90, LANES)
     orders[0] = 0

@@ -144,7 +144,7 @@ def check_samples(machine: Machine, start_time: int, samples: NDArray[np.int32])
         if len(expected) == len(samples) and np.array_equal(expected, samples):
             return
     expected = reading[first::SAMPLE_PERIOD][: len(samples)]
-    raise AssertionError(f"samples\n{samples.T}\nare not those of the table, about\n{expected.T}")
+    raise AssertionError(f"samples\n{samples.T}\ndiffer; expected about\n{expected.T}")
 
 
 async def wait_for_interrupt(machine: Machine, clocks: int) -> None:
@@ -684,7 +684,7 @@ async def edges_that_the_filter_swallows_are_a_fault_at_the_output_where_asked_f
     await ClockCycles(dut.clock, 4)
     assert (int(dut.alarm.value), int(dut.driver_enable.value)) == (0, 1)
     assert await names.read("head1.flags.swallowed") == 0
-    # Edges that the filter passes, but that are too close to each other, are no fault of this kind.
+    # Edges that the filter passes, but that are too close to each other, set another flag.
     await names.write("filter_length", 1)
     await names.write("minimum_edge_spacing", 50)
     await machine.turn(fast[-1] + np.arange(60 * CLOCKS_PER_COUNT) / CLOCKS_PER_COUNT)

@@ -19,10 +19,10 @@ SHORTEST = (
 )
 """Names of the tests that run without ``large``.
 
-Other benches cover what the others show: corrected edges (``tb/top``), samples at
-equal angles and turns that a slow processor misses (``tb/sampler``), index marks that scatter or
-are out of their place (``tb/decoder``), and lost counts (``sim/tests/faults``). Only
-``make test-large`` shows Z before the index, a shorter turn, and edges that the filter swallows.
+Other benches cover the remaining tests: corrected edges (``tb/top``), samples at equal angles and
+turns that a slow processor misses (``tb/sampler``), index marks that scatter or are out of their
+place (``tb/decoder``), and lost counts (``sim/tests/faults``). Only ``make test-large`` tests Z
+before the index, a shorter turn, and edges that the filter swallows.
 """
 
 

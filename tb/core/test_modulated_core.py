@@ -12,8 +12,8 @@ from tb.support.simulation import simulate
 @pytest.mark.parametrize("rotation", ["table", "cordic"])
 def test_modulated_core(rotation: str) -> None:
     """The core with MODULATORS equals the models; its lanes compute the cosine by the table or
-    by the CORDIC. ``tb/conditions`` and ``sim/tests/instrument/test_modulators.py`` show modulated
-    lanes in shorter tests."""
+    by the CORDIC. ``tb/conditions`` and ``sim/tests/instrument/test_modulators.py`` test modulated
+    lanes in shorter runs."""
     simulate(
         "arctrue_core",
         "tb.core.modulated_core_bench",

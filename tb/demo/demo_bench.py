@@ -26,8 +26,8 @@ BUS_INPUTS = (
     *("bready", "arvalid", "araddr", "rready"),
 )
 # LOOKS_A_TURN: number of times per turn at which the main loop runs without an interrupt of the
-# core. On the device the timer wakes the firmware every millisecond, but a turn of this table is
-# shorter than that.
+# core. On the device the timer wakes the firmware every 5 ms, but a turn of this table is shorter
+# than that.
 LOOKS_A_TURN = 64
 # OUTPUT_CLOCKS: number of clocks to wait after the ramp, because the output follows the pipeline
 # some clocks later.

@@ -327,8 +327,8 @@ def folded_coefficient_memory(random: np.random.Generator) -> Stimulus:
 
 
 def modulated_coefficient_memory(random: np.random.Generator) -> Stimulus:
-    """Return inputs with so much time between writes that a swap can wait for a whole sweep, and
-    the next write for the swap."""
+    """Return inputs whose writes are so far apart that a swap can wait for a whole sweep, and the
+    next write can wait for the swap."""
     return coefficient_memory(random, 3 * AMPLITUDE_SWEEP_CLOCKS)
 
 

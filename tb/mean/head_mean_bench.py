@@ -249,8 +249,8 @@ async def counts_put_back_after_a_swap_make_no_step(dut: Any, after: int) -> Non
     """The new carrier gets 40 counts back, `after` clocks after the swap; the table is at rest.
 
     error_compensation withdraws `jump` at the first angle of new words, and the change of
-    `put_back` at every other angle with a moved zero. The position minus what error_compensation
-    withdraws must not change.
+    `put_back` at every other angle with a moved zero. The position minus the withdrawn counts must
+    not change.
     """
     counts, step, first = [1000 + 7 * head for head in range(HEADS)], 40, 80
     put_backs = [13] + [0] * (HEADS - 1)

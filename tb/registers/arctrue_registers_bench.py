@@ -386,9 +386,9 @@ async def no_event_is_lost_in_the_clock_of_its_clear(dut):
     each run.
 
     If the event comes before the clear, the interrupt line is low at the end. If it comes after the
-    clear, the line falls and rises again. Only if it comes in the clock of the clear does the line
-    stay high; this must happen in exactly one run. If the clear had priority, it would happen in no
-    run.
+    clear, the line falls and rises again. The line stays high only if the event comes in the clock
+    of the clear; this must happen in exactly one run. If the clear had priority, the line would
+    stay high in no run.
     """
     bus, _ = await prepared(dut, random.Random(17))
     await bus.write(0x0A0, 1)

@@ -28,7 +28,7 @@ MASTER_DRIVES = (
 
 
 class BusError(Exception):
-    """Raised by the accesses that return no answer, if the answer is not OKAY."""
+    """Raised if the bus's answer is not OKAY, by the functions that do not return this answer."""
 
 
 def stalls(generator: random.Random, share: float) -> Iterator[bool]:

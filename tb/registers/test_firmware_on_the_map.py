@@ -119,8 +119,8 @@ def mean_file(heads: int, *, failover: bool) -> Coefficients:
 @pytest.mark.parametrize(("heads", "failover"), [(2, False), (3, False), (3, True), (4, True)])
 def test_the_firmware_uses_only_words_that_are_built(heads: int, failover: bool) -> None:
     """The firmware calibrates, loads a mean with its prepared sets, saves them, and restores them
-    after a loss of power; no access goes to a word that the core does not contain. The words of
-    the built heads arrive."""
+    after a loss of power; no access goes to a word that the core does not contain. The core gets
+    the words of the built heads."""
     board = BoardOfTheMap(heads, failover=failover)
     seeds = iter(range(1, 100))
 

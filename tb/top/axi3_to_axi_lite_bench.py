@@ -1,5 +1,5 @@
-"""Compares the AXI4-Lite accesses that the bridge makes for AXI3 bursts with the addresses of the
-AXI specification (A3.4.1)."""
+"""Tests that the bridge makes, for AXI3 bursts, AXI4-Lite accesses to the addresses that the AXI
+specification states (A3.4.1)."""
 
 from __future__ import annotations
 
@@ -337,7 +337,7 @@ async def random_bursts_with_stalls(dut: Any) -> None:
 
 @cocotb.test()
 async def reset_in_the_middle(dut: Any) -> None:
-    """After a reset at any clock of a burst the bridge works as if it were new."""
+    """After a reset in any clock of a burst, the bridge works as after power-up."""
     await start(dut)
     for clocks in range(1, 60, 2):
         chance = random.Random(clocks)

@@ -20,8 +20,8 @@ end entity dna_port;
 
 architecture simulation of dna_port is
 
-  -- Each group of four bits differs from its neighbours, and the first and the last bit are 1, so that a shift by the
-  -- wrong number of bits shows.
+  -- Each group of four bits differs from its neighbours, and the first and the last bit are 1, so that the tests detect
+  -- a shift by a wrong number of bits.
   constant IDENTIFIER : std_ulogic_vector(56 downto 0) := '1' & x"23456789ABCDEF";
 
   signal moved : std_ulogic_vector(56 downto 0) := (others => '0');
