@@ -57,7 +57,7 @@ void alarm_between_turns(struct application *application, uint32_t alarm) {
     report->fresh = true;
 }
 
-/* Tells whether frames of a load have overwritten the sets for a missing head that belong to the active mean. */
+/* Tells whether frames of a load have overwritten the active mean's sets for a missing head. */
 static bool alarms_sets_are_lost(const struct application *application) {
     const struct coefficients *active = state_active(application);
     return application->prepared.overwritten && active != NULL && active->mean.heads > 2;

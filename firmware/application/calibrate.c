@@ -199,7 +199,7 @@ static void calibrate_add_to_skew(struct application *application, const struct 
     struct capture_fault ignored;
     double noise_rad = measured->noise_arcsec / ARCSEC_PER_RAD;
     struct skew_turn made = {
-        /* An offset contains the noise of two heads; a turn that calibrates a mean states the noise of one. */
+        /* An offset contains the noise of two heads; with `of_mean`, `noise_arcsec` is the noise of one head. */
         .variance =
             (of_mean ? 2.0 : 1.0) * noise_rad * noise_rad * measured->colour / turn->samples,
         .heads = capture->heads,

@@ -48,7 +48,7 @@ struct capture_copy {
    does not fit into its word. */
 bool capture_copy_take(struct capture_copy *copy, const struct capture *capture);
 
-/* Computes the counts of every head at `sample`; the counts do not wrap as the words do. */
+/* Computes the counts of every head at `sample`; unlike the words, the counts do not wrap. */
 void capture_copy_counts(struct capture_copy *copy, uint32_t sample, int64_t counts[HEADS_MOST]);
 
 #endif

@@ -338,12 +338,12 @@ void core_read_prepared(const struct core_access *core, uint32_t number, struct 
 uint32_t core_prepared_sum(const struct core_access *core, uint32_t lanes);
 /* Activates a prepared set instead of the idle bank; the core counts this as a swap. */
 void core_take_set(const struct core_access *core, uint32_t set);
-/* Allows the core to use the heads whose bits are set in `heads` again, after the next index of each head. */
+/* Allows the core to use these heads (one bit per head) again, each after its next index. */
 void core_come_back(const struct core_access *core, uint32_t heads);
 void core_swap(const struct core_access *core);
-/* Swaps a core with a mean to the words of head 1 alone, because a mean that uses a head without an index captures no
-   turn. Call it while the correction is off: the lanes of the idle bank become active too. Does nothing if head 1 is
-   left out. */
+/* Makes the words of head 1 alone active in a core with a mean, because no turn is captured while the mean uses a head
+   without an index. Call it while the correction is off: the lanes of the idle bank become active too. Does nothing if
+   head 1 is left out. */
 void core_use_head1(const struct core_access *core);
 uint32_t core_swap_count(const struct core_access *core);
 uint32_t core_overrun_count(const struct core_access *core);

@@ -56,7 +56,7 @@ void watch_lane(struct loaded_watch *watch, uint32_t place, const struct sight *
 }
 
 void watch_table(struct loaded_watch *watch, double evidence, double enough) {
-    /* Because of the lower limit, a few turns end the fault, however long it lasted. */
+    /* The lower limit of the sum lets a few turns end the fault, however long it lasted. */
     double sum = fmax(fmin(watch->table_evidence + evidence, 0.0), -2.0 * enough);
     watch->table_evidence = (float)sum;
     watch->at_fault = watch->at_fault || sum <= -enough;

@@ -12,8 +12,8 @@
 #define CLOCKS_IO_PLL_HZ (BOARD_CRYSTAL_HZ * BOARD_IO_PLL_FACTOR)
 #define CLOCKS_UART_DIVISOR 10U
 #define CLOCKS_UART_HZ (CLOCKS_IO_PLL_HZ / CLOCKS_UART_DIVISOR)
-/* Divisor for the clock of the flash controller, 200 MHz. The controller divides this clock by 8 to 25 MHz, at which no
-   flash and no board needs an adjusted delay. */
+/* Divisor for the clock of the flash controller, 200 MHz. The controller divides this clock by 8; at the resulting 25
+   MHz no flash and no board needs an adjusted delay. */
 #define CLOCKS_FLASH_DIVISOR 5U
 /* Divisor for the clock of the configuration port, 200 MHz. */
 #define CLOCKS_PORT_DIVISOR 5U

@@ -71,7 +71,7 @@ struct capture_fault {
     int32_t expected;
 };
 
-/* Counts of both heads, which do not wrap as the words do. Modulo the counts of a turn they are the angles. */
+/* Counts of both heads; unlike the words, they do not wrap. Modulo the counts of a turn they are the angles. */
 struct capture_counts {
     int64_t head1;
     int64_t head2;

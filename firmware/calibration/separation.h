@@ -35,8 +35,8 @@ static inline double remainder_of_turn(double angle_rad) {
     return (turns - rint(turns)) * 2.0 * PI;
 }
 
-/* Tells whether the measured separation is near the value that exchanged heads would give, which is minus the nominal
-   separation. Returns false if both values are near each other. */
+/* Tells whether the measured separation is near minus the nominal separation, the value that exchanged heads would
+   give. Returns false if it is also near the nominal separation. */
 bool separation_is_exchanged(double nominal_rad, double measured_rad);
 
 /* Returns the standard uncertainty of the value that `choice` selects. */

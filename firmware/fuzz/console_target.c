@@ -16,7 +16,7 @@ enum { WINDOW_WORDS = 0x2100 / 4, SAMPLES = 40, BOTH_INDICES = 3 };
 /* Few orders and few turns, so that the fuzzer has time for more lines: a calibration takes longer than a line of the
    console. */
 enum { ORDERS = 6, TURNS_MOST = 4 };
-/* The images have the first sectors of the flash; saved records have the others, of which a save needs two. */
+/* The images use the first sectors of the flash; saved records use the others, and a save needs two of them. */
 enum { IMAGE_SECTORS = 2, SAVE_SECTORS = 2, SECTORS = IMAGE_SECTORS + SAVE_SECTORS };
 
 static struct {

@@ -88,7 +88,7 @@ static void disconnect(const struct fabric *fabric) {
 }
 
 /* Sets the controller up for linear addressing (UG585, 12.3); flash_prepare() has connected its pins. The set-up
-   does not rely on settings of the boot ROM. With one data wire, HOLD of the flash is another wire and must be driven.
+   does not rely on settings of the boot ROM. With one data wire, another wire is HOLD of the flash and must be driven.
    */
 static void open_flash(const struct fabric *fabric) {
     const uint32_t off = QSPI_CONFIG_BIG_ENDIAN | QSPI_CONFIG_START | QSPI_CONFIG_MANUAL_START |

@@ -107,8 +107,8 @@ package number_formats_pkg is
   constant EDGE_SPACING_MAX           : positive := 65535;
   -- Clocks from the detection of an index (stage 2 of index_zero) to its check (stage 5).
   constant INDEX_JUDGED_AFTER         : positive := 3;
-  -- Bits of a slip of the zero, counts, that is put back: -2**14 to 2**14 - 1 counts, 0.35 degrees at 2**24 counts per
-  -- turn. A larger slip is not put back.
+  -- Number of bits of a slip of the zero, in counts, that is put back: -2**14 to 2**14 - 1 counts, 0.35 degrees at
+  -- 2**24 counts per turn. A larger slip is not put back.
   constant INDEX_HEAL_WIDTH           : positive := 15;
 
   -- Largest number of clocks by which Z may change before or after its edge of A or B.
