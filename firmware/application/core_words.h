@@ -20,7 +20,7 @@ void core_lane_words(const struct lane *lane, uint32_t counts_per_rev, uint32_t 
                      uint32_t words[WORDS_A_LANE]);
 /* Returns a word for the registers of the mean; without a mean, head 1 has the whole weight. */
 uint32_t core_mean_word(const struct mean_set *mean, uint32_t place);
-/* Tells whether the core contains this word of the mean. The core answers an access to another word with a bus error. */
+/* Tells whether the core contains this word of the mean. An access to another word ends with a bus error. */
 bool core_mean_word_is_built(const struct core_access *core, uint32_t place);
 /* Returns the summand of a word in the check sum of the prepared sets: 0 for the word 0. */
 uint32_t core_summand(uint32_t offset, uint32_t word);
