@@ -258,8 +258,8 @@ def _table_warnings(model: Model, model_file: Path | None, observations: Observa
         return []
     if model.table is None:
         return [
-            f"{model_file}: names no table (an earlier version of arctrue wrote it); the next add "
-            "or drop writes the table of its set"
+            f"{model_file}: names no table (an earlier version of arctrue wrote this file); the "
+            "next add or drop adds the table"
         ]
     differences = model.table.differences(table_of(observations))
     if not differences:

@@ -222,7 +222,7 @@ def files(record: Path, folder: Path) -> None:
     """Write each day of RECORD (telemetry.sqlite) to FOLDER as an HDF5 file in NeXus form.
 
     Files that already have all turns of their day are not written again. Exit code 2: RECORD cannot
-    be read, FOLDER not written, or a daemon writes its files to FOLDER.
+    be read, FOLDER cannot be written, or a daemon writes its files to FOLDER.
     """
     from arctrue.device.nexus_days import UnfinishedFileError, recorded_days, write_missing_days
 

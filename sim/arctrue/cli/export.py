@@ -98,8 +98,8 @@ _NOT_OF_MEAN = (
 @click.option(
     "--fit-sensor-lag",
     is_flag=True,
-    help="Fit the time constant of --sensor-lag to SET, and fit the model to the temperature of "
-    "the table without this lag.",
+    help="Fit the time constant of --sensor-lag to SET, remove this lag from the temperatures, and "
+    "fit the model to the result.",
 )
 @click.option(
     "--temperatures",
@@ -198,7 +198,7 @@ def export(
     """Write the model as coefficients of the gateware, or as a table for another controller.
 
     For each effect of the model the command prints which part of the gateware corrects it and which
-    error remains; errors of the reference are not counted. If an effect has no values, the command
+    error remains, without the errors of the reference. If an effect has no values, the command
     first fits the model to SET; a reference run is enough for this. With --out the file goes into
     that folder. Exit code 1: the file is not written, because it would increase the error of SET or
     the firmware would refuse it (--force writes it).

@@ -175,7 +175,7 @@ def _on_four_heads(
         )
     say(
         f"{found.case.title}, at order {found.case.order:g}: {found.head1_arcsec:.3f}″ on head 1, "
-        f"{found.mean_arcsec:.3f}″ on the mean of four heads, calibrated before; a count is "
+        f"{found.mean_arcsec:.3f}″ on the mean of four heads (calibrated earlier); a count is "
         f"{settings.arcsec_per_count:.3f}″; {found.clocks:,} clocks"
     )
     write_json(json_file, found.as_json())
@@ -219,7 +219,7 @@ def print_result(result: HiddenResult) -> None:
         paper, corrected = (result.reversal_arcsec[key] for key in ("paper", "corrected"))
         say(
             f"Up minus down at the stations of the polygon: {paper:.2f}″ with the paper's model, "
-            f"{corrected:.2f}″ with the exported one"
+            f"{corrected:.2f}″ with the exported model"
         )
     left = result.judged_arcsec()
     if "unit_left_out" in left:
@@ -230,14 +230,14 @@ def print_result(result: HiddenResult) -> None:
         say(
             ("Largest error" if order is None else f"Order {order} of the error")
             + f" in the fresh turns: {left['paper']:.2f}″ with the paper's model, "
-            f"{left['unit_left_out']:.2f}″ with the exported one without the {unit}, "
-            f"{left['corrected']:.2f}″ with the complete exported one"
+            f"{left['unit_left_out']:.2f}″ with the exported model without the {unit}, "
+            f"{left['corrected']:.2f}″ with the complete exported model"
         )
     for place, line in enumerate(result.case.lines):
         sizes = {name: figure(counts[place], 2) for name, counts in result.lines_counts.items()}
         say(
-            f"Order {line:g}: {sizes['without']} counts without its lane, "
-            f"{sizes['forwards']} with it forwards, {sizes['backwards']} backwards"
+            f"Order {line:g}: {sizes['without']} counts without its lane; with the lane, "
+            f"{sizes['forwards']} forwards and {sizes['backwards']} backwards"
         )
     for text in result.export.followed:
         say(f"follows its condition: {text}")
