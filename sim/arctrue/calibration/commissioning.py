@@ -85,8 +85,8 @@ def judge_connection(
     ]
     if mirrored:
         faults.append(
-            "the places run in the opposite direction: count them as the table turns, or set "
-            "8 in the input of every head"
+            "the places run in the opposite direction: enter them in the positive direction of "
+            "the table, or set 8 in the input of every head"
         )
     if 0 in at_head:
         if indexed.all():
@@ -175,7 +175,7 @@ def _cables(places_deg: Float, plan_deg: Float) -> tuple[tuple[int, ...], float,
 
 @dataclass(frozen=True)
 class Skew:
-    """Delay of each head, and the corrections that make all heads equally late.
+    """Delay of each head, and the corrections that make all delays equal.
 
     ``late_ns`` (H,): delay of each head relative to head 1, including the delays that the device
     applied during the turns; ``u_ns`` (H,): its standard uncertainty; ``delays_clocks`` (H,):
