@@ -133,8 +133,8 @@ class CsvFile:
         """Yield blocks of rows: columns of whole numbers as int64, all other columns as float64.
 
         Raises MeasurementError with the row and column of the first field that is missing, not a
-        number, not finite, or larger than LARGEST_NUMBER. A last line with too few fields and without
-        a line end is left out, with a warning.
+        number, not finite, or larger than LARGEST_NUMBER. A last line with too few fields and no
+        line end is left out, with a warning.
         """
         cut = self._cut_last_line()
         if not installed("pyarrow"):

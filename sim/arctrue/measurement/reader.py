@@ -94,8 +94,8 @@ def read_measurement_set(
 
 
 def unread_columns(measurement: MeasurementSet, folder: Path) -> list[tuple[Path, str]]:
-    """Return file and name of each column in ``folder`` that the reader left out of ``measurement``,
-    because it is not numeric or its name occurs twice. Raises MeasurementError."""
+    """Return file and name of each column in ``folder`` that ``measurement`` lacks, because the
+    column is not numeric or its name occurs twice. Raises MeasurementError."""
     description = read_description(folder)
     found: list[tuple[Path, str]] = []
     for section, rows, required, optional in (

@@ -158,7 +158,7 @@ def _base(path: Path, wanted: str, times: dict[str, list[float]], choices: Choic
         wanted = choices.ask(
             Ambiguous(
                 "--group",
-                f"{path}: the variables have different times; the times of which one are used?",
+                f"{path}: the variables have different times; which variable's times are used?",
                 names,
             )
         )
