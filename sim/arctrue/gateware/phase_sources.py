@@ -71,6 +71,7 @@ def _side_of(order: float, edges_per_turn: float) -> int:
         if abs(multiple - round(multiple)) * edges_per_turn <= SIDE_TOLERANCE:
             return side
     raise ValueError(
-        f"order {order:.7g}: neither it nor one of its sides up to {SIDE_MOST} is a multiple of "
-        f"{edges_per_turn:.7g} edges in a turn, so that its phase differs from edge to edge"
+        f"order {order:.7g}: for no side from -{SIDE_MOST} to {SIDE_MOST} is the order minus the "
+        f"side a multiple of {edges_per_turn:.7g} edges per turn, so that the phase differs from "
+        "edge to edge"
     )
