@@ -3,8 +3,8 @@
 The table turns once or more in its positive direction, and the readings of all heads are taken at
 the same clocks. They show the sense of each head, its place (angle from head 1), and the cable to
 which it is connected. Two turns at one speed, forward and backward, show the delay between the
-electronics of two heads: a head with the delay τ reads θ(t − τ), so that its offset changes by τ
-times the difference of the two speeds.
+electronics of two heads. A head with the delay τ reads θ(t − τ), so its offset changes by τ times
+the difference of the two speeds.
 """
 
 from __future__ import annotations

@@ -42,8 +42,8 @@ RUNS_AGREE_COUNTS = 4.0
 
 @dataclass(frozen=True)
 class Separation:
-    """A value of α with its standard uncertainty; without a value u is infinite and ``note`` says
-    why."""
+    """A value of α with its standard uncertainty; without a value u is infinite and ``note``
+    states the reason."""
 
     value_rad: float
     u_rad: float

@@ -190,7 +190,7 @@ def _token(file: Path) -> str:
     return token
 
 
-@device.command("status", short_help="Show what a running daemon does.")
+@device.command("status", short_help="Show the state of a running daemon.")
 @click.argument("port", default="")
 def status(port: str) -> None:
     """Show the counters and the latest turn of a daemon.

@@ -120,8 +120,8 @@ def hidden(
         )
     if follow and not CASES[effect].order1_warms:
         raise click.UsageError(
-            f"--follow shows order 1 while the table warms, and {effect} does not change it; "
-            f"it is for {_FOLLOWED}"
+            f"--follow shows order 1 while the table warms, which {effect} does not change; use "
+            f"--follow with {_FOLLOWED}"
         )
     if lines * int(interpolation) < LEAST_COUNTS:
         raise click.UsageError(
@@ -188,8 +188,8 @@ def print_result(result: HiddenResult) -> None:
     say(f"What was hidden: {result.case.title}")
     console.print(ladder_table(result.diagnosed.ladder))
     console.print(
-        f"\nFresh turns against the true angle; {scale.counts_per_rev:,} counts a turn, one is "
-        f"{scale.arcsec_per_count:.3f}″"
+        f"\nFresh turns against the true angle; {scale.counts_per_rev:,} counts a turn, one count "
+        f"is {scale.arcsec_per_count:.3f}″"
     )
     curves = table(
         "Every edge, the mean removed, ″",

@@ -43,7 +43,7 @@ class Extension:
     ``modulators``: lane → one of MODULATORS. ``turn_steps``: lane → fraction of its order, u0.48
     turn per turn. ``without``: one prepared set of coefficients for each head that may fail; the
     extension of each set contains the set's mean. ``phase_sources``: lane of a real order → the
-    origin of its phase, if it is not the operator.
+    origin of its phase; without an entry the operator states the phase.
     """
 
     mean: MeanSet | None = None

@@ -15,9 +15,9 @@ SIDE_MOST = 8
 """Largest magnitude of the side (a whole number, see :class:`PhaseSource`) that is tried for a lane
 whose phase comes from an index of the drive."""
 SIDE_TOLERANCE = 0.005
-"""A fitted order minus its side must be a multiple of the number of the drive's indices in a turn;
-this is the largest permitted deviation, in periods per turn. It is five times the standard
-uncertainty of an order that is fitted to one turn of a reference."""
+"""Largest permitted deviation of a fitted order minus its side from a multiple of the number of the
+drive's indices in a turn, in periods per turn. It is five times the standard uncertainty of an
+order that is fitted to one turn of a reference."""
 
 
 def with_phase_from_heads(coefficients: Coefficients) -> Coefficients:

@@ -205,8 +205,8 @@ def _moved(rows: Rows, runs: int, cycles: int, shift_s: float) -> Rows:
 def _rows_with_uncertainty(
     references: Sequence[tuple[str, Reference]],
 ) -> list[tuple[str, Reference]]:
-    """Return the reference runs of the sets; if all state an uncertainty and these differ, store
-    them as columns."""
+    """Return the reference runs of the sets; if all state an uncertainty and the uncertainties
+    differ, store them as columns."""
     stated = {rows.standard_uncertainty_arcsec for _, rows in references}
     if len(stated) < 2 or None in stated:
         return list(references)

@@ -132,8 +132,8 @@ class _Rows:
                 self._back.append((line, text))
                 continue
             if len(fields) != self.shape.width:
-                # A line with a wrong number of fields may be the last line, cut off; it is held
-                # back.
+                # A line with a wrong number of fields is held back, because it may be a last line
+                # that was cut off.
                 self._back.append((line, text))
                 continue
             yield from self._kept_back()

@@ -30,7 +30,7 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
-    """Return ``time_s`` and one column per variable; all have the times of one of the variables.
+    """Return ``time_s`` and one column per variable, all at the times of one of the variables.
 
     EPICS records a variable when its value changes, so each variable has its own times; the values
     of the other variables are interpolated linearly. ``settings.group`` names the variable whose
