@@ -355,6 +355,6 @@ def _lines(estimate: Estimate) -> list[str]:
     lines = ", ".join(f"{order:.2f} ({a:.2f}″)" for order, a in estimate.residual_peaks)
     return [
         f"the residual of R₂ − R₁ contains lines at order {lines}, or at an order that the "
-        f"sampling folds there; they are above order {estimate.orders[-1]} (--orders) or not "
+        f"sampling aliases to it; they are above order {estimate.orders[-1]} (--orders) or not "
         "fixed to the disc"
     ]

@@ -167,7 +167,8 @@ def load_model(model_file: Path | None, *, may_be_new: bool = False) -> Model:
 
 @contextmanager
 def changing(model_file: Path | None) -> Iterator[None]:
-    """Lock a model file until it is written; print a note while another command holds the lock."""
+    """Lock a model file while the ``with`` block changes it; print a note while another command
+    holds the lock."""
     if model_file is None:
         yield
         return

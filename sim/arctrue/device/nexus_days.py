@@ -178,7 +178,7 @@ class UnfinishedFileError(OSError):
     """Raised if a day's file could not be written; ``strerror`` contains the reason.
 
     While the error exists, HDF5 does not close the file. A program ends with os._exit, because the
-    attempt to close it can end in a segmentation fault.
+    attempt to close the file can end in a segmentation fault.
     """
 
 

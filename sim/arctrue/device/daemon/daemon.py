@@ -44,7 +44,7 @@ LONGEST_PAUSE_S = 3600.0
 """Longest pause in seconds between two attempts to write the daily files. The pause doubles after
 each failure, because attempts on a full disk take space from the record."""
 SLOW_S = 2.0
-"""Time in seconds after which a daemon that ends states that it still closes the day's file."""
+"""Time in seconds after which an ending daemon reports that it is still closing the day's file."""
 _CAPTURE_ERRORS = (ConsoleError, OSError, MeasurementError, ValueError)
 
 

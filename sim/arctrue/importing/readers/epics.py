@@ -114,8 +114,8 @@ def _steps_of_a_turn(
     """Return the number of steps of a variable at the end of a turn, and for each time ``at`` (n,)
     whether it lies within such a step.
 
-    The unit of the variable is not known here; a step counts if it is longer than half of the
-    range, while a usual step is shorter than a quarter of the range.
+    The unit of the variable is not known here; a step is the end of a turn if it is longer than
+    half of the range and the median step is shorter than a quarter of the range.
     """
     step, span = np.abs(np.diff(values)), float(np.ptp(values))
     if not step.size or float(np.median(step)) > USUAL_STEP_SHARE * span:
