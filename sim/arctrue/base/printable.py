@@ -28,7 +28,7 @@ def harmless(text: str, keep: str = "\n\t") -> str:
 
 
 def one_line(text: str) -> str:
-    """Give ``text`` from a file as one safe line; line breaks and tabs are escaped too."""
+    """Return ``text`` from a file as one line, in which line breaks and tabs are escaped, too."""
     return harmless(text, keep="")
 
 

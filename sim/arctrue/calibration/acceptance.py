@@ -59,8 +59,8 @@ def of_limits(coefficients: Coefficients) -> list[str]:
     found = []
     if steepest >= STEEPEST:
         found.append(
-            f"the correction is too steep: |dε/dR| reaches {steepest:.3g}{where}, and from "
-            f"{STEEPEST:g} on the corrected angle could turn back"
+            f"the correction is too steep: |dε/dR| reaches {steepest:.3g}{where}; at "
+            f"{STEEPEST:g} or more, the corrected angle could turn back"
         )
     if largest > AMPLITUDE_LIMIT_COUNTS:
         found.append(
@@ -84,8 +84,8 @@ def of_limits(coefficients: Coefficients) -> list[str]:
 
 
 def of_speed_feedback(coefficients: Coefficients, clock_hz: float = CLOCK_HZ) -> list[str]:
-    """Return an objection if the lanes that follow the speed would make its measurement
-    unstable."""
+    """Return an objection if the lanes that follow the speed would make the measurement of the
+    speed unstable."""
     feedback = speed_feedback(coefficients, clock_hz)
     if feedback <= MOST_SPEED_FEEDBACK:
         return []

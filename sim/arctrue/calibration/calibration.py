@@ -188,10 +188,10 @@ def objections(measurement: MeasurementSet, coefficients: Coefficients) -> list[
     """Return the reasons why coefficients from another source should not be written for this set's
     table.
 
-    If the correction is too steep or a lane's amplitude too large, only these reasons are returned.
-    Otherwise the function checks the head separation of a capture. It also checks the error in the
-    reference run or, in a set without a reference run, the estimate from the two heads. A capture
-    that cannot be used gives no objection.
+    If the coefficients exceed limits of the firmware, only these reasons are returned. Otherwise
+    the function checks the head separation of a capture. It also checks the error in the reference
+    run or, in a set without a reference run, the estimate from the two heads. If the calibration
+    refuses the capture, the estimate is not checked.
     """
     measurement = _without_masked_stations(measurement)
     table, capture, reference = measurement.table, measurement.capture, measurement.reference
@@ -355,6 +355,6 @@ def _lines(estimate: Estimate) -> list[str]:
     lines = ", ".join(f"{order:.2f} ({a:.2f}″)" for order, a in estimate.residual_peaks)
     return [
         f"the residual of R₂ − R₁ contains lines at order {lines}, or at an order that the "
-        f"sampling folds there; they are above order {estimate.orders[-1]} (--orders) or not "
+        f"sampling aliases to it; they are above order {estimate.orders[-1]} (--orders) or not "
         "fixed to the disc"
     ]

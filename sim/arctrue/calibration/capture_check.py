@@ -30,8 +30,8 @@ schema 1)."""
 JUMP_STEPS = 2.0
 """Smallest ratio of a jump to the median step: no table moves by two steps in one sample period."""
 LOWEST_SPEED_TOLERANCE = 0.05
-"""A run counts as one at the lowest speed if it is faster than the lowest speed by at most this
-share."""
+"""Largest relative excess over the lowest speed at which a run belongs to the runs at the lowest
+speed."""
 CLOCK_HZ_DEFAULT = 100e6
 
 
@@ -278,7 +278,7 @@ def _check_speed(
         raise CaptureRefusedError(
             "over_speed",
             f"over-speed: {steps[index]} counts in {times[index]:.6f} s; "
-            f"at {clock_hz / 1e6:g} MHz the decoder counts no more than one a clock",
+            f"at {clock_hz / 1e6:g} MHz the decoder counts at most one edge per clock",
             run,
             index + 1,
         )

@@ -46,8 +46,8 @@ def combined_estimate(
 
     ``seen``: the orders that the heads' difference determines; ``values`` and every entry of
     ``by_run``: (2·seen,); ``information``: XᵀX of each run for noise of variance 1;
-    ``own_residuals``: residuals of each run after a fit of this run alone, so that a run with
-    different values does not count as noisy; ``residual_rms_by_run``: RMS of the residuals with the
+    ``own_residuals``: residuals of each run after a fit of this run alone, so that different
+    values of a run do not appear as noise; ``residual_rms_by_run``: RMS of the residuals with the
     common values.
 
     The covariance is first computed for white noise with each run's own variance. At each order it

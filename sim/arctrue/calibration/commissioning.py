@@ -3,8 +3,8 @@
 The table turns once or more in its positive direction, and the readings of all heads are taken at
 the same clocks. They show the sense of each head, its place (angle from head 1), and the cable to
 which it is connected. Two turns at one speed, forward and backward, show the delay between the
-electronics of two heads: a head with the delay τ reads θ(t − τ), so that its offset changes by τ
-times the difference of the two speeds.
+electronics of two heads. A head with the delay τ reads θ(t − τ), so its offset changes by τ times
+the difference of the two speeds.
 """
 
 from __future__ import annotations
@@ -85,8 +85,8 @@ def judge_connection(
     ]
     if mirrored:
         faults.append(
-            "the places run in the opposite direction: count them as the table turns, or set "
-            "8 in the input of every head"
+            "the places run in the opposite direction: enter them in the positive direction of "
+            "the table, or set 8 in the input of every head"
         )
     if 0 in at_head:
         if indexed.all():
@@ -175,7 +175,7 @@ def _cables(places_deg: Float, plan_deg: Float) -> tuple[tuple[int, ...], float,
 
 @dataclass(frozen=True)
 class Skew:
-    """Delay of each head, and the corrections that make all heads equally late.
+    """Delay of each head, and the corrections that make all delays equal.
 
     ``late_ns`` (H,): delay of each head relative to head 1, including the delays that the device
     applied during the turns; ``u_ns`` (H,): its standard uncertainty; ``delays_clocks`` (H,):

@@ -3,7 +3,7 @@
 mean(R₂ − R₁) over uniform true angle is the separation according to the index marks: both heads
 count from the same mark, and ε(θ + α) − ε(θ) has the mean 0. This mean repeats within ± 1 count per
 head. The heads may detect the mark at different places. Repeated runs do not show this constant
-difference, but α contains all of it (10 µm at the disc are 38″). A set states the standard
+difference, but α contains it in full (10 µm at the disc are 38″). A set states the standard
 uncertainty of the difference as ``table.index_detection_arcsec``; the default is the standard
 uncertainty of the heads' mounting, 50″/√3. If a head did not find its index, the values of α from
 several runs disagree, or the value is far from nominal.
@@ -42,8 +42,8 @@ RUNS_AGREE_COUNTS = 4.0
 
 @dataclass(frozen=True)
 class Separation:
-    """A value of α with its standard uncertainty; without a value u is infinite and ``note`` says
-    why."""
+    """A value of α with its standard uncertainty; without a value u is infinite and ``note``
+    states the reason."""
 
     value_rad: float
     u_rad: float

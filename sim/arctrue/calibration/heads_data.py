@@ -80,8 +80,8 @@ class HeadsData:
     def thinned(self, most: int, most_order: int) -> HeadsData:
         """Return every k-th sample of each run; ``self`` if k is 1.
 
-        Fewer than twice ``most`` samples remain; more remain only if each turn needs them to have
-        four samples for each period of its highest order.
+        Fewer than twice ``most`` samples remain, unless a turn needs more for four samples in each
+        period of its highest order.
         """
         a_turn = min(part.samples // part.turns for part in self.turns)
         step = min(self.samples // most, a_turn // (4 * most_order))

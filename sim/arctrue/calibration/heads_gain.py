@@ -22,7 +22,7 @@ MotionOrders = Literal["every"] | tuple[int, ...]
 differ from turn to turn."""
 
 UNSEEN_GAIN = 1e3
-"""Gain above which an order counts as not determined. L is then 0.001, which is the change of L
+"""Gain above which an order is treated as not determined. L is then 0.001, which is the change of L
 that an error of 10″ in a place causes at order 20."""
 
 

@@ -98,8 +98,8 @@ def least_squares(
         round((float(np.mean(p.head2_counts - p.head1_counts)) * unit - nominal) / turn_arcsec)
         for p in turns
     ]
-    # An order that the heads do not determine at one of the two values of α would make the matrix
-    # singular.
+    # An order that the heads do not determine at the nominal or at the measured α would make the
+    # matrix singular.
     raw_rad = float(np.mean(turns[0].head2_counts - turns[0].head1_counts)) * unit / ARCSEC_PER_RAD
     hidden = ~np.isfinite(noise_gain(orders, nominal_separation_rad))
     seen = orders[~hidden & np.isfinite(noise_gain(orders, raw_rad))]

@@ -1,8 +1,8 @@
 """Finds the head that has moved between two calibrations, from the offsets of all counters.
 
-A head that moves along the scale by δ changes its own offset by δ; an axis that moves by c changes
+A head that moves along the scale by δ changes its own offset by δ. An axis that moves by c changes
 the offset of every head by Im(c·e^{jp})·ρ, where p is the head's place and ρ its radius ratio. Four
-heads show three changes relative to head 1. Each of the four heads could explain these changes if
+heads show three changes relative to head 1. A move of any one head could explain these changes if
 the axis also moved by some c. For the head that has really moved, and only for this head, c is
 small.
 """

@@ -21,7 +21,7 @@ UNCERTAINTY_LIMIT_ARCSEC = 0.1
 
 @dataclass(frozen=True)
 class Verdict:
-    """Decision on one order. ``reason`` says why it is not applied; ``flags`` are further remarks
+    """Decision on one order. ``reason`` states why it is not applied; ``flags`` are further remarks
     for the user."""
 
     order: int

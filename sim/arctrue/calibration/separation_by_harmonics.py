@@ -35,7 +35,7 @@ def separation_by_harmonics(
     """Return the α at which the two heads agree best with the reference, by weighted least squares.
 
     ``estimate`` is a function of the reading. If α cannot be determined, the standard uncertainty
-    is infinite and the note says why.
+    is infinite and the note states the reason.
     """
     u_reference = reference.standard_uncertainty_arcsec
     if u_reference is None:

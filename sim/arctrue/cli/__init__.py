@@ -51,8 +51,8 @@ class _NotGeneratedError(click.ClickException):
 
 
 def _without_extra(name: str, missing: MissingExtraError) -> click.Command:
-    """Return a stand-in for a command, which only names the missing extra that the command
-    needs."""
+    """Return a command that only names the missing extra; it replaces the command that needs the
+    extra."""
 
     def refuse(_: click.Context, __: click.Parameter, ___: object) -> None:
         raise missing

@@ -22,7 +22,7 @@ def write_controller_table(
     *,
     force: bool,
 ) -> None:
-    """Write ``correction`` in the format ``form``, and print what it corrects.
+    """Write ``correction`` in the format ``form``, and print the orders that the table contains.
 
     Exits with NOT_WRITTEN if the table would increase the error of the reference run and ``force``
     is False.

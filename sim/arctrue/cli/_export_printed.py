@@ -1,4 +1,4 @@
-"""Prints what an export to the gateware corrects, and the error that remains."""
+"""Prints the effects that an export to the gateware corrects, and the error that remains."""
 
 from __future__ import annotations
 

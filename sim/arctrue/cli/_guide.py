@@ -68,8 +68,8 @@ def commands(kind: str, folder: Path, *, model: Path | None = None) -> list[str]
 def refuse_what_was_not_asked(
     kind: str, before: MeasurementSet, taken: MeasurementSet, *, force: bool
 ) -> None:
-    """Print how ``taken`` differs from the requested measurement; end the command unless it is
-    forced."""
+    """Print how ``taken`` differs from the requested measurement; end the command if ``taken`` is
+    not that measurement and ``force`` is False."""
     found = came(kind, before, taken)
     for remark in found.remarks:
         tell_warning(remark)

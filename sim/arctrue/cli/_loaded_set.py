@@ -167,7 +167,8 @@ def load_model(model_file: Path | None, *, may_be_new: bool = False) -> Model:
 
 @contextmanager
 def changing(model_file: Path | None) -> Iterator[None]:
-    """Lock a model file until it is written; print a note while another command holds the lock."""
+    """Lock a model file while the ``with`` block changes it; print a note while another command
+    holds the lock."""
     if model_file is None:
         yield
         return
@@ -258,8 +259,8 @@ def _table_warnings(model: Model, model_file: Path | None, observations: Observa
         return []
     if model.table is None:
         return [
-            f"{model_file}: names no table (an earlier version of arctrue wrote it); the next add "
-            "or drop writes the table of its set"
+            f"{model_file}: names no table (an earlier version of arctrue wrote this file); the "
+            "next add or drop adds the table"
         ]
     differences = model.table.differences(table_of(observations))
     if not differences:

@@ -52,7 +52,7 @@ class OutputFolder(click.Path):
 
 
 def near(path: Path) -> Path:
-    """Return the path relative to the current folder if it lies below; otherwise unchanged."""
+    """Return a path below the current folder relative to that folder; any other path unchanged."""
     here = Path.cwd()
     return path.relative_to(here) if path.is_relative_to(here) else path
 
@@ -67,7 +67,7 @@ def _name_fault(path: Path) -> str | None:
 
 
 def _file_fault(path: Path) -> str | None:
-    """Return the reason why no result may be written to this file; None if there is none."""
+    """Return the reason why no result may be written to this file; None if one may."""
     if str(path) == "-":
         return "'-' is not a file name; the command writes this result only to a file."
     if not path.exists():

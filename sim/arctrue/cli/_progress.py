@@ -21,7 +21,7 @@ before a user could read the line."""
 
 
 class Progress:
-    """Progress of one command; a live text says which task is being done."""
+    """Progress of one command; a live text names the present task."""
 
     _present: Progress | None = None
 

@@ -2,8 +2,8 @@
 control characters.
 
 Titles, names, columns, file names and a device's answers come from other people. Control characters
-in them could move the cursor, hide lines or type answers; they are printed as escapes. rich does
-not interpret square brackets in them as markup.
+in these texts could move the cursor, hide lines or send input to the shell, so they are printed as
+escapes. rich does not interpret square brackets in these texts as markup.
 """
 
 from __future__ import annotations

@@ -67,8 +67,8 @@ def alpha(
     The page of --page also states the error that remains on the paper's table for each number of
     lanes and bits. With --heads 3 or 4 the command prints the places with the least noise gain for
     orders 1 to N. At these places the mean of all heads, and of any three of four, has less noise
-    than one head. With a list in --orders the command prints the best places for these orders; the
-    mean of four heads does not contain order 1, which then does not count.
+    than one head. With a list in --orders the command prints the best places for these orders.
+    With four heads it ignores order 1, which the mean of four heads does not contain.
     """
     from arctrue.studies.head_angle.choose import ORDERS, PLACES_ORDERS, choose, choose_places
 

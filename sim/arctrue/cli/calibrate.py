@@ -225,7 +225,7 @@ class _Results:
         found: Calibration | MeanCalibration | ReferenceCalibration,
         chart: Callable[[str], Chart] | None = None,
     ) -> None:
-        """Write figures, coefficients and picture; end the command if they are refused."""
+        """Write figures, coefficients and picture; end the command if coefficients are refused."""
         coefficients, picture = self.out / "coefficients.toml", self.out / "calibration.png"
 
         def draw() -> None:

@@ -181,7 +181,7 @@ def _print_noise(noise: dict[str, Any]) -> None:
 
 
 def short_coefficient_names(names: Sequence[str]) -> list[str]:
-    """Return the names of coefficients (``effect: cos 3``) for reading: for each effect, orders
+    """Return the names of coefficients (``effect: cos 3``) in a short form: for each effect, orders
     whose cosine and sine are both listed become ranges."""
     parts: dict[str, set[str]] = {}
     for name in names:

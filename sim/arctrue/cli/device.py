@@ -190,7 +190,7 @@ def _token(file: Path) -> str:
     return token
 
 
-@device.command("status", short_help="Show what a running daemon does.")
+@device.command("status", short_help="Show the state of a running daemon.")
 @click.argument("port", default="")
 def status(port: str) -> None:
     """Show the counters and the latest turn of a daemon.
@@ -222,7 +222,7 @@ def files(record: Path, folder: Path) -> None:
     """Write each day of RECORD (telemetry.sqlite) to FOLDER as an HDF5 file in NeXus form.
 
     Files that already have all turns of their day are not written again. Exit code 2: RECORD cannot
-    be read, FOLDER not written, or a daemon writes its files to FOLDER.
+    be read, FOLDER cannot be written, or a daemon writes its files to FOLDER.
     """
     from arctrue.device.nexus_days import UnfinishedFileError, recorded_days, write_missing_days
 

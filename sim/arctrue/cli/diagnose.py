@@ -118,8 +118,8 @@ def _guide(
     try:
         at_the_table = steps(kind, measurement)
     except ValueError:
-        # A set without a capture gets no steps at the table; the text of the diagnosis says what to
-        # measure.
+        # For a set without a capture there are no steps at the table; the text of the diagnosis
+        # names the measurement.
         return []
     typed = commands(kind, folder, model=model_file)
     return ["At the table:", *(f"  {line}" for line in at_the_table), "Then:"] + [
@@ -186,7 +186,7 @@ def _print(result: Diagnosis) -> None:
         if any(item.name not in result.left for item in shown):
             console.print(
                 "–: not calculated. The remaining error is calculated for the effect of the "
-                "verdict, and for those that this data cannot distinguish from it."
+                "verdict, and for the effects that this data cannot distinguish from that effect."
             )
         if len(result.candidates) > len(shown):
             more = len(result.candidates) - len(shown)

@@ -33,7 +33,7 @@ from arctrue.studies.error_budget import DRAWS
     "--monte-carlo",
     "folder",
     type=click.Path(exists=True, file_okay=False, path_type=Path),
-    help="Folder of an arctrue monte-carlo run, to compare its stated uncertainty.",
+    help="Folder of an arctrue monte-carlo run, whose stated uncertainty is compared.",
 )
 @click.option(
     "--from",

@@ -98,8 +98,8 @@ _NOT_OF_MEAN = (
 @click.option(
     "--fit-sensor-lag",
     is_flag=True,
-    help="Fit the time constant of --sensor-lag to SET, and fit the model to the temperature of "
-    "the table without this lag.",
+    help="Fit the time constant of --sensor-lag to SET, remove this lag from the temperatures, and "
+    "fit the model to the result.",
 )
 @click.option(
     "--temperatures",
@@ -197,11 +197,11 @@ def export(
 ) -> None:
     """Write the model as coefficients of the gateware, or as a table for another controller.
 
-    For each effect of the model the command prints which part of the gateware corrects it and which
-    error remains; errors of the reference are not counted. If an effect has no values, the command
-    first fits the model to SET; a reference run is enough for this. With --out the file goes into
-    that folder. Exit code 1: the file is not written, because it would increase the error of SET or
-    the firmware would refuse it (--force writes it).
+    For each effect of the model the command prints the part of the gateware that corrects it, and
+    the remaining error, which excludes errors of the reference. If an effect has no values, the
+    command first fits the model to SET; a reference run is enough for this. With --out the file
+    goes into that folder. Exit code 1: the file is not written, because it would increase the error
+    of SET or the firmware would refuse it (--force writes it).
     """
     if table_format == GATEWARE and points is not None:
         raise ValueError("--points: the gateware takes orders, not points; choose a --format")

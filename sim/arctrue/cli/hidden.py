@@ -120,8 +120,8 @@ def hidden(
         )
     if follow and not CASES[effect].order1_warms:
         raise click.UsageError(
-            f"--follow shows order 1 while the table warms, and {effect} does not change it; "
-            f"it is for {_FOLLOWED}"
+            f"--follow shows order 1 while the table warms, which {effect} does not change; use "
+            f"--follow with {_FOLLOWED}"
         )
     if lines * int(interpolation) < LEAST_COUNTS:
         raise click.UsageError(
@@ -175,7 +175,7 @@ def _on_four_heads(
         )
     say(
         f"{found.case.title}, at order {found.case.order:g}: {found.head1_arcsec:.3f}″ on head 1, "
-        f"{found.mean_arcsec:.3f}″ on the mean of four heads, calibrated before; a count is "
+        f"{found.mean_arcsec:.3f}″ on the mean of four heads (calibrated earlier); a count is "
         f"{settings.arcsec_per_count:.3f}″; {found.clocks:,} clocks"
     )
     write_json(json_file, found.as_json())
@@ -188,8 +188,8 @@ def print_result(result: HiddenResult) -> None:
     say(f"What was hidden: {result.case.title}")
     console.print(ladder_table(result.diagnosed.ladder))
     console.print(
-        f"\nFresh turns against the true angle; {scale.counts_per_rev:,} counts a turn, one is "
-        f"{scale.arcsec_per_count:.3f}″"
+        f"\nFresh turns against the true angle; {scale.counts_per_rev:,} counts a turn, one count "
+        f"is {scale.arcsec_per_count:.3f}″"
     )
     curves = table(
         "Every edge, the mean removed, ″",
@@ -219,7 +219,7 @@ def print_result(result: HiddenResult) -> None:
         paper, corrected = (result.reversal_arcsec[key] for key in ("paper", "corrected"))
         say(
             f"Up minus down at the stations of the polygon: {paper:.2f}″ with the paper's model, "
-            f"{corrected:.2f}″ with the exported one"
+            f"{corrected:.2f}″ with the exported model"
         )
     left = result.judged_arcsec()
     if "unit_left_out" in left:
@@ -230,14 +230,14 @@ def print_result(result: HiddenResult) -> None:
         say(
             ("Largest error" if order is None else f"Order {order} of the error")
             + f" in the fresh turns: {left['paper']:.2f}″ with the paper's model, "
-            f"{left['unit_left_out']:.2f}″ with the exported one without the {unit}, "
-            f"{left['corrected']:.2f}″ with the complete exported one"
+            f"{left['unit_left_out']:.2f}″ with the exported model without the {unit}, "
+            f"{left['corrected']:.2f}″ with the complete exported model"
         )
     for place, line in enumerate(result.case.lines):
         sizes = {name: figure(counts[place], 2) for name, counts in result.lines_counts.items()}
         say(
-            f"Order {line:g}: {sizes['without']} counts without its lane, "
-            f"{sizes['forwards']} with it forwards, {sizes['backwards']} backwards"
+            f"Order {line:g}: {sizes['without']} counts without its lane; with the lane, "
+            f"{sizes['forwards']} forwards and {sizes['backwards']} backwards"
         )
     for text in result.export.followed:
         say(f"follows its condition: {text}")

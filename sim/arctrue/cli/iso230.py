@@ -33,7 +33,7 @@ from arctrue.workbench.model.growth import fitted
 SHOWN_TARGETS = 40
 """Largest number of targets listed on the terminal; --json and --out contain all targets."""
 SIGN = (
-    "positioning deviations: actual less target position of a servo that follows head 1; the "
+    "positioning deviations: actual minus target position of a servo that follows head 1; the "
     "error of indication in reference.csv has the other sign"
 )
 

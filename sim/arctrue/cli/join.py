@@ -31,8 +31,8 @@ from arctrue.measurement.writer import refuse_occupied
 @click.option(
     "--times",
     type=click.Choice(["after", "keep"]),
-    help="For a later set whose clock restarted: shift its times behind those of the set before "
-    "it (after), or keep them.",
+    help="For a later set whose clock restarted: shift its times past the end of the previous set "
+    "(after), or keep them.",
 )
 @click.option("--common-columns", is_flag=True, help="Leave out columns that some sets lack.")
 @next_option

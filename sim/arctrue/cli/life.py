@@ -97,7 +97,7 @@ def life(
     port: str | None,
     seed: int,
 ) -> None:
-    """Fit every measurement set below FOLDER; report what changed in the machine, and when.
+    """Fit every measurement set below FOLDER; report the changes of the machine and their dates.
 
     All sets come from one machine; each has a `date` in its measurement.toml. The command fits the
     model of --model, or the paper's model, to each set anew, and lists sets that it cannot use.

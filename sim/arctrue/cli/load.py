@@ -50,8 +50,8 @@ NO_DEVICE = 2
     "--turn",
     type=click.IntRange(-(1 << 23), (1 << 23) - 1),
     help="Number that the device gives to turn 0 of FILE (`load status` shows the present "
-    "number). It sets the phases that the device cannot find itself, those of orders that are not "
-    "integers; without --turn these orders are off until `load phase` at the console.",
+    "number). The number sets the phases of orders that are not integers, unless the device finds "
+    "them itself; without --turn these orders are off until `load phase` at the console.",
 )
 def load(
     port: str, file: Path, timeout: float, *, force: bool, unseen: bool, turn: int | None

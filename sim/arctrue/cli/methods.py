@@ -16,8 +16,8 @@ from arctrue.cli._progress import Progress
 from arctrue.cli._tables import number, table, words
 
 LEAST_MINUTES = 8.0
-"""Smallest measuring time, minutes: five cycles of the polygon; in fewer cycles its mountings do
-not reach all faces."""
+"""Smallest measuring time, minutes: five cycles of the polygon; in fewer cycles the polygon's
+mountings do not reach all faces."""
 
 
 @click.command(short_help="Compare calibration methods on the same simulated table.")

@@ -78,7 +78,7 @@ def monte_carlo(
     scheduler: str | None,
     shard: tuple[int, int] | None,
 ) -> None:
-    """Draw random tables and input quantities, calibrate each, and compare with the truth.
+    """Draw random tables and input quantities, calibrate each table, compare with the truth.
 
     The result is the coverage of the stated uncertainty over random tables, not the distribution of
     the result of one measurement (JCGM 101).

@@ -55,7 +55,7 @@ def report(
     whitened: bool,
     against: str,
 ) -> None:
-    """Write the page of arctrue serve as one self-contained HTML file, with SVG and PNG.
+    """Write the page of arctrue serve as one self-contained HTML file, its figures as SVG and PNG.
 
     The file shows the set, the measured error with the model, the residual, the result of the
     diagnosis with the missing effect, the history of the model, and the coefficients for a device.

@@ -51,8 +51,8 @@ TURN_S = 180.0
 
 
 class NotVerifiedError(RuntimeError):
-    """Is raised if the calibration objects to the coefficients, or if the remaining error after
-    loading is unknown or larger than permitted."""
+    """Is raised if the calibration raises an objection to the coefficients, or if the error that
+    remains after loading is unknown or larger than permitted."""
 
 
 class LoadedCoefficients(Device, Movable[Path]):
@@ -253,7 +253,7 @@ def calibrate_load_verify(
         readings = yield from bps.trigger_and_read([table], name="after")
         left = readings[table.error_loaded.name]
         if left.get("alarm_severity", 0) >= INVALID:
-            raise NotVerifiedError(f"{table.name}: the device states no error of loaded orders")
+            raise NotVerifiedError(f"{table.name}: the device states no error for loaded orders")
         if not left["value"] <= limit_arcsec:
             raise NotVerifiedError(
                 f"{table.name}: the loaded orders leave {left['value']:.3g}″ RMS; expected at most "

@@ -108,7 +108,7 @@ def planned_places(device: Parameters) -> tuple[float, ...]:
 
 def read_heads_table(console: Console) -> list[tuple[str, ...]]:
     """Return the cells of the console's table of the heads, one row per head; "–" for a value that
-    the device does not know. Raises ConsoleError if the device has no such table."""
+    the device does not have. Raises ConsoleError if the device has no such table."""
     lines = [tuple(line.split()) for line in console.command("show heads")]
     names = tuple(name for name, _ in TABLE_COLUMNS)
     if not lines or lines[0] != names or any(len(line) != len(names) for line in lines):

@@ -118,8 +118,8 @@ def ask(
 
 
 def daemon_of(port: str) -> Announcement | None:
-    """Return the running daemon that owns ``port``, or the daemon at HOST:PORT as ``daemon_at``
-    does; None if there is none."""
+    """Return the running daemon that owns ``port``, or else the daemon or None that ``daemon_at``
+    returns."""
     return announced(port) or daemon_at(port)
 
 

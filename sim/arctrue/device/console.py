@@ -48,7 +48,7 @@ class Console:
     def command(self, line: str, seconds: float = 5.0) -> list[str]:
         """Send a line and return the lines of the answer, without the final ``ok``.
 
-        Raises ConsoleError if the answer says error, or none arrives within ``seconds``.
+        Raises ConsoleError if the answer is an error, or if none arrives within ``seconds``.
         """
         return self._answer(line, seconds)[:-1]
 

@@ -255,8 +255,8 @@ class Records:
         self._capture_fault.set("", timestamp=time.time())
 
     def connected(self, is_connected: bool, recorded_s: float) -> None:
-        """Set Connected to whether the device can be reached; without a connection every value of
-        the device is INVALID.
+        """Set Connected to 1 if the device can be reached, otherwise to 0; every value of the
+        device then has the severity INVALID.
 
         After a reconnection the latest turn is set again, with its own time, before Connected is
         set: a client that waits for Connected then finds no value that is still INVALID.

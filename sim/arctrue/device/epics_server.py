@@ -113,8 +113,8 @@ def serve_pvs(
 def _send_zero(
     daemon: Announcement | None, unsent: list[float], report: Callable[[str], None]
 ) -> str:
-    """Send the daemon the zero that waits in ``unsent``, which keeps it if no daemon answers;
-    return an empty text."""
+    """Send the zero in ``unsent`` to the daemon; the zero stays in ``unsent`` if no daemon answers.
+    Return an empty text."""
     if daemon is not None and unsent:
         zero_deg = unsent[0]
         try:

@@ -182,7 +182,7 @@ def load_frames(
     real = dict(coefficients.extension.turn_steps) if coefficients.extension else {}
     sources = dict(coefficients.extension.phase_sources) if coefficients.extension else {}
     # If an order has a second lane that follows a condition, its constant lane is sent even with an
-    # amplitude of 0, so that the calibration does not change this lane.
+    # amplitude of 0, so that the calibration does not change the constant lane.
     waves = {int(coefficients.orders[lane]) for lane in followed} - {0}
     lanes = [
         lane

@@ -30,8 +30,9 @@ LIBVER = ("v110", "v110")
 """Formats of a file: those of HDF5 1.10, the first with SWMR mode. With "latest" the writer's
 version would decide which readers can open the file."""
 LOCKING = False
-"""HDF5 takes no locks: a file system without locks would refuse them, and a file gets its name when
-other programs may read it. The environment variable HDF5_USE_FILE_LOCKING has priority."""
+"""HDF5 takes no locks: a file system without locks would refuse them, and a file gets its final
+name only when other programs may read it. The environment variable HDF5_USE_FILE_LOCKING has
+priority."""
 _BLOCK = 4096
 """Number of turns that are written in one step, so that a whole day need not fit into memory."""
 _CHUNK_BYTES = 8192
@@ -69,13 +70,14 @@ _OF_ORDER = {"amplitude": "arcsec", "phase": "rad", "amplitude_errors": "arcsec"
 
 @dataclass(frozen=True)
 class Layout:
-    """What cannot change in a file that others read: orders, and bytes of the texts by column."""
+    """Properties that are fixed in a file that others read: orders, and bytes of the texts by
+    column."""
 
     orders: tuple[int, ...]
     bytes_of: Mapping[str, int]
 
     def holds(self, other: Layout) -> bool:
-        """Tell whether a file with this layout can contain what needs the other layout."""
+        """Tell whether this layout can hold the content of a file with the other layout."""
         return set(other.orders) <= set(self.orders) and all(
             length <= self.bytes_of[name] for name, length in other.bytes_of.items()
         )
@@ -106,7 +108,7 @@ def recorded_days(record: Path) -> dict[date, int]:
 
 
 def days_in(record: sqlite3.Connection) -> dict[date, int]:
-    """Return what recorded_days returns."""
+    """Return the days (UTC) that have turns, each with the id of its last turn."""
     query = "SELECT substr(recorded, 1, 10), max(id) FROM turn GROUP BY 1 ORDER BY 1"
     return {date.fromisoformat(day): int(last) for day, last in record.execute(query)}
 
@@ -122,7 +124,7 @@ def write_missing_days(record: Path, folder: Path) -> list[Path]:
 
 
 def write_days(record: sqlite3.Connection, folder: Path, without: date | None = None) -> list[Path]:
-    """Do what write_missing_days does, except for one day."""
+    """Write the missing files as write_missing_days does, except that of the day ``without``."""
     written = []
     identity, last_ids = record_identity(record), days_in(record)
     copied = {
@@ -176,12 +178,12 @@ class UnfinishedFileError(OSError):
     """Raised if a day's file could not be written; ``strerror`` contains the reason.
 
     While the error exists, HDF5 does not close the file. A program ends with os._exit, because the
-    attempt to close it can end in a segmentation fault.
+    attempt to close the file can end in a segmentation fault.
     """
 
 
 def hdf5_reason(error: Exception) -> str:
-    """Return the reason of an error; for an error of HDF5, what the system reported."""
+    """Return the reason of an error; for an error of HDF5, the system's message."""
     if system := re.search("error message = '([^']+)'", str(error)):
         return system[1]
     return (error.strerror if isinstance(error, OSError) else None) or str(error)

@@ -72,7 +72,7 @@ def event_of(text: str, clock_hz: float, counts_per_rev: float, before: int | No
     """Read a line ``event NUMBER KIND TIME POSITION ANGLE``; return None for any other or damaged
     line.
 
-    ``before``: number of the event before it.
+    ``before``: number of the previous event.
     """
     words = text.split()
     if len(words) != _EVENT_WORDS or words[0] != "event":

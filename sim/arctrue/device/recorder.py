@@ -184,7 +184,7 @@ class Recorder:
         """Delete the oldest turns until both limits are satisfied, but no turn above ``deletable``
         and never the latest turn.
 
-        A clock that jumps ahead makes no turn older.
+        No turn is deleted because the system's clock was set forward.
         """
         self.exceeded = False
         if self._retention.days is not None:

@@ -188,7 +188,7 @@ def _extension(file: ExtendedFileKeys, lanes: Mapping[int, LaneKeys]) -> Extensi
         if entry.head in {before.head for before in file.without[: number - 1]}:
             raise ContentError(f"{place}.head: head {entry.head} is listed twice")
         if len(entry.weight_words) != mean.heads:
-            raise ContentError(f"{place}.weight_words: expected {mean.heads}, one a head of [mean]")
+            raise ContentError(f"{place}.weight_words: expected {mean.heads}, one per head")
         of_set, slopes = _lanes(entry.lane, f"{place}.lane", file)
         if slopes:
             raise ContentError(f"{place}.lane: a prepared set cannot follow the temperature")

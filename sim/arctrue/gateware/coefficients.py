@@ -43,7 +43,7 @@ class Extension:
     ``modulators``: lane → one of MODULATORS. ``turn_steps``: lane → fraction of its order, u0.48
     turn per turn. ``without``: one prepared set of coefficients for each head that may fail; the
     extension of each set contains the set's mean. ``phase_sources``: lane of a real order → the
-    origin of its phase, if it is not the operator.
+    origin of its phase; without an entry the operator states the phase.
     """
 
     mean: MeanSet | None = None
@@ -143,7 +143,7 @@ class Coefficients:
         ):
             words = np.asarray(getattr(self, name))
             if words.ndim != 1:
-                raise ValueError(f"{name}: expected one word a lane, found shape {words.shape}")
+                raise ValueError(f"{name}: expected one word per lane, found shape {words.shape}")
             if words.size and words.dtype.kind not in "iu":
                 raise ValueError(f"{name}: expected integer words, found {words.dtype}")
             outside = [lane for lane, word in enumerate(words.tolist()) if not low <= word <= high]
@@ -163,7 +163,9 @@ class Coefficients:
                 )
         sizes = {self.phase_steps.size, self.phase_offsets.size, self.amplitudes.size}
         if len(sizes) != 1:
-            raise ValueError(f"a phase step, phase offset and amplitude a lane: found {sizes}")
+            raise ValueError(
+                f"expected one phase step, phase offset and amplitude per lane: found {sizes}"
+            )
         if not 1 <= self.lanes <= LANES_MAX:
             raise ValueError(f"lanes: {self.lanes}, the gateware has 1 to {LANES_MAX}")
         self._check_extension()
@@ -183,8 +185,8 @@ class Coefficients:
         if self.extension.turn_steps and self.counts_per_rev < least_counts(self.lanes):
             raise ValueError(
                 f"counts_per_rev: {self.counts_per_rev}, with {self.lanes} lanes a real order "
-                f"needs {least_counts(self.lanes)} at least: with fewer the next turn's phase "
-                "offset is not ready in time"
+                f"needs {least_counts(self.lanes)} at least; with fewer counts, the phase offset "
+                "of the next turn is not ready in time"
             )
         if self.extension.local_table is not None:
             windows = self.extension.local_table.overlap(self.counts_per_rev)
@@ -206,7 +208,7 @@ class Coefficients:
             if mean is None or not mean.missing:
                 raise ValueError("without: each set needs a mean that leaves out a head")
             if (entry.lanes, entry.counts_per_rev) != (self.lanes, self.counts_per_rev):
-                raise ValueError("without: each set has the lanes and counts a turn of the file")
+                raise ValueError("without: each set needs the file's lanes and counts_per_rev")
 
     def __eq__(self, other: object) -> bool:
         """Tell whether all words of both objects are equal."""
@@ -340,7 +342,7 @@ class Coefficients:
         phases = np.atleast_1d(np.asarray(phases_rad, dtype=np.float64))
         if not amplitudes.shape == phases.shape == (len(order_list),):
             raise ValueError(
-                "one amplitude and one phase an order: found "
+                "expected one amplitude and one phase per order: found "
                 f"{len(order_list)} orders, {amplitudes.size} amplitudes, {phases.size} phases"
             )
         if len(order_list) > lanes:

@@ -152,7 +152,8 @@ def _readings(
     positions = np.asarray(position, dtype=np.int64)
     if angles.shape != positions.shape or angles.ndim != 1:
         raise ValueError(
-            f"one angle and one position a reading: found shapes {angles.shape}, {positions.shape}"
+            "expected one angle and one position per reading: found shapes "
+            f"{angles.shape}, {positions.shape}"
         )
     outside = np.flatnonzero((angles < 0) | (angles >= counts_per_rev))
     if outside.size:

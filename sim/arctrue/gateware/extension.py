@@ -117,8 +117,8 @@ class LocalTable:
         return rise + leap
 
     def overlap(self, counts_per_rev: int) -> tuple[int, int] | None:
-        """Return the starts of two windows that overlap or touch, None if there are none; a window
-        with the same start as an earlier window is never used."""
+        """Return the starts of two windows that overlap or touch, or None. A window with the same
+        start as an earlier window is never used."""
         for one, other in permutations(self.starts_counts, 2):
             away = (other - one) % counts_per_rev
             if away and (away - 1) << self.width_exponent < counts_per_rev:

@@ -46,7 +46,7 @@ class MeanSet:
             raise ValueError(f"heads: {self.heads}, the gateware has 2 to {HEADS_MAX}")
         if not len(self.offsets) == len(self.delays_clocks) == self.heads:
             raise ValueError(
-                f"one weight, offset and delay a head: found {self.heads} weights, "
+                f"expected one weight, offset and delay per head: found {self.heads} weights, "
                 f"{len(self.offsets)} offsets, {len(self.delays_clocks)} delays"
             )
         for head, weight in enumerate(self.weights, start=1):

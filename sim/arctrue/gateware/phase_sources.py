@@ -15,9 +15,9 @@ SIDE_MOST = 8
 """Largest magnitude of the side (a whole number, see :class:`PhaseSource`) that is tried for a lane
 whose phase comes from an index of the drive."""
 SIDE_TOLERANCE = 0.005
-"""A fitted order minus its side must be a multiple of the number of the drive's indices in a turn;
-this is the largest permitted deviation, in periods per turn. It is five times the standard
-uncertainty of an order that is fitted to one turn of a reference."""
+"""Largest permitted deviation of a fitted order minus its side from a multiple of the number of the
+drive's indices in a turn, in periods per turn. It is five times the standard uncertainty of an
+order that is fitted to one turn of a reference."""
 
 
 def with_phase_from_heads(coefficients: Coefficients) -> Coefficients:
@@ -71,6 +71,7 @@ def _side_of(order: float, edges_per_turn: float) -> int:
         if abs(multiple - round(multiple)) * edges_per_turn <= SIDE_TOLERANCE:
             return side
     raise ValueError(
-        f"order {order:.7g}: neither it nor one of its sides up to {SIDE_MOST} is a multiple of "
-        f"{edges_per_turn:.7g} edges in a turn, so that its phase differs from edge to edge"
+        f"order {order:.7g}: for no side from -{SIDE_MOST} to {SIDE_MOST} is the order minus the "
+        f"side a multiple of {edges_per_turn:.7g} edges per turn, so that the phase differs from "
+        "edge to edge"
     )

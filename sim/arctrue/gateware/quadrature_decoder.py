@@ -78,7 +78,7 @@ def quadrature_decoder(
         columns.pop(name) != 0 for name in levels_of
     )
     if clear.size == 0:
-        raise ValueError("the inputs hold no clock; expected one value a clock")
+        raise ValueError("the inputs hold no clock; expected one value per clock")
     column = {name: values.astype(np.int64) for name, values in columns.items()}
     clocks = np.arange(clear.size)
 

@@ -135,7 +135,7 @@ class RegisterMap:
 
     async def read_raw(self, path: str) -> int:
         """Read a whole register. Of a 64-bit register the low word is read first, so that both
-        words belong together."""
+        words are from the same clock."""
         register = register_named(path)
         value = 0
         for word in range(register.words):

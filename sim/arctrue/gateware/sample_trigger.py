@@ -58,7 +58,7 @@ class SampleTrigger:
         and ``turn_position`` (signed, 32 bits) in counts; ``mode`` 0 equal time, 1 equal angle;
         ``zero_moved`` toggles at the first position that counts from a new zero. Raises ValueError
         if the position moves by more than one count although the zero is unchanged, because no
-        decoder gives such a position. The trigger checks this only while it determines or knows the
+        decoder gives such a position. The trigger checks this only while it determines or uses the
         multiples of ``angle_step``.
         """
         in_time = self._equal_time(sample_period)

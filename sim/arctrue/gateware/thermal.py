@@ -49,7 +49,7 @@ class ThermalLanes:
             )
         slopes = np.asarray(self.slopes)
         if slopes.shape != (len(self.orders), 4):
-            raise ValueError(f"slopes: expected four words an order, found shape {slopes.shape}")
+            raise ValueError(f"slopes: expected four words per order, found shape {slopes.shape}")
         if np.abs(slopes).max() > SLOPE_WORD_MAX:
             raise ValueError(f"slopes: a word is beyond ±{SLOPE_WORD_MAX}")
         if not -273.15 <= self.reference_c <= 1000.0:

@@ -155,7 +155,7 @@ def _unit(
     written = name_and_unit(kind, column)[1]
     if written is not None:
         return written
-    said, possible = "its unit is not in its name", [unit for unit in UNITS[kind] if unit != "iso"]
+    said, possible = "its name states no unit", [unit for unit in UNITS[kind] if unit != "iso"]
     if kind == "angle" and may_be_grad(column):
         said, possible = "Grad is degrees in German and gon in English", ["deg", "gon"]
     elif kind == "angle" and _has_parts_of_sixty(recording.columns[column]):

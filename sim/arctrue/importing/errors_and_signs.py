@@ -213,8 +213,8 @@ def _range_turns(angle: Float) -> float:
 
 
 def _sign_of(rows: FileRows, given: Float, error: Float) -> int:
-    """Return the sign, +1 or −1, for which the error column equals the sign times ``given`` plus a
-    constant."""
+    """Return the sign, +1 or −1, for which ``error`` equals the sign times the error column
+    ``given`` plus a constant."""
     rest = {
         sign: float(
             np.std(_within_half(error - sign * given - _circular_mean(error - sign * given)))

@@ -116,9 +116,9 @@ def rows_of(
     """Convert the mapped columns of a file to common units.
 
     Raises MeasurementError for a missing value; if ``missing`` is ``drop``, rows with a missing
-    value are left out instead, and a note says so. Raises MeasurementError also for a field that is
-    not a number, a fraction in a column of whole numbers, a direction other than ±1, and if no row
-    has all values.
+    value are left out instead, and a note states this. Raises MeasurementError also for a field
+    that is not a number, a fraction in a column of whole numbers, a direction other than ±1, and if
+    no row has all values.
     """
     raw: dict[str, Any] = {}
     complete = np.ones(recording.rows, dtype=bool)

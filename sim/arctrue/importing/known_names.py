@@ -39,7 +39,7 @@ def quantity_meant(name: str, *, unit_of_time: bool = False) -> str | None:
     Case, accents and separators between the words are ignored. ``unit_of_time``: the column's name
     contains a unit of time.
     """
-    # A text in brackets that is not a known unit is no part of the name.
+    # A text in brackets that is not a known unit does not belong to the name.
     bare_name = re.sub(r"[\[(][^\])]*[\])]\s*$", "", name)
     plain = unicodedata.normalize("NFKD", bare_name.strip().casefold())
     bare = "".join(sign for sign in plain if not unicodedata.combining(sign))

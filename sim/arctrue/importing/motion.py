@@ -54,8 +54,8 @@ def passes(angle_turns: Float) -> list[Pass]:
     """Divide all rows into passes; return [] without motion or with a mean under 4 rows per pass.
 
     A pass ends where the angle turns back by more than 1 % of the whole range or more than one
-    degree, whichever is less. The row at the turning point belongs to the pass before it; if the
-    table stands there for several rows, the first half of these rows belongs to the pass before.
+    degree, whichever is less. The row at the turning point belongs to the pass that ends there;
+    if the table stands there for several rows, the first half of them belongs to this pass.
     """
     if angle_turns.size < 2:
         return []

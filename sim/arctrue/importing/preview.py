@@ -52,8 +52,8 @@ def preview_of(recording: FileContent) -> Preview:
 
 
 def preview_of_file(path: Path) -> Preview | None:
-    """Return the preview of a text file that no reader could read yet; None for a file that is no
-    text or cannot be opened."""
+    """Return the preview of a text file that no reader could read yet; None for a file that is
+    not text or cannot be opened."""
     try:
         with path.open("rb") as file:
             head = file.read(_HEAD_BYTES)

@@ -13,9 +13,8 @@ Float = NDArray[np.float64]
 
 ORDERS = ("sort", "runs")
 ANEW_SHARE = 0.05
-"""Largest range of the first times of the pieces between steps back in time, as a share of the
-whole time span, at which the pieces count as runs; they also need LEAST_ROWS_A_RUN rows on
-average."""
+"""The pieces between steps back in time are runs if the range of their first times is at most this
+share of the whole time span, and if they have LEAST_ROWS_A_RUN rows or more on average."""
 LEAST_ROWS_A_RUN = 8
 SHORTER = 0.75
 """Largest ratio of the travel after sorting to the travel before sorting for which the rows are

@@ -211,8 +211,8 @@ class CompiledCore:
             Clocks between two knots of the readings; None: a power of two, up to 4096, in which the
             table travels at most 16 counts.
         may_jump : bool
-            Permit two counts of a head in one clock, which otherwise end the run with
-            InstrumentError.
+            Permit more than one count of a head in one clock; without it, such a step ends the run
+            with InstrumentError.
 
         Raises
         ------
@@ -233,8 +233,8 @@ class CompiledCore:
         curves : Curves
             The readings.
         may_jump : bool
-            Permit two counts of a head in one clock, which otherwise end the run with
-            InstrumentError.
+            Permit more than one count of a head in one clock; without it, such a step ends the run
+            with InstrumentError.
         """
         self.detach()
         self._feeder = CurveFeeder(self.library, self.handle, self.clock, curves)

@@ -200,7 +200,7 @@ class Firmware:
         Parameters
         ----------
         characters : bytes
-            Characters that the console receives; a zero ends them.
+            Characters that the console receives; a zero byte ends the sequence.
 
         Returns
         -------

@@ -238,7 +238,7 @@ class Instrument(CoreOnBus):
         came_out = np.flatnonzero(np.diff(traced >> 6 & 3, prepend=0))
         if went_in.size != _LATENCY_EDGES or came_out.size != _LATENCY_EDGES:
             raise InstrumentError(
-                f"of {_LATENCY_EDGES} edges at head 1 {came_out.size} came out of the core: "
+                f"of {_LATENCY_EDGES} edges at head 1, {came_out.size} came out of the core: "
                 f"the netlist is not that of a working core"
             )
         return float(np.mean(came_out - went_in))

@@ -148,7 +148,7 @@ def _first_run(kind: str, before: MeasurementSet) -> Run:
     )
     if not runs:
         raise ValueError(
-            f"{kind} is compared with the first run of a capture, but the set has none"
+            f"{kind} is compared with the first run of a capture, but the set has no such run"
         )
     return runs[0]
 
@@ -242,7 +242,7 @@ def _warm_faults(first: Run, run: Run) -> list[str]:
 def _turns_steps(first: Run) -> list[str]:
     return [
         f"turn the table {first.way} at {_speed(first)} for {MORE_TURNS} turns in one recording "
-        "(the device keeps one turn: use a recorder that keeps them all)"
+        "(the device keeps one turn: use a recorder that keeps all turns)"
     ]
 
 

@@ -133,7 +133,7 @@ class CsvFile:
         """Yield blocks of rows: columns of whole numbers as int64, all other columns as float64.
 
         Raises MeasurementError with the row and column of the first field that is missing, not a
-        number, not finite, or larger than LARGEST_NUMBER. A last line that lacks both fields and a
+        number, not finite, or larger than LARGEST_NUMBER. A last line with too few fields and no
         line end is left out, with a warning.
         """
         cut = self._cut_last_line()
@@ -192,8 +192,8 @@ class CsvFile:
             raise self._no_rows()
 
     def _block(self, lines: list[list[str]], first: int) -> Columns:
-        """Return checked lines as columns; stop reading a condition at its first field that is no
-        number."""
+        """Return checked lines as columns; stop reading a condition at its first field that is
+        not a number."""
         columns = dict(zip(self.header, zip(*lines, strict=True), strict=False))
         block: Columns = {}
         for name in self.columns:
@@ -216,8 +216,8 @@ class CsvFile:
         return block
 
     def _condition(self, name: str, texts: pa.Array, first: int) -> NDArray[np.float64] | None:
-        """Return the numbers of a condition; None, with a warning, if one of its fields is no
-        number."""
+        """Return the numbers of a condition; None, with a warning, if one of its fields is
+        not a number."""
         try:
             numbers = _numbers(pc.cast(pc.utf8_trim_whitespace(texts), pa.float64()))
             wrong = np.flatnonzero(~(np.abs(numbers) <= LARGEST_NUMBER))
@@ -282,7 +282,7 @@ class CsvFile:
     _cut_text: str = ""
 
     def _cut_last_line(self) -> int | None:
-        """Return the length of the last line if it lacks both fields and a line end; otherwise
+        """Return the length of the last line if it has too few fields and no line end; otherwise
         None."""
         with self.path.open("rb") as file:
             size = file.seek(0, 2)
@@ -314,8 +314,8 @@ class CsvFile:
                     yield reader.line_num, fields
 
     def _may_hold_hexadecimal(self) -> bool:
-        """Tell whether the file may contain a text such as 0x10, which is not a number here but
-        which pyarrow reads as 16."""
+        """Tell whether the file may contain a text such as 0x10, which pyarrow would read as 16,
+        although it is not a valid number here."""
         last = b""
         with self.path.open("rb") as file:
             while piece := file.read(BLOCK_BYTES):

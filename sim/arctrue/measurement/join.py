@@ -39,8 +39,8 @@ def joined(
     sets : sequence of MeasurementSet
         Sets of the same table.
     times : {"", "after", "keep"}, optional
-        Treatment of a set whose clock restarts: ``after`` moves its times behind those of the set
-        before it, ``keep`` keeps its times; by default it is refused.
+        Treatment of a set whose clock restarts: ``after`` shifts its times past the end of the
+        previous set, ``keep`` keeps its times; by default such a set is refused.
     common_columns : bool, optional
         Leave out columns that not all sets have.
 
@@ -161,14 +161,14 @@ def _time_shift(
         return 0.0, max(end, end_s) if end_s is not None else end
     if times != "after":
         raise OverlapError(
-            f"{name} begins at {start:g} s, and the set before it ends at {end_s:g} s: its clock "
-            "began anew. Give --times after (its times follow those of the set before) or "
+            f"{name} begins at {start:g} s, but the previous set ends at {end_s:g} s: the clock "
+            "began anew. Give --times after (the times follow those of the previous set) or "
             "--times keep (both sets have the same clock)"
         )
     step = min((float(np.median(np.diff(t))) for t in found if t.size > 1), default=1.0)
     shift = end_s + max(step, 1e-6) - start
     notes.append(
-        f"{name}: its clock began anew; {shift:.6g} s are added, the pause before it is not known"
+        f"{name}: its clock began anew; {shift:.6g} s are added, because the pause is not known"
     )
     return shift, end + shift
 
@@ -205,8 +205,8 @@ def _moved(rows: Rows, runs: int, cycles: int, shift_s: float) -> Rows:
 def _rows_with_uncertainty(
     references: Sequence[tuple[str, Reference]],
 ) -> list[tuple[str, Reference]]:
-    """Return the reference runs of the sets; if all state an uncertainty and these differ, store
-    them as columns."""
+    """Return the reference runs of the sets; if all state an uncertainty and the uncertainties
+    differ, store them as columns."""
     stated = {rows.standard_uncertainty_arcsec for _, rows in references}
     if len(stated) < 2 or None in stated:
         return list(references)

@@ -87,7 +87,7 @@ def with_mask_file(
 
 
 def _blank_line(path: Path) -> int | None:
-    """Return the number of the first blank line that has a row after it; None without one."""
+    """Return the number of the first blank line that has a row after it, or None."""
     blank = None
     with path.open("rb") as file:
         for number, line in enumerate(file, start=1):

@@ -94,8 +94,8 @@ def read_measurement_set(
 
 
 def unread_columns(measurement: MeasurementSet, folder: Path) -> list[tuple[Path, str]]:
-    """Return file and name of each column in ``folder`` that the set read from there lacks, because
-    the column is not numeric or its name occurs twice. Raises MeasurementError."""
+    """Return file and name of each column in ``folder`` that ``measurement`` lacks, because the
+    column is not numeric or its name occurs twice. Raises MeasurementError."""
     description = read_description(folder)
     found: list[tuple[Path, str]] = []
     for section, rows, required, optional in (
@@ -237,7 +237,7 @@ def _places_of(heads: int) -> str:
 def count_on_past_the_turn(
     table: Table, path: Path, columns: dict[str, Any], warnings: list[str]
 ) -> None:
-    """Make counts that restart at each turn continuous; then shift each other head by whole turns.
+    """Continue counts that restart at each turn; then shift each further head by whole turns.
 
     After the shift, each head's counts differ from those of head 1 by the angle of its place. If no
     count restarts, nothing is changed. The function changes the ``columns`` of a capture; ``path``,
@@ -299,7 +299,7 @@ def _reference(
 
 def _joined(blocks: list[Columns]) -> dict[str, Any]:
     # The blocks are joined column by column, so that only one column is in memory twice. If a
-    # condition is missing in a later block, because a field there is no number, the condition is
+    # condition is missing in a later block, because a field there is not a number, the condition is
     # left out.
     names = [name for name in blocks[0] if all(name in block for block in blocks)]
     return {name: np.concatenate([block.pop(name) for block in blocks]) for name in names}

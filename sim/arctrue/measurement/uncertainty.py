@@ -11,8 +11,8 @@ def of_zero(rows: Capture | Reference, place: str, first_row: int) -> list[str]:
     """Return a warning if a used row has the standard uncertainty 0, otherwise an empty list.
 
     Such a row would have an infinite weight, so that the fit does not use the column. ``place``:
-    file of the rows, or their name; ``first_row``: number that the message gives to the first row,
-    in a file its line (2, after the header).
+    file of the rows, or their name; ``first_row``: number of the first row in the message, for a
+    file its line number (2, after the header).
     """
     if rows.u_arcsec is None:
         return []

@@ -45,7 +45,7 @@ FILES_OF_A_SET = ("capture.csv", "reference.csv", MASK_NAME)
 """Files that the reader takes as parts of a set because of their names."""
 ROWS_TOGETHER = 1 << 14
 SMALLEST_PLAIN, LARGEST_PLAIN = 1e-6, 1e10
-"""Range of absolute values that are written without an exponent, as is 0; all other numbers have an
+"""Absolute values in this range, and 0, are written without an exponent; all other numbers have an
 exponent."""
 _DECIMALS = {"time_s": 6, "target_deg": 9, "error_arcsec": 6, "temperature_c": 3, "u_arcsec": 6}
 

@@ -208,8 +208,8 @@ def separation_slope(calibration: Calibration) -> float:
 def reference_budget(measurement: MeasurementSet, correction: Correction) -> Budget:
     """Make the budget of a correction that was fitted to the set's own reference run.
 
-    Raises ValueError for a set without a reference run, or with no more rows than the fit has
-    coefficients (the constant included).
+    Raises ValueError for a set without a reference run, or if the number of rows does not exceed
+    the number of the fit's coefficients (the constant included).
     """
     reference = measurement.reference
     if reference is None:

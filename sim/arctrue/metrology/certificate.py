@@ -5,7 +5,7 @@ U = k·u with k = 2. u² is the sum of xᵀ·C·x and of the squares of the cont
 does not contain; C is the covariance of the fitted coefficients, and x contains the values of their
 design-matrix columns at the angle (JCGM 100:2008, equations 10 and 13). The sensitivity to the head
 separation is computed by further fits (JCGM 100:2008, clause 5.1.4): one for each head except head
-1, with another place of this head. The mountings of the heads are independent.
+1, with a changed place of this head. The mountings of the heads are independent.
 """
 
 from __future__ import annotations

@@ -234,7 +234,7 @@ def _objections(
         found.append(f"{targets} targets, {LEAST_TARGETS} or more are required")
     if direction is None:
         found.append(
-            "the run does not say from which direction a target was reached (column direction); "
+            "the run does not state the direction of approach to its targets (column direction); "
             "all approaches count as ↑"
         )
     elif not up.approaches.any() or not down.approaches.any():

@@ -94,7 +94,7 @@ def test_warns_of_an_order_that_whole_counts_cannot_tell() -> None:
         ("phase_steps", [2**48], "phase_steps: lane 0"),
         ("phase_offsets", [2**24], "phase_offsets: lane 0"),
         ("amplitudes", [2**24], "amplitudes: lane 0"),
-        ("amplitudes", [1, 2], "a phase step, phase offset and amplitude a lane"),
+        ("amplitudes", [1, 2], "expected one phase step, phase offset and amplitude per lane"),
         ("amplitudes", [1.5], "expected integer words"),
     ],
 )

@@ -81,7 +81,7 @@ def test_clocks_settle_to_the_steady_outputs() -> None:
     [
         ([1000], [0], r"angle\[0\]: 1000, expected 0 to 999 counts"),
         ([0, -1], [0, 0], r"angle\[1\]: -1"),
-        ([0, 1], [0], "one angle and one position a reading"),
+        ([0, 1], [0], "expected one angle and one position per reading"),
     ],
 )
 def test_readings_outside_the_turn_are_refused(

@@ -124,7 +124,7 @@ def test_what_the_run_lacks_is_said_and_the_rest_is_given() -> None:
     assert np.isfinite([once[name] for name in ("E", "M", "B")]).all()
     assert np.isnan([once[name] for name in ("A", "R")]).all()
     unsaid = of_reference(replace(run, direction=None))
-    assert "does not say from which direction" in unsaid.objections[0]
+    assert "does not state the direction of approach" in unsaid.objections[0]
     masked = of_reference(replace(run, mask=run.target_deg >= 90.0))
     assert masked.target_deg.max() < 90.0
 

@@ -160,7 +160,7 @@ def test_the_phase_at_an_index_of_the_drive(observations: Observations) -> None:
             # The phases of lane and probe are each rounded to 2⁻²⁴ turn.
             assert np.hypot(cosine, sine) * np.cos(phase) == pytest.approx(exact, abs=1e-5)
     assert sides == {70.4: -1, 71.4: 0, 72.4: 1}
-    with pytest.raises(ValueError, match=r"order 0\.5: neither it nor one of its sides"):
+    with pytest.raises(ValueError, match=r"order 0\.5: for no side from -8 to 8"):
         with_phase_from_probe(exported(observations, with_real_orders=True).coefficients, 0.7, 3.4)
 
 

@@ -41,10 +41,10 @@ again, because a board that was switched off may have started with telemetry off
 RETRY_RECORD_S = 5.0
 """Time in seconds between two attempts to open the record after a failure."""
 LONGEST_PAUSE_S = 3600.0
-"""Longest time in seconds between two attempts to write the daily files; it doubles after each
-failure, because attempts on a full disk take space from the record."""
+"""Longest pause in seconds between two attempts to write the daily files. The pause doubles after
+each failure, because attempts on a full disk take space from the record."""
 SLOW_S = 2.0
-"""Time in seconds after which a daemon that ends states that it still closes the day's file."""
+"""Time in seconds after which an ending daemon reports that it is still closing the day's file."""
 _CAPTURE_ERRORS = (ConsoleError, OSError, MeasurementError, ValueError)
 
 
@@ -102,7 +102,7 @@ class Daemon:
             self._start(work)
         ended = asyncio.Event()
         ending = [signal.SIGINT, signal.SIGTERM]
-        if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:  # nohup makes its program ignore it
+        if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:  # under nohup
             ending.append(signal.SIGHUP)
         for number in ending:
             asyncio.get_running_loop().add_signal_handler(number, ended.set)

@@ -31,7 +31,7 @@ END_S = 60.0
 
 
 _LONGEST_ANSWER = 1 << 24
-"""Most bytes of an answer, which names every file that was written."""
+"""Largest length of an answer in bytes; an answer names every file that was written."""
 
 
 class DayWriterError(Exception):
@@ -39,7 +39,7 @@ class DayWriterError(Exception):
 
 
 class DayWriter:
-    """The daemon's end of the process that writes the daily files."""
+    """Starts and controls, in the daemon, the process that writes the daily files."""
 
     def __init__(self, record: Path, folder: Path) -> None:
         """Start nothing: the first update starts the process."""
@@ -48,8 +48,8 @@ class DayWriter:
         self._in_use = asyncio.Lock()
 
     async def update(self, *, exceeded: bool) -> tuple[list[str], int]:
-        """Do what LiveDays.update does; return the written files and the largest id of a turn that
-        may be deleted. Raises DayWriterError."""
+        """Update the files as LiveDays.update does; return the written files and the largest id of
+        a turn that may be deleted. Raises DayWriterError."""
         async with self._in_use:
             return await self._update(exceeded)
 
@@ -83,7 +83,7 @@ class DayWriter:
                 stdin=PIPE,
                 stdout=PIPE,
                 limit=_LONGEST_ANSWER,
-                start_new_session=True,  # the terminal's Ctrl-C would end a writer that starts
+                start_new_session=True,  # Ctrl-C would end the writer while it starts
             )
         except OSError as error:
             raise DayWriterError(f"the writer cannot be started: {error}") from error
@@ -112,7 +112,8 @@ class DayWriter:
 
 
 def _answer_in(line: bytes) -> dict[str, Any]:
-    """Return an answer; an empty one for a line that ends with the writer. Raises ValueError."""
+    """Return an answer; an empty one for an incomplete line, during which the writer has ended.
+    Raises ValueError."""
     if not line.endswith(b"\n"):
         return {}
     try:
@@ -148,7 +149,8 @@ async def _kill(process: Process) -> None:
 
 def main() -> None:
     """Answer every line of the standard input with a line of JSON; at its end, close the files."""
-    # systemd and a closed terminal signal all processes; the daemon decides when its writer ends.
+    # systemd and a closing terminal send signals to all processes; the daemon decides when its
+    # writer ends.
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
         signal.signal(number, signal.SIG_IGN)
     record, folder = map(Path, sys.argv[1:])

@@ -49,10 +49,10 @@ class LiveDay:
         self._place = _place(path.stat())
 
     def append(self, record: sqlite3.Connection) -> bool:
-        """Append what the record has in addition; return False if the file must be made anew.
+        """Append the record's new turns and events; return False if the file must be made anew.
 
-        That is so if the layout cannot hold a turn or event, if another file has the file's name,
-        and for another record.
+        The file must be made anew if its layout cannot hold a turn or event, if another file has
+        its name, or if the record is another one.
         """
         if self._is_replaced() or record_identity(record) != self._identity:
             return False
@@ -95,7 +95,7 @@ class LiveDay:
 
 @dataclass(frozen=True, slots=True)
 class Update:
-    """What an update of the daily files did."""
+    """Result of an update of the daily files."""
 
     written: list[Path]
     """Files that were made anew."""

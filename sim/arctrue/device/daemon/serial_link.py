@@ -68,7 +68,7 @@ class SerialLink:
 
     def write(self, data: bytes) -> None:
         """Send the data as soon as the port accepts it; while no port is open, the data is
-        discarded. If too many bytes wait to be sent, the port counts as lost."""
+        discarded. If too many bytes wait to be sent, the port is treated as lost."""
         if self._transport is None:
             return
         waiting = bool(self._unsent)

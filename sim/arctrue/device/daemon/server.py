@@ -264,7 +264,7 @@ def turn_event(recorded_s: float, identifier: int | None, fields: dict[str, Any]
 
 
 def _line(content: dict[str, Any]) -> bytes:
-    """Return one line of ASCII, because a client may divide it like the device's lines."""
+    """Return one line of ASCII, because a client may process it like a line of the device."""
     return json.dumps(content).encode() + b"\n"
 
 

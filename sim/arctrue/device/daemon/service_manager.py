@@ -1,4 +1,4 @@
-"""Notifies systemd by sd_notify that the service is ready, what it does, and that it is alive."""
+"""Sends systemd by sd_notify the readiness and status of the service, and its watchdog message."""
 
 from __future__ import annotations
 

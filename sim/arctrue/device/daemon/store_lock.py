@@ -1,4 +1,4 @@
-"""Reserves a folder for one program: a store, because a record has the turns of one device, and the
+"""Reserves a folder for one program: a store, whose record has the turns of one device only, or the
 folder of the daily files."""
 
 from __future__ import annotations

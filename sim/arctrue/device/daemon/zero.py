@@ -1,5 +1,5 @@
-"""Keeps the zero that another axis, such as a motor record, shares with the device after its
-homing."""
+"""Keeps the angle that another axis, such as a motor record, has at the device's index after the
+homing of this axis."""
 
 from __future__ import annotations
 

@@ -42,8 +42,8 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
 
     Lines that begin with #, % or // are comments. The last line above the rows, even a comment, is
     the header if it has as many words as the rows have fields. A row of units under the header is
-    added to the names. Lines of words after the last row, a last line that is cut off and repeated
-    headers are left out, with a note. A column with a field that is not a number becomes a text
+    added to the names. Lines of words after the last row, repeated headers, and a last line that is
+    cut off are left out, with a note. A column with a field that is not a number becomes a text
     column.
 
     If two interpretations are possible, the user chooses one. Raises MeasurementError, which names
@@ -132,8 +132,8 @@ class _Rows:
                 self._back.append((line, text))
                 continue
             if len(fields) != self.shape.width:
-                # A line with a wrong number of fields may be the last line, cut off; it is held
-                # back.
+                # A line with a wrong number of fields is held back, because it may be a last line
+                # that was cut off.
                 self._back.append((line, text))
                 continue
             yield from self._kept_back()

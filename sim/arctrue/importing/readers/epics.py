@@ -30,7 +30,7 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
-    """Return ``time_s`` and one column per variable; all have the times of one of the variables.
+    """Return ``time_s`` and one column per variable, all at the times of one of the variables.
 
     EPICS records a variable when its value changes, so each variable has its own times; the values
     of the other variables are interpolated linearly. ``settings.group`` names the variable whose
@@ -114,8 +114,8 @@ def _steps_of_a_turn(
     """Return the number of steps of a variable at the end of a turn, and for each time ``at`` (n,)
     whether it lies within such a step.
 
-    The unit of the variable is not known here; a step counts if it is longer than half of the
-    range, while a usual step is shorter than a quarter of the range.
+    The unit of the variable is not known here; a step is the end of a turn if it is longer than
+    half of the range and the median step is shorter than a quarter of the range.
     """
     step, span = np.abs(np.diff(values)), float(np.ptp(values))
     if not step.size or float(np.median(step)) > USUAL_STEP_SHARE * span:
@@ -158,7 +158,7 @@ def _base(path: Path, wanted: str, times: dict[str, list[float]], choices: Choic
         wanted = choices.ask(
             Ambiguous(
                 "--group",
-                f"{path}: the variables have different times; the times of which one are used?",
+                f"{path}: the variables have different times; which variable's times are used?",
                 names,
             )
         )

@@ -19,7 +19,7 @@ from arctrue.measurement import MeasurementError
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """Tell whether one of the first lines says ``overrun``; files of halsampler without this word
+    """Tell whether one of the first lines is ``overrun``; files of halsampler without this word
     need --format linuxcnc."""
     return any(line.strip() == b"overrun" for line in head.splitlines())
 

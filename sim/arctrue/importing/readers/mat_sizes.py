@@ -1,6 +1,6 @@
 """Computes the unpacked size of a level-5 MAT file before the file is read.
 
-A packed element of a few kilobytes may hold gigabytes of zeros.
+A packed element of a few megabytes may hold gigabytes of zeros.
 """
 
 from __future__ import annotations

@@ -64,8 +64,8 @@ class TextColumns:
             parts.append(self._converted(texts))
 
     def _converted(self, texts: pa.Array) -> NDArray[Any] | pa.Array:
-        """Return the texts as whole numbers, or as numbers with NaN for missing fields; if one is
-        no number, return the texts."""
+        """Return the texts as whole numbers, or as numbers with NaN for missing fields; if a text
+        is not a number, return the texts."""
         if pc.all(pc.match_substring_regex(texts, _WHOLE)).as_py():
             try:
                 return pc.cast(_without_plus(texts), pa.int64()).to_numpy()

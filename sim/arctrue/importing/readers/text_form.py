@@ -167,7 +167,7 @@ def _score(form: Form, data: Sequence[str]) -> tuple[int, int] | None:
 
 
 def row_shape(lines: Sequence[str], form: Form) -> RowShape | None:
-    """Return the form of row that most lines with numbers have; None if no line has a number."""
+    """Return the most frequent form of the lines with numbers; None if no line has a number."""
     shapes: dict[tuple[int, tuple[int, ...]], int] = {}
     for text in lines:
         if text.startswith(COMMENT):

@@ -47,7 +47,7 @@ void Bus::silence() {
     core.s_axil_request_wstrb = 0;
 }
 
-// Sets the channels. AXI requires that a valid signal stays high until its handshake; it does, because the
+// Sets the channels. AXI requires that a valid signal stays high until its handshake; the signals do, because the
 // wait counters only count down.
 void Bus::drive() {
     bool asks = busy && !address_done && address_wait == 0;

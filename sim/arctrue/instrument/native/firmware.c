@@ -195,7 +195,7 @@ EXPORTED uint32_t firmware_turns(const struct processor *processor) {
     return processor->application.turns;
 }
 
-/* Copies the words of the active coefficients into the arrays; returns the number of lanes, 0 if there are none. */
+/* Copies the words of the active coefficients into the arrays; returns the number of lanes, or 0. */
 EXPORTED uint32_t firmware_coefficients(const struct processor *processor, uint64_t *steps,
                                         uint32_t *offsets, int32_t *amplitudes) {
     const struct application *application = &processor->application;

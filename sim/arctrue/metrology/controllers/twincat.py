@@ -36,8 +36,8 @@ class TwinCat(TableOfCommand):
         interval = 360 * UNITS_PER_DEG / points
         if not interval.is_integer():
             raise ValueError(
-                f"--points: twincat needs steps of whole 0.0001°, which {points} steps a turn do "
-                "not have; choose a divisor of 3600000, such as 360 or 720"
+                f"--points: twincat needs a step that is a multiple of 0.0001°; with {points} "
+                "steps per turn it is not. Choose a divisor of 3600000, such as 360 or 720"
             )
         nominal = turn_deg(points)[:-1]
         up, down = (

@@ -43,9 +43,9 @@ MOST_CHANGES = 4
 """Largest number of changes that the search finds in one series."""
 FEWEST_DRAWS, MOST_DRAWS = 199, 19_999
 DRAWS_OF_ALPHA = 10.0
-"""Number of draws for each series, multiplied by α and divided by the number of series, within
-FEWEST_DRAWS and MOST_DRAWS. The smallest adjusted rank is then a tenth of α, or more with
-MOST_DRAWS."""
+"""The number of draws for each series is this value times the number of series, divided by α. It is
+limited to FEWEST_DRAWS and MOST_DRAWS. The smallest adjusted rank is then a tenth of α, or more
+with MOST_DRAWS."""
 EXPONENTS = (0.5, 1.0, 2.0)
 """Exponents of the time since a drift began: with 0.5 the drift slows down, with 1 it keeps its
 rate, with 2 it speeds up. The search for changes uses 1; date, size and forecast are averaged over

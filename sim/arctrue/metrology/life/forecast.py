@@ -31,8 +31,8 @@ DRAWS = 1_000
 """Number of draws of the posterior; about 25 draws lie below the interval, and about 25 above
 it."""
 GRID = 160
-"""Number of future days for which the size is computed; each day is 7 % farther away than the one
-before it."""
+"""Number of future days for which the size is computed; each day is 7 % farther away than the
+previous one."""
 NEAREST_DAYS = 1.0
 LEVEL = 0.95
 FARTHEST_DAYS = 36_525.0

@@ -106,7 +106,7 @@ def history_of(
 def _breaks(change: Change, number: int) -> bool:
     """Tell whether this change makes the calibration from set ``number`` invalid for the last set.
 
-    A change does so if it may be later than set ``number``, or if it is a drift that has since
+    This is so if the change may be later than set ``number``, or if it is a drift that has since
     grown by more than ``COVERAGE`` standard uncertainties of the two fits.
     """
     series = change.series

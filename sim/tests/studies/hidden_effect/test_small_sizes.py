@@ -26,4 +26,4 @@ def test_order_1_is_followed_only_where_heat_changes_it(effect: str) -> None:
     done = CliRunner().invoke(main, ["hidden", effect, "--follow"])
     assert done.exit_code == 2
     said = " ".join(done.output.split())
-    assert f"{effect} does not change it; it is for thermal_eccentricity" in said
+    assert f"{effect} does not change; use --follow with thermal_eccentricity" in said
