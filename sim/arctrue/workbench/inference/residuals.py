@@ -138,9 +138,9 @@ class Residuals:
         return replace(design, columns=columns, ones=ones)
 
     def explained_squares(self, cross: Matrix) -> Matrix:
-        """Return the weighted sum of squares that the model explains of columns of the capture,
-        (n,); ``cross``: products of the model's columns in the capture with these columns,
-        shape (columns of the model, n)."""
+        """Return, for each of n columns of the capture, the part of its weighted sum of squares
+        that the model explains, (n,); ``cross``: products of the model's columns in the capture
+        with these columns, shape (columns of the model, n)."""
         places = self._layout.capture()
         inside = self._inverse[np.ix_(places, places)]
         return np.asarray(np.sum(cross * (inside @ cross), axis=0))
@@ -352,14 +352,14 @@ class Residuals:
         return float(np.clip(in_phase, LEAST_OWN_SHARE, MOST_OWN_SHARE))
 
     def _phase_noise_squares(self, effect: Effect, information: Matrix, square: float) -> Matrix:
-        """Return the weighted squares that the noise of the readings gives each wave of their
+        """Return the weighted squares that the noise of the readings adds to each wave of the
         signal phase, shape (columns,); an empty array for other effects.
 
         The derivative of the wave with respect to the reading in radians is its electrical order.
-        Whitened noise has the mean square 1 in each row, whatever size and colour the noise has.
-        The noise in such a wave therefore has the square of that derivative in each row.
-        ``square``: sum of the squares of one wave over the rows. The result is at most
-        MOST_OWN_SHARE of the largest weighted sum of squares of the block's columns.
+        After whitening, the noise of the readings has the mean square 1 in each row. The mean
+        square of its effect on the wave is therefore the square of that derivative. ``square``: sum
+        of the squares of one wave over the rows. The result is at most MOST_OWN_SHARE of the
+        largest weighted sum of squares of the block's columns.
         """
         orders = np.asarray(effect.electrical_orders(self.observations), dtype=np.float64)
         noise = TIMES_THE_NOISE * (orders * RAD_PER_ARCSEC) ** 2 * square

@@ -241,7 +241,7 @@ def _is_dense(rows: ReferenceRows) -> bool:
     """Tell whether the rows are a log (a run with closely spaced rows), not stations that are
     visited again and again.
 
-    A log on the move may meet the same angles on every turn, if the number of samples per turn is
+    A log in motion may contain the same angles in every turn, if the number of samples per turn is
     whole. The turns of a log follow each other, so that the same angle on two turns counts as two
     different angles.
     """

@@ -19,7 +19,7 @@ ANOTHER_SPEED = 1.2
 another frequency in the runs of the other speed."""
 TRIED = np.linspace(-1.0, 1.0, 9)
 """Offsets at which orders and frequencies are tried around the line's, in periods over a stretch.
-Neighbouring offsets differ by a quarter of a period: half an interval costs at most 2 % of the
+Neighbouring offsets differ by a quarter of a period: half an interval costs at most 3 % of the
 amplitude."""
 MOST_STRETCHES = 24
 """Largest number of stretches that are compared, the longest of each speed, to limit cost: each

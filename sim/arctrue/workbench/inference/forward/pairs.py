@@ -143,8 +143,8 @@ def _tested(
 def _best_rival(
     record: Record, known: Sequence[float], own: Sequence[float], fit: KernelFit
 ) -> float:
-    """Return the score of one line whose phase and size change, in place of the lines ``own``; or
-    of an accepted line next to them that changes."""
+    """Return the highest score of a model in which one line changes its phase and size: a line in
+    place of the lines ``own``, or an accepted line next to them."""
     parts = 2 * len(own) - 1
     ends = (min(own), max(own))
     scores = [changed_line(record, record.columns(np.array(known)), ends, parts, fit).score]

@@ -102,7 +102,7 @@ def part_line(record: Record, lines: Float, best: KernelFit, hz: float) -> PartL
 
 def _rate_of(record: Record, hz: float) -> float | None:
     """Return the rate of a frequency in a record; None for a record over the angle at more than one
-    speed, at which a frequency has no rate."""
+    speed, because a frequency then has no single rate."""
     if record.in_time:
         return hz
     turns_s = record.turns_on_the_clock

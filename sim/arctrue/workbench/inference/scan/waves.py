@@ -18,9 +18,9 @@ from arctrue.workbench.inference.scan.places import BEST_PLACES, Place, peaks, s
 Float = NDArray[np.float64]
 
 SEPARATING_GAIN = 30.0
-"""Amount by which the gain of an order must exceed the gain of the nearest whole or half order. An
-order that is free adds one parameter: p is then 4·10⁻⁸, and 5·10⁻⁶ for all 120 gaps up to order 60
-together."""
+"""Amount by which the gain of an order must exceed the gain of the nearest whole or half order. A
+free order is one more parameter: chance causes this amount with a probability of 4·10⁻⁸, and of
+5·10⁻⁶ in any of the 120 gaps up to order 60."""
 IN_A_GAP = np.array([-1.2, -0.9, -0.6, -0.3, 0.3, 0.6, 0.9, 1.2])
 """Offsets at which orders near a whole or half order are scored, in the gap around it and next to
 this gap, in units of the resolution 1/(2·turns). With T turns, neighbouring offsets differ by at
