@@ -140,8 +140,9 @@ def fit_spectrum(
     if kept is not None and key in kept:
         return kept[key]
     if near is not None:
-        # ``start`` is bad if it was fitted while an effect that the model now has was still in the
-        # residuals. The search therefore starts from ``start`` or ``begin``, whichever costs less.
+        # ``start`` is poor if it was fitted to residuals that contained an effect of the present
+        # model. The search therefore starts from ``start`` or ``begin``, whichever has the lower
+        # cost.
         begin = min(begin, np.clip(near, low, high), key=cost)
     if walk:
         begin = min(begin, *_with_a_walk(begin, variance, low, high), key=cost)
