@@ -265,8 +265,8 @@ class Residuals:
         return self.scores([(effect, nonlinear)])[0]
 
     def reference_excess_arcsec2(self, effect: Effect, nonlinear: Nonlinear) -> float:
-        """Return the mean square that the reference's residuals with an effect have above the noise
-        of the repeats; 0 without a reference."""
+        """Return the mean square of the reference's residuals, with an effect in the model, minus
+        that of the noise of the repeats; 0 without a reference."""
         grown = self.solution_with(effect, nonlinear, self.score(effect, nonlinear))
         left = grown.reference_residual_arcsec()
         if left is None:
