@@ -183,7 +183,7 @@ def _cross_spectrum(differences: Float, columns: Float) -> tuple[Float, int]:
     basis, sizes, _ = np.linalg.svd(weighted * columns, full_matrices=False)
     basis = basis[:, sizes > 1e-9 * sizes[0]]
     values = weighted * differences.T
-    # Each round cuts the deviations of wrong rows that the fit of the round before shows.
+    # Each round clips the deviations of wrong rows from the fit of the previous round.
     for _ in range(CLIPPING_ROUNDS):
         left = (values - basis @ (basis.T @ values)) / weighted
         limit = CLIPPED * 1.4826 * np.median(np.abs(left), axis=0)
