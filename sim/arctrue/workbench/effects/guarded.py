@@ -46,7 +46,8 @@ class EffectFileError(ValueError):
 
 
 def guarded(kind: type[Effect], path: Path) -> type[Effect]:
-    """Make, from the effect in a user's file, a subclass that checks calls of methods in CHECKS.
+    """Make a subclass of the effect in a user's file; it checks every call of the methods in
+    CHECKS.
 
     Columns must be a finite numeric array of shape (rows, coefficients), or None. An exception from
     the file, including SystemExit, becomes an EffectFileError with file, method and line; so does a

@@ -61,8 +61,8 @@ class Hysteresis(ScalarEffect):
     The search parameter ``width`` is this travel: to the end of a linear transition, or to 1/e of
     an exponential one. If the table moves beyond the last station before it reverses, it moves a
     part of the width before the first row. The transition therefore has a size of its own,
-    ``transition``; without such a way, it equals ``reversal_error``. The rows before the first
-    reversal have another size, ``start``.
+    ``transition``, which equals ``reversal_error`` without such an overtravel. The rows before the
+    first reversal have another size, ``start``.
     """
 
     name = "hysteresis"
@@ -238,7 +238,7 @@ class Hysteresis(ScalarEffect):
         if self.transition == "none":
             return columns
         if rows.travel_rad is None or rows.reversals is None or rows.at_reversal is None:
-            # Rows of which only the direction is known are far from the last reversal.
+            # If only the direction of the rows is known, they count as far from the last reversal.
             return np.hstack([columns, np.zeros((rows.direction.size, 2))])
         travel = np.degrees(rows.travel_rad)
         if self.transition == "short":

@@ -61,8 +61,8 @@ class PeriodicError(Effect):
     real number, or the frequency f.
 
     With ``by_direction`` the error is in the reference run, has a whole order, and has a size and a
-    phase for each direction, as stiction or a drive with play causes it. If such an error were
-    fitted as one sinusoid, its order would differ a little from the whole order.
+    phase for each direction. Stiction or a drive with play causes such an error. If it were fitted
+    as one sinusoid, its order would differ a little from the whole order.
     """
 
     name = "periodic_error"
