@@ -26,8 +26,8 @@ class Inside:
     factors: Matrix | None
     """Matrix that combines these columns into the effect's columns; None if both are the same."""
     square: float
-    """Sum of the squares of a wave (cosine and sine) before whitening; 0 if the effect is no wave
-    of the signal period."""
+    """Sum of the squares of a wave (cosine and sine) before whitening; 0 if the effect is not a
+    wave of the signal period."""
 
 
 def of_waves(effect: Effect, observations: Observations) -> OfWaves | None:

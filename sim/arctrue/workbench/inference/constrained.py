@@ -257,7 +257,7 @@ def _nearest(
     unknowns: _Unknowns, conditions: Sequence[Condition]
 ) -> tuple[Float, NDArray[np.int64], Float, NDArray[np.bool_]]:
     """Return the likeliest values that meet the conditions, the unknowns on which the conditions
-    depend, the slopes, and which of the slopes belong to equations.
+    depend, the slopes, and True for the slopes that belong to equations.
 
     The slopes are derivatives of every equation, and of every bound that is reached, with respect
     to all unknowns. If a condition holds an amplitude at 0, all unknowns of this amplitude are 0.

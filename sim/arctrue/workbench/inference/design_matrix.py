@@ -86,8 +86,8 @@ def _whitened_of(rows: Rows, noise: RowNoise) -> _KeptWhitened:
 
 
 def keep_part(whole: Rows, part: Rows, kept: NDArray[np.bool_]) -> None:
-    """Store the columns of ``part``, which has the rows of ``whole`` where ``kept`` is True: select
-    them from the stored columns of ``whole``."""
+    """Store the columns of ``part``, the rows of ``whole`` where ``kept`` is True; they are
+    selected from the stored columns of ``whole``."""
     _kept_of(part).linear = {
         key: None if columns is None else columns[kept]
         for key, columns in _kept_of(whole).linear.items()

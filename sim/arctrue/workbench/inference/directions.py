@@ -169,9 +169,9 @@ def _slopes(
 ) -> Float:
     """Return ∂(parameter)/∂(unknown), (parameters, unknowns), by central differences.
 
-    The slopes of a term are not computed, but left at 0, if no undetermined direction changes the
-    term's unknowns: the undetermined share of its parameters is at most the norm of the term's rows
-    in ``directions.undetermined``.
+    The slopes of a term are left at 0 if no undetermined direction changes the term's unknowns: the
+    undetermined share of its parameters is at most the norm of the term's rows in
+    ``directions.undetermined``.
     """
     widths = [*solution.widths, *(len(refined_names(term.effect)) for term in solution.terms)]
     owners = np.repeat(np.tile(np.arange(len(solution.terms)), 2), widths)

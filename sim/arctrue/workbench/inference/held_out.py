@@ -102,7 +102,7 @@ def holds_out(channels: Iterable[Improvement]) -> bool:
 
 @dataclass(frozen=True)
 class Folds:
-    """Number of the fit that leaves out each row, by channel; shape (rows,)."""
+    """For each row, the number of the fit that leaves the row out, by channel; shape (rows,)."""
 
     capture: Integer | None
     reference: Integer | None

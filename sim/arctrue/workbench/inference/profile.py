@@ -208,8 +208,8 @@ class Profile:
         )
 
     def _last_possible(self, way: float, inside: float, outside: float, limit: float) -> float:
-        """Return the distance at which the likelihood has fallen by ``limit`` or beyond which no
-        values meet the conditions."""
+        """Return the distance at which the likelihood has fallen by ``limit``, or the largest
+        distance at which values meet the conditions, whichever is smaller."""
         while outside - inside > PRECISION * self._parameter.sigma:
             middle = 0.5 * (inside + outside)
             if self._fall_or_end(self._best + way * middle) < limit:

@@ -36,8 +36,8 @@ TIMES_THE_NOISE = 4.0
 """Smallest ratio of squares: the part of a signal-period wave that the model does not explain must
 be at least twice its phase noise."""
 MOST_OWN_SHARE = 0.5
-"""Upper bound of the limit on the share, which follows from the noise: if the model leaves a larger
-share of a block, the block is always tested."""
+"""Upper bound of the limit that follows from the phase noise: if the model leaves a larger share of
+a block, the block is always tested."""
 
 
 def _combined(gram: Matrix, factors: Matrix | None) -> Matrix:
@@ -198,8 +198,8 @@ class Residuals:
     def _left_moment(self) -> Matrix:
         """Moment of the residuals along the model's own columns; zero after a fit.
 
-        Columns that depend on the model change with the model's coefficients. If a solution was not
-        fitted again with the new columns, it is therefore not quite the least-squares solution.
+        Columns that depend on the model change with the model's coefficients. A solution that was
+        fitted with the earlier columns is therefore only nearly the least-squares solution.
         """
         layout, solution = self._layout, self.solution
         if solution.held:
@@ -212,8 +212,8 @@ class Residuals:
     def with_residuals(
         self, capture: NDArray[np.float64] | None, reference: NDArray[np.float64] | None
     ) -> Residuals:
-        """Return the same model with other residuals, such as draws of the noise, after a fit of
-        the model to them."""
+        """Return the same model with the residuals that remain after a fit of the model to other
+        values, such as draws of the noise."""
         other = Residuals(self.solution)
         for name in ("_designs", "_normal", "_inverse", "_reading_noise_arcsec"):
             # The model's own matrices, and the noise of the set, do not depend on the residuals.

@@ -250,9 +250,9 @@ class Visits:
 
         ``change_arcsec``: change of the prediction of every row by the effect. Every pass repeats
         the errors of the same places, so that the sample consists of places, not of rows. The
-        result is 0, so that this test does not count, in three cases: the effect is not a function
-        of the place; no repeated error remains with the effect, so that the scatter of the passes
-        gives its uncertainty; or the remaining errors of neighbouring places are similar, and
+        result is 0, so that this test does not count, in three cases. The effect is not a function
+        of the place. No repeated error remains with the effect; the scatter of the passes then
+        gives its uncertainty. The remaining errors of neighbouring places are similar, and
         therefore not independent.
         """
         used = self.of_row >= 0

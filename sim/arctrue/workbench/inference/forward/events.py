@@ -31,8 +31,8 @@ LEAST_SIDE_ROWS = 5
 """Smallest number of rows between a step and either end of its stretch (successive rows without a
 break)."""
 MOST_SHARES = 8
-"""Largest number of readings of one mean that are tried as the first after a step. A step is then
-too small by at most 1/16 of the weight of one mean."""
+"""Largest number of readings of one mean that are tried as the first reading after a step. A step
+is then too small by at most 1/16 of the weight of one mean."""
 ROUNDING = 1e-6
 """The stated time of a step is earlier than the first reading after it by this share of the
 interval between two readings, so that this reading comes after the step in spite of rounding."""
@@ -226,7 +226,7 @@ class _Joint:
 
     def without(self, row: int) -> KernelFit:
         """Return the noise with all steps except that at ``row``; with more than ONE_BY_ONE steps,
-        the noise with all steps and the likelihood of the rows in it without this step."""
+        the noise with all steps, and the likelihood of this noise without this step."""
         if len(self.rows) == 1:
             return self.without_all
         if len(self.rows) > ONE_BY_ONE:
@@ -328,8 +328,8 @@ def _inside(record: Record) -> NDArray[np.int64]:
 
 LEAST_OWN = 1e-3
 """Smallest share of a step's sum of squares about its mean that the base must leave; the step's u
-is then at most 32 times that without the base (1/√0.001). The base may contain steps: in successive
-passes, the time minus the angle within the pass steps at each start of a pass."""
+is then at most 32 times that without the base (1/√0.001). The base may contain a step: over
+successive passes, the difference of time and angle has a step at each start of a pass."""
 
 
 def _own_shares(record: Record, rows: NDArray[np.int64]) -> Float:
@@ -448,8 +448,8 @@ def _level_makes_it(joint: _Joint, row: int, places: NDArray[np.int64]) -> bool:
 
 
 def _level_with(rows: Rows, noise: KernelNoise, places: int) -> bool:
-    """Tell whether the last column of the rows, a step, is not significant at any of ``places``
-    places in this noise, if the level of the innovations changes with time."""
+    """Return True if the level of the innovations in this noise changes with time and, at this
+    level, the last column of the rows (a step) is not significant among ``places`` places."""
     whitened = rows.factor(noise).whiten(rows.values)
     own, columns = whitened[:, 0], whitened[:, 1:]
     level = noise_level(own - columns @ np.linalg.lstsq(columns, own, rcond=1e-10)[0])

@@ -50,7 +50,7 @@ steepest at every boundary reaches √2; a random walk over six runs, with four 
 with a probability of 0.3 % (χ²)."""
 MOST_LEFT = 0.2
 """Smallest share of the squares of the runs' order 1 that must remain with an effect or a product
-in the model: by chance, one factor of the runs describes about a fifth of the changes of six runs,
+in the model. By chance, one factor of the runs describes about a fifth of the changes of six runs,
 and the best of a dozen factors about a half."""
 
 
@@ -115,8 +115,9 @@ def _of_runs(solution: Solution) -> tuple[Float, list[Float], float, float] | No
 def _steps(runs: list[Float]) -> tuple[float, float]:
     """Return the scatter of the steps at the boundaries of the runs, about their mean, and the rms
     of the same steps inside the runs. The mean step contains the changes that all boundaries have
-    in common: the table's error between the last place of a run and the first place of the next
-    run, and an even drift, of which the model's orders absorb the part within a run."""
+    in common. These are the table's error between the last place of a run and the first place of
+    the next run, and an even drift; the model's orders absorb the part of this drift within a
+    run."""
     means = [np.convolve(run, np.full(EDGE, 1.0 / EDGE), mode="valid") for run in runs]
     jumps = np.array([after[0] - before[-1] for before, after in pairwise(means)])
     inside = np.concatenate([mean[EDGE:] - mean[:-EDGE] for mean in means])

@@ -148,7 +148,7 @@ def _stretches(rows: ReferenceRows, clock: Float) -> NDArray[np.int64]:
     first = np.zeros(clock.size, dtype=np.int64)
     first[stretch_starts(clock, rows.run)[1:]] = 1
     if rows.direction is not None:
-        # A change at a reversal is no step in time, so a stretch ends at each reversal.
+        # A change at a reversal is not a step in time, so a stretch ends at each reversal.
         first[1:] |= np.diff(rows.direction) != 0.0
     return np.cumsum(first)
 

@@ -34,8 +34,8 @@ def is_an_order(found: LineSearch, rate: float, of_angle: Record) -> bool:
     frequency.
 
     Two tests are necessary. With a size and a phase for each stretch, an order explains more than a
-    frequency. And with this order in the model, the other stretches contradict the line: no line of
-    its size remains. ``of_angle``: the same rows over the angle.
+    frequency. And with this order in the model, the rows contradict a line of the size that was
+    found: without a line they are more likely. ``of_angle``: the same rows over the angle.
     """
     record = found.record
     number = [record.stretch == one for one in np.unique(record.stretch)]

@@ -49,8 +49,8 @@ REFINED, STEP_RATIO = 4, 0.2
 step is 1/2,500 of the resolution of the longest run."""
 
 ABSENT = 0.25
-"""Largest amplitude in a run, as a share of the largest amplitude, with which the line counts as
-absent in this run, as in the search for a line in a part of a record."""
+"""The line counts as absent in a run if its amplitude there is below this share of its largest
+amplitude, as in the search for a line in a part of a record."""
 
 
 @dataclass(frozen=True)
