@@ -20,8 +20,8 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 UNEVEN_P = 1e-4
-"""Noise counts as uneven if noise with the same scatter in all groups of rows would show such
-differences of the scatter with a probability below this limit."""
+"""Largest p at which noise counts as uneven; p is the probability that noise with equal scatter in
+all groups of rows shows such differences."""
 LEAST_ROWS_A_BIN = 40
 """Smallest number of rows in a bin; with this number, the scatter of the bin has an uncertainty of
 11 %, 1/√(2·40)."""
