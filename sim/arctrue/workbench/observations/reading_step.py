@@ -32,8 +32,8 @@ def reading_step(
     ``target_deg``, ``error_arcsec``: (rows,). ``count_arcsec``: size of a count of the encoder;
     None if the set does not state it. The step is the count if all readings are whole counts. It is
     otherwise the distance of neighbouring readings, if all distances are whole steps and each
-    reading occurs LEAST_AGAIN times on average. The targets must not be whole steps themselves:
-    the errors are whole steps then, and :func:`display_step` finds the step.
+    reading occurs LEAST_AGAIN times on average. If the targets are whole steps too, the result is
+    0: the errors are then whole steps, and :func:`display_step` finds the step.
     """
     target = 3600.0 * target_deg
     readings = np.sort(np.mod(target + error_arcsec, 1296000.0))
