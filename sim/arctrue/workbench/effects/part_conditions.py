@@ -265,7 +265,7 @@ def _run_conditions(observations: Observations) -> list[Condition]:
 
 
 def too_many_runs(observations: Observations) -> int | None:
-    """Return the number of runs of a reference that has too many to search for changes between
+    """Return the number of runs of a reference if there are too many to search for changes between
     them; otherwise None."""
     rows = observations.reference
     runs = 0 if rows is None else np.unique(rows.run).size

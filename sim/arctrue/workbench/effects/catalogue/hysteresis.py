@@ -28,7 +28,7 @@ WIDEST_DEG = 45.0
 """Largest width: twice the largest W, 22.5°, of the gateware's stop operator (u20.4 counts) at 2²⁴
 counts per turn."""
 NARROWEST_DEG = 0.05
-"""Smallest width: a twentieth of the width that an export assumes for an effect without one."""
+"""Smallest width: a twentieth of the width that an export assumes for an effect without a width."""
 WITH_WIDTH = ("linear", "exponential")
 """Forms of the transition after a reversal: Prandtl's stop operator (Dahl's model with the exponent
 0), and Dahl's model with the exponent 1 (P. R. Dahl, Aerospace Corporation TOR-0158(3107-18)-1,
@@ -50,8 +50,8 @@ MOST_LEFT = 0.5
 """Largest ratio of the residual mean square with a transition to that without one, both above the
 noise of the repeats: the transition then explains more of this error than all other causes."""
 EQUAL_INTEGRAL = 2.0
-"""Width of a linear transition with the same integral as an exponential one, in the travel over
-which the latter decays to 1/e."""
+"""Width of a linear transition with the same integral as an exponential transition, in units of the
+travel over which the exponential decays to 1/e."""
 
 
 class Hysteresis(ScalarEffect):

@@ -101,9 +101,9 @@ class PolygonFaceError(Effect):
         repeats several times a turn (analysis of variance). A motion of the table itself causes
         such patterns, and the polygon on the table shows this motion too.
 
-        A wave of order 1 alone is no reason to refuse: the gain of the autocollimator or an
-        eccentric polygon adds it to the faces. The test is then repeated without order 1, if
-        significant face errors remain.
+        A wave of order 1 alone does not refuse the effect, because the gain of the autocollimator
+        or an eccentric polygon adds this wave to the faces. The test is then repeated without order
+        1, if significant face errors remain.
         """
         values = coefficients - coefficients.mean()
         if values.size < LEAST_FACES or float(values @ values) <= 0.0:
