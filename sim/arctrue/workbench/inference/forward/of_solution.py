@@ -105,7 +105,7 @@ def stretches_of(
     solution: Solution,
 ) -> tuple[Float, Float, Float, NDArray[np.int64]] | None:
     """Return times, residuals, columns of the model and number of the stretch of each row of a log
-    with times; None if the reference is no such log."""
+    with times; None if the reference is not such a log."""
     rows, found = solution.observations.every_reference_row, _kept_rows(solution)
     if rows is None or rows.time_s is None or found is None:
         return None

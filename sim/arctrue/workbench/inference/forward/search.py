@@ -135,7 +135,7 @@ def search_record(record: Record, display_step_arcsec: float = 0.0) -> LineSearc
     again with the steps in the model.
 
     A display that rounds to ``display_step_arcsec`` (0 for none) jumps by this step where the error
-    changes slowly. Such jumps are no events and are not returned. Together they can follow a line,
+    changes slowly. Such jumps are not events and are not returned. Together they can follow a line,
     so that the line would vanish with them in the model: the lines are searched without them. The
     whiteness of the residuals is that with these jumps or without them, whichever is higher,
     because the rounding error is not white.
