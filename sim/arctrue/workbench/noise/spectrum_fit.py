@@ -31,7 +31,8 @@ the rows."""
 ENOUGH = 0.01
 """The search ends when a step gains less log likelihood than this."""
 MOST_KEPT = 24
-"""Largest number of fits that the rows of a channel keep: about as many as one survey makes."""
+"""Largest number of fits that are kept for the rows of a channel: about as many as one survey of
+all effects makes."""
 IMPOSSIBLE = 1e12
 """Cost of a spectrum whose covariance of the rows cannot be factored."""
 
