@@ -93,8 +93,8 @@ class Leftover(Protocol):
         """Return the gain of each effect alone."""
 
     def reference_excess_arcsec2(self, effect: Effect, nonlinear: Nonlinear) -> float:
-        """Return the mean square that the reference's residuals with an effect have above the noise
-        of the repeats."""
+        """Return the mean square of the reference's residuals, with an effect in the model, minus
+        that of the noise of the repeats."""
 
 
 @dataclass(frozen=True, slots=True)

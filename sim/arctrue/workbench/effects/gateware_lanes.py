@@ -42,8 +42,8 @@ class ConditionedLane:
     column_zero: float = 0.0
     """Value of the column at which the condition is 0."""
     width_deg: float | None = None
-    """Travel after a reversal within which the direction changes from one end to the other; None if
-    it is not known."""
+    """Travel after a reversal within which the condition changes from one end of its range to the
+    other; None if it is not known."""
 
 
 @dataclass(frozen=True, slots=True)

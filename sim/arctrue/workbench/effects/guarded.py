@@ -46,11 +46,12 @@ class EffectFileError(ValueError):
 
 
 def guarded(kind: type[Effect], path: Path) -> type[Effect]:
-    """Make, from the effect in a user's file, a subclass that checks calls of methods in CHECKS.
+    """Make a subclass of the effect in a user's file; it checks every call of the methods in
+    CHECKS.
 
     Columns must be a finite numeric array of shape (rows, coefficients), or None. An exception from
-    the file, including SystemExit, becomes an EffectFileError with file, method and line; so does a
-    call that takes longer than the effect's ``longest_call_s``.
+    the file, including SystemExit, becomes an EffectFileError with file, method and line. A call
+    that takes longer than the effect's ``longest_call_s`` has the same result.
 
     Raises EffectFileError for a declaration that is missing or of a wrong type.
     """

@@ -19,7 +19,8 @@ LEAST_RUNS_OF_A_STATE = 2
 does not show that the new state lasts."""
 MOST_RUNS = 40
 """Largest number of runs of a reference between which changes are searched, to limit cost: each
-boundary is one more factor of every order. The report states that a change was not searched."""
+boundary is one more factor of every order. With more runs, the report states that changes were not
+searched."""
 
 
 @dataclass(frozen=True)
@@ -122,8 +123,8 @@ SIMPLE_CONDITIONS = (
 )
 TRAVEL = Condition("travel", "angle of travel", "°", _travel)
 SHORT_ARC_RAD = np.pi
-"""On a shorter arc the default model has no order of the disc: an error that grows with the angle
-is then no eccentricity of the model."""
+"""On a shorter arc the default model has no order of the disc, so that no eccentricity in the model
+can explain an error that grows with the angle."""
 LONG_TRAVEL_RAD = 4.0 * np.pi
 """Two turns. Over more turns, the orders of the disc repeat and cannot follow an error that grows
 with the angle."""
@@ -185,9 +186,9 @@ FORMS: Mapping[str, _Form] = {
         "{0}*|{0}|", "{0} × |{0}|", "{0}²", lambda values: values * np.abs(values)
     ),
 }
-"""Forms of a column by their names in the setting ``condition``: a deflection by a square of a
-torque or a current, friction that grows with the size of a load, and the pressure of wind, which
-grows with the square of the speed and keeps its sign."""
+"""Forms of a column by their names in the setting ``condition``. Examples: a deflection by the
+square of a torque or a current; friction that grows with the size of a load; the pressure of wind,
+which grows with the square of its speed and has the sign of the speed."""
 
 
 def form_condition(column: str, form: str) -> Condition:
@@ -264,7 +265,7 @@ def _run_conditions(observations: Observations) -> list[Condition]:
 
 
 def too_many_runs(observations: Observations) -> int | None:
-    """Return the number of runs of a reference that has too many to search for changes between
+    """Return the number of runs of a reference if there are too many to search for changes between
     them; otherwise None."""
     rows = observations.reference
     runs = 0 if rows is None else np.unique(rows.run).size

@@ -112,8 +112,8 @@ class ProductOfParts(Effect):
         ``time_constant_s`` > 0: exp(−t/τ), with t from the start of each run (``each_run``) or of
         the set. ``column``: a column minus ``column_zero``; with it, ``condition`` may be
         "direction", which multiplies the column by the direction of the reference, or a name of
-        FORMS, which replaces the column by this form of it. ``from_run``: 0 before this run of the
-        reference, 1 from this run on. ``orders``: an empty list is a constant.
+        FORMS, which replaces the column by a function of the column. ``from_run``: 0 before this
+        run of the reference, 1 from this run on. ``orders``: an empty list is a constant.
         ``electrical_head``: 1 to 4 for multiples of that head's electrical phase. ``turned_by``: a
         column in degrees that is added to the angle of the orders of a reference, or, with a minus
         in front of its name, subtracted. Raises ValueError for settings that define no product.

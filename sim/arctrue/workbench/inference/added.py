@@ -40,11 +40,12 @@ def added(effect: Effect, residuals: Residuals) -> Solution | None:
 
 
 def best_form(effect: Effect, residuals: Residuals) -> Effect:
-    """Return the form of an effect with the largest gain minus BIC penalty. The penalty counts its
-    parameters and the forms that were tried; each form has the noise that is estimated with it.
+    """Return the form of an effect whose gain minus BIC penalty is largest. The penalty counts the
+    parameters of the form and the forms that were tried; the noise is estimated for each form.
 
-    The candidates are the effect itself and the best forms with three noises: the noise of the
-    model, its white part, and the noise that is estimated with the effect.
+    The candidates are the effect itself and the best forms with the noise of the model, with only
+    the white part of this noise and, for an effect without a search, with the noise that is
+    estimated with the effect.
     """
     if not effect.narrowed_when_added:
         return effect

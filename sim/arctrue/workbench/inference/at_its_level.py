@@ -42,10 +42,10 @@ def gains_at_its_level(
     The local RMS is that of the residuals with the effect in the model, so that the effect is not
     taken for a change of the level. The residuals with the effect are smallest in the rows that
     determine it, which are often the loud rows. Each residual is therefore divided by the share of
-    its row that the columns leave free (MacKinnon and White, J. Econometrics 29 (1985) 305). Few
-    rows can still hide their noise in the effect. Without ``takes_most`` (the effect removes most
-    of the error), the residuals without the effect are therefore used as well; they only understate
-    the gain.
+    its row that the columns leave free (MacKinnon and White, J. Econometrics 29 (1985) 305). If few
+    rows determine the effect, it may still contain their noise. Unless the effect removes most of
+    the error (``takes_most``), the residuals without the effect are therefore used as well; they
+    can only understate the gain.
     """
     left, rows = base.reference_whitened, base.reference_design
     capture, own = base.whitened_columns(effect, nonlinear)

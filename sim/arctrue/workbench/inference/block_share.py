@@ -4,8 +4,8 @@ If the rows are closely spaced or the noise is slow, the neighbours of an omitte
 row, so that single omitted rows do not test the effect. Here the runs, or the cycles of a
 reference, are cut into a few long blocks. The model is projected out of the effect's columns over
 all rows; then block b alone gives coefficients c_b, and the other blocks give c₋b. The share is 1 −
-(Σ |A_b(c_b − c₋b)|² − its mean by noise)/(Σ |A_b·c_b|² − its mean by noise) over whitened rows A_b:
-1 for an effect that is the same everywhere, 0 for noise of any spectrum.
+(Σ |A_b(c_b − c₋b)|² − its mean by noise)/(Σ |A_b·c_b|² − its mean by noise) over whitened rows A_b.
+It is about 1 for an effect that is the same everywhere, and about 0 for noise of any spectrum.
 """
 
 from __future__ import annotations
@@ -42,7 +42,8 @@ class BlockShare:
 
     share: float
     own: float
-    """χ² of the effect's own error in the directions that several blocks determine."""
+    """χ² of the effect's own error in the directions that several blocks determine, minus its mean
+    by noise."""
 
 
 def block_share(residuals: Residuals, effect: Effect, nonlinear: Nonlinear) -> BlockShare | None:

@@ -7,8 +7,8 @@ from functools import lru_cache
 import numpy as np
 
 SMALL_STEP = 0.3
-"""If the ratio of step to noise is below this value, the limit for small steps holds to a few
-percent."""
+"""If the ratio of step to noise is below this value, the variance for small steps, LIMIT_VARIANCE,
+is right to a few percent."""
 LIMIT_VARIANCE = 26.0
 """Variance of the position (in samples²) times (step/noise)⁴ for small steps: Yao, Ann. Statist. 15
 (1987) 1321."""

@@ -24,10 +24,10 @@ class Inside:
     columns: tuple[int, ...]
     """Numbers of the whitened columns."""
     factors: Matrix | None
-    """Factors of these columns in the columns of the effect; None if they are its columns."""
+    """Matrix that combines these columns into the effect's columns; None if both are the same."""
     square: float
-    """Sum of the squares of a wave (cosine and sine) before whitening; 0 if it is no wave of the
-    signal period."""
+    """Sum of the squares of a wave (cosine and sine) before whitening; 0 if the effect is not a
+    wave of the signal period."""
 
 
 def of_waves(effect: Effect, observations: Observations) -> OfWaves | None:

@@ -54,7 +54,7 @@ NOISE_ROUNDS = 3
 """Number of noise estimates; further estimates would change the noise little."""
 MET = 1e-3
 """A condition counts as met if the difference from it is at most this share of a standard
-uncertainty. A bound counts as reached if the value is nearer to it than this."""
+uncertainty. A bound counts as reached if the distance from it is below this share."""
 
 POINT = 0.1
 """An equation holds only at a single point of its unknowns (such as an amplitude at 0) if its slope
@@ -94,7 +94,7 @@ class ConstrainedFit:
     slopes: Float
     """Slopes of every equation and of every reached bound, shape (slopes, unknowns)."""
     is_equation: NDArray[np.bool_]
-    """Which of the slopes belong to equations, shape (slopes,)."""
+    """True for the slopes that belong to equations, shape (slopes,)."""
     covariance_of_equations: Float
     """Covariance of the same unknowns, as if no bound had been reached."""
 
@@ -161,8 +161,8 @@ def conditioned(solution: Solution, conditions: Sequence[Condition]) -> Constrai
 
 
 def _covariance_under(covariance: Float, slopes: Float) -> Float:
-    """Return the covariance of the unknowns if the combinations ``slopes`` (n, unknowns) of them
-    keep their values."""
+    """Return the covariance of the unknowns while their combinations ``slopes`` (n, unknowns) are
+    held constant."""
     if not slopes.size:
         return covariance
     across = covariance @ slopes.T
@@ -257,10 +257,10 @@ def _nearest(
     unknowns: _Unknowns, conditions: Sequence[Condition]
 ) -> tuple[Float, NDArray[np.int64], Float, NDArray[np.bool_]]:
     """Return the likeliest values that meet the conditions, the unknowns on which the conditions
-    depend, the slopes, and which of the slopes belong to equations.
+    depend, the slopes, and True for the slopes that belong to equations.
 
     The slopes are derivatives of every equation, and of every bound that is reached, with respect
-    to all unknowns. An amplitude that is kept at 0 keeps all of its unknowns at 0.
+    to all unknowns. If a condition holds an amplitude at 0, all unknowns of this amplitude are 0.
     """
     none = (
         np.zeros(0, dtype=np.int64),
@@ -336,8 +336,8 @@ def _kept(
     conditions: Sequence[Condition],
     reached: NDArray[np.bool_],
 ) -> tuple[Float, NDArray[np.bool_]]:
-    """Return the combinations of the unknowns that the reached conditions keep, (n, unknowns), and
-    which of them belong to equations."""
+    """Return the combinations of the unknowns that the reached conditions hold constant, (n,
+    unknowns), and True for the combinations that belong to equations."""
     spread = unknowns.spread
     slopes, near = (_slopes(unknowns, at, conditions) for at in (wanted, wanted + spread))
     found: list[Float] = []
@@ -355,7 +355,7 @@ def _kept(
 def _asked(
     difference: Callable[[Float], Float], equation: NDArray[np.bool_]
 ) -> list[NonlinearConstraint]:
-    """Return the conditions as scipy takes them: one constraint for equations, one for bounds."""
+    """Return the conditions in scipy's form: one constraint for equations, one for bounds."""
 
     def of_kind(kind: bool) -> Callable[[Float], Float]:
         return lambda steps: difference(steps)[equation == kind]

@@ -1,9 +1,9 @@
 """Computes the design matrix of a model: the columns of its terms, raw and whitened by the noise.
 
-Columns of effects that do not depend on the model are kept in memory while the rows exist. Linear
-terms that consist of orders of the disc keep all columns, other terms the last MOST_RECENT column
-blocks. Whitened columns are kept while the noise exists. A long channel is processed block by
-block; the columns of a block are released with the block.
+Columns of effects that do not depend on the model are kept in memory while the rows exist. All
+columns of linear terms that consist of orders of the disc are kept; for other terms, only the last
+MOST_RECENT blocks of columns are kept. Whitened columns are kept while the noise exists. A long
+channel is processed block by block; the columns of a block are released with the block.
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ class Term:
     def searched(self) -> int:
         """Number of parameters of the model that a search found.
 
-        A flag, a search parameter with the values 0 and 1, is no parameter. A line has one rate, an
-        order or a frequency.
+        A flag (a search parameter with the values 0 and 1) is not counted. The order and the
+        frequency of a line count as one parameter, because a line has only one of them.
         """
         values = [item for item in self.effect.search if not (item.integer and item.high <= 1.0)]
         return len(values) - (self.effect.search_kind == "line")
@@ -86,8 +86,8 @@ def _whitened_of(rows: Rows, noise: RowNoise) -> _KeptWhitened:
 
 
 def keep_part(whole: Rows, part: Rows, kept: NDArray[np.bool_]) -> None:
-    """Store the columns of ``part``, which has the rows of ``whole`` where ``kept`` is True: select
-    them from the stored columns of ``whole``."""
+    """Store the columns of ``part``, the rows of ``whole`` where ``kept`` is True; they are
+    selected from the stored columns of ``whole``."""
     _kept_of(part).linear = {
         key: None if columns is None else columns[kept]
         for key, columns in _kept_of(whole).linear.items()

@@ -2,8 +2,9 @@
 
 An effect is found if its gain passes the F test of :mod:`significance`, and if held-out rows show
 it. An effect with very strong evidence (:class:`Refused`) is found even if held-out rows do not
-show it. These tests depend on one number, the noncentrality λ = s²·zᵀC⁻¹z of an effect of size s:
-the power of the tests follows from noncentral F and normal distributions.
+show it. The power of these tests depends on one number, the noncentrality λ = s²·zᵀC⁻¹z of an
+effect of form z and size s, C being the noise covariance. It follows from noncentral F and normal
+distributions.
 """
 
 from __future__ import annotations
@@ -51,8 +52,9 @@ to all rows."""
 
 FEW_FREEDOM = 6.0
 """With fewer degrees of freedom than this, a detectable size is at least 2.8 times the size with
-known noise. With one column among 19 effects, this size is 14 standard errors in place of 5.1; with
-the fewest degrees of freedom, 2, it is 188 standard errors (:func:`needed_gain`)."""
+known noise. At this number and with one column among 19 effects, the detectable size is 14 standard
+errors, in place of 5.1 with known noise; at 2, the fewest degrees of freedom, it is 188
+(:func:`needed_gain`)."""
 
 
 @dataclass(frozen=True)
@@ -160,9 +162,9 @@ def smallest_detectable(
     refused: Refused | None = None,
 ) -> Detectable | None:
     """Return the smallest size of an effect that the tests find in 95 % of such sets. The effect
-    has the form of the typical column of its block: the column whose RMS is nearest to the median.
-    The result is None where the model can explain the whole block. With ``refused`` the test on
-    held-out rows counts too.
+    has the form of the typical column of its block: the column whose RMS at the noncentrality 1 is
+    nearest to the median. The result is None where the model can explain the whole block. With
+    ``refused`` the test on held-out rows counts too.
     """
     score = residuals.score(effect, nonlinear)
     if score.rank == 0:

@@ -28,9 +28,9 @@ Float = NDArray[np.float64]
 
 MOST_UNDETERMINED = 1e-3
 """Largest permitted share of a combination of coefficients that no row of the set determines. The
-covariance contains no uncertainty for this share; directions count as undetermined above a
-condition number of 3e4 (RANK_TOLERANCE), so that small positioning errors of the targets leave a
-share below 1e-4."""
+covariance contains no uncertainty for this share. Directions count as undetermined above a
+condition number of 3e4 (RANK_TOLERANCE); small positioning errors of the targets then leave a share
+below 1e-4."""
 UNSEEN_WEIGHT = 1e-9
 """A column counts as rounding if its weight in the rows is at most this share of the largest
 weight, the root of ``UNSEEN`` in :mod:`arctrue.workbench.numeric.symmetric`."""
@@ -169,8 +169,9 @@ def _slopes(
 ) -> Float:
     """Return ∂(parameter)/∂(unknown), (parameters, unknowns), by central differences.
 
-    The slopes of a term are 0 if no undetermined direction moves its unknowns. The share of its
-    parameters is at most the norm of its rows in ``directions.undetermined``.
+    The slopes of a term are left at 0 if no undetermined direction changes the term's unknowns: the
+    undetermined share of its parameters is at most the norm of the term's rows in
+    ``directions.undetermined``.
     """
     widths = [*solution.widths, *(len(refined_names(term.effect)) for term in solution.terms)]
     owners = np.repeat(np.tile(np.arange(len(solution.terms)), 2), widths)

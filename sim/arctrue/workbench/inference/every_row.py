@@ -47,8 +47,8 @@ def channel_figures(solution: Solution, channel: str) -> ChannelFigures | None:
     channel.
 
     The mean of the reference's residuals is subtracted, because the constant a₀ is not observable.
-    With slow noise, the constant of generalised least squares is far from the mean of the rows, and
-    a better model could have the larger RMS.
+    With slow noise, the constant of generalised least squares may be far from the mean of the rows,
+    so that a better model could have the larger RMS.
     """
     observations = solution.observations
     capture = channel == "capture"

@@ -1,4 +1,4 @@
-"""Values of a fit, without what follows from them."""
+"""Holds the values of a fit, without the figures that are computed from them."""
 
 from __future__ import annotations
 

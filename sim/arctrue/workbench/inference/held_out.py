@@ -45,9 +45,9 @@ ENOUGH_ERRORS = 3.0
 """If a true effect would raise the log predictive density by less than this number of standard
 errors, the test does not require a rise."""
 LEAST_KEPT = 0.01
-"""Smallest share of the information of every row about a direction of an effect that the kept rows
-must have. Three quarters of the rows have about 0.75; below 0.01 only a row at the edge of the
-effect is kept."""
+"""Smallest share that the kept rows must have of all rows' information about a direction of an
+effect. Three quarters of the rows usually have about 0.75; below 0.01, only a row at the edge of
+the effect is kept."""
 SEED = 20_120_215
 """Seed of the order in which rows are left out; fixed, so that a set always has the same folds."""
 
@@ -102,7 +102,7 @@ def holds_out(channels: Iterable[Improvement]) -> bool:
 
 @dataclass(frozen=True)
 class Folds:
-    """Number of the fit that leaves out each row, by channel; shape (rows,)."""
+    """For each row, the number of the fit that leaves the row out, by channel; shape (rows,)."""
 
     capture: Integer | None
     reference: Integer | None
@@ -246,11 +246,11 @@ def _trainings(
 
 
 def _determined(score: Score, whole: Float) -> tuple[Score, Float]:
-    """Return the score of an effect on the kept rows without the directions that they do not
-    determine, and a covariance of the coefficients that is very large in these directions.
+    """Return the score of an effect on the kept rows, limited to the directions that these rows
+    determine, and a covariance of the coefficients that is very large in the other directions.
 
-    ``whole``: information of every row about the effect. Directions that not even all rows
-    determine are left out of both; in them the effect predicts nothing.
+    ``whole``: information of every row about the effect. Directions that all rows together do not
+    determine are left out of both, because the effect predicts nothing in them.
     """
     unit = 1.0 / np.sqrt(np.maximum(np.diag(whole), 1e-300))
     values, vectors = np.linalg.eigh(whole * np.outer(unit, unit))

@@ -36,7 +36,7 @@ class Pair:
 
 @dataclass(frozen=True)
 class Identifiability:
-    """Which coefficients of a fitted model one set determines, and how well."""
+    """States which coefficients of a fitted model a set determines, and how well."""
 
     coefficients: list[str]
     rank: int

@@ -1,5 +1,5 @@
 """Computes two figures of a model's residual on a set: *left* (RMS of the residual) and *held out*
-(RMS of the errors with which each row is predicted by a fit without that row).
+(RMS of the prediction errors; each row is predicted by a fit without that row).
 
 The history of a model, diagnosis, comparison, page and report show these figures; no other module
 computes such figures.
@@ -31,8 +31,8 @@ class Left:
     """*Left*: RMS of the residual over every row that the commands use."""
     peak_arcsec: Mapping[str, float]
     heldout_rms_arcsec: Mapping[str, float]
-    """*Held out*: RMS of the errors with which each row that the statistics use is predicted by a
-    fit without that row (:func:`held_out`).
+    """*Held out*: RMS of the prediction errors of the rows that the statistics use; each row is
+    predicted by a fit without that row (:func:`held_out`).
     """
     noise_arcsec: Mapping[str, float]
     """RMS scatter of the repeats (:func:`row_noise_arcsec`)."""
@@ -42,7 +42,7 @@ class Left:
 
     @cached_property
     def residuals(self) -> Residuals:
-        """Residuals of the model; several figures use their tests."""
+        """Residuals of the model with their tests, which several figures use."""
         return Residuals(self.solution)
 
     def fall_from(self, before: Left) -> dict[str, Improvement]:
@@ -51,8 +51,8 @@ class Left:
         return falls(before.held_out, self.held_out, self.solution.noise)
 
     def mean_log_ratio(self, before: Left) -> float:
-        """Return the mean of log(RMS after/RMS before) over the channels in which the last term of
-        this model has columns. Of the means for *left* and *held out*, the smaller is returned.
+        """Return the smaller of two means of log(RMS after/RMS before), that of *left* and that of
+        *held out*, over the channels in which the last term of this model has columns.
 
         A result above 0 means that the residual has grown. The weight of a channel is its number of
         passes over the angle, not of rows, because the noise of neighbouring rows is correlated. A

@@ -125,8 +125,8 @@ def evidence_with(base: Residuals, null: Null, effect: Effect, nonlinear: Nonlin
     """Return the evidence for an effect; the model with the effect has the noise of ``base``.
 
     Any noise may be used, because the largest likelihood over all noise is at least the likelihood
-    with this noise. The noise estimated with one effect may still absorb this effect as slow noise;
-    the noise estimated with another effect may show it.
+    with this noise. The noise estimated with an effect may still absorb this effect as slow noise,
+    while the noise estimated with another effect may not.
     """
     score = base.score(effect, nonlinear)
     with_effect = restricted_likelihood(base) + 0.5 * score.gain
@@ -193,7 +193,8 @@ def without_slow_noise(residuals: Residuals) -> Residuals:
 def with_index_as_known(residuals: Residuals) -> Residuals:
     """Fit the same model with at most the index variance that was known before this set.
 
-    The offsets of the set's own runs cannot increase it, because the effect may have caused them.
+    The offsets of the set's own runs do not increase this variance, because the effect may have
+    caused these offsets.
     """
     noise = residuals.solution.noise
     known = residuals.observations.index_sigma_arcsec**2

@@ -1,9 +1,9 @@
 """Calculates the χ² that a line would remove from the residuals, at every order or frequency.
 
 A line is a sinusoid with one phase for all rows of a channel, over the angle or over time.
-C⁻¹·residual is summed in bins as wide as the median step of the rows, and transformed; the spectrum
-of the noise gives the information about a line. The result is exact enough to show where a search
-should look.
+C⁻¹·residual is summed in bins as wide as the median step of the rows, and its Fourier transform is
+computed; the spectrum of the noise gives the information about a line. The result is accurate
+enough for the start of a search.
 """
 
 from __future__ import annotations

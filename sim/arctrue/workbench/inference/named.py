@@ -19,8 +19,8 @@ Float = NDArray[np.float64]
 
 
 def labels(terms: Sequence[Term]) -> list[str]:
-    """Return the name of each term; from the second occurrence of an effect on, ``#`` and its
-    number follow the name."""
+    """Return the name of each term; from the second occurrence of an effect on, ``#`` and the
+    number of the occurrence follow the name."""
     names = [term.effect.name for term in terms]
     found = []
     for place, name in enumerate(names):

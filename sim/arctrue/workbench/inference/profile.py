@@ -3,10 +3,10 @@ contradict.
 
 At each value of the parameter, all other parameters and the noise have their most likely values.
 Such an interval is also right in two cases where the standard uncertainty of a linearised fit is
-wrong: a drift that slow noise has partly absorbed, and a frequency with few periods, a nonlinear
-parameter. The limit of the likelihood ratio follows from Student's t with the degrees of freedom of
-the noise variance. It is exact for a linear parameter in white noise (Bates and Watts, Nonlinear
-Regression Analysis and Its Applications, chapter 6).
+wrong: a drift that slow noise has partly absorbed, and the frequency of a line with few periods (a
+nonlinear parameter). The limit of the likelihood ratio follows from Student's t with the degrees of
+freedom of the noise variance. It is exact for a linear parameter in white noise (Bates and Watts,
+Nonlinear Regression Analysis and Its Applications, chapter 6).
 """
 
 from __future__ import annotations
@@ -50,8 +50,8 @@ FARTHEST = 40.0
 """If the interval reaches farther than this from the fitted value, in standard uncertainties, its
 end counts as infinite."""
 WIDER = 1.6
-"""Factor by which each step outwards is longer than the step before, until the likelihood has
-fallen far enough."""
+"""Factor by which each step outwards increases the distance from the fitted value, until the
+likelihood has fallen far enough."""
 PRECISION = 0.01
 """Accuracy of the ends of the interval, in standard uncertainties."""
 HALF_TURN_DEG = 180.0
@@ -63,8 +63,8 @@ WALK_SPANS = 10.0
 """Factor by which the longest time constant, the length of the record, is multiplied; the noise is
 then a random walk within the record."""
 LITTLE = 1e-2
-"""Share of the variance of each slow part that keeps its time constant; the remaining variance gets
-the longest time constant."""
+"""Share of its variance that each slow part keeps. The part with the longest time constant gets the
+variance at which the steps from row to row stay the same."""
 
 
 def limit_of(level: float, freedom: float) -> float:
@@ -118,7 +118,7 @@ class Profile:
 
     def likelihood(self, value: float) -> float:
         """Return the restricted log likelihood with the parameter at ``value`` and the noise and
-        all other parameters free; the highest one if it was searched at this value before."""
+        all other parameters free; the highest result if this value was searched before."""
         fitted = self.fit.solution.noise
         starts = [fitted, _as_a_walk(fitted)]
         if self._noise:
@@ -147,8 +147,8 @@ class Profile:
     def fall(self, value: float) -> float:
         """Return twice the fall of the log likelihood from its highest value.
 
-        A second search at the same value may find more, because it begins at the noise of a nearer
-        value; each value is therefore searched once, so that the fall does not change.
+        Each value is searched only once, so that its fall does not change: a second search at the
+        same value begins at the noise of a nearer value and may find a higher likelihood.
         """
         for wanted in (self._best, value):
             if wanted not in self._found:
@@ -186,7 +186,8 @@ class Profile:
             inside, outside = outside, min(WIDER * outside, farthest)
         if not np.isfinite(fall):
             return self._best + way * self._last_possible(way, inside, outside, limit)
-        # Searched again, now from the noise of its neighbours; this may raise the highest value.
+        # The fitted value is searched again, now from the noise of the nearest value; this may
+        # raise the highest likelihood.
         self.likelihood(self._best)
         if self._fall_or_end(self._best + way * inside) >= limit:
             inside, outside = 0.0, inside
@@ -207,8 +208,8 @@ class Profile:
         )
 
     def _last_possible(self, way: float, inside: float, outside: float, limit: float) -> float:
-        """Return the distance at which the likelihood has fallen by ``limit`` or beyond which no
-        values meet the conditions."""
+        """Return the distance at which the likelihood has fallen by ``limit``, or the largest
+        distance at which values meet the conditions, whichever is smaller."""
         while outside - inside > PRECISION * self._parameter.sigma:
             middle = 0.5 * (inside + outside)
             if self._fall_or_end(self._best + way * middle) < limit:
@@ -282,8 +283,8 @@ def _slowest(spectrum: Spectrum) -> Spectrum:
 def freedom_of(fit: ConstrainedFit, name: str) -> float:
     """Return the degrees of freedom of the noise variance in a parameter (Satterthwaite).
 
-    The parameter is linearised as aᵀ·b, where a is its slope with respect to coefficients and
-    search parameters.
+    The parameter is linearised as aᵀ·b: b contains the coefficients and search parameters, a the
+    slopes of the parameter with respect to them.
     """
     solution = fit.solution
     observations, noise = solution.observations, solution.noise

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 MOST = 0.5
 """If the repeated error has more than this share of the residual's mean square, a change in time
-has less; a slow change has the same limit."""
+has less. The same limit applies to a slow change."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class RepeatedError:
     passes: int
     places: int
     spots: tuple[Spot, ...] = ()
-    """Single places that cause the error; empty if more places than these have an error."""
+    """Single places that cause the error; empty if they do not explain most of it."""
     stations: bool = True
     """True for stations, False for places of a log in motion."""
     share: float = 0.0

@@ -36,8 +36,8 @@ TIMES_THE_NOISE = 4.0
 """Smallest ratio of squares: the part of a signal-period wave that the model does not explain must
 be at least twice its phase noise."""
 MOST_OWN_SHARE = 0.5
-"""Upper bound of the limit on the share, which follows from the noise: if the model leaves a larger
-share of a block, the block is always tested."""
+"""Upper bound of the limit that follows from the phase noise: if the model leaves a larger share of
+a block, the block is always tested."""
 
 
 def _combined(gram: Matrix, factors: Matrix | None) -> Matrix:
@@ -138,9 +138,9 @@ class Residuals:
         return replace(design, columns=columns, ones=ones)
 
     def explained_squares(self, cross: Matrix) -> Matrix:
-        """Return the weighted sum of squares that the model explains of columns of the capture,
-        (n,); ``cross``: products of the model's columns in the capture with these columns,
-        shape (columns of the model, n)."""
+        """Return, for each of n columns of the capture, the part of its weighted sum of squares
+        that the model explains, (n,); ``cross``: products of the model's columns in the capture
+        with these columns, shape (columns of the model, n)."""
         places = self._layout.capture()
         inside = self._inverse[np.ix_(places, places)]
         return np.asarray(np.sum(cross * (inside @ cross), axis=0))
@@ -198,8 +198,8 @@ class Residuals:
     def _left_moment(self) -> Matrix:
         """Moment of the residuals along the model's own columns; zero after a fit.
 
-        Columns that depend on the model change with the model's coefficients. If a solution was not
-        fitted again with the new columns, it is therefore not quite the least-squares solution.
+        Columns that depend on the model change with the model's coefficients. A solution that was
+        fitted with the earlier columns is therefore only nearly the least-squares solution.
         """
         layout, solution = self._layout, self.solution
         if solution.held:
@@ -212,8 +212,8 @@ class Residuals:
     def with_residuals(
         self, capture: NDArray[np.float64] | None, reference: NDArray[np.float64] | None
     ) -> Residuals:
-        """Return the same model with other residuals, such as draws of the noise, after a fit of
-        the model to them."""
+        """Return the same model with the residuals that remain after a fit of the model to other
+        values, such as draws of the noise."""
         other = Residuals(self.solution)
         for name in ("_designs", "_normal", "_inverse", "_reading_noise_arcsec"):
             # The model's own matrices, and the noise of the set, do not depend on the residuals.
@@ -265,8 +265,8 @@ class Residuals:
         return self.scores([(effect, nonlinear)])[0]
 
     def reference_excess_arcsec2(self, effect: Effect, nonlinear: Nonlinear) -> float:
-        """Return the mean square that the reference's residuals with an effect have above the noise
-        of the repeats; 0 without a reference."""
+        """Return the mean square of the reference's residuals, with an effect in the model, minus
+        that of the noise of the repeats; 0 without a reference."""
         grown = self.solution_with(effect, nonlinear, self.score(effect, nonlinear))
         left = grown.reference_residual_arcsec()
         if left is None:
@@ -352,14 +352,14 @@ class Residuals:
         return float(np.clip(in_phase, LEAST_OWN_SHARE, MOST_OWN_SHARE))
 
     def _phase_noise_squares(self, effect: Effect, information: Matrix, square: float) -> Matrix:
-        """Return the weighted squares that the noise of the readings gives each wave of their
+        """Return the weighted squares that the noise of the readings adds to each wave of the
         signal phase, shape (columns,); an empty array for other effects.
 
         The derivative of the wave with respect to the reading in radians is its electrical order.
-        Whitened noise has the mean square 1 in each row, whatever size and colour the noise has.
-        The noise in such a wave therefore has the square of that derivative in each row.
-        ``square``: sum of the squares of one wave over the rows. The result is at most
-        MOST_OWN_SHARE of the largest weighted sum of squares of the block's columns.
+        After whitening, the noise of the readings has the mean square 1 in each row. The mean
+        square of its effect on the wave is therefore the square of that derivative. ``square``: sum
+        of the squares of one wave over the rows. The result is at most MOST_OWN_SHARE of the
+        largest weighted sum of squares of the block's columns.
         """
         orders = np.asarray(effect.electrical_orders(self.observations), dtype=np.float64)
         noise = TIMES_THE_NOISE * (orders * RAD_PER_ARCSEC) ** 2 * square

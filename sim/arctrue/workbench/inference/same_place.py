@@ -2,11 +2,11 @@
 place belongs to the place, and only the scatter between the passes is noise (pure error).
 
 The F test of lack of fit with repeated readings is that of Draper and Smith, Applied Regression
-Analysis, chapter 2. The part of each pass that the model's columns explain is removed first, so
-that smooth drifts, different in each pass, are no repeated error. The noise of neighbouring places
-may be correlated, and its variance may differ from place to place: Box, Ann. Math. Stat. 25 (1954)
-290 and 484, multiplies both degrees of freedom by ε. The coefficients of the model do not matter,
-because its columns are removed from each pass.
+Analysis, chapter 2. The part of each pass that the model's columns explain is removed first; the
+mean squares then contain no smooth drift of a pass. The noise of neighbouring places may be
+correlated, and its variance may differ from place to place: Box, Ann. Math. Stat. 25 (1954) 290 and
+484, multiplies both degrees of freedom by ε. The coefficients of the model do not matter, because
+its columns are removed from each pass.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ Integer = NDArray[np.int64]
 SURE_P = 1e-4
 """Largest p at which an error counts as repeated; it equals the limit of a sure lack of fit."""
 LEAST_OWN = 0.1
-"""The error of a place, or an effect, is fitted or tested only if the curves of the passes leave
-this share of its variance or more. Its standard uncertainty is then at most 3.2 times that without
+"""The error of a place is fitted, and an effect is tested, only if the curves of the passes leave
+at least this share of its variance. Its standard uncertainty is then at most 3.2 times that without
 the curves (1/√0.1)."""
 LEAST_REPEATED = 0.25
 """Smallest RMS of a repeated error, as a share of the scatter of a reading between the passes; it
@@ -123,7 +123,7 @@ class Visits:
         return self.without_curves(cell_means(self.of_row, of_rows, self.place.size))
 
     def without_curves(self, cells: Float) -> Float:
-        """Remove from each pass the curve that the model could give it."""
+        """Remove from each pass the curve that the model's columns explain."""
         found = cells.copy()
         for inside, basis in self.bases:
             found[inside] -= basis @ (basis.T @ found[inside])
@@ -177,8 +177,8 @@ class Visits:
         return min(1.0, float(variance.mean()) ** 2 / max(square, 1e-300))
 
     def _uncorrelated_share(self, within_cells: Float, freedom: float, visits: float) -> float:
-        """Return Box's ε for neighbouring places with correlated noise: k/(Σ ρ²), divided by the
-        degrees of freedom.
+        """Return Box's ε for neighbouring places with correlated noise: k/(Σ ρ²) for k places,
+        divided by the degrees of freedom.
 
         The correlations ρ of all lags are those of the differences of the passes from the means.
         The squares of estimated correlations are too large by the factor 1 + 2/ν, where ν is the
@@ -250,10 +250,10 @@ class Visits:
 
         ``change_arcsec``: change of the prediction of every row by the effect. Every pass repeats
         the errors of the same places, so that the sample consists of places, not of rows. The
-        result is 0 if the effect is no function of the place, or if no repeated error remains with
-        it, because the scatter of the passes then gives its uncertainty. It is also 0 if the
-        remaining errors of neighbouring places are similar, because these are no independent errors
-        of the places.
+        result is 0, so that this test does not count, in three cases. The effect is not a function
+        of the place. No repeated error remains with the effect; the scatter of the passes then
+        gives its uncertainty. The remaining errors of neighbouring places are similar, and
+        therefore not independent.
         """
         used = self.of_row >= 0
         cells = cell_means(self.of_row, change_arcsec, self.place.size)
@@ -344,7 +344,8 @@ class Visits:
             within_a_place=not self.stations,
         )
         if rest is not None:
-            # A level over a part of the turn has two steps.
+            # If a second step is significant, a part of the turn has another level: this is not a
+            # single step.
             t_rest = float(np.sqrt(rest.gain / test.within))
             if 2.0 * student_upper_p(t_rest, test.within_freedom) < FAMILY_WISE / rest.tried:
                 return None
@@ -384,8 +385,8 @@ class Visits:
 
     @cached_property
     def _single_places(self) -> tuple[Integer, Float, Float]:
-        """Return the numbers of the single places that cause the repeated error, with their errors
-        and the standard uncertainties of these; none if a large repeated error remains.
+        """Return the numbers of the single places that cause the repeated error, their errors and
+        the uncertainties of these errors; empty arrays if a large repeated error remains.
 
         One place after the other is chosen, the largest first; the errors are fitted together.
         """
@@ -399,7 +400,7 @@ class Visits:
         while len(found) < min(max(places // ONE_IN, 1), MOST_SPOTS):
             rest = moment - normal[:, found] @ sizes
             own = np.diag(normal) - np.sum((normal[:, found] @ inverse) * normal[:, found], axis=1)
-            # At the other places, the curves of the passes explain the error.
+            # Where ``own`` is smaller, the curves of the passes explain the error of the place.
             free = own > LEAST_OWN * count
             free[found] = False
             gain = np.where(free, rest**2 / np.where(free, own, 1.0), 0.0)

@@ -15,9 +15,9 @@ block. A block is the columns of one effect.
 
 A direction with a smaller share belongs to the model, not to the block. Columns are calculated at
 measured angles, whose noise of 0.2″ is 10⁻⁶ rad. At 24 faces a wave of order 48.3 differs from a
-constant of each face only by that noise times its order. Without this limit, the noise of the rows
-themselves would appear as a wave of 4,900″. In a wave of the signal period, this noise is
-multiplied by the number of lines of the disc (:meth:`Effect.electrical_orders`).
+constant of each face only by that noise times 48.3. Without this limit, the noise of the rows would
+appear as a wave of 4,900″. In a wave of the signal period, this noise is multiplied by the number
+of lines of the disc (:meth:`Effect.electrical_orders`).
 """
 
 

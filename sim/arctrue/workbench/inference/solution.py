@@ -283,10 +283,10 @@ def context_of(solution: Solution) -> FitContext:
     """Return ε(ψ) of the disc-fixed terms of a solution, for columns that depend on it.
 
     Each coefficient is its posterior mean P·c/(P + σ²). The rows bound the prior variance P: by
-    Parseval's theorem, no order has more than the mean square of the measured error, P/2. Some
-    orders are hardly determined by the heads' difference and the polygon's stations. Without this
-    limit, the slope of such an order would be many times too large, and columns that depend on it
-    would fit any noise.
+    Parseval's theorem, the mean square of an order is at most P/2, the mean square of the measured
+    error. Some orders are hardly determined by the heads' difference and the polygon's stations.
+    Without this limit, the slope of such an order would be many times too large, and columns that
+    depend on it would fit any noise.
     """
     bound = _largest_square_arcsec2(solution.observations)
     variance = np.maximum(np.diag(solution.covariance), 0.0)

@@ -36,8 +36,8 @@ RANK = 1e-6
 
 
 def visits_of_rows(rows: ReferenceRows) -> Visits | None:
-    """Return the visits of the places within the turn, with no residuals; None if no second pass
-    repeats its places."""
+    """Return the visits of the places within the turn, without residuals; None if no second pass
+    repeats the places of a pass."""
     size = rows.run.size
     return _visits(rows, np.zeros(size), np.zeros((size, 0)), None, over_travel=False)
 
@@ -78,7 +78,7 @@ def _visits(
     one_pass = _passes(rows, place, over_travel=over_travel)
     kept = np.ones(place.size, dtype=np.bool_)
     for _ in range(3):
-        # A place needs two passes, and a pass enough places.
+        # A place needs two passes, and a pass LEAST_PLACES places.
         cells = np.unique(np.stack([one_pass[kept], place[kept]]), axis=1)
         names, passes = np.unique(cells[1], return_counts=True)
         again = np.isin(place, names[passes > 1])
@@ -154,7 +154,7 @@ def _width(target: Float, angle: Float) -> tuple[float | None, bool]:
 
 def _passes(rows: ReferenceRows, place: Integer, *, over_travel: bool) -> Integer:
     """Return the number of the pass of each row: a new pass starts with another run, cycle or
-    direction, and where a place is met again after others."""
+    direction, and where a place of the pass is visited again after other places."""
     change = np.zeros(place.size, dtype=np.bool_)
     for column in (rows.run, rows.cycle, rows.direction):
         if column is not None:

@@ -1,5 +1,5 @@
 """Estimates the noise of both channels as a part of the model: white and coloured parts, uneven
-scatter, index.
+scatter, and the scatter of the index.
 
 ``fit`` estimates the noise together with a design matrix, channel by channel (``estimate``);
 ``row_noise`` whitens rows; ``repeats`` calculates the scatter of repeats without a model;

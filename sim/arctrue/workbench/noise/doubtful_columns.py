@@ -28,7 +28,7 @@ def doubtful_columns(observations: Observations) -> list[str]:
 
 
 def opposite_signs(observations: Observations) -> list[str]:
-    """Return a warning if runs downwards have the opposite errors of runs upwards.
+    """Return a warning if the errors of runs downwards are opposite to those of runs upwards.
 
     The means of both directions are compared at equal places. The overall mean of each direction is
     subtracted, because a reversal error changes it.

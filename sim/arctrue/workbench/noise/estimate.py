@@ -20,8 +20,8 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 UNEVEN_P = 1e-4
-"""Noise counts as uneven if noise with the same scatter in all groups of rows would show such
-differences of the scatter with a probability below this limit."""
+"""Largest p at which noise counts as uneven; p is the probability that noise with equal scatter in
+all groups of rows shows such differences."""
 LEAST_ROWS_A_BIN = 40
 """Smallest number of rows in a bin; with this number, the scatter of the bin has an uncertainty of
 11 %, 1/√(2·40)."""
@@ -243,8 +243,9 @@ def _repeats(whitened: Float, part: Integer, passes: Integer) -> bool:
 
     If the level changes with time, as in gusts, some parts are louder in one pass only. A scale of
     these parts would cut slow noise into pieces with jumps between them, and a drift would seem to
-    explain the jumps. The test is an F test of the logarithms of the mean squares, between the
-    parts against between the passes. With a single pass it cannot be made: the result is True.
+    explain the jumps. An F test compares the scatter of the logarithms of the mean squares between
+    the parts with their scatter between the passes. With a single pass this test is not possible:
+    the result is True.
     """
     cell = part * (int(passes.max(initial=0)) + 1) + passes
     names, cell = np.unique(cell, return_inverse=True)

@@ -110,8 +110,8 @@ class KernelFactor:
         """Factor the covariance of rows at the times ``clock``.
 
         ``readings``: number of readings in the mean of each row, shape (rows,). With
-        ``derivatives``, the states that the backward pass needs are kept if this pass is right.
-        Raises driver.LinAlgError where the covariance cannot be factored.
+        ``derivatives``, the states that the backward pass needs are kept, unless MOST_EXACT
+        excludes this pass. Raises driver.LinAlgError where the covariance cannot be factored.
         """
         self.clock, self.readings, self.noise = clock, readings, noise
         form = _form(clock, readings, noise)

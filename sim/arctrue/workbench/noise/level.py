@@ -29,7 +29,7 @@ OUTER = 0.05
 """Share of the rows below the low level, and above the high level, that are reported."""
 LARGEST = 4.0
 """Innovations above this multiple of the median level count as this multiple in the test: a single
-wrong row is no change of level."""
+wrong row is not a change of level."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -31,7 +31,8 @@ the rows."""
 ENOUGH = 0.01
 """The search ends when a step gains less log likelihood than this."""
 MOST_KEPT = 24
-"""Largest number of fits that the rows of a channel keep: about as many as one survey makes."""
+"""Largest number of fits that are kept for the rows of a channel: about as many as one survey of
+all effects makes."""
 IMPOSSIBLE = 1e12
 """Cost of a spectrum whose covariance of the rows cannot be factored."""
 
@@ -140,8 +141,9 @@ def fit_spectrum(
     if kept is not None and key in kept:
         return kept[key]
     if near is not None:
-        # ``start`` is bad if it was fitted while an effect that the model now has was still in the
-        # residuals. The search therefore starts from ``start`` or ``begin``, whichever costs less.
+        # ``start`` is poor if it was fitted to residuals that contained an effect of the present
+        # model. The search therefore starts from ``start`` or ``begin``, whichever has the lower
+        # cost.
         begin = min(begin, np.clip(near, low, high), key=cost)
     if walk:
         begin = min(begin, *_with_a_walk(begin, variance, low, high), key=cost)

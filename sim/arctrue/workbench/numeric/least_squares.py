@@ -98,8 +98,8 @@ def times_of_runs(weights: Matrix, values: Matrix) -> Matrix:
 def divided_by_constants(cross: Matrix, constants: Matrix, smallest: float) -> Matrix:
     """Return ``cross`` (k, n) times the inverse of the Gram matrix of constants, (n, n).
 
-    ``smallest``: replaces smaller elements of a diagonal matrix, so that a constant without rows
-    divides by no zero.
+    ``smallest`` replaces smaller elements of a diagonal matrix, so that a constant without rows
+    does not cause a division by zero.
     """
     own = np.diag(constants)
     if not np.any(constants - np.diag(own)):

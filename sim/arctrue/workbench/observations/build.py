@@ -248,7 +248,7 @@ def _stored_capture(
 
 
 def _noise_of_heads(stored: StoredCapture) -> HeadNoise | None:
-    """Return the noise of the heads of a capture with one row a sample; None: equal noise."""
+    """Return the noise of the heads of a capture with one row per sample; None: equal noise."""
     assert stored.table.counts_per_rev is not None
     kept = samples_for_noise(stored.run)
     head1 = stored.head1_counts[kept]

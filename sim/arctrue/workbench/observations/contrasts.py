@@ -24,8 +24,8 @@ def contrast_weights(heads: int, covariance: Float | None = None) -> Float:
     contrasts, H − 1 differences).
 
     ``covariance``: covariance of the differences, if the heads have unequal noise. Each contrast is
-    scaled so that errors of equal size in all heads, such as those of the index, have the same
-    variance in it as in R₂ − R₁.
+    scaled so that independent errors of equal size in all heads, such as those of the index, have
+    the same variance as in R₂ − R₁.
     """
     if covariance is not None:
         weights = np.linalg.inv(np.linalg.cholesky(covariance))

@@ -22,8 +22,8 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 UNEQUAL_P = 1e-4
-"""The heads count as equally noisy unless equally noisy heads would show such a difference with a
-probability below this limit. It equals the limit for the scatter of runs."""
+"""Largest p at which the heads count as unequally noisy; p is the probability that equally noisy
+heads show such a difference. It equals the limit for the scatter of runs."""
 ORDERS = 20
 """Orders of a turn that are fitted and removed before the spectrum: those of the paper's model."""
 SIGNAL_ORDERS = (1, 2, 4)
@@ -35,8 +35,8 @@ MOST_ROWS = 50_000
 """Largest number of samples, of all runs together: they determine σ within 0.4 %, √(35/18)
 times 1/√(2·rows)."""
 LEAST_PART_ROWS = 1000
-"""Smallest number of samples that are taken of a run with as many: with fewer, the columns, up to
-66, remove too much of the noise."""
+"""Smallest number of samples that are taken from a run of this length or more: with fewer samples,
+the fitted columns, up to 66, would remove too much of the noise."""
 CLIPPED = 5.0
 """Limit of a deviation, in standard deviations (1.4826 times the median absolute deviation). Single
 wrong rows have a white spectrum. One normal deviation in two million exceeds the limit."""
@@ -122,9 +122,9 @@ def head_noise(
     """Return the noise of the heads; None if they do not differ, or if no run has enough rows.
 
     ``differences_arcsec``: Rᵢ − R₁ of every sample, (H − 1, samples); ``signal_rad``: phases of the
-    signal period of every head, (H, samples). The heads differ only if they differ with and without
-    the orders of the signal period among the fitted columns: these orders remove an interpolation
-    error, but also pieces of a line that lies near them.
+    signal period of every head, (H, samples). The heads count as different only if they differ both
+    with and without the orders of the signal period among the fitted columns: these orders remove
+    an interpolation error, but also pieces of a line that lies near them.
     """
     found = _noise_of(differences_arcsec, run, angle_rad, time_s, None)
     if found is None or signal_rad is None:
@@ -183,7 +183,7 @@ def _cross_spectrum(differences: Float, columns: Float) -> tuple[Float, int]:
     basis, sizes, _ = np.linalg.svd(weighted * columns, full_matrices=False)
     basis = basis[:, sizes > 1e-9 * sizes[0]]
     values = weighted * differences.T
-    # Each round cuts the deviations of wrong rows that the fit of the round before shows.
+    # Each round clips the deviations of wrong rows from the fit of the previous round.
     for _ in range(CLIPPING_ROUNDS):
         left = (values - basis @ (basis.T @ values)) / weighted
         limit = CLIPPED * 1.4826 * np.median(np.abs(left), axis=0)

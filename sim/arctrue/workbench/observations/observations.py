@@ -57,7 +57,7 @@ class Observations:
     """Share of outliers among the rows of each channel; if the share is above a limit, no outlier
     is masked."""
     used_capture_rows: NDArray[np.int64] | None = field(default=None, repr=False, compare=False)
-    """Numbers in the file (0, 1, …) of the samples that are used; None if all samples are used."""
+    """Numbers in the file (0, 1, …) of the used samples; None if all samples are used."""
     capture_sample: NDArray[np.int64] | None = field(default=None, repr=False, compare=False)
     """Number of the sample of each capture row; None if row k is sample k."""
     used_reference_rows: NDArray[np.int64] | None = field(default=None, repr=False, compare=False)

@@ -16,7 +16,8 @@ face for some angle of the polygon."""
 
 
 def faces_of(faces: int | None, run: Integer, target_deg: Float) -> Integer | None:
-    """Return the face of each row, (rows,); the polygon may be turned on the table between runs.
+    """Return the face of each row, (rows,); the polygon may have another angle on the table in each
+    run.
 
     If some rows of a run are between the faces, each row of this run gets the nearest face. The
     angle of the polygon on the table is then that of the first run whose rows are all at faces. The

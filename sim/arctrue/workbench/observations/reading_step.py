@@ -1,7 +1,7 @@
 """Finds the step to which the reading that a reference compares is rounded.
 
-A reading is the target plus the error. Rounded readings make the error a saw of the target, whose
-values need not recur, so that :func:`display_step` does not find this step.
+A reading is the target plus the error. If readings are rounded, the error is a sawtooth function of
+the target; its values need not recur, so that :func:`display_step` does not find this step.
 """
 
 from __future__ import annotations
@@ -32,16 +32,16 @@ def reading_step(
     ``target_deg``, ``error_arcsec``: (rows,). ``count_arcsec``: size of a count of the encoder;
     None if the set does not state it. The step is the count if all readings are whole counts. It is
     otherwise the distance of neighbouring readings, if all distances are whole steps and each
-    reading occurs LEAST_AGAIN times on average. The targets must not be whole steps themselves:
-    the errors are whole steps then, and :func:`display_step` finds the step.
+    reading occurs LEAST_AGAIN times on average. If the targets are whole steps too, the result is
+    0: the errors are then whole steps, and :func:`display_step` finds the step.
     """
     target = 3600.0 * target_deg
     readings = np.sort(np.mod(target + error_arcsec, 1296000.0))
     steps = [] if count_arcsec is None else [count_arcsec]
     groups = _groups(readings)
     if groups.size >= LEAST_READINGS and readings.size >= LEAST_AGAIN * groups.size:
-        # The distance of two groups has the error of the decimals; the slope over the whole range
-        # of the readings has not.
+        # The rounding of the decimals changes the distance of two groups, but hardly the slope over
+        # the whole range of the readings.
         distance = np.diff(groups)
         number = np.concatenate([[0.0], np.cumsum(np.round(distance / distance.min()))])
         steps.append(float(np.polyfit(number, groups, 1)[0]))

@@ -36,10 +36,11 @@ def reading_and_angle(facts: Table, columns: Reference) -> tuple[Float, Float]:
     """Return the reading of head 1 and the angle θ of the table in every row, radians; (rows,).
 
     θ = R − ε. Over an arc, the measured ε is replaced by its first orders if the target is the
-    commanded angle. Otherwise θ would contain the noise of ε. The orders of an arc can approximate
-    a drift in time. The difference between the drift and these orders would equal this noise, and a
-    fit would assign the noise to the drift. If readings are missing or do not fit their targets,
-    reading and angle are the target. If the errors have the opposite sign, the target is the angle.
+    commanded angle. Without this replacement, θ would contain the noise of ε. The orders of an arc
+    can approximate a drift in time, but the difference between the drift and these orders would
+    equal this noise, and a fit would assign the noise to the drift. If readings are missing or do
+    not fit their targets, reading and angle are the target. If the errors have the opposite sign,
+    the angle is the target.
     """
     target = np.radians(columns.target_deg)
     away = _away(facts, columns, target)

@@ -25,9 +25,9 @@ LEAST_RANGE_DEG = 1.0
 """Smallest range of the targets of a pass whose direction is examined: a table that stands has no
 direction, and the noise of its angle is smaller."""
 MOST_AGAINST = 0.2
-"""Largest share of steps against the direction, two or more in succession. A return to the first
-station is a single step; in random values, a quarter of the steps go against the direction, two or
-more in succession."""
+"""Largest share of steps that are among two or more successive steps against the direction. A
+return to the first station is a single step; in random values, 7/24 of the steps are among such
+steps."""
 LEAST_WAY = 0.5
 """Smallest travel of a pass in its direction, relative to the range of its targets: noisy targets
 have steps against the direction, but their pass leads from one end of the range to the other."""
@@ -48,8 +48,8 @@ it: the ratio is 2/(√2 − 1) = 4.8 for a parabola."""
 LEAST_SHARE = 0.01
 """Equal rows are a fault only if they are at least this share of the rows of a reference."""
 FALSE_P = 1e-6
-"""Largest mean number of equal rows of this length by chance, from the share of equal rows
-elsewhere."""
+"""Largest mean number of sequences of equal rows of this length by chance, from the share of equal
+rows elsewhere."""
 
 
 def direction_faults(rows: ReferenceRows, line_of: Callable[[int], int]) -> list[str]:
@@ -57,7 +57,7 @@ def direction_faults(rows: ReferenceRows, line_of: Callable[[int], int]) -> list
 
     ``line_of`` gives the line in the file of a row. Only rows in motion are examined, because a
     single station may be approached against the order of the stations. If the targets of all passes
-    go against their directions, the column has the opposite sign of motion.
+    go against their directions, the column states the opposite sign of motion, which is accepted.
     """
     if rows.direction is None or rows.time_s is None:
         return []
@@ -132,12 +132,12 @@ def frozen_rows(rows: ReferenceRows, line_of: Callable[[int], int]) -> list[str]
 
 
 def saturated_rows(rows: ReferenceRows, line_of: Callable[[int], int]) -> list[str]:
-    """Describe rows at the limits of the instrument's range: those with exactly the largest or the
-    smallest error, if they are too many for an extremum; empty if they are not.
+    """Describe the rows with exactly the largest or the smallest error, at the limits of the
+    instrument's range, if they are too many for an extremum; empty if they are not.
 
     At the extremum of a smooth curve, rounded values recur as well, but fewer than LONGER times as
-    often as any other value. One station only is no limit of a range: its rows have the same value
-    where each run is set to zero there, or while the table stands.
+    often as any other value. Rows of a single station do not count: they have the same value if
+    each run is set to zero there, or while the table stands.
     """
     error, size = rows.error_arcsec, rows.error_arcsec.size
     values, count = np.unique(error, return_counts=True)

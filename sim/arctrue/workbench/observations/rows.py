@@ -165,13 +165,13 @@ class CaptureRows(_Sliceable):
     @cached_property
     def offset_weights(self) -> Float | None:
         """Weights of the offsets of a run's channels in each channel, (channels, channels); None if
-        each channel has its own offset alone."""
+        each channel has its own offset only."""
         if self.head_noise is None or self.channel is None:
             return None
         return offset_weights(self.heads, self.head_noise.covariance)
 
     def offsets_of_rows(self, offsets: Float) -> Float:
-        """Return what the offsets of the runs add to each row.
+        """Return the sum that the offsets of the runs add to each row.
 
         Parameters
         ----------
@@ -313,7 +313,7 @@ class ReferenceRows(_Sliceable):
     """Number of the polygon face, 0 … faces − 1; between two faces, the number of the nearest
     face."""
     faces: int | None
-    """Number of faces of the polygon; None if the reference is no polygon."""
+    """Number of faces of the polygon; None if the reference is not a polygon."""
     electrical1_rad: Float | None
     """Phase of the signal period of head 1, radians; None if lines or counts are not known."""
     teeth: float | None
@@ -342,7 +342,7 @@ class ReferenceRows(_Sliceable):
     """Travel of the targets since the last reversal, or since the first row; None without
     directions."""
     at_reversal: NDArray[np.bool_] | None = None
-    """True if the row is nearer to its last reversal than any second place after a reversal; None
+    """True if the row's travel is less than that to the second place after every reversal; None
     without directions."""
     row: Integer | None = None
     """Number of the row among all used rows; None if the rows are 0, 1, … without a gap."""

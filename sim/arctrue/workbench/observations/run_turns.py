@@ -15,7 +15,7 @@ Float = NDArray[np.float64]
 Boolean = NDArray[np.bool_]
 
 WHOLE_TURN_TOLERANCE = 0.02
-"""A run counts as one that should have whole turns if its number of turns is nearer than this to a
+"""A run is expected to have a whole number of turns if its number of turns is nearer than this to a
 whole number."""
 LEAST_GAP_STEPS = 3.0
 """A step that is longer than this number of usual steps means missing rows, not a change of
@@ -33,7 +33,8 @@ class RunEnds:
     short: Boolean
     """True for a run of less than one turn."""
     ends_in_gap: Boolean
-    """True if the last turn lacks no more rows than a gap of the record."""
+    """True if the part that the last turn lacks is not longer than the longest gap of the
+    record."""
 
     @property
     def too_short(self) -> Boolean:
@@ -54,7 +55,7 @@ def rows_of_short_runs(capture: Capture, counts_per_rev: int | None) -> tuple[Bo
     """Return True for each row of a run of less than one turn, and a sentence on these runs.
 
     These runs are left out if the other runs have most of the rows. A run in which the table stands
-    still stays, because it is a fault of the data.
+    still is kept, because it is a fault of the data.
     """
     none = np.zeros(capture.run.size, dtype=bool)
     spans = run_spans(capture.run)

@@ -17,7 +17,7 @@ def since_reversal(
     target_rad: Float, direction: NDArray[np.generic]
 ) -> tuple[Integer, Float, NDArray[np.bool_]]:
     """Return for each row the number of reversals before it, the travel of the targets since the
-    last reversal, and whether the row is nearer to this reversal than any second place after a
+    last reversal, and whether this travel is less than that to the second place after every
     reversal. The travel is in radians; before the first reversal, it starts at the first row.
 
     A step between neighbouring rows counts as the shorter way round the turn, so that targets of 0°
@@ -33,7 +33,8 @@ def since_reversal(
     # The travel to the first row after a reversal belongs to the new direction.
     start = np.concatenate([along[:1], along[first[1:] - 1]])
     travel = np.maximum(along - start[reversals], 0.0)
-    # A row behind the farthest row since the reversal is no motion back: its target is noisy.
+    # A row behind the farthest row since the reversal does not show a motion back: its target is
+    # noisy.
     above = np.ceil(travel.max(initial=0.0)) + 1.0
     travel = np.maximum.accumulate(travel + above * reversals) - above * reversals
     travel = np.round(travel, DECIMALS)

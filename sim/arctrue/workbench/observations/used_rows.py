@@ -108,8 +108,8 @@ def counted_once(used: UsedRows[Reference], again: Boolean) -> UsedRows[Referenc
 
 
 def _numbered_in_the_file(used: UsedRows[Channel], omitted: Boolean) -> UsedRows[Channel]:
-    """Return the used rows with their numbers in the file, whose rows in ``omitted`` were omitted
-    before."""
+    """Return the used rows with their numbers in the file, from which the rows in ``omitted`` were
+    omitted before."""
     if not omitted.any():
         return used
     left = np.flatnonzero(~omitted)

@@ -15,8 +15,7 @@ at the wrap, but the table cannot have gone back by a turn in this time."""
 
 
 def unwrapped(columns: Reference) -> Reference:
-    """Return the columns, with angles that continue past a turn if the angles come from a wrapped
-    log.
+    """Return the columns; if the log is wrapped, its angles are continued past a turn.
 
     A log is wrapped if its rows are close together and within one turn, and if in some places the
     angle jumps by about a turn between two successive readings of a run. Without this

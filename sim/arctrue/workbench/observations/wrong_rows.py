@@ -46,7 +46,7 @@ def without_wrong_rows(
     wrong, away = outlying
     if not wrong.any() or float(wrong.mean()) > MOST_SHARE:
         return None
-    # Samples are counted in the order of the file; two heads have one row a sample.
+    # Samples are counted in the order of the file; two heads have one row per sample.
     sample = observations.capture_sample
     number = np.arange(rows.run.size) if sample is None else sample
     once = number if rows.channel is None else number[rows.channel == 0]
@@ -78,8 +78,8 @@ def _of_each_head(
     """Return True for samples in which Rᵢ − R₁ of any head i is an outlier, and their distances;
     (samples,).
 
-    The residuals of the contrasts give the residuals of the differences, which have the shape and
-    the places of errors of single heads and of the disc.
+    The residuals of the contrasts give the residuals of the differences, in which an error of a
+    single head or of the disc keeps its shape and its place.
     """
     contrasts = np.stack([left_arcsec[channel == number] for number in range(rows.channels)])
     differences = np.linalg.solve(rows.weights, contrasts)

@@ -22,8 +22,8 @@ from arctrue.workbench.observations import CaptureRows, Observations
 from arctrue.workbench.observations.outliers.excursions import step_scatter
 
 STAYS = 10.0
-"""Smallest difference of the gains at which a step stays in the runs after its own. The odds of the
-two forms are e^(difference/2): 150 to 1 at ten, which is strong evidence."""
+"""Smallest difference of the gains at which a step counts as lasting in the runs after its own. The
+odds of the two forms are e^(difference/2): 150 to 1 at ten, which is strong evidence."""
 
 AROUND_ROWS = 8
 """Number of rows before and after a step from which the even motion of a head is calculated."""
@@ -31,7 +31,8 @@ CLEAR_SIGMA = 6.0
 """Smallest jump of a head in standard deviations of the noise of a step; normal noise exceeds it
 with a probability of 2·10⁻⁹."""
 MOST_OF_THE_OTHER = 0.25
-"""Largest jump of the other head, as a share: a table that jerks moves both heads alike."""
+"""Largest jump of the other head, as a share of the jump: a table that jerks moves both heads
+alike."""
 
 
 def _jump_of_a_head(nonlinear: Nonlinear, observations: Observations) -> tuple[int, float] | None:

@@ -171,13 +171,14 @@ class DriveGearError(Effect):
         return set(shown)
 
     def _varies(self, line: Line, reference: ReferenceRows) -> bool:
-        """Tell whether the line varies over the stations, so that it is no alias of a constant."""
+        """Tell whether the line varies over the stations, that is, whether it is not an alias of a
+        constant."""
         columns = self._of([line]).reference_columns(reference, {}, FitContext())
         return columns is not None and float(np.var(columns, axis=0).sum()) > LEAST_VARIANCE
 
     def _is_another(self, line: Line, kept: list[Line], reference: ReferenceRows) -> bool:
-        """Tell whether the stations separate the line from the kept lines, so that it is no alias
-        of them."""
+        """Tell whether the stations separate the line from the kept lines, that is, whether it is
+        not an alias of these lines."""
         if not kept:
             return True
         columns, others = (

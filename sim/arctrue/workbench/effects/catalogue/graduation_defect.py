@@ -36,12 +36,12 @@ class GraduationDefect(Effect):
     name = "graduation_defect"
     physics = (
         "A scratch, dirt or a splice shifts the light pattern while it passes under a head. "
-        "Both heads meet it at the same disc angle, α apart, so R₂ − R₁ contains the error "
-        "twice, with opposite signs."
+        "Both heads meet it at the same disc angle, but at table angles α apart, so R₂ − R₁ "
+        "contains the error twice, with opposite signs."
     )
     equation = "ε(ψ) = h·exp(−(ψ − ψ₀)²/2w²); the fit searches for ψ₀ and w"
     source = "a local error of the graduation"
-    capture_sees = "the error twice, α apart, with opposite signs"
+    capture_sees = "the error twice, at table angles α apart, with opposite signs"
     reference_sees = "the error at one station at most"
     separated_by = "both heads see the error at the same disc angle"
     local_on_disc = True

@@ -28,7 +28,7 @@ WIDEST_DEG = 45.0
 """Largest width: twice the largest W, 22.5°, of the gateware's stop operator (u20.4 counts) at 2²⁴
 counts per turn."""
 NARROWEST_DEG = 0.05
-"""Smallest width: a twentieth of the width that an export assumes for an effect without one."""
+"""Smallest width: a twentieth of the width that an export assumes for an effect without a width."""
 WITH_WIDTH = ("linear", "exponential")
 """Forms of the transition after a reversal: Prandtl's stop operator (Dahl's model with the exponent
 0), and Dahl's model with the exponent 1 (P. R. Dahl, Aerospace Corporation TOR-0158(3107-18)-1,
@@ -50,8 +50,8 @@ MOST_LEFT = 0.5
 """Largest ratio of the residual mean square with a transition to that without one, both above the
 noise of the repeats: the transition then explains more of this error than all other causes."""
 EQUAL_INTEGRAL = 2.0
-"""Width of a linear transition with the same integral as an exponential one, in the travel over
-which the latter decays to 1/e."""
+"""Width of a linear transition with the same integral as an exponential transition, in units of the
+travel over which the exponential decays to 1/e."""
 
 
 class Hysteresis(ScalarEffect):
@@ -61,8 +61,8 @@ class Hysteresis(ScalarEffect):
     The search parameter ``width`` is this travel: to the end of a linear transition, or to 1/e of
     an exponential one. If the table moves beyond the last station before it reverses, it moves a
     part of the width before the first row. The transition therefore has a size of its own,
-    ``transition``; without such a way, it equals ``reversal_error``. The rows before the first
-    reversal have another size, ``start``.
+    ``transition``, which equals ``reversal_error`` without such an overtravel. The rows before the
+    first reversal have another size, ``start``.
     """
 
     name = "hysteresis"
@@ -238,7 +238,7 @@ class Hysteresis(ScalarEffect):
         if self.transition == "none":
             return columns
         if rows.travel_rad is None or rows.reversals is None or rows.at_reversal is None:
-            # Rows of which only the direction is known are far from the last reversal.
+            # If only the direction of the rows is known, they count as far from the last reversal.
             return np.hstack([columns, np.zeros((rows.direction.size, 2))])
         travel = np.degrees(rows.travel_rad)
         if self.transition == "short":

@@ -48,7 +48,7 @@ class Latency(ScalarEffect):
         if rows is None:
             return ["a reference run"]
         if rows.speed_rad_s is None:
-            return ["a reference run on the move (this one stands still at its stations)"]
+            return ["a reference run in motion (this one stands still at its stations)"]
         # For both directions at one speed, a delay looks the same as a reversal error.
         if np.unique(np.round(np.abs(rows.speed_rad_s), 6)).size < 2:
             return ["a reference run at more than one speed"]

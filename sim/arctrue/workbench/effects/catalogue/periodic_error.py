@@ -61,8 +61,8 @@ class PeriodicError(Effect):
     real number, or the frequency f.
 
     With ``by_direction`` the error is in the reference run, has a whole order, and has a size and a
-    phase for each direction, as stiction or a drive with play causes it. If such an error were
-    fitted as one sinusoid, its order would differ a little from the whole order.
+    phase for each direction. Stiction or a drive with play causes such an error. If it were fitted
+    as one sinusoid, its order would differ a little from the whole order.
     """
 
     name = "periodic_error"
@@ -201,8 +201,8 @@ class PeriodicError(Effect):
             line += f"({1.0 / nonlinear['frequency']:.5g} s), fixed to time: "
             if rows is not None and _stands(rows):
                 return (
-                    f"{line}its phase continues from pass to pass of the stations, where an error "
-                    "of the angle would repeat."
+                    f"{line}its phase continues from pass to pass of the stations, but an error of "
+                    "the angle would repeat in every pass."
                 )
             return (
                 f"{line}the speed varies in this set, and the frequency of the line does not "
@@ -222,8 +222,8 @@ class PeriodicError(Effect):
             line += f" or {period_s:.5g} s: fixed to the angle, to time or to the drive: one speed "
             line += "cannot show which"
         elif rows is None or rows.time_s is None:
-            line += ", fixed to the angle or to time: the column time_s, which would show which, "
-            line += "is missing"
+            line += ", fixed to the angle or to time: without the column time_s, the set cannot "
+            line += "show which"
         else:
             line += ", fixed to the angle or to the drive: its order does not change with the speed"
         return f"{line}."
@@ -260,7 +260,7 @@ class PeriodicError(Effect):
         if abs(times - np.floor(times) - 0.5) * span <= OF_THE_SCHEDULE:
             return (
                 f"its sign changes from one visit of a station to the next, {visits_s:.4g} s "
-                "later: an error that differs between every other pass, by a load or a side, looks "
+                "later: an error that alternates from pass to pass, with a load or a side, looks "
                 "the same"
             )
         if round(times) < 1 or away > OF_THE_SCHEDULE:

@@ -26,7 +26,7 @@ WIDEST_PLACE = 3
 24 faces are an eighth of a turn."""
 LEAST_FACES_LEFT = 0.1
 """Smallest share of the face errors' mean square that must remain without order 1 to count as face
-errors. A smaller remainder, less than a third of the wave, may belong to a wave that is no
+errors. A smaller remainder, less than a third of the wave, may belong to a wave that is not a
 sinusoid."""
 SURE_P = 1e-4
 """Significant face errors remain without order 1 if their p is at most this: the limit of a sure
@@ -101,9 +101,9 @@ class PolygonFaceError(Effect):
         repeats several times a turn (analysis of variance). A motion of the table itself causes
         such patterns, and the polygon on the table shows this motion too.
 
-        A wave of order 1 alone is no reason to refuse: the gain of the autocollimator or an
-        eccentric polygon adds it to the faces. The test is then repeated without order 1, if
-        significant face errors remain.
+        A wave of order 1 alone does not refuse the effect, because the gain of the autocollimator
+        or an eccentric polygon adds this wave to the faces. The test is then repeated without order
+        1, if significant face errors remain.
         """
         values = coefficients - coefficients.mean()
         if values.size < LEAST_FACES or float(values @ values) <= 0.0:
@@ -163,8 +163,8 @@ def _sizes(rms: Parameter | None, faces: Sequence[Parameter]) -> str:
     """Return a sentence with the RMS of the faces and the largest errors, with the angles of these
     faces from face 0.
 
-    The rows do not determine an order of the faces that the table may have as well; the faces then
-    have no uncertainty, and their sizes lack this order.
+    If the table may have an order of the faces as well, the rows do not determine this order: the
+    faces then have no uncertainty, and their sizes do not contain this order.
     """
     known = all(np.isfinite(item.sigma) for item in faces)
     largest = sorted(range(len(faces)), key=lambda face: -abs(faces[face].value))[:LISTED_FACES]

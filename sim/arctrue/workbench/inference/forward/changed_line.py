@@ -19,9 +19,9 @@ STEPS = 16
 """Number of places on each side of an instant among which the instant is refined, within one
 interval."""
 OVERSAMPLED, WIDER = 4.0, 2.0
-"""Number of rates per 1/span, and distance in units of 1/span from the lowest and the highest of
-the lines that beat, among which the changed line is searched. A line whose phase flips has no power
-at its own rate, but on both sides."""
+"""Number of rates per 1/span in the search for the changed line, and the reach of this search below
+the lowest and above the highest of the lines that beat, in units of 1/span. A line whose phase
+flips has its power on both sides of its own rate."""
 
 
 def changed_line(
@@ -31,7 +31,8 @@ def changed_line(
     ``parts`` parts of the record.
 
     ``others``: columns of the other lines; ``rates``: lowest and highest rate of the search;
-    ``near``: noise from which the fit starts. Rate and instants explain most in white noise.
+    ``near``: noise from which the fit starts. Rate and instants are those that explain most in
+    white noise.
     """
     left = record.rows(others).left()
     low, high = (rates[0] - WIDER / record.span, rates[1] + WIDER / record.span)

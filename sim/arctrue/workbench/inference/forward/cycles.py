@@ -22,7 +22,7 @@ Float = NDArray[np.float64]
 
 SIDE_ROWS = 4
 """Rows on each side of a change, whose means are compared: a cycle of 24 faces has three such
-pairs, and slow noise over four rows is alike within and between cycles."""
+pairs, and slow noise changes as much over four rows within a cycle as between cycles."""
 LEAST_ENDS, LEAST_INSIDE = 4, 8
 """Fewest changes between and within cycles: with four and eight, F must exceed 27 at CHANGES_P."""
 CHANGES_P = 1e-4
@@ -123,8 +123,8 @@ LEAST_SIDE = 2
 """Fewest rows of a side. Runs of 24 faces with a pause of seven steps have eight changes within
 four runs if a side has two rows, and four changes if it has SIDE_ROWS."""
 LEFT_OF_CHANGES = 0.25
-"""Largest share of the sum of squared changes that the means of the runs may leave: an offset lasts
-for its run, but a transient after a reversal does not."""
+"""Largest share of the sum of squared changes that differences of the runs' means may leave
+unexplained: an offset lasts for its run, but a transient after a reversal does not."""
 
 
 def run_change(solution: Solution, largest_p: float = CHANGES_P) -> CycleChange | None:

@@ -33,8 +33,8 @@ def multiples_of_declared(record: Record) -> Float:
 
 
 def nearest_multiple(record: Record, rate: float) -> int | None:
-    """Return the factor of the multiple of the declared rate that this rate is near, within the
-    resolution of the record; None if there is no such multiple."""
+    """Return k if this rate equals k times the declared rate within the resolution of the record;
+    None without such a k."""
     if record.declared is None:
         return None
     times = round(rate / record.declared)
@@ -44,7 +44,7 @@ def nearest_multiple(record: Record, rate: float) -> int | None:
 
 def needed_at(record: Record, rate: float, gain: float) -> float:
     """Return the gain that a line at this rate needs to be significant; near a multiple of the
-    declared rate it competes with the other multiples only."""
+    declared rate, only the multiples count as trials."""
     declared = nearest_multiple(record, rate) is not None
     independent = float(multiples_of_declared(record).size) if declared else record.independent
     return needed_gain(gain, max(independent, 1.0))
@@ -52,11 +52,12 @@ def needed_at(record: Record, rate: float, gain: float) -> float:
 
 def factors_of(record: Record, rates: Sequence[float], noise: KernelNoise) -> list[int | None]:
     """Return, for each line, the factor by which it is a multiple of the declared rate; None if it
-    is no multiple.
+    is not a multiple.
 
     A line at the multiple must explain the error as well as the line at its own rate, with all
     other lines in the model. If the record can show the declared rate itself and contains no line
-    there, the multiples need closer agreement: a gear usually has its own rate too.
+    there, the multiples need closer agreement: a gear usually causes a line at the declared rate
+    too.
     """
     near = [nearest_multiple(record, rate) for rate in rates]
     penalty = float(np.log(record.clock.size))
@@ -80,7 +81,7 @@ def factors_of(record: Record, rates: Sequence[float], noise: KernelNoise) -> li
 
 AS_GOOD = 6.0
 """BIC advantage that a line of its own rate needs over a line at a multiple of the declared rate:
-odds of 20 to 1. The own rate is one parameter more."""
+odds of 20 to 1. A free rate is one more parameter."""
 MODULATED = 0.01
-"""Share of a line's gain that the line at the multiple may lose in any case: a gear whose phase
-wanders by 0.2 rad RMS loses 0.2²/4 = 1 % by one wrong rate."""
+"""Share of a line's gain that the line at the multiple may lose in any case: if the phase of a gear
+wanders by 0.2 rad RMS, a wrong rate may gain 0.2²/4 = 1 % more than the true one."""

@@ -17,7 +17,7 @@ LEAST_GAIN = 11.0
 """Smallest gain in log likelihood of a drift over slow noise alone. In 128 logs of 16 kinds of
 noise (``sim/tests/workbench/noisy_logs.py``) the largest gain is 10.2, in a random walk. The
 uncertainty of the drift does not suffice: in that log the drift is 18 times its uncertainty,
-because a random walk looks like faster noise if a drift takes its end points."""
+because a random walk looks like faster noise when a drift through its end points is subtracted."""
 
 
 @dataclass(frozen=True)

@@ -25,17 +25,17 @@ ONE_BY_ONE = 16
 """Largest number of steps each of which is searched with the noise estimated anew. Further steps
 are searched many at a time, to limit the computing time."""
 MOST_STEPS = 64
-"""Largest number of steps that the search returns; it only limits the computing time. The report
-says "at least" of more than ONE_BY_ONE steps."""
+"""Largest number of steps that the search returns; it only limits the computing time. If there are
+more than ONE_BY_ONE steps, the report states "at least" this number."""
 LEAST_SIDE_ROWS = 5
 """Smallest number of rows between a step and either end of its stretch (successive rows without a
 break)."""
 MOST_SHARES = 8
-"""Largest number of readings of one mean that are tried as the first after a step. A step is then
-too small by at most 1/16 of the weight of one mean."""
+"""Largest number of readings of one mean that are tried as the first reading after a step. A step
+is then too small by at most 1/16 of the weight of one mean."""
 ROUNDING = 1e-6
-"""The stated time of a step is earlier than its first reading by this share of a reading's step, so
-that this reading comes after the step in spite of rounding."""
+"""The stated time of a step is earlier than the first reading after it by this share of the
+interval between two readings, so that this reading comes after the step in spite of rounding."""
 COVERAGE = 2.0
 """Factor of the standard uncertainty of a step's size, for a coverage of 95 %."""
 FREEDOMS = (1.5, 2.0, 3.0, 4.0, 6.0, 10.0, 20.0, 50.0, 200.0)
@@ -226,7 +226,7 @@ class _Joint:
 
     def without(self, row: int) -> KernelFit:
         """Return the noise with all steps except that at ``row``; with more than ONE_BY_ONE steps,
-        the noise with all steps and the likelihood of the rows in it without this step."""
+        the noise with all steps, and the likelihood of this noise without this step."""
         if len(self.rows) == 1:
             return self.without_all
         if len(self.rows) > ONE_BY_ONE:
@@ -244,8 +244,8 @@ def _explained_by_noise(joint: _Joint, places: NDArray[np.int64]) -> list[int]:
     """Return the rows of the steps that the tails of the noise explain, or the row of the first
     step that a changing level explains; an empty list if the noise explains no step.
 
-    The tails become heavier with each step that they explain. Of two neighbouring steps only the
-    one that the tails explain better is returned, because the other one is larger without it.
+    Of two neighbouring steps, only the one that the tails explain better is returned, because its
+    removal makes the other one larger.
     """
     found = _p_of_tails(joint, places)
     order = np.argsort(joint.rows)
@@ -293,8 +293,9 @@ def _with_shares(record: Record, lines: Float, at: Sequence[tuple[int, float]]) 
 def _within_their_rows(
     record: Record, lines: Float, rows: Sequence[int], noise: KernelNoise
 ) -> list[tuple[int, float]]:
-    """Return row and share of each step: the most likely reading among those whose means are its
-    row and the row before it. A step in the middle of a mean would otherwise seem too small."""
+    """Return row and share of each step at its most likely reading, among the readings that are
+    averaged in its row and in the row before. Otherwise a step in the middle of a mean would seem
+    too small."""
     at = [(row, 1.0) for row in rows]
     for number, row in enumerate(rows):
         places = [(row, float(share)) for share in _shares(record.readings[row])]
@@ -315,8 +316,8 @@ def _shares(readings: float) -> Float:
 
 
 def _inside(record: Record) -> NDArray[np.int64]:
-    """Return the rows at which a step has enough rows of its stretch on both sides, and is no curve
-    of the base."""
+    """Return the rows at which a step has enough rows of its stretch on both sides and is not
+    explained by the base."""
     found = []
     for number in np.unique(record.stretch):
         own = np.flatnonzero(record.stretch == number)
@@ -326,9 +327,9 @@ def _inside(record: Record) -> NDArray[np.int64]:
 
 
 LEAST_OWN = 1e-3
-"""Smallest share of a step's sum of squares, after its mean, that the base leaves; the step's u is
-then at most 32 times that without the base (1/√0.001). Passes one after another show why: the time
-minus the angle of the pass is a step at each start of a pass."""
+"""Smallest share of a step's sum of squares about its mean that the base must leave; the step's u
+is then at most 32 times that without the base (1/√0.001). The base may contain a step: over
+successive passes, the difference of time and angle has a step at each start of a pass."""
 
 
 def _own_shares(record: Record, rows: NDArray[np.int64]) -> Float:
@@ -387,8 +388,8 @@ def _left_by(rows: Rows, columns: Float, noise: KernelNoise) -> tuple[Float, Flo
 def _one_row_does_it(
     record: Record, others: Float, row: int, gain: float, without: KernelFit, grown: KernelFit
 ) -> bool:
-    """Tell whether a single wrong row explains the rows as well: the first row after the step or
-    the last row before it."""
+    """Tell whether a single wrong row explains the rows as well as the step does: the first row
+    after the step or the last row before it."""
     for wrong in (row - 1, row):
         column = np.zeros((record.clock.size, 1))
         column[wrong] = 1.0
@@ -447,8 +448,8 @@ def _level_makes_it(joint: _Joint, row: int, places: NDArray[np.int64]) -> bool:
 
 
 def _level_with(rows: Rows, noise: KernelNoise, places: int) -> bool:
-    """Tell whether the last column of the rows, a step, is not significant at any of ``places``
-    places in this noise, if the level of the innovations changes with time."""
+    """Return True if the level of the innovations in this noise changes with time and, at this
+    level, the last column of the rows (a step) is not significant among ``places`` places."""
     whitened = rows.factor(noise).whiten(rows.values)
     own, columns = whitened[:, 0], whitened[:, 1:]
     level = noise_level(own - columns @ np.linalg.lstsq(columns, own, rcond=1e-10)[0])
@@ -477,5 +478,5 @@ OF_TAILS = 0.1
 square roots of the gains are not independent if the noise contains a random walk."""
 FEW = 0.07
 """Largest share of the information about a step that a single innovation may give without a test of
-the tails. At this share, more than fourteen innovations contribute to the step, and their tails
-average."""
+the tails. At this share, more than fourteen innovations contribute to the step, and their heavy
+tails average out."""

@@ -42,8 +42,7 @@ FINE = 0.005
 """Accuracy of a rate, in units of 1/span: the phase at the ends of the record is then wrong by
 0.016 rad, and the alias of the error has 1 % of the alias of the line."""
 BLOCKS = 8
-"""Number of blocks of rows of which each must be predicted by the others, as in the search for
-lines."""
+"""Number of blocks of rows, each of which the others must predict, as in the search for lines."""
 PREDICTED_SHARE = 0.5
 """Smallest share of a line's own error that the other blocks must predict, as in the search for
 lines; an oscillation that loses its phase within a block has a share of 0."""

@@ -1,8 +1,8 @@
 """Tells whether an oscillation of averaged rows is the alias of a faster one in the single rows.
 
 Averaged rows show the spectrum of the single rows folded about their own sampling rate. Averaging
-over a time s leaves the share sinc²(f·s) of the power at the frequency f: of an oscillation with a
-large peak enough remains to be found at its alias.
+over a time s leaves the share sinc²(f·s) of the power at the frequency f, so that an oscillation
+with a large peak may still be found at its alias.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ def is_alias(solution: Solution, found: Oscillation, step_s: float) -> bool:
     """Return whether ``found``, from rows of the reference that are averaged over ``step_s``, is an
     alias.
 
-    It is an alias if the power that averaging leaves is larger at one of the faster frequencies
-    that look the same than at its own frequency.
+    It is an alias if averaging leaves more power at one of the faster frequencies that have this
+    alias than at the frequency of ``found``.
     """
     stretch = longest_stretch(solution)
     if stretch is None:

@@ -2,7 +2,7 @@
 
 A head or a reference that is clamped again before each run has another zero and another
 eccentricity in each run. One change between two runs, or a growth with time, does not describe
-them.
+these changes.
 """
 
 from __future__ import annotations
@@ -25,8 +25,9 @@ LEAST_RUNS = 4
 HIGHEST = 4
 """Orders 2 to HIGHEST of each run show how much noise differs between the runs. A random walk, a
 step within a run and a drift over many runs have coefficients that fall with 1/n, so that n² times
-their squares is at least as large as that of order 1. An oscillation with a period of one or two
-runs has smaller ones; there the boundaries of the runs decide."""
+the square of order n is at least the square of order 1. An oscillation with a period of one or two
+runs has smaller coefficients of these orders; it is excluded by the changes at the boundaries of
+the runs."""
 LEAST_TURN = 0.75
 """Smallest part of a turn that a run must cover, as for an order of a product of parts."""
 LEAST_ROWS = 12
@@ -34,22 +35,23 @@ LEAST_ROWS = 12
 ZERO_SHARE = 0.5
 """Smallest ratio of the scatter of the zeros to that of order 1. An oscillation of about one period
 a run also has another order 1 in each run, but it averages to nearly zero over a run: with a period
-of one to 1.4 runs, the ratio is at most 0.43 (sinc 0.7 / sinc 0.3). A walk of the zero makes it
-larger, and the boundaries decide."""
+of one to 1.4 runs, the ratio is at most 0.43 (sinc 0.7 / sinc 0.3). A random walk of the zero makes
+the ratio larger; it is excluded by the changes at the boundaries."""
 EDGE = 3
 """Number of rows whose mean is compared on each side of a boundary of two runs: a drift is
-continuous there, and only what happens between the runs makes a jump."""
+continuous there, and only a change between the runs causes a jump."""
 LEAST_JUMP = 0.7
-"""Smallest ratio of the jumps' scatter to that of the difference of two zeros, √2 times the zeros':
-independent zeros have a ratio of 1 or more on average, because order 1 also jumps."""
+"""Smallest ratio of the jumps' scatter to that of the difference of two independent zeros, which is
+√2 times the scatter of the zeros. Such zeros have a ratio of 1 or more on average, because order 1
+also jumps."""
 MORE_THAN_INSIDE = 2.0
-"""Smallest ratio of the jumps' scatter to that of such differences inside the runs. A sine whose
-boundaries all lie where it is steepest reaches √2; a random walk over six runs, with four free
-jumps, reaches 2 with a probability of 0.3 % (χ²)."""
+"""Smallest ratio of the jumps' scatter to that of such differences inside the runs. A sine that is
+steepest at every boundary reaches √2; a random walk over six runs, with four free jumps, reaches 2
+with a probability of 0.3 % (χ²)."""
 MOST_LEFT = 0.2
 """Smallest share of the squares of the runs' order 1 that must remain with an effect or a product
-in the model: one factor of the runs describes about a fifth of the changes of six runs, the best of
-a dozen about a half."""
+in the model. By chance, one factor of the runs describes about a fifth of the changes of six runs,
+and the best of a dozen factors about a half."""
 
 
 def mounting_change(solution: Solution) -> CycleChange | None:
@@ -85,7 +87,7 @@ def describes_mountings(base: Solution, grown: Solution) -> bool:
 def _of_runs(solution: Solution) -> tuple[Float, list[Float], float, float] | None:
     """Return the zero, (runs,), and for each order its cosine and sine, (runs, 2), of each run of
     the reference, and the scatter of the steps between and inside the runs; None if a run is too
-    short or too few runs are in the order of the file."""
+    short, if there are too few runs, or if the rows are not sorted by run."""
     rows, left = solution.observations.reference, solution.reference_residual_arcsec()
     if rows is None or left is None or np.any(np.diff(rows.run) < 0):
         return None
@@ -112,9 +114,10 @@ def _of_runs(solution: Solution) -> tuple[Float, list[Float], float, float] | No
 
 def _steps(runs: list[Float]) -> tuple[float, float]:
     """Return the scatter of the steps at the boundaries of the runs, about their mean, and the rms
-    of the same steps inside the runs. The mean step contains what is common to all runs: errors of
-    the table where the last place of a run is not next to the first place of the following one, and
-    an even drift, whose part within a run the model's orders take."""
+    of the same steps inside the runs. The mean step contains the changes that all boundaries have
+    in common. These are the table's error between the last place of a run and the first place of
+    the next run, and an even drift; the model's orders absorb the part of this drift within a
+    run."""
     means = [np.convolve(run, np.full(EDGE, 1.0 / EDGE), mode="valid") for run in runs]
     jumps = np.array([after[0] - before[-1] for before, after in pairwise(means)])
     inside = np.concatenate([mean[EDGE:] - mean[:-EDGE] for mean in means])

@@ -143,4 +143,4 @@ HALF_SHOWN = 0.5
 """An ordinate of the spectrum is used for the level if the columns of the model leave more than
 this share of it."""
 NEIGHBOURS = 41
-"""Number of ordinates in the median, which scatters by a sixth (1/√41)."""
+"""Number of ordinates in the median; the level then scatters by 23 % (1/(√41·ln 2))."""

@@ -105,7 +105,7 @@ def stretches_of(
     solution: Solution,
 ) -> tuple[Float, Float, Float, NDArray[np.int64]] | None:
     """Return times, residuals, columns of the model and number of the stretch of each row of a log
-    with times; None if the reference is no such log."""
+    with times; None if the reference is not such a log."""
     rows, found = solution.observations.every_reference_row, _kept_rows(solution)
     if rows is None or rows.time_s is None or found is None:
         return None
@@ -148,7 +148,7 @@ def _stretches(rows: ReferenceRows, clock: Float) -> NDArray[np.int64]:
     first = np.zeros(clock.size, dtype=np.int64)
     first[stretch_starts(clock, rows.run)[1:]] = 1
     if rows.direction is not None:
-        # A change at a reversal is no step in time, so a stretch ends at each reversal.
+        # A change at a reversal is not a step in time, so a stretch ends at each reversal.
         first[1:] |= np.diff(rows.direction) != 0.0
     return np.cumsum(first)
 
@@ -241,7 +241,7 @@ def _is_dense(rows: ReferenceRows) -> bool:
     """Tell whether the rows are a log (a run with closely spaced rows), not stations that are
     visited again and again.
 
-    A log on the move may meet the same angles on every turn, if the number of samples per turn is
+    A log in motion may contain the same angles in every turn, if the number of samples per turn is
     whole. The turns of a log follow each other, so that the same angle on two turns counts as two
     different angles.
     """

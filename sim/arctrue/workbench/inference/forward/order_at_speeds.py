@@ -19,7 +19,7 @@ ANOTHER_SPEED = 1.2
 another frequency in the runs of the other speed."""
 TRIED = np.linspace(-1.0, 1.0, 9)
 """Offsets at which orders and frequencies are tried around the line's, in periods over a stretch.
-Neighbouring offsets differ by a quarter of a period: half an interval costs at most 2 % of the
+Neighbouring offsets differ by a quarter of a period: half an interval costs at most 3 % of the
 amplitude."""
 MOST_STRETCHES = 24
 """Largest number of stretches that are compared, the longest of each speed, to limit cost: each
@@ -34,8 +34,8 @@ def is_an_order(found: LineSearch, rate: float, of_angle: Record) -> bool:
     frequency.
 
     Two tests are necessary. With a size and a phase for each stretch, an order explains more than a
-    frequency. And with this order in the model, the other stretches contradict the line: no line of
-    its size remains. ``of_angle``: the same rows over the angle.
+    frequency. And with this order in the model, the rows contradict a line of the size that was
+    found: without a line they are more likely. ``of_angle``: the same rows over the angle.
     """
     record = found.record
     number = [record.stretch == one for one in np.unique(record.stretch)]

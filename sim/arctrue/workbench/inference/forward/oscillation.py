@@ -80,8 +80,8 @@ class Oscillation:
     """Amplitude, in words, of a line that keeps its phase only within each run; None for a
     resonance, and for a line in a part of the record."""
     order: float | None = None
-    """Order of the angle that a line with a phase for each run may be, because all runs have one
-    speed."""
+    """Order of the angle to which the frequency of a line with a phase for each run corresponds, if
+    all runs have one speed."""
 
     def is_same(self, other: Oscillation) -> bool:
         """Tell whether the other oscillation is this one, from other rows of the channel: the

@@ -46,11 +46,11 @@ between eight runs need as many."""
 
 REFINED, STEP_RATIO = 4, 0.2
 """Number of refinements of the rate, and ratio of their steps, as in the search for lines; the last
-step is 1/12,500 of a rate that the longest run separates."""
+step is 1/2,500 of the resolution of the longest run."""
 
 ABSENT = 0.25
-"""Largest amplitude in a run, as a share of the largest amplitude, with which the line counts as
-absent in this run, as in the search for a line in a part of a record."""
+"""The line counts as absent in a run if its amplitude there is below this share of its largest
+amplitude, as in the search for a line in a part of a record."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,8 @@ def line_of_runs(solution: Solution, hz: float, width_hz: float) -> LineOfRuns |
     The line must be significant among all rates with a free amplitude and phase in each run. Its
     gain over an oscillator at its frequency must reach OSCILLATOR_GAIN for each run, because each
     run is a record of its own. Other blocks of a run must predict more than half of the line in
-    this run. One phase for all runs must lose more than a penalty for the further phases.
+    this run. A fit with one phase for all runs must have a smaller log likelihood, by more than the
+    penalty for the further phases.
     """
     record = _record(solution, hz)
     if record is None:

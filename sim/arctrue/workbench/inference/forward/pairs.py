@@ -36,7 +36,7 @@ LEAST_BEATS = 2.0
 a line whose phase or size changed once, or wanders, looks the same."""
 SYMMETRIC = 0.5
 """Largest distance between an accepted line and the middle of two lines, in units of 1/span, at
-which the two lines count as its side lines: half of what the record resolves."""
+which the two lines count as its side lines: half of the record's resolution."""
 MOST_TOGETHER = 3
 """Largest number of lines that are tested together: a line with a side line on each side, as of a
 worm whose load changes."""
@@ -68,9 +68,9 @@ def group_of(
     test; otherwise None.
 
     ``without`` is the noise with the lines ``rates`` in the model. Each line must gain ``needed``
-    over an oscillator that takes its place. All together must gain as much for each line over one
-    oscillator that takes the place of all, and ``needed`` over one line that changes. The other
-    blocks must predict more than the share ``predicted`` of each.
+    over an oscillator that takes its place. All lines together must gain ``needed`` times their
+    number over one oscillator that takes their place, and ``needed`` over one line that changes.
+    The other blocks must predict more than the share ``predicted`` of each line.
     """
     own = [first]
     known = list(rates)
@@ -143,8 +143,8 @@ def _tested(
 def _best_rival(
     record: Record, known: Sequence[float], own: Sequence[float], fit: KernelFit
 ) -> float:
-    """Return the score of one line whose phase and size change, in place of the lines ``own``; or
-    of an accepted line next to them that changes."""
+    """Return the highest score of a model in which one line changes its phase and size: a line in
+    place of the lines ``own``, or an accepted line next to them."""
     parts = 2 * len(own) - 1
     ends = (min(own), max(own))
     scores = [changed_line(record, record.columns(np.array(known)), ends, parts, fit).score]

@@ -28,8 +28,8 @@ number of rates per 1/span. A part of an eighth of the record has a peak of this
 WHOLE = 0.9
 """Largest share of the record that counts as a part."""
 ABSENT = 0.25
-"""Largest amplitude of the line in the other rows, as a share of its amplitude in the part, with
-which the line counts as absent there; two standard uncertainties are added to the amplitude."""
+"""The line counts as absent in the other rows if its amplitude there, plus two standard
+uncertainties, is at most this share of its amplitude in the part."""
 COVERAGE = 2.0
 """Factor of the standard uncertainty, for a coverage of 95 %."""
 STEPS = 16
@@ -102,7 +102,7 @@ def part_line(record: Record, lines: Float, best: KernelFit, hz: float) -> PartL
 
 def _rate_of(record: Record, hz: float) -> float | None:
     """Return the rate of a frequency in a record; None for a record over the angle at more than one
-    speed, at which a frequency has no rate."""
+    speed, because a frequency then has no single rate."""
     if record.in_time:
         return hz
     turns_s = record.turns_on_the_clock

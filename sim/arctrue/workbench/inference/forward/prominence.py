@@ -8,8 +8,7 @@ from arctrue.workbench.noise.kernel import KernelNoise, Part
 
 PROMINENT = 10.0
 """Smallest ratio of an oscillation's power spectral density at its frequency to that of the other
-noise, with which a small share of the whole mean square is enough: 10 dB, as a peak is read in a
-spectrum."""
+noise, 10 dB, at which the oscillation may have a small share of the whole mean square."""
 NARROW = 4.0
 """Smallest quality of such an oscillation. The density of a moving mean of N rows, which no sum of
 kernels follows, has side lobes near (k + ½)/N with the half-power width 0.89/N: the first three

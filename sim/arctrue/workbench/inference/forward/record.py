@@ -245,8 +245,8 @@ class AveragedFastLines:
 def averaged_fast_lines(
     places: Sequence[Float], stretch: Integer, residual_arcsec: Float
 ) -> AveragedFastLines:
-    """Return the lines that are too fast for the averaged rows of a record, because these rows show
-    their aliases or cannot show them.
+    """Return the lines that are too fast for the averaged rows of a record: these rows show an
+    alias of the line, or nothing.
 
     The lines over each coordinate in ``places`` are searched. A coordinate that changes evenly with
     an earlier one shows the same lines and is not searched.

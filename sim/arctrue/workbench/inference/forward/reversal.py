@@ -27,8 +27,9 @@ passes. Base and steps are projected out; the values are means over parts of the
 even drift in the base, none of 4,000 random walks over two passes reaches this share, and 0.3 % of
 those over three passes do."""
 PARTS_OF_A_PASS = 24
-"""Number of parts of a pass whose means are compared. The means contain little noise of single
-rows, which does not look like a reversal error; a random walk keeps its share."""
+"""Number of parts of a pass whose means are compared. The means contain little of the noise of
+single rows, which cannot look like a reversal error; they contain all of a random walk, which
+can."""
 LEAST_OWN = 1e-6
 """The reversal error is fitted only if the model leaves a larger share than this of the direction
 column's sum of squares; with a smaller share, the model already contains a reversal error."""

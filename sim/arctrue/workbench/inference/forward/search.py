@@ -63,8 +63,8 @@ PREDICTED_SHARE = 0.5
 """Smallest share of a line's own error that the other blocks must predict."""
 BELOW, NEXT_TO_THE_MODEL = 3, 3.0
 """Limits for a line just above the orders of a model. If fewer than BELOW ordinates of the spectrum
-below the line are free of the model's orders, the gain of the line must be NEXT_TO_THE_MODEL times
-the usual limit. Slow noise, of which the model has absorbed a part, looks like such a line, with a
+at lower rates are free of the model's orders, the gain of the line must be NEXT_TO_THE_MODEL times
+the usual limit. Slow noise of which the model has absorbed a part looks like such a line, with a
 gain of at most 2 times the limit. None of 576 simulated records of noise shows a line (``python -m
 scripts.calibrate_line_search --orders --logs 4``)."""
 
@@ -135,7 +135,7 @@ def search_record(record: Record, display_step_arcsec: float = 0.0) -> LineSearc
     again with the steps in the model.
 
     A display that rounds to ``display_step_arcsec`` (0 for none) jumps by this step where the error
-    changes slowly. Such jumps are no events and are not returned. Together they can follow a line,
+    changes slowly. Such jumps are not events and are not returned. Together they can follow a line,
     so that the line would vanish with them in the model: the lines are searched without them. The
     whiteness of the residuals is that with these jumps or without them, whichever is higher,
     because the rounding error is not white.
@@ -277,8 +277,8 @@ def _group(
     level: Level,
     oscillator_gain: float,
 ) -> list[_Tried]:
-    """Return two or three lines next to each other, of which one alone is not the same in all
-    blocks; empty if there are none."""
+    """Return two or three lines next to each other, one of which fails the tests if it is tested
+    alone; empty if there are none."""
     for item in () if record.whole_orders_only else incoherent:
         found = group_of(
             record,

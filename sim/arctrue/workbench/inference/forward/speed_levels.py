@@ -1,7 +1,7 @@
 """Compares the means of the runs of a reference at each speed, up and down.
 
-An error of motion (a delay, a reversal error, drag) changes its sign with the direction. The rest
-of the means of the runs, which does not, is the noise of the comparison.
+An error of motion (a delay, a reversal error, drag) changes its sign with the direction. The part
+of the run means that does not change its sign is the noise of the comparison.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ Float = NDArray[np.float64]
 SURE_P = 1e-4
 """Largest p of a sure result; it equals the limit for a lack of fit."""
 LEAST_SPEEDS = 4
-"""Fewest speeds: a sign and a slope describe any error of two speeds, and of three speeds a single
-one would decide."""
+"""Fewest speeds: a reversal error and a delay describe any error at two speeds, and with three
+speeds a single speed would decide."""
 LEAST_FREE = 3
-"""Fewest degrees of freedom of the runs besides the speeds."""
+"""Fewest degrees of freedom of the run means that the constant and the speeds must leave."""
 SAME_SPEED = 0.02
 """Largest relative difference of two speeds that count as the same; a drive repeats a set speed
 within a few per mille."""
@@ -30,11 +30,11 @@ STANDS = 1e-3
 """A run stands still if it is slower than this share of the fastest run. A delay then causes less
 than this share of its largest error, which no run mean shows."""
 ONE_WAY = 0.5
-"""A run moves one way if its mean speed is at least this share of the mean of its speed's size. A
-run that goes there and back has no direction of its own."""
+"""A run moves one way if the magnitude of its mean speed is at least this share of its mean
+absolute speed. A run that goes there and back has no direction of its own."""
 MOST_BESIDE = 0.1
-"""Largest share of the squares of the run means that the speeds may leave if the means are said to
-follow them."""
+"""Largest share of the squares of the run means that the speeds may leave unexplained; with a
+larger share, the means do not follow the speeds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,7 @@ class SpeedLevels:
     """Number of the speed of each run, the slowest first."""
     moving: NDArray[np.bool_]
     """True for the runs of the set that move one way, shape (runs of the set,). The other fields
-    have these runs only."""
+    contain these runs only."""
 
     @property
     def columns(self) -> Float:

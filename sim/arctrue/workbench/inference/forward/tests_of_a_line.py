@@ -30,9 +30,10 @@ def needed_gain(gain: float, independent: float) -> float:
     """Return the gain in log likelihood that a line needs to be significant among ``independent``
     rates.
 
-    In a record of noise, the largest of M·√(π·Δ/3) independent gains exceeds Δ with the probability
-    M·√(π·Δ/3)·e^(−Δ). This is the distribution of the maximum of a χ² field of two degrees of
-    freedom (Davies, Biometrika 74 (1987) 33; Baluev, MNRAS 385 (2008) 1279).
+    In a record of noise, the largest gain among M independent rates and the rates between them
+    exceeds Δ with the probability M·√(π·Δ/3)·e^(−Δ). This is the distribution of the maximum of a
+    χ² field of two degrees of freedom (Davies, Biometrika 74 (1987) 33; Baluev, MNRAS 385 (2008)
+    1279).
     """
     return float(np.log(independent / FAMILY_WISE) + 0.5 * np.log(np.pi * max(gain, 1.0) / 3.0))
 

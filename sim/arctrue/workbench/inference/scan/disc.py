@@ -135,7 +135,8 @@ def bump_scan(effect: Effect, residuals: Residuals) -> list[Place]:
             norm += np.fft.irfft(np.abs(template) ** 2 * known_information / bins, bins)[0] / len(
                 spectra
             )
-        # The graduation of the base model absorbs the low orders, which therefore give no evidence.
+        # The base model's graduation absorbs the low orders, but ``norm`` contains them, so that
+        # the power of wide bells is too small here; the exact score below is right.
         power = correlation**2 / max(norm, 1e-30)
         for index in peaks(power, 2):
             found.append(

@@ -35,10 +35,10 @@ def spread_places(size: int) -> NDArray[np.int64]:
 def at_best_instant(effect: Effect, residuals: Residuals, found: list[Place]) -> list[Place]:
     """Return the places; the first is moved to the instant in its run with the largest exact gain.
 
-    The sums over the rows of a run neglect that the model's columns absorb a part of a step. They
-    therefore prefer another instant, and a further search would find the true instant as that of a
-    second step. The absorbed part changes within a fraction of the model's shortest wave, so that
-    every row is tried, with C⁻¹ times the model's columns summed from each row to the end.
+    The sums over the rows of a run neglect that the model's columns absorb a part of a step. Their
+    largest gain is therefore at another instant, and a further search would find a second step at
+    the true instant. The absorbed part changes within a fraction of the model's shortest wave, so
+    that every row is tried, with C⁻¹ times the model's columns summed from each row to the end.
     """
     capture, noise = residuals.observations.capture, residuals.solution.noise.capture
     precise, design = residuals.capture_precise, residuals.capture_precise_design

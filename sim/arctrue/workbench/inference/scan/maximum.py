@@ -27,9 +27,9 @@ def moved_to_maximum(
 ) -> list[Place]:
     """Move the best place to its maximum between the grid points.
 
-    The model has absorbed its part of the line. Next to one of the model's orders this is most of
-    the line, so that the remaining maximum may be more than a step away. The search therefore moves
-    on while one side is higher than the centre.
+    The model has absorbed a part of the line. Next to one of the model's orders, this part is most
+    of the line, so that the maximum of the remaining gain may be more than a step away. The search
+    therefore moves on while one side is higher than the centre.
     """
     if not found:
         return found

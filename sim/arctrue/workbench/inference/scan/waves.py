@@ -18,9 +18,9 @@ from arctrue.workbench.inference.scan.places import BEST_PLACES, Place, peaks, s
 Float = NDArray[np.float64]
 
 SEPARATING_GAIN = 30.0
-"""Amount by which the gain of an order must exceed the gain of the nearest whole or half order. An
-order that is free adds one parameter: p is then 4·10⁻⁸, and 5·10⁻⁶ for all 120 gaps up to order 60
-together."""
+"""Amount by which the gain of an order must exceed the gain of the nearest whole or half order. A
+free order is one more parameter: chance causes this amount with a probability of 4·10⁻⁸, and of
+5·10⁻⁶ in any of the 120 gaps up to order 60."""
 IN_A_GAP = np.array([-1.2, -0.9, -0.6, -0.3, 0.3, 0.6, 0.9, 1.2])
 """Offsets at which orders near a whole or half order are scored, in the gap around it and next to
 this gap, in units of the resolution 1/(2·turns). With T turns, neighbouring offsets differ by at
@@ -59,7 +59,7 @@ def unwrapped_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     trials, step = 2.0 * turns * highest, 0.25 / turns
     away = _away_from_halves(orders)
     # A gap is the interval around a whole or half order that the turns do not resolve. Next to a
-    # gap, the highest point may be the edge of the gap, which is no local maximum.
+    # gap, the highest point may be the edge of the gap, which is not a local maximum.
     coarse = [
         {"order": float(orders[index])}
         for index in peaks(np.where(away < resolution, 0.0, power), BEST_PLACES)
@@ -88,9 +88,9 @@ def _inside_a_gap(
     A gap is the interval around a whole or half order that the turns do not resolve.
 
     Two lines are resolved at 1/(2·turns). The higher a single line is above the noise, the more
-    exactly its place is known (Rife and Boorstyn, IEEE Trans. Inf. Theory 20 (1974) 591): a line
-    has an order of its own if its gain exceeds the gain at the whole or half order by
-    SEPARATING_GAIN.
+    exactly its place is known (Rife and Boorstyn, IEEE Trans. Inf. Theory 20 (1974) 591): the order
+    of a line differs from the whole or half order if the line's gain exceeds the gain at that order
+    by SEPARATING_GAIN.
     """
     resolution = residuals.observations.order_resolution
     near = _away_from_halves(orders) < resolution

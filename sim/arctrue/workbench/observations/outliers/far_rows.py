@@ -61,8 +61,8 @@ def local_scatter(away: Float, resolution: float) -> Float:
     deviation of all rows.
 
     The result is the largest scatter of a stretch of SCALE_ROWS rows and its two neighbour
-    stretches, so that rows with larger noise over a part of the turn are no outliers. Values with
-    steps of ``resolution`` show no scatter below half a step.
+    stretches, so that rows with larger noise over a part of the turn do not count as outliers.
+    Values with steps of ``resolution`` show no scatter below half a step.
     """
     half = 0.5 * resolution
     overall = NORMAL_MAD * max(float(middle(np.abs(away))), half)

@@ -60,9 +60,9 @@ def pieces_between_gaps(angle: Float) -> list[slice]:
 def without_wave(values: Float, angle_rad: Float) -> Float:
     """Subtract the mean and the first WAVE_ORDERS orders of the turn, if there are gaps; (rows,).
 
-    The wave is fitted to running medians; short runs have fewer orders. The values on both sides of
-    a gap then agree, so that the few rows between two gaps are not far from the rows beyond the
-    gaps. Values without gaps are not changed.
+    The wave is fitted to running medians, in short runs with fewer orders. Without the wave, the
+    values on both sides of a gap agree, so that the few rows between two gaps are not far from the
+    rows beyond the gaps. Values without gaps are not changed.
     """
     if gaps(angle_rad).size == 0:
         return values

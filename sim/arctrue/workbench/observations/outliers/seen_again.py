@@ -85,7 +85,7 @@ def seen_by_other_head(
     R₂ − R₁, with opposite signs, at angles that differ by α. The result is True if the median over
     the revolutions of the opposite deviation exceeds FAR_SIGMA standard deviations. One revolution
     alone is not sufficient: if one row in 300 is wrong, a tenth of the outliers have such a partner
-    by chance in one of a dozen turns.
+    by chance in at least one of a dozen turns.
     """
     found = np.zeros(rows.size, dtype=bool)
     if rows.size == 0 or rows.size > MOST_COMPARED:
