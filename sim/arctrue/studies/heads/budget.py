@@ -36,7 +36,7 @@ def budget(bench: Bench, shift_m: float, radius_tolerance_m: float) -> list[dict
 
     To first order the mean contains Σwᵢ·xᵢ if the reading of head i is wrong by xᵢ, so independent
     errors with the standard deviation s give s·√Σwᵢ². An error of a place or a radius multiplies an
-    order-1 wave of the reading; its RMS over the turn is its amplitude divided by √2.
+    order-1 wave of the reading; the wave's RMS over the turn is its amplitude divided by √2.
     """
     extension = bench.mean(()).extension
     assert extension is not None

@@ -70,7 +70,8 @@ def closure(errors_arcsec: Float, face: Integer) -> Closure:
 
 
 def spread_shifts(cycles: int, faces: int) -> list[int]:
-    """Return a different position of the polygon for each cycle, spread over the whole turn."""
+    """Return the position of the polygon in each cycle; the positions are spread over the whole
+    turn."""
     return [(cycle * faces) // cycles for cycle in range(cycles)]
 
 
