@@ -51,7 +51,7 @@ def closure(errors_arcsec: Float, face: Integer) -> Closure:
     if np.linalg.matrix_rank(design) < design.shape[1]:
         raise ValueError(
             "the positions of the polygon do not separate its faces from the table; turn it on the "
-            "table by a number of faces that has no common divisor with their number"
+            "table by a number of faces without a common divisor with the number of all faces"
         )
     observed = np.concatenate([errors_arcsec.ravel(), [0.0, 0.0]])
     # The last two rows state the exact closure, so their residuals do not count for the scatter.
