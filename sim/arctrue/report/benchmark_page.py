@@ -49,8 +49,8 @@ HEAD = """# How often the diagnosis is right
 measurement set. The answer is compared with the truth and with an *oracle*: the generalised
 likelihood ratio, computed with the cause's exact form and the covariance by which the noise was
 drawn. The oracle *sees* a cause that it would find in 95 % of such sets at a false alarm of 1 %,
-search for an order, a frequency or an instant included. A cause that changes the prediction by less
-than half a count RMS does not count as visible.
+including the search for an order, a frequency or an instant. A cause that changes the prediction by
+less than half a count RMS does not count as visible.
 
     make benchmark                               # dev: 650 sets; TIER=quick, public, sealed, cases
     make benchmark TIER=calibration              # 195 sets: how often a sure answer is wrong
@@ -331,7 +331,7 @@ def _probabilities(found: Mapping[str, Any]) -> list[str]:
         "The calibration error is the mean distance between the stated probability and the share "
         "of right answers, over ten bins with equal numbers of sets. The second table shows the "
         "bins of all sets together. The log score of the largest probability of each answer is "
-        "stated in nats above the best constant probability; its interval is 95 % of a bootstrap "
+        "stated in nats above the best constant probability; its 95 % interval is from a bootstrap "
         "over the sets. In place of an interval, the calibration error has the mean error of a "
         "perfect calibration with the same stated values, and the value that 5 % of such runs "
         "exceed.",
