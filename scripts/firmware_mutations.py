@@ -654,7 +654,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "offset_over_the_samples",
-        "the offset of a head is a mean over the samples, which the speed within the turn changes",
+        "the offset of a head is a mean over the samples, so the speed within the turn changes it",
         "firmware/calibration/capture.c",
         "counts_apart(apart, apart_first) * ((double)after - before)",
         "counts_apart(apart, apart_first) * (0.0 * ((double)after - before) +\n"
