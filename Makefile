@@ -33,7 +33,7 @@ C_SOURCES = $(shell find firmware sim/arctrue/instrument scripts/bitstream_model
 VHDL = $(shell find rtl tb -name '*.vhd' | sort)
 # Two checks run at a time; the longest begin first.
 LINTS := $(addprefix lint-,types vhdl documents style)
-# With `worksteal` a worker keeps the tests of a file, which share what they build; a worker that has finished takes
+# With `worksteal` a worker keeps the tests of a file, which share their builds; a worker that has finished takes
 # tests from another worker. Python keeps its bytecode here: otherwise each worker, and each command that a test
 # starts, would compile all sources anew.
 PYTEST := PYTHONDONTWRITEBYTECODE= $(VENV)/python -m pytest -n $(PYTEST_WORKERS) --dist worksteal
@@ -166,7 +166,7 @@ bound: generate ## inject every effect a hundred times at the smallest size that
 
 blind: benchmark ## former name of benchmark, kept for one release
 
-peers: generate ## run the diagnosis and three simpler methods on the 200 public sets, resumable
+peers: generate ## run the diagnosis and three simpler methods on the 216 public sets, resumable
 	@test -f build/benchmark/public/plan.json || $(VENV)/arctrue benchmark make build/benchmark/public --tier public
 	for subject in periodogram_rule gaussian_process stepwise_bic arctrue; do \
 	    $(VENV)/arctrue benchmark run build/benchmark/public --subject $$subject $(BENCHMARK_OPTIONS) || exit; done

@@ -11,8 +11,8 @@
 # replace each encoder port by two ports, for example head1_a by head1_a_p and head1_a_n; both get the standard of the
 # pair (LVDS_25 or TMDS_33), and their pins must be the two pins of one pair.
 #
-# Pull-downs hold unconnected inputs low, so that no edges are counted there. Pairs have no pull-down: delete the lines
-# with PULLTYPE for them. Write no other commands into this file: make bitstream refuses them, because the open tools
+# Pull-downs hold unconnected inputs low, so that no edges are counted there. Pairs have no pull-down: delete their lines
+# with PULLTYPE. Write no other commands into this file: make bitstream refuses them, because the open tools
 # would ignore them and Vivado would not.
 
 # Reference head

@@ -101,7 +101,7 @@ def page(facts: Sequence[tuple[str, str]], benches: Mapping[str, Ran]) -> str:
         figures_line = "; ".join(f"{name} {value}" for name, value in ran.facts.items())
         lines += ["", f"## {title}", "", f"{about} `python -m {module}` ({figures_line}).", ""]
         if ran.code:
-            lines += [f"**Exit code {ran.code}: a limit is missed, or it failed.**", ""]
+            lines += [f"**Exit code {ran.code}: a limit is missed, or the bench failed.**", ""]
         if ran.rows:
             lines += table(ran.rows)
         else:
@@ -111,8 +111,8 @@ def page(facts: Sequence[tuple[str, str]], benches: Mapping[str, Ran]) -> str:
 
 READING = (
     "*Median*, *quartiles* and *least to most* are those of the runs; a *counted* figure is always "
-    "the same. Times are processor times wherever possible: other work on "
-    "the machine still affects them by caches and clock rate; the load shows how much."
+    "the same. Times are processor times wherever possible. Other work on the "
+    "machine still affects them by caches and clock rate; the page states the load."
 )
 LAST_WORDS = 20
 

@@ -69,7 +69,7 @@ LIMITS = {
 """Limits of ``compare`` and of ``diagnose``: seconds of one processor core and MB, by the set's
 channel and rows."""
 EXPLAIN_LIMITS = {("capture", 72_000): (30.0, 1024.0)}
-"""Limits of ``explain``, which diagnoses once more for each effect. It is measured on these sets
+"""Limits of ``explain``, which diagnoses once more for each effect; it is measured on these sets
 only."""
 SEED = 11
 
@@ -195,7 +195,7 @@ class Measured:
 def measure(command: str, folder: Path) -> Measured:
     """Run ``arctrue COMMAND folder`` in a separate process. Raises RuntimeError if it fails."""
     words = [sys.executable, "-m", "scripts.bench_workbench", "--one", command, str(folder)]
-    # As a user's installation, Python keeps the bytecode of the sources that it has compiled.
+    # As in a user's installation, Python keeps the bytecode of the sources that it has compiled.
     env = {**os.environ, "PYTHONDONTWRITEBYTECODE": ""}
     done = subprocess.run(words, capture_output=True, text=True, check=False, env=env)
     if done.returncode != 0:

@@ -132,7 +132,7 @@ def main(arguments: list[str] | None = None) -> int:
     if chosen.heads > 2 and chosen.mean == "false":
         parser.error("--mean: more than two heads always have their mean; leave MEAN out")
     if chosen.failover == "true" and chosen.heads == 2:
-        parser.error("--failover: two heads have no mean without one of them; give HEADS=3 or 4")
+        parser.error("--failover: expected three or four heads, found two; set HEADS=3 or 4")
     pins = chosen.pins or CONSTRAINTS / f"{chosen.board}.xdc"
     folder = (chosen.output or ROOT / "build" / "bitstream" / chosen.board).resolve()
     generics = {

@@ -233,7 +233,7 @@ class Decoder:
                     raise ToolError(f"the pad of {name} is not always driven")
                 self._leave(name, self._pad_pin(tile, site, "O"))
                 return
-        raise ToolError(f"{site_name}, the pad of {name}, is no IOB33 of {tile}")
+        raise ToolError(f"{site_name}, the pad of {name}, is not an IOB33 of {tile}")
 
     @cached_property
     def _processor(self) -> tuple[str, int]:

@@ -116,7 +116,8 @@ def _placed_all(ports: Sequence[Port]) -> list[tuple[Port, int]]:
 
 def _reference(top: str, ports: Sequence[Port]) -> str:
     """Return Verilog of a top level that contains the VHDL's netlist; its inputs are the design's
-    input pads and the outputs of the PS7, its outputs the output pads and the inputs of the PS7."""
+    input pads and the outputs of the PS7; its outputs are the output pads and the inputs of the
+    PS7."""
     inputs, outputs = _placed(ports, is_input=True), _placed(ports, is_input=False)
     wide_in = bus_bits(sum(port.bits for port, _ in inputs))
     wide_out = bus_bits(sum(port.bits for port, _ in outputs))

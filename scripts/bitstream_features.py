@@ -1,4 +1,4 @@
-"""Decodes configuration frames to features, which say how each tile of a chip is configured."""
+"""Decodes configuration frames to features, which state how each tile of a chip is configured."""
 
 from __future__ import annotations
 

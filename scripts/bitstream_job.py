@@ -17,7 +17,7 @@ OSCILLATOR_MHZ = 125  # oscillator at pin H16 of Arty Z7-20 and PYNQ-Z2
 
 
 class TimingError(Exception):
-    """Raised if the design does not reach its clock frequency. The message states by how much, and
+    """Raised if the design does not reach its clock frequency. The message states the shortfall and
     where to read more."""
 
 
@@ -26,9 +26,9 @@ class Top:
     """Top level below rtl/top, with the facts that a flow needs to build it.
 
     ``primitives``: number of each kind of cell that connects the top level to the chip. ``vivado``
-    and ``scoped`` name files in constraints/vivado that only Vivado reads: first ``vivado``, the
-    file for the top's pins, then ``scoped``, the files for entities inside the top, each for every
-    instance of its entity. ``has_core``: whether the top has the generics of the core.
+    and ``scoped`` name files in constraints/vivado that only Vivado reads. The file ``vivado`` is
+    for the top's pins; each file of ``scoped`` is for all instances of one entity inside the top.
+    ``has_core``: whether the top has the generics of the core.
     """
 
     name: str

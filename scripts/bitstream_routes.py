@@ -67,8 +67,8 @@ class Routes:
         return not found or f"CASCOUT_{found['port']}_ACTIVE" in self.features.of(tile)
 
     def _step(self, node: set[Wire]) -> tuple[Wire | None, Source | None]:
-        """Return the driver of a node: a wire and None, or None and a pin or constant, or twice
-        None if the node has no driver."""
+        """Return the driver of a node: (wire, None), (None, pin or constant), or (None, None) if
+        the node has no driver."""
         chosen: set[Wire] = set()
         default: set[Wire] = set()
         pins: set[Source] = set()

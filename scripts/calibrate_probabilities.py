@@ -2,9 +2,9 @@
 on answers that were not used for the fit.
 
 ``python -m scripts.calibrate_probabilities`` reads the answers of ``stated.csv`` in
-``studies/benchmark``. It prints the scores for three choices of such answers: the answers of the
-other generator; of a left-out world (a kind of noise and of wrong statements in the sets); and of a
-left-out fifth of each generator. ``--write`` writes the coefficients fitted to all answers into
+``studies/benchmark``. It prints the scores for three choices of such answers: those of the other
+generator, of one world (a kind of noise and of wrong statements in the sets), and of a fifth of the
+answers of each generator. ``--write`` writes the coefficients fitted to all answers into
 ``workbench/diagnose/calibrated.json``. ``--collect FOLDER`` (may be repeated) first replaces the
 answers in ``stated.csv`` by those of a benchmark run. Answers with the verdict ``bad_data`` do not
 count, because their probabilities do not depend on these coefficients.

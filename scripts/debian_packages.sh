@@ -116,7 +116,7 @@ write_starter() {
         give_up "The packages are not made up as expected: $program or $loader is not in them." \
             "Look into $work and mend $0."
     {
-        printf '#!/bin/sh\n# With the libraries that it came with; made by %s\n' "$(basename "$0")"
+        printf '#!/bin/sh\n# Starts the program with the libraries of its packages; made by %s\n' "$(basename "$0")"
         printf 'root=$(CDPATH= cd -- "$(dirname -- "$0")/.." && pwd)\n'
         [ $# -eq 0 ] || printf '%s\n' "$@"
         printf 'exec "$root/%s" --library-path \\\n    ' "$ld"

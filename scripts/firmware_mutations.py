@@ -12,7 +12,7 @@ _TESTS = "sim/tests/firmware"
 FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "reset_of_the_core_unseen",
-        "the firmware does not set up a core again that was reset",
+        "the firmware does not set up again a core that was reset",
         "firmware/application/application.c",
         "    if (!core_output_enabled(&application->core)) {\n",
         "    if (false && !core_output_enabled(&application->core)) {\n",
@@ -220,7 +220,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "a_loaded_mean_is_saved_at_its_temperature",
-        "a save after a re-arm takes a loaded mean for the device's own",
+        "a save after a re-arm treats a loaded mean as the device's own",
         "firmware/application/saving.c",
         "mean->heads != 0 && memcmp(mean, &application->load.loaded.mean, sizeof *mean) != 0;",
         "mean->heads != 0 && load_at_work(&application->load) == NULL;",
@@ -654,7 +654,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "offset_over_the_samples",
-        "the offset of a head is a mean over the samples, which the speed within the turn changes",
+        "the offset of a head is a mean over the samples, so the speed within the turn changes it",
         "firmware/calibration/capture.c",
         "counts_apart(apart, apart_first) * ((double)after - before)",
         "counts_apart(apart, apart_first) * (0.0 * ((double)after - before) +\n"
@@ -671,7 +671,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "sense_of_a_part_of_a_turn",
-        "a head shows a sense before a whole turn, where heads differ by their indices",
+        "the sense of a head is shown before a whole turn",
         "firmware/console/heads_table.c",
         "#define SENSE_TURNS 1.0",
         "#define SENSE_TURNS 0.0",

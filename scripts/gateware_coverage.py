@@ -4,8 +4,8 @@ The benches of ``tb/`` run in GHDL 5, which counts the lines of executed stateme
 of its mcode back-end); each simulation writes a JSON file. A line counts as executed if any
 simulation executed it. The script writes coverage.md, and the lines that no simulation executes,
 into build/coverage_gateware. GHDL 5 simulates more slowly than the GHDL that the tests use.
-Therefore the longest benches are left out (``BENCHES``), because other benches execute the same
-lines; with the longest benches the share could only be larger. Exit code 1: a bench fails, a file
+Therefore the longest benches are left out (``BENCHES``); other benches execute the same lines,
+and with the longest benches the share could only be larger. Exit code 1: a bench fails, a file
 of ``rtl/`` is in no simulation, or the budget is missed. 2: a tool is missing, a JSON file is
 incomplete, or the benches take too long.
 """

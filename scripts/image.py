@@ -69,7 +69,7 @@ def boot_image(program: bytes, entry: int) -> bytes:
     if not 0 <= entry < len(program):
         raise ImageError(f"the firmware starts at {entry:#x}, outside its {len(program):,} bytes")
     if entry % ENTRY_ALIGNMENT:
-        raise ImageError(f"the firmware starts at {entry:#x}, no multiple of {ENTRY_ALIGNMENT}")
+        raise ImageError(f"the firmware starts at {entry:#x}, not a multiple of {ENTRY_ALIGNMENT}")
     header = bytearray(PROGRAM_OFFSET)
     struct.pack_into("<8I", header, 0, *[BRANCH_TO_ITSELF] * 8)
     words = (WIDTH_DETECTION, SIGNATURE, 0, HEADER_VERSION, PROGRAM_OFFSET, len(body), 0, entry)

@@ -51,6 +51,6 @@ for program in nextpnr-himbaechel-xilinx xc7frames2bit bitread; do
     write_starter "$program" "usr/bin/$program"
 done
 take_into_use
-found=$(version) || give_up "All was unpacked to $TARGET, but not all of it runs." \
+found=$(version) || give_up "Everything was unpacked to $TARGET, but a program does not run." \
     "Look at the output of: $TARGET/bin/nextpnr-himbaechel-xilinx --version"
 say "ready: $found in $TARGET"

@@ -6,7 +6,7 @@ noise, and fitted with and without the effect in the model. Both models are expo
 compared with the true error of head 1 on two other turns ("judged turns"), one up and one down, at
 a temperature that was never measured. The true error comes from the table's geometry and not from
 any model. An effect whose file declares ``modulators`` is exported for a gateware with MODULATORS.
-Direction and speed are constant in each of these turns; the Python model of ``amplitude_sweep``
+Direction and speed are constant in each judged turn; the Python model of ``amplitude_sweep``
 multiplies each lane's amplitude by the direction or by the speed. The harmonic that the effect
 periodic_error finds is exported for a gateware with REAL_ORDERS. The effects of OF_THE_MEAN are
 also simulated on a table with four heads, whose weighted mean is calibrated from the same runs.

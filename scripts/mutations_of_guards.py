@@ -493,7 +493,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "a_cut_run_is_a_gap",
-        "a truncated run is taken for one whose last rows were dropped",
+        "a truncated run is treated as a run with dropped last rows",
         "sim/arctrue/workbench/observations/run_turns.py",
         "np.ceil(turns) - turns <= dropped",
         "np.ceil(turns) - turns <= 1.0",
@@ -518,7 +518,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "noise_explains_itself",
-        "a block's prediction error counts as its own although noise of the angles explains it",
+        "a block's prediction error counts although noise of the angles explains it",
         f"{INFERENCE}/score_test.py",
         "    kept = shares > least\n",
         "    kept = shares > -1.0\n",

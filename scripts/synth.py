@@ -209,8 +209,8 @@ def fold_table(cores: dict[int, Resources], generics: Mapping[str, int | str]) -
 
 
 def wasted_folds(cores: dict[int, Resources]) -> list[str]:
-    """Return a sentence for every fold that needs as many LUTs or DSPs as the next smaller fold, or
-    more."""
+    """Return a sentence for every fold that needs at least as many LUTs or DSPs as the next smaller
+    fold."""
     faults = []
     for less, more in pairwise(sorted(cores)):
         for kind in ("lut", "dsp"):

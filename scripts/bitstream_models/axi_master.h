@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Makes the accesses of a list like the processor's AXI3 master at M_AXI_GP0. VALID stays high until READY is high,
-// address and data of a write come in either order, and the master accepts an answer after a random time. While VALID
-// of a channel is low, the other signals of the channel get random levels. scripts/bitstream_stimulus.py makes the
-// list, and scripts/bitstream_equality.py writes it into a file.
+// Acts as the processor's AXI3 master at M_AXI_GP0 and makes the accesses of a list. VALID stays high until READY is
+// high, address and data of a write come in either order, and the master accepts an answer after a random time. While
+// VALID of a channel is low, the other signals of the channel get random levels. scripts/bitstream_stimulus.py makes
+// the list, and scripts/bitstream_equality.py writes it into a file.
 
 #pragma once
 

@@ -234,7 +234,7 @@ TURN_OFFSET_SWEEP = Proof(
     entity="turn_offset_sweep",
     claims=(
         "each angle reads the phase offset that was computed for its own turn, from the words "
-        "of its bank, so that over a wrap the phase makes the step of the angle only",
+        "of its bank, so that at a wrap the phase makes only the step of the angle",
         "while `swept` is high, the offsets of the idle bank belong to its present words; "
         "those of the active bank always do",
         "after a swap the turn steps of the active bank are copied whole",

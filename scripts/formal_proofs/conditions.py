@@ -10,8 +10,8 @@ STOP_OPERATOR = Proof(
     claims=(
         "the place that gives the direction h stays between −width and width, for any motion "
         "and any change of width and dead zone",
-        "once the place is known, it is the place of the stop operator, from whichever place "
-        "this operator began",
+        "once the place is known, it equals that of the stop operator, wherever this operator "
+        "began",
     ),
     depth=3,
     cover_depth=16,

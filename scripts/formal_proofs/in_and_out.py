@@ -10,8 +10,8 @@ QUADRATURE_OUTPUT = Proof(
     entity="quadrature_output",
     claims=(
         "A and B never change in the same clock, for any inputs",
-        "successive edges without a reset between them are at least `minimum_spacing` clocks "
-        "apart, with the value at the decision of the first edge; `minimum_spacing` may have "
+        "successive edges without a reset between them are at least as many clocks apart as "
+        "`minimum_spacing` stated when the first edge was decided; `minimum_spacing` may have "
         "any value and change in any clock",
         "A and B always have the levels of the output's count, also through a reset",
         "Z never rises before an index has set the angle's zero, and a gated Z never rises "

@@ -104,7 +104,7 @@ def test_a_program_that_does_not_fit_is_refused() -> None:
         boot_image(bytes(192 * 1024 + 1), 0)
     with pytest.raises(ImageError, match="starts at 0x40, outside its 64 bytes"):
         boot_image(bytes(64), 64)
-    with pytest.raises(ImageError, match="starts at 0x20, no multiple of 64"):
+    with pytest.raises(ImageError, match="starts at 0x20, not a multiple of 64"):
         boot_image(bytes(64), 0x20)
 
 

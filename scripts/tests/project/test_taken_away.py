@@ -75,8 +75,8 @@ def test_nobody_takes_away_what_the_page_says_is_left() -> None:
 
 
 def test_the_mean_takes_away_what_moves_axis_and_centre() -> None:
-    """Of each effect whose page names the mean, the mean of four heads leaves at most 0.03″, the
-    limit of the lanes, while head 1 has more than 2″."""
+    """The mean of four heads leaves at most 0.03″, the limit of the lanes, of each effect whose
+    page names it; head 1 has more than 2″."""
     named = [
         name for name, effect in built_in().items() if "weighted mean" in effect.compensation_note
     ]

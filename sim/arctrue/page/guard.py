@@ -57,7 +57,7 @@ def _without_token(token: str) -> AnyResponse | None:
     """Return None if the cookie of the request contains the token; otherwise return the answer.
 
     A request with the token in its address gets a cookie with the token and is redirected to the
-    same address without the token; any other request is refused.
+    same path without a query; any other request is refused.
     """
     if hmac.compare_digest(request.cookies.get(_COOKIE, "").encode(), token.encode()):
         return None

@@ -26,7 +26,8 @@ _MOST_POINTS = 400
 """Largest number of turns in a chart; if there are more, only every second, third, … turn is
 drawn."""
 _MOST_ORDERS = 6
-"""Number of orders in the chart of orders: those whose change is largest in units of u."""
+"""Number of orders in the chart of orders, which shows the largest ratios of change to standard
+uncertainty."""
 _MOST_EVENTS = 20
 _MOST_SAMPLES = 1_500
 """Largest number of samples in the chart of the axis orbit."""
@@ -218,8 +219,8 @@ def _heads(turns: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _axis_columns(drawn: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return, at each drawn turn, the radii of the axis' circles; every circle that occurs in some
-    turn is included.
+    """Return the radii of the axis' circles at each drawn turn, for every circle that occurs in
+    some turn.
 
     A circle is the motion of one order and sense. A device that calibrates the mean of its heads
     sends the radii. For circles that three heads cannot separate from the disc's error the device

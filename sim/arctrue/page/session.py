@@ -1,5 +1,5 @@
-"""Stores in a folder the measurement set that was opened in the page, and every step of its
-model."""
+"""Stores the measurement set that was opened in the page, and every step of its model, in a
+folder."""
 
 from __future__ import annotations
 

@@ -66,10 +66,9 @@ def alpha_page(found: Mapping[str, Any]) -> str:
             "The worst gain of the orders 1 to N is at least 1/(2 sin(π/(N + 1))). The reason: of "
             "the N + 1 points n·α, n = 0 … N, on a circle, two are at most",
             "360°/(N + 1) apart. α = 360°·k/(N + 1) reaches this limit for each k that has no "
-            "common divisor with N + 1. From these angles, the table below lists the three with "
-            "the smallest error",
-            "for the paper's rotary table, among angles of at least 20°, the space that two heads "
-            "need.",
+            "common divisor with N + 1. Of these angles, the table below lists the three with the "
+            "smallest error",
+            "for the paper's rotary table that are at least 20°, the space that two heads need.",
             "",
             "- *Noise*: RMS over the turn of the error of these orders that 0.1″ of noise on each "
             "reading causes, for one captured turn of 12,000 samples.",
@@ -98,8 +97,8 @@ def alpha_page(found: Mapping[str, Any]) -> str:
             "## How many lanes, how many bits",
             "",
             "In this simulation the error of the paper's rotary table is corrected with exact "
-            "coefficients. The first table shows the RMS of the orders that have no lane (the "
-            "circuit for one order).",
+            "coefficients. The first table shows the RMS of the orders that have no lane (a lane "
+            "is the circuit for one order).",
             "",
             "| Lanes | Remaining error, ″ RMS |",
             "|---:|---:|",
@@ -145,8 +144,8 @@ def _places(choices: Sequence[Mapping[str, Any]]) -> list[str]:
         "  at every order, and the orders begin at 2, because the mean does not contain order 1.",
         "- *Mean* is √Σwᵢ² of the weighted mean that is free of axis translation. *One missing* is "
         "the same value without one head, in the worst case.",
-        "  Three heads have no mean without one head. The search accepts only places at which each "
-        "existing value is below 0.85.",
+        "  Three heads have no mean without one head. The search accepts only places at which "
+        "*Mean* and, for four heads, *One missing* are at most 0.85.",
         "",
         "| Heads | Orders | Places after head 1 | Worst gain | Mean | One missing |",
         "|---:|---|---|---:|---:|---:|",

@@ -31,7 +31,7 @@ SETS_PAGE = "benchmark-sets.md"
 MOST_FAILURES = 12
 """Largest number of failures on the page; the page lists them in the order of SEVEREST."""
 SEVEREST = {FALSE_NAME: 0, FALSE_ADEQUATE: 1, FALSE_CLASS: 2}
-PICTURE_TEXT = "The same as a matrix, and how often a stated probability is right"
+PICTURE_TEXT = "Confusion matrix, and how often a stated probability is right"
 RIGHT_FIRST = "right first, of what the oracle sees of the catalogue"
 PROBABILITY_BELOW_RIGHT = 0.03
 MOST_CALIBRATION_ERROR = {SIMULATED: 0.03, INDEPENDENT: 0.05}
@@ -48,9 +48,9 @@ HEAD = """# How often the diagnosis is right
 `arctrue benchmark` hides causes in simulated tables and gives the diagnosis only the folder of the
 measurement set. The answer is compared with the truth and with an *oracle*: the generalised
 likelihood ratio, computed with the cause's exact form and the covariance by which the noise was
-drawn. The oracle *sees* a cause if it would find it in 95 % of such sets at a false alarm of 1 %;
-this false alarm includes its search for an order, a frequency or an instant. A cause that changes
-the prediction by less than half a count RMS does not count as visible.
+drawn. The oracle *sees* a cause that it would find in 95 % of such sets at a false alarm of 1 %,
+including the search for an order, a frequency or an instant. A cause that changes the prediction by
+less than half a count RMS does not count as visible.
 
     make benchmark                               # dev: 650 sets; TIER=quick, public, sealed, cases
     make benchmark TIER=calibration              # 195 sets: how often a sure answer is wrong
@@ -77,15 +77,15 @@ READING = """## How to read it
 *False name*: the answer names an effect that is not in the set; any name for a stranger is false.
 *Falsely adequate*: the answer is that nothing is missing, although the oracle sees something.
 *Right*: the answer names the truth. *First in class*: the answer is a class that this set cannot
-separate, and the truth is first in it. *In class*: the truth is listed, but another is first. If
-a set has several causes, each counts as the truth. A wrongly stated separation of the heads is a
-`head_angle_error`. *Silent*: the answer is `cannot_tell`, although the oracle sees something.
-*Stranger*: a cause that no effect of the catalogue and no product of parts describes. *Product of
-parts*: a condition (temperature, speed, settling) times a wave of one order on the disc, the stator
-or a head. *Damped oscillation*: noise drives it; `unknown` is right if its frequency is stated
-within the half width at half power, and every name is false. *A second name that is not there*: in
-addition to the right name, the answer names an effect that is not in the set. Intervals are
-Clopper–Pearson, 95 %.
+separate, and the truth is first in it. *In class*: the truth is listed, but another effect is
+first. If a set has several causes, each counts as the truth. A wrongly stated separation of the
+heads is a `head_angle_error`. *Silent*: the answer is `cannot_tell`, although the oracle sees
+something. *Stranger*: a cause that no effect of the catalogue and no product of parts describes.
+*Product of parts*: a condition (temperature, speed, settling) times a wave of one order on the
+disc, the stator or a head. *Damped oscillation*: a resonance that noise drives; every name is
+false, and `unknown` is right if the frequency is stated within the half width at half power. *A
+second name that is not there*: in addition to the right name, the answer names an effect that is
+not in the set. Intervals are Clopper–Pearson, 95 %.
 """
 
 
@@ -304,8 +304,8 @@ def _peers(peers: Mapping[str, Mapping[str, Any]], header: Mapping[str, Any]) ->
 
 
 def _perfect(bins: Sequence[Mapping[str, Any]]) -> tuple[float, float]:
-    """Return mean and 95 % of the calibration error of a perfect calibration; every answer has the
-    mean stated probability of its bin."""
+    """Return mean and 95th percentile of the calibration error of a perfect calibration; every
+    answer has the mean stated probability of its bin."""
     of_bins = [np.full(item["of"], item["mean_probability"]) for item in bins]
     return perfect_calibration(np.concatenate(of_bins).tolist())
 
@@ -330,8 +330,8 @@ def _probabilities(found: Mapping[str, Any]) -> list[str]:
         f"Mean probability that is given to the truth: {', '.join(truth) or 'nothing is seen'}. "
         "The calibration error is the mean distance between the stated probability and the share "
         "of right answers, over ten bins with equal numbers of sets. The second table shows the "
-        "bins of all sets together. The log score is that of the largest probability of each "
-        "answer, in nats, minus that of the best constant; its interval is 95 % of a bootstrap "
+        "bins of all sets together. The log score of the largest probability of each answer is "
+        "stated in nats above the best constant probability; its 95 % interval is from a bootstrap "
         "over the sets. In place of an interval, the calibration error has the mean error of a "
         "perfect calibration with the same stated values, and the value that 5 % of such runs "
         "exceed.",
@@ -397,8 +397,8 @@ def _by_effect(found: Mapping[str, Any]) -> list[str]:
         missed = "" if largest is None else f" ({largest:.3g})"
         text.append(f"{name} {item['hits']} of {item['of']}{missed}")
     return [
-        "Answers that put the cause first, by effect; in brackets the largest size that was not "
-        f"put first, in limits: {', '.join(text) or 'none'}."
+        "Answers that put the cause first, by effect; in brackets the largest size, in limits, "
+        f"at which the cause was not put first: {', '.join(text) or 'none'}."
     ]
 
 

@@ -91,7 +91,7 @@ def _reliability(axes: Axes, bins: list[Mapping[str, Any]]) -> None:
         )
     axes.set_xlim(0.0, 1.05)
     axes.set_ylim(-0.02, 1.05)
-    axes.set_xlabel("largest probability that is stated, mean of a tenth")
+    axes.set_xlabel("largest stated probability, mean of each tenth of the sets")
     axes.set_ylabel("share that is right")
     axes.set_title("Reliability of the probabilities")
     axes.legend(loc="upper left", fontsize=8)

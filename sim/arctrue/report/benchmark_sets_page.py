@@ -79,8 +79,8 @@ INDEPENDENCE = {
         "the slope of the error."
     ),
     "hysteresis": (
-        "Yes for one of its transitions: both are Dahl's model after a reversal. The generator "
-        "twists the shaft; the effect has a size of its own for the transition."
+        "Yes for one of the effect's transitions: both are Dahl's model after a reversal. The "
+        "generator twists the shaft; the effect fits a separate size of the transition."
     ),
     "timing_skew": (
         "To first order. The generator reads head 2 at the later position of the table, with the "

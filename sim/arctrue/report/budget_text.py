@@ -14,7 +14,7 @@ def freedom(value: float) -> str:
 
 def outcome(budget: Budget) -> str:
     """Return one sentence that states the combined and the expanded uncertainty."""
-    lacking = "; at least, because contributions are not stated" if budget.missing else ""
+    lacking = "; a lower limit, because contributions are not stated" if budget.missing else ""
     return (
         f"u = {budget.u_arcsec:.4f}″, νeff = {freedom(budget.degrees_of_freedom)}, "
         f"U = {budget.expanded_arcsec:.4f}″ (k = 2{lacking}); "

@@ -12,8 +12,8 @@ from arctrue.base.extras import optional
 def check_schema(content: bytes, schema_file: Path) -> None:
     """Validate XML against ``dcc.xsd`` and the schemas in the same folder; nothing is downloaded.
 
-    Raises ValueError with the first fault, or if a schema imports a schema that is missing;
-    MissingExtraError without the package xmlschema.
+    Raises ValueError with the first fault, or if the schema cannot be used (for example because an
+    imported schema is missing); MissingExtraError without the package xmlschema.
     """
     xmlschema = optional("xmlschema")
     places: dict[str, list[str]] = {}

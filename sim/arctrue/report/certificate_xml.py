@@ -20,8 +20,8 @@ SCHEMA_PLACE = f"{DCC} {DCC}/v{SCHEMA_VERSION}/dcc.xsd"
 XSI = "http://www.w3.org/2001/XMLSchema-instance"
 LANGUAGE = "en"
 DECIMALS = 4
-"""Number of decimals of a value in arcseconds; the last decimal, 0.1 mas, is far below every
-contribution."""
+"""Number of decimals of every listed value. In arcseconds, the last decimal, 0.1 mas, is far below
+every contribution."""
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,10 @@
 """Computes the measured and the predicted amplitude of an effect in each bin of a condition.
 
 Let c be the sum of the effect's columns times their coefficients, and r the residual of the whole
-model. The data of the effect are c + r (component plus residual). Over a condition x and a phase φ,
-the wave w(φ) is the factor of the product a(x)·w(φ) that is nearest to c. The amplitude at x is a
-projection of the rows at x on w: c + r gives the measured amplitude, c the predicted one. An effect
-that is a function of a phase alone is drawn over that phase.
+model. The data of the effect are c + r (component plus residual). For a condition x and a phase φ,
+the product a(x)·w(φ) that is nearest to c defines the wave w(φ). At x, the projection of c + r on w
+is the measured amplitude, and that of c the predicted amplitude. An effect that is a function of a
+phase alone is drawn over that phase.
 """
 
 from __future__ import annotations

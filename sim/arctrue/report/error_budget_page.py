@@ -65,9 +65,9 @@ def _sources(found: Mapping[str, Any]) -> list[str]:
     return [
         "## By source",
         "",
-        "The last two columns are the RMS over the turn of the remaining error of head 1, in ″; "
-        f"for a random source, the root mean square of {found['draws']} draws ± its standard "
-        "error.",
+        "The last two columns are the RMS over the turn of the remaining error of head 1, in ″. "
+        f"For a random source they are the root mean square of {found['draws']} draws ± its "
+        "standard error.",
         "The simulated rotary table is that of [`arctrue revolution`](instrument.md) with an added "
         "0.4″ of order 11; each calibration uses one turn of 12,000 samples, orders 1 to 16",
         f"and 2²⁴ counts. Without any source of error, {own['exact_rms_arcsec']:.0e}″ (least "
@@ -95,7 +95,7 @@ def _sources(found: Mapping[str, Any]) -> list[str]:
         "least squares at the actual readings has neither error.",
         "- Error of α: the repeatability of the index is negligible; the places where the two "
         "heads *detect* the index mark determine the error. The key `table.index_detection_arcsec` "
-        "states the standard uncertainty of their distance.",
+        "states the standard uncertainty of the distance between these places.",
         f"- Without recalibration the table's error changes by "
         f"{found['heat_not_recalibrated_arcsec_per_k']:.1f}″ per kelvin: a change of 2 K causes "
         f"{2 * found['heat_not_recalibrated_arcsec_per_k']:.0f}″, "
@@ -232,8 +232,8 @@ def _experiment(found: Mapping[str, Any]) -> list[str]:
         "## The paper's experiment in the form of cg-23",
         "",
         f"A polygon, which is remounted in each of {found['cycles']} cycles, measures the table's "
-        "error at each face. In every cycle it stands at another angle on the table. Therefore a "
-        "closure can separate the faces' errors from the table's error",
+        "error at each face. In every cycle the polygon stands at another angle on the table. "
+        "Therefore a closure can separate the faces' errors from the table's error",
         "([methods](methods.md)), and the 0.1″ of the polygon's certificate are not needed: "
         f"the closure estimates the faces' errors, {found['faces_arcsec']:.3f}″ RMS, with an error "
         f"of {found['faces_off_by_arcsec']:.3f}″.",

@@ -27,10 +27,10 @@ def _fault_table(found: Mapping[str, Any]) -> tuple[str, ...]:
         "",
         "With the generic `FAILOVER` the gateware removes a failed head from the mean: it loads "
         "the "
-        "set that was prepared for the other heads, which contains carrier (the head whose "
-        "reading the",
-        "output follows), weights, offsets and lanes, and swaps to this set; a ramp limits the "
-        "output's change ([head_failover](entities/head_failover.md)). One block RAM holds all "
+        "set that was prepared for the other heads, and swaps to this set; a ramp limits the "
+        "output's",
+        "change ([head_failover](entities/head_failover.md)). A set contains carrier (the head "
+        "whose reading the output follows), weights, offsets and lanes. One block RAM holds all "
         "sets of "
         f"four heads and {lanes} lanes; loading one set takes",
         f"{heads} · (4 · {lanes} + 10) + 4 clocks, {load} at {one['clock_hz'] / 1e6:g} MHz. The "
@@ -122,12 +122,13 @@ def _fault_table(found: Mapping[str, Any]) -> tuple[str, ...]:
         "",
         "A removed head returns to the mean on request (console command `come_back`) or after "
         "the time "
-        "`failover.return_after`, as soon as it has seen its next index; the ramp spreads the",
+        "`failover.return_after`, as soon as it has seen its next index. The ramp spreads the",
         "change; the index repeats within ± 1 count. A dead head sees no index and does not "
         "return. "
         "A snapshot contains the parity Σcᵢ·rᵢ of the readings rᵢ, which neither table motion nor",
-        "axis motion changes; it exists for four heads only. The device computes the prepared sets "
-        "itself, or `arctrue load` loads them ([firmware](firmware-load.md#three-and-four-heads)).",
+        "axis motion changes; this parity exists for four heads only. The device computes the "
+        "prepared sets itself, or `arctrue load` loads them "
+        "([firmware](firmware-load.md#three-and-four-heads)).",
         "",
     )
 
@@ -149,7 +150,7 @@ DEVICE = (
     "",
     "With four heads and the generic `FAILOVER` the device also computes, at every swap, the sets "
     "for one missing head, and then switches the failover on. A test calibrates on one turn of",
-    "6,000 samples with 0.1″ of noise and axis motion. On another turn without noise less than "
+    "6,000 samples with 0.1″ of noise and axis motion. On another turn without noise, less than "
     "0.04″ RMS remains with all heads and with one missing head; the zeros of the sets",
     "agree within 0.01″ (`pytest sim/tests/firmware/test_own_sets.py -k another_turn`). A test "
     "on the "
@@ -346,9 +347,9 @@ def heads_page(found: Mapping[str, Any]) -> str:
             "A head that moves along the scale changes its own offset; an axis that moves changes "
             "the offsets of all heads. Four heads give three differences. A motion of any of the",
             "four heads, together with a suitable axis motion, would explain the three "
-            "differences. In the table only the head that really moved needs an axis motion below "
-            f"{limit} (`arctrue.calibration.moved_head`); if several heads fit, for example after "
-            "a smaller motion, no head counts as moved.",
+            "differences. In the table only the explanation by the head that really moved has an "
+            f"axis motion below {limit} (`arctrue.calibration.moved_head`). If several heads fit, "
+            "for example after a smaller motion, the calibration reports no moved head.",
             "If the firmware calibrates the mean itself, it does this test in every turn: it "
             "shifts the offset of the moved head and reports `moved_head` and `moved_arcsec` in "
             "the telemetry.",

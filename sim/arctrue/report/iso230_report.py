@@ -33,7 +33,7 @@ def write_iso230_report(
         ("model", data["model"] or "none: as measured"),
         ("program", data["program"]),
         ("targets", str(before.target_deg.size)),
-        ("approaches to a target, the fewest", str(before.approaches)),
+        ("smallest number of approaches to a target", str(before.approaches)),
     ]
     uncertainty = data["expanded_uncertainty_arcsec"]
     values = [which.figures() for _, which in states]
@@ -50,9 +50,9 @@ def write_iso230_report(
         ),
         *(Text(note) for note in data["notes"]),
         Text(
-            "Uncertainty: the contributors of ISO/TR 230-9 (reference instrument, environment) "
-            "through the law of propagation, JCGM 100:2008 equation 10; docs/reports.md has the "
-            "equations."
+            "Uncertainty: the law of propagation (JCGM 100:2008, equation 10) combines the "
+            "contributors of ISO/TR 230-9 (reference instrument, environment); docs/reports.md "
+            "states the equations."
         ),
     ]
     for name, which in states:

@@ -209,8 +209,8 @@ def _allan(found: Mapping[str, Any]) -> list[str]:
         "",
         *_noise_as_stated(allan),
         "- If the deviation rises again at a larger m, the table changes noticeably during so many "
-        "turns, and their average does not follow it. This happens to order 1, because of heat and "
-        "creep. The other orders "
+        "turns, and their average does not follow this change. This happens to order 1, because of "
+        "heat and creep. The other orders "
         "do not drift, and their deviation continues to fall.",
         "- `keep` k = 0.8 averages about (1 + k)/(1 − k) = 9 turns.",
         "",

@@ -164,8 +164,8 @@ def _verdict(found: Mapping[str, Any]) -> list[str]:
         for one in found["own_places"]
     )
     return [
-        f"- **A third head** at {third['places_deg'][2]:g}° removes the orders that two heads do "
-        "not determine: the worst gain of orders 1 to 40 falls from "
+        f"- **A third head** at {third['places_deg'][2]:g}° determines the orders that two heads "
+        "do not: the worst gain of orders 1 to 40 falls from "
         f"{_gain(pair['worst_gain_to_40'])} to {_gain(third['worst_gain_to_40'])}, and the gain "
         f"of order 120 becomes {_gain(third['gain_blind_order'])}.",
         "  With the axis at rest, the remaining error of head 1 is "
@@ -196,9 +196,9 @@ def _verdict(found: Mapping[str, Any]) -> list[str]:
         "axis motion. An uncalibrated mean keeps the part of the disc error that is equal at all "
         f"heads ({plain['rms_arcsec']:.2f}″ for two heads at 180°).",
         "- **Places of the heads**: the data determine the places only if the axis is known to be "
-        "at rest at some orders of the disc. Standard uncertainty of the places from one turn "
-        "with the axis",
-        f"  at rest: {own}.",
+        "at rest at some orders of the disc. One turn with the axis at rest gives their standard "
+        "uncertainty:",
+        f"  {own}.",
         "  If motion is unknown at every order, the calibration refuses to estimate places; the "
         "mean tolerates places that are wrong by 10″.",
         "- **Radii of the heads**: unequal radii cause an order 1 in the mean. An unknown backward "

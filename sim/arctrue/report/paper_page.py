@@ -204,8 +204,8 @@ def _remarks(found: Mapping[str, Any]) -> list[str]:
         "- **With `--interpolation 64`, σ, u₃ and U are larger than the paper's**, because a count "
         f"is {count:.2f}″. The output changes only at edges of head 1, so it is rounded to a "
         "count.",
-        f"  This rounding is {rounding:.2f}″ RMS (a count/√12); together with the noise of head "
-        f"and autocollimator, u₃ is at most {expected:.2f}″.{measured}",
+        f"  This rounding, {rounding:.2f}″ RMS (a count/√12), and the noise of head and "
+        f"autocollimator give u₃ = {expected:.2f}″ at most.{measured}",
         f"  At 2²⁴ counts per turn the rounding error is {rounding / 16:.2f}″ RMS.",
         "- The error with correction comes mainly from the errors of polygon and autocollimator: "
         "0.11″ at each face cause 0.046″ in an order (the dashed line of Fig. 11 (b)).",

@@ -32,9 +32,9 @@ def stop_and_go_page(found: Mapping[str, Any]) -> str:
             "`arctrue stop-and-go` simulates the paper's ten cycles with a servo: the servo moves "
             f"the table to each of {printed['faces']} faces, the table stops, and the",
             "autocollimator reads the face. (On the page [The paper, point by point](paper.md) the "
-            "table does not stop at the faces.) The command runs the cycles twice: the servo's",
-            "feedback is head 1's signal, then the corrected signal. The command makes this page "
-            "from [stop-and-go.json](data/stop-and-go.json).",
+            "table does not stop at the faces.) The command runs the cycles twice, with",
+            "head 1's signal and with the corrected signal as the servo's feedback. The command "
+            "makes this page from [stop-and-go.json](data/stop-and-go.json).",
             "",
             "```sh",
             ".venv/bin/arctrue stop-and-go --page docs/stop-and-go.md "

@@ -1,5 +1,5 @@
 """Reads which part of the device corrects each effect, as measured on simulated tables by
-``scripts/measure_taken_away.py``; docs/effects.md and the demo's last page show it."""
+``scripts/measure_taken_away.py``; docs/effects.md and the demo's last page show the result."""
 
 from __future__ import annotations
 

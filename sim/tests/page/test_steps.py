@@ -306,7 +306,7 @@ def test_what_is_not_judged_yet_is_not_denied(
     session.write_ranking(1, {**whole, "findings": [], "regressors": some})
     where = section(client.get(first).text, "where")
     assert "24 %" in where
-    assert f"{FOLLOWS_NONE} below closely enough to name it" in where
+    assert f"{FOLLOWS_NONE} below closely:" in where
 
 
 def test_a_set_that_is_opened_again_is_not_ranked_again(

@@ -123,7 +123,7 @@ document.addEventListener("DOMContentLoaded", async () => {
     try {
       const answer = await fetch(main.dataset.device, { signal: AbortSignal.timeout(POLL_ANSWER_MS) });
       const state = await answer.json();
-      // The capture has ended: at this address the server now shows its diagnosis, or why it failed.
+      // The capture has ended: after a reload the server shows the diagnosis or the reason of the failure.
       if (main.dataset.capture && state.capture !== main.dataset.capture) return location.reload();
       await show(state);
       main.dataset.turn = state.turn ? state.turn.turn : "";

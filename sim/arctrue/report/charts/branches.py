@@ -30,8 +30,8 @@ Float = NDArray[np.float64]
 
 _MOST_RUNS = 12
 _FEW_STATIONS, _APART, _EDGE = 60, 1.6 / 360.0, 3.0 / 360.0
-"""Largest number of stations for which the two directions are drawn side by side. Then, as shares
-of the axis: the distance between the directions, and the margin at the ends."""
+"""Largest number of stations for which the two directions are drawn side by side. The other two
+values are the distance between the directions and the margin at the ends, as shares of the axis."""
 _DASHES: tuple[Dash, ...] = ("solid", "dash", "dot")
 _MARKERS: tuple[Marker, ...] = ("circle", "hollow", "diamond")
 

@@ -1,5 +1,4 @@
-"""Draws the amplitude of an effect over a condition: the measured one and the one that the effect
-predicts."""
+"""Draws the measured and the predicted amplitude of an effect over a condition."""
 
 from __future__ import annotations
 
@@ -10,11 +9,11 @@ _INK = "#5a6470"
 
 
 def effect_amplitude_chart(finding: EffectAmplitude, condition: str) -> Chart:
-    """Draw in each step of the condition the measured amplitude with its standard error, and the
-    amplitude of the fitted effect."""
+    """Draw the measured amplitude with its standard error, and the amplitude of the fitted effect,
+    in each step of the condition."""
     panels = []
     for item in finding.over(condition):
-        what = "amplitude of its wave" if item.amplitude else "part of the measured error"
+        what = "amplitude of the effect's wave" if item.amplitude else "part of the measured error"
         layers = [
             Curve(
                 item.x,

@@ -15,9 +15,8 @@ from arctrue.report.charts.chart import ARCSEC, COLOURS, Axis, Chart, Curve, Pan
 Float = NDArray[np.float64]
 
 _MOST_POINTS = 20_000
-"""Number of points per run. Of k times as many rows, only every k-th row is drawn, so that fewer
-than twice this number of points remain. More points would look like a band.
-"""
+"""Only every k-th row of a run is drawn, where k is the number of rows divided by this number,
+rounded down. More points would look like a band."""
 
 
 def imported_rows_chart(measurement: MeasurementSet) -> Chart:
@@ -60,7 +59,7 @@ def _points(place: int, run: int, x: Float, y: Float) -> Curve:
 
 
 def _named_if_few(curves: list[Curve]) -> list[Curve]:
-    """Return the curves; they keep their names only if each run has a colour of its own."""
+    """Return the curves; they keep their names only if several runs have different colours."""
     if 1 < len(curves) <= len(COLOURS):
         return curves
     return [replace(curve, name="") for curve in curves]

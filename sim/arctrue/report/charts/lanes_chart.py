@@ -28,8 +28,8 @@ def lanes_chart(
 ) -> Chart:
     """Draw the amplitudes of the lanes and the error before and after the correction.
 
-    ``at_reference``: targets in degrees, errors before and after the correction, in the rows of the
-    reference.
+    ``at_reference``: targets in degrees, then errors before and after the correction, with a value
+    for each row of the reference.
     """
     place = np.arange(len(orders), dtype=np.float64)
     ticks = [(float(number), str(order)) for number, order in enumerate(orders)]

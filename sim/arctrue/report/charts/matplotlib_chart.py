@@ -128,8 +128,8 @@ def _second_unit(axes: Axes, axis: Axis, also: tuple[str, float]) -> None:
 
 
 def _legend(axes: Axes, entries: int, columns: int) -> None:
-    """Place the legend inside the panel above the data; room is added for it, because the data may
-    fill every corner."""
+    """Place the legend inside the panel above the data; the function adds room there, because the
+    data may fill every corner."""
     rows = -(-entries // columns)
     low, high = axes.get_ylim()
     if axes.get_yscale() == "log":

@@ -22,11 +22,10 @@ _MOST_POINTS = 1500
 
 def measurement_and_model(analysis: Analysis, *, whitened: bool = False) -> Chart:
     """Draw the measured rows, and the mean of the model in 360 bins of the angle. If there are more
-    than 1,500 rows, draw in place of them the mean and the range (lowest to highest) of the rows in
-    each bin.
+    than 1,500 rows, draw only their mean and range (lowest to highest) in each bin.
 
     ``whitened``: measurement and model are multiplied by the inverse root of the noise's
-    covariance, so that noise alone would scatter by 1 about the model.
+    covariance, so that noise alone has the standard deviation 1.
     """
     panels = [_panel(analysis, channel, whitened) for channel in analysis.observations.channels]
     how = "whitened" if whitened else "as measured"

@@ -83,7 +83,7 @@ def share_of_variance(condition: Condition, values: Float, left: Float) -> float
     """Return the share of the residual's variance that the means over the condition explain.
 
     The function subtracts the share that the same number of means of independent noise would
-    explain. This share ranks the conditions until the diagnosis is available.
+    explain. The difference ranks the conditions until the diagnosis is available.
     """
     centred = left - left.mean()
     whole = float(centred @ centred)

@@ -37,8 +37,8 @@ _HEADROOM = 1.25
 _MOST_ABOVE = 3.0
 """Largest ratio of the height of the panel to the highest line."""
 _MOST_POINTS = 2000
-"""Number of points of a curve. Of k times as many points, only the highest point of each group of k
-neighbours is drawn, so that fewer than twice this number remain."""
+"""Only the highest point of each group of k neighbours is drawn, where k is the number of points
+divided by this number, rounded down."""
 
 
 def spectrum(residuals: Residuals, along: Along = "order") -> Chart:

@@ -9,7 +9,7 @@ import textwrap
 from arctrue.report.charts.chart import Axis
 
 _SHORT_LETTERS = 5
-"""Largest number of letters of a name that counts as a number; some numbers may be omitted. Longer
+"""A name with at most this many letters counts as a number; some numbers may be omitted. Longer
 names are words."""
 _LEAST_WRAPPED, _MOST_LINES = 8, 5
 """Smallest number of letters per line at which words are readable; largest number of lines below a

@@ -96,7 +96,7 @@ class Campaign:
     facts : mapping
         Further facts in the header; a run with other facts may not use the same folder.
     batch : int, optional
-        Number of tasks that a worker takes at once; use more for short tasks.
+        Number of tasks that a worker takes at once; a larger number suits short tasks.
     sources : Sources, optional
         The sources on which the results depend.
     """
@@ -257,8 +257,8 @@ def pool(
 
 @contextmanager
 def _interrupts() -> Iterator[Callable[[], bool]]:
-    """Yield a function that tells whether a signal asked the program to stop; a second signal ends
-    the program at once."""
+    """Yield a function that tells whether a stop signal has arrived; a second signal ends the
+    program at once."""
     pressed = threading.Event()
     if threading.current_thread() is not threading.main_thread():
         yield pressed.is_set

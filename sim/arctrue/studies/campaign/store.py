@@ -198,7 +198,7 @@ def read_results(folders: Iterable[Path]) -> list[Result]:
             earlier = found.setdefault(result.key, result)
             if earlier.line() != result.line():
                 raise StoreError(
-                    f"{path}, line {number}: another result for {result.key} than before"
+                    f"{path}, line {number}: a second, different result for {result.key}"
                 )
     return [found[key] for key in sorted(found)]
 

@@ -18,7 +18,7 @@ class BenchStage:
     clock: int
 
     def write(self, file: Path) -> None:
-        """Replace ``file`` in one step, so that a reader never sees a half-written file."""
+        """Replace ``file`` in one step, so that no program reads a half-written file."""
         write_whole_text(file, json.dumps(asdict(self)))
 
     @classmethod

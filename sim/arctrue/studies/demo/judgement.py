@@ -137,7 +137,7 @@ def faults(after: TurnScore, index_offset: float, settings: DemoSettings) -> lis
     amplitude_counts = after.amplitude_arcsec / settings.arcsec_per_count
     too_large = np.flatnonzero(~(amplitude_counts <= settings.order_limit_counts))
     found += [
-        f"order {index + 1} keeps {amplitude_counts[index]:.3f} counts, "
+        f"order {index + 1} still has {amplitude_counts[index]:.3f} counts, "
         f"the limit is {settings.order_limit_counts:g}"
         for index in too_large
     ]

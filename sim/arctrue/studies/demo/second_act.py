@@ -18,8 +18,8 @@ from arctrue.studies.hidden_effect.settings import HiddenSettings
 
 HIDDEN = "subdivision_error"
 LEFT_SHARE = 0.1
-"""Permitted share of the error at the signal period, relative to the error with the paper's model;
-at least half a count is permitted."""
+"""Largest permitted error at the signal period, as a share of the error with the paper's model;
+half a count is always permitted."""
 
 
 @dataclass(frozen=True)

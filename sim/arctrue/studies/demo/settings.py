@@ -23,7 +23,7 @@ class DemoSettings:
     capture_depth: int = 3072
     clock_hz: float = 100e6
     clocks_per_count: float = 1.3
-    """Mean clocks per edge of a head; it is no integer, so that the edges come at varying instants
+    """Mean clocks per edge of a head; not an integer, so that the edges come at varying instants
     within a clock."""
     sample_period_clocks: int = 40
     disc_scale: float = 8.0

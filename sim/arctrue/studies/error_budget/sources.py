@@ -145,8 +145,8 @@ def _of_order(runs: list[Left], exact: Left, order: int) -> float:
 def _by_angle(runs: list[Left], angle: Float) -> dict[str, list[float]]:
     """Return U (k = 2) at every angle, from the covariance of one calibration and from the draws.
 
-    The covariance contains noise and α. The draws contain all sources; the U from the draws is
-    twice the root mean square error in bins around the angle.
+    The covariance contains noise, quantisation and α. The draws contain all sources; the U from the
+    draws is twice the root mean square error in bins around the angle.
     """
     estimate = runs[0].estimate
     total = estimate.u_error_arcsec(angle)

@@ -26,9 +26,9 @@ from arctrue.studies.head_angle.maps import (
 from arctrue.studies.head_angle.places import Orders, as_plain
 
 ORDERS = (10, 12, 20, 32, 40, 64)
-"""Highest orders N for each of which the best α is listed."""
+"""Highest orders N; for each N, the result lists the best α for the orders 1 to N."""
 PLACES_ORDERS = (40, 64)
-"""Highest orders N for each of which the best places of three and four heads are listed."""
+"""Highest orders N; for each N, the result lists the best places of three and four heads."""
 
 
 def choose_places(

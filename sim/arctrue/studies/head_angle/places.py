@@ -6,7 +6,7 @@ error by a parity relation even if the axis moves at every order. The search min
 gain of orders 1 to N, or of listed orders. The search permits only places at which the mean has at
 most NOISE_LIMIT times the noise of one head; with four heads this must also hold if any one head is
 missing. The mean does not contain order 1 of the disc, so that with four heads order 1 does not
-count. Two heads have no mean; for a list of orders the search finds the place of the second head.
+count. Two heads have no mean; for them the search varies only the place of the second head.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ INDEX_COUNTS = 1.0
 """Half-width of the rectangular distribution of an index mark, counts (docs/faults.md)."""
 MOUNTINGS = 2000
 """Number of random mountings over which the rounding of the weights is averaged: its mean square
-then has a standard deviation of about 2.5 %, its root of 1.3 %."""
+then has a standard deviation of about 2.5 %, and its RMS one of 1.3 %."""
 
 
 def budget(bench: Bench, shift_m: float, radius_tolerance_m: float) -> list[dict[str, Any]]:
@@ -36,7 +36,7 @@ def budget(bench: Bench, shift_m: float, radius_tolerance_m: float) -> list[dict
 
     To first order the mean contains Σwᵢ·xᵢ if the reading of head i is wrong by xᵢ, so independent
     errors with the standard deviation s give s·√Σwᵢ². An error of a place or a radius multiplies an
-    order-1 wave of the reading; its RMS over the turn is its amplitude divided by √2.
+    order-1 wave of the reading; the wave's RMS over the turn is its amplitude divided by √2.
     """
     extension = bench.mean(()).extension
     assert extension is not None

@@ -121,7 +121,7 @@ class HeadsDevice:
 
     def calibrate_alone(self, *, on: bool = True) -> None:
         """Set the places of heads 3 and 4 in the firmware, so that the firmware can calibrate the
-        mean by itself; without ``on``, set them to 0, so that it cannot."""
+        mean by itself; without ``on``, set them to 0, which prevents this."""
         for head, place in enumerate(self.places_deg[2:], start=3):
             self.firmware.set(f"head{head}_deg", place if on else 0.0)
 

@@ -289,11 +289,11 @@ def _moved(bench: Bench, head: int) -> dict[str, Any]:
 
 
 def _error_function(bench: Bench, orders: int, turns: int) -> dict[str, Any]:
-    """Compare the estimated error of the disc, up to a high order, with the true error; the stated
-    limit is 2σ at one angle.
+    """Compare the estimated error of the disc, up to a high order, with the true error; each
+    result is 2σ at one angle.
 
     The noise gains, and therefore ``expected_2_sigma_arcsec`` and ``by_turns``, assume known places
-    and index marks. ``known_places_2_sigma_arcsec`` is the error of a table whose heads and marks
+    and index marks. ``known_places_2_sigma_arcsec`` is the result for a table whose heads and marks
     stand at their nominal places.
     """
     places = FINE_PLACES_DEG

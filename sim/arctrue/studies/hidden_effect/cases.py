@@ -29,9 +29,8 @@ STROKE_RAD = math.radians(1.0)
 """Travel after a reversal over which the friction changes sign; far shorter than the distance
 between two stations."""
 FRESH_C = USUAL_TEMPERATURE_C + 2.5
-"""Temperature of the judged turns, in which the corrected output is compared with the true angle,
-in the cases with a thermal effect; no measured run of these cases has this temperature.
-"""
+"""In the cases with a thermal effect: temperature of the judged turns, in which the corrected
+output is compared with the true angle. No measured run of these cases has this temperature."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -329,9 +329,9 @@ class _Run:
         return 4.6 if self._goes_on else 2.0
 
     def _first_run(self) -> Coefficients:
-        """Capture two turns upwards at the usual temperature, after the reference's turns if the
-        reference takes several; return the coefficients that the firmware calibrates from the first
-        turn."""
+        """Capture two turns upwards at the usual temperature; if the reference takes several turns,
+        read the reference before. Return the coefficients that the firmware calibrates from the
+        first captured turn."""
         rig = self.rig
         drive = self._drive(RunPlan(), self._first_turns)
         several = self.case.reference_turns > 1

@@ -36,9 +36,9 @@ class Readings:
 def zero_level(recording: Recording) -> int:
     """Return the position of the output's signal at the lower end of count 0, in which Z is high.
 
-    The recorder counts every edge up to the rise of Z. An interpolation between kept edges can be
-    wrong by a count if the output moves by nearly one count per clock, because edges come in whole
-    clocks. Raises InstrumentError if the recording contains no Z.
+    The position at the rise of Z comes from the recorder, which counts every edge. An interpolation
+    between kept edges could be wrong by a count if the output moves by nearly one count per clock,
+    because edges come in whole clocks. Raises InstrumentError if the recording contains no Z.
     """
     if not recording.index_position.size:
         raise InstrumentError("the output never raised Z in the recorded turn")

@@ -55,8 +55,8 @@ def learn(
     ``turns`` (t,), ``values`` (t, orders) and ``celsius`` (t,); ``reference_c`` is T₀. The
     regressor of the turn number absorbs wear and creep, so that these are not attributed to
     temperature. An order follows the temperature if an F test detects its slope. If only noise is
-    present, one call in a thousand returns any order. Raises ValueError if the temperature is
-    constant or a linear function of the turn number.
+    present, one call in a thousand returns at least one order. Raises ValueError if the temperature
+    is constant or a linear function of the turn number.
     """
     warmth = celsius - reference_c
     columns = np.column_stack([np.ones(turns.size), warmth, turns - turns.mean()])

@@ -48,8 +48,8 @@ def averaged_turn(world: World, places_deg: Sequence[float]) -> tuple[WholeTurns
 
 
 def estimated(world: World, places_deg: Sequence[float], motion: MotionOrders) -> HeadsEstimate:
-    """Estimate the disc's error by least squares; the heads' places are known to ± 50″, their index
-    marks as well as the settings state."""
+    """Estimate the disc's error by least squares; the heads' places are known to ± 50″, and the
+    settings state the uncertainty of their index marks."""
     part, fine = averaged_turn(world, places_deg)
     radius = world.settings.radius_tolerance_m / DISC_RADIUS_M / float(np.sqrt(3.0))
     return heads_least_squares(

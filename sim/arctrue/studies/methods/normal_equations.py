@@ -32,6 +32,6 @@ class NormalEquations:
 
 
 LEAST_SINGULAR = 1e-9
-"""Ratio to the largest eigenvalue of the scaled normal matrix, below which a direction counts as
-undetermined: the rows determine such a direction 30,000 times more weakly than the best-determined
+"""A direction counts as undetermined if its eigenvalue of the scaled normal matrix is below this
+share of the largest: the rows then determine it over 30,000 times more weakly than the best
 direction."""

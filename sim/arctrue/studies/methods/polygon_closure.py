@@ -51,7 +51,7 @@ def closure(errors_arcsec: Float, face: Integer) -> Closure:
     if np.linalg.matrix_rank(design) < design.shape[1]:
         raise ValueError(
             "the positions of the polygon do not separate its faces from the table; turn it on the "
-            "table by a number of faces that has no common divisor with their number"
+            "table by a number of faces without a common divisor with the number of all faces"
         )
     observed = np.concatenate([errors_arcsec.ravel(), [0.0, 0.0]])
     # The last two rows state the exact closure, so their residuals do not count for the scatter.
@@ -70,7 +70,8 @@ def closure(errors_arcsec: Float, face: Integer) -> Closure:
 
 
 def spread_shifts(cycles: int, faces: int) -> list[int]:
-    """Return a different position of the polygon for each cycle, spread over the whole turn."""
+    """Return the position of the polygon in each cycle; the positions are spread over the whole
+    turn."""
     return [(cycle * faces) // cycles for cycle in range(cycles)]
 
 

@@ -19,7 +19,7 @@ Float = NDArray[np.float64]
 
 COVERAGE = 0.95
 SQUARE_LIMIT = float(chi2.ppf(COVERAGE, 2))
-"""Limit that the squared deviation of two components, in units of their covariance, stays below
+"""Limit below which the squared deviation of two components, in units of their covariance, lies
 with the probability COVERAGE."""
 FACTOR = float(norm.ppf(0.5 + COVERAGE / 2))
 FACTOR_ALPHA = COVERAGE * math.sqrt(3.0)

@@ -52,12 +52,12 @@ PAUSE_S = 10.0
 def run_trial(task: Mapping[str, Any]) -> dict[str, Any]:
     """Run one trial; ``task``: case, seed, turns (per run), runs, samples (per turn), method.
 
-    ``square`` (32,): squared deviation of cosine and sine of each order in units of their stated
-    covariance; ``deviation_arcsec2``, ``variance_arcsec2`` (32,): mean of both components;
-    ``turn_arcsec``, ``corrected_arcsec``, ``u_turn_arcsec`` (36,): error of the estimate, error
-    after the gateware, and stated standard uncertainty over the turn; ``alpha``: error of the
-    separation and its stated uncertainty, None if α is not drawn. If the capture is refused, the
-    result has the reason in ``refused`` instead.
+    Keys of the result: ``square`` (32,): squared deviation of cosine and sine of each order in
+    units of their stated covariance; ``deviation_arcsec2``, ``variance_arcsec2`` (32,): mean of
+    both components; ``turn_arcsec``, ``corrected_arcsec``, ``u_turn_arcsec`` (36,): error of the
+    estimate, error after the gateware, and stated standard uncertainty over the turn; ``alpha``:
+    error of the separation and its stated uncertainty, None if α is not drawn. If the capture is
+    refused, the result has the reason in ``refused`` instead.
     """
     values = drawn(task["seed"], task["case"])
     table = drawn_table(task["seed"], values)

@@ -106,8 +106,8 @@ class _Motion(Struct, forbid_unknown_fields=True):
         most_deg = math.degrees(1 / self.ripple_order)
         if self.ripple_deg >= most_deg:
             raise ValueError(
-                f"ripple_deg: expected less than {most_deg:g} at order {self.ripple_order}, or "
-                f"the table would turn back, found {self.ripple_deg:g}"
+                f"ripple_deg: expected less than {most_deg:g} at order {self.ripple_order} "
+                f"(otherwise the table turns back), found {self.ripple_deg:g}"
             )
 
 
@@ -365,6 +365,6 @@ def _check(scenario: Scenario) -> None:
         raise ContentError(
             f"motion.legs: a turn at the fastest speed would have "
             f"{scenario.scale.samples * slow / fast:.0f} samples, "
-            f"{scenario.firmware.orders} orders need {least_samples}: let the speeds differ less, "
-            f"or raise scale.samples"
+            f"but {scenario.firmware.orders} orders need {least_samples}: let the speeds differ "
+            f"less, or raise scale.samples"
         )

@@ -20,8 +20,8 @@ SETTLED_COUNTS = 5.0
 """Largest distance of the feedback from the target in the settled state: 0.39″ at 2²⁴ counts a
 turn."""
 RECENT_SHARE = 0.01
-"""Weight of a new sample in the averaged feedback, which shows whether the table has settled; it
-averages about 100 samples (10 ms) of 0.1″ noise."""
+"""Weight of a new sample in the averaged feedback, which shows whether the table has settled; the
+average covers about 100 samples (10 ms) of 0.1″ noise."""
 Feedback = Callable[[Float], Float]
 """Function that returns the position that the encoder shows, in radians and rounded to whole
 counts, at a true angle."""
