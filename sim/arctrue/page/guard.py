@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hmac
 from collections.abc import Collection
-from urllib.parse import urlsplit
+from urllib.parse import urlencode, urlsplit
 
 from flask import Flask, Request, Response, abort, make_response, redirect, request
 from werkzeug.wrappers import Response as AnyResponse
@@ -57,13 +57,14 @@ def _without_token(token: str) -> AnyResponse | None:
     """Return None if the cookie of the request contains the token; otherwise return the answer.
 
     A request with the token in its address gets a cookie with the token and is redirected to the
-    same path without a query; any other request is refused.
+    same address without the token; any other request is refused.
     """
     if hmac.compare_digest(request.cookies.get(_COOKIE, "").encode(), token.encode()):
         return None
     given = request.args.get("token", "")
     if not hmac.compare_digest(given.encode(), token.encode()):
         abort(403, "this page needs the token that arctrue serve printed: …/?token=TOKEN")
-    answer = make_response(redirect(request.path))
+    query = urlencode([each for each in request.args.items(multi=True) if each[0] != "token"])
+    answer = make_response(redirect(f"{request.path}?{query}" if query else request.path))
     answer.set_cookie(_COOKIE, token, httponly=True, samesite="Strict")
     return answer

@@ -125,7 +125,7 @@ def _write_pdf(document: Document, path: Path) -> None:
         if isinstance(block, Text):
             lines += _wrapped(one_line(block.text), 0)
         elif isinstance(block, Rows):
-            lines += [block.title, "", *_table_lines(block)]
+            lines += [block.title, "", *table_lines(block)]
         else:
             pictures.append(block)
     with (
@@ -166,7 +166,7 @@ def _wrapped(text: str, indent: int) -> list[str]:
     return textwrap.wrap(text, COLUMNS, subsequent_indent=" " * indent) or [""]
 
 
-def _table_lines(block: Rows) -> list[str]:
+def table_lines(block: Rows) -> list[str]:
     """Return the lines of the table. Each column is as wide as its longest text; if the lines are
     too long, the widest text columns become narrower and their text is wrapped."""
     numbers = [
@@ -179,12 +179,13 @@ def _table_lines(block: Rows) -> list[str]:
     ]
     while sum(needed) > left and max(needed) > 8:
         needed[needed.index(max(needed))] -= 1
-    lines = []
-    for row in (block.headings, *block.rows):
+
+    def lines_of(row: Sequence[str]) -> list[str]:
         cells = [
             textwrap.wrap(one_line(cell), width) or [""]
             for cell, width in zip(row, needed, strict=False)
         ]
+        found = []
         for place in range(max(len(cell) for cell in cells)):
             texts = [
                 _left(cell[place] if place < len(cell) else "", width)
@@ -192,9 +193,11 @@ def _table_lines(block: Rows) -> list[str]:
             ]
             for cell, width in zip(row[block.names :], numbers, strict=True):
                 texts.append(" " * (width - _width(cell)) + cell if place == 0 else " " * width)
-            lines.append("  ".join(texts).rstrip())
-    lines.insert(1, "-" * COLUMNS)
-    return lines
+            found.append("  ".join(texts).rstrip())
+        return found
+
+    rows = [line for row in block.rows for line in lines_of(row)]
+    return [*lines_of(block.headings), "-" * COLUMNS, *rows]
 
 
 def _width(text: str) -> int:

@@ -25,7 +25,7 @@ from arctrue.metrology.budget import (
     two_heads_budget,
 )
 from arctrue.metrology.correction import Correction
-from arctrue.report.document import COLUMNS, LINES, text_page
+from arctrue.report.document import COLUMNS, LINES, Rows, table_lines, text_page
 
 
 def _run(*words: object) -> Result:
@@ -102,6 +102,14 @@ def test_two_heads_against_the_disc(tmp_path: Path) -> None:
     )
     other = replace(made, reference=replace(made.reference, error_arcsec=wave))
     assert "lacks a contribution" in two_heads_budget(other, calibrate(other)).checks[0]
+
+
+def test_the_rule_of_a_table_follows_all_lines_of_its_heading() -> None:
+    heading = " ".join(["word"] * 30)
+    lines = table_lines(Rows("", (heading, "u"), [("name", "1.00")]))
+    assert " ".join(line.removesuffix("u").strip() for line in lines[:-2]) == heading
+    assert lines[-2] == "-" * COLUMNS
+    assert lines[-1].split() == ["name", "1.00"]
 
 
 def test_a_page_of_the_pdf_holds_its_lines() -> None:

@@ -220,6 +220,6 @@ def test_a_server_for_others_wants_its_token(folder: Path, tmp_path: Path) -> No
     with make_page(settings).app.test_client() as client:
         assert client.get("/").status_code == 403
         assert client.get("/?token=wrong").status_code == 403
-        answer = client.get("/?token=right")
-        assert "token" not in answer.location
+        answer = client.get("/?unit=%C2%B5rad&token=right&unit=deg")
+        assert answer.location == "/?unit=%C2%B5rad&unit=deg"
         assert client.get(answer.location).status_code == 200

@@ -30,7 +30,7 @@ from arctrue.report.charts.ladder import ladder
 from arctrue.report.charts.matplotlib_chart import chart_svg, save_chart
 from arctrue.report.charts.measurement_and_model import measurement_and_model
 from arctrue.report.charts.plotly_chart import chart_data
-from arctrue.report.charts.spectrum import Along, spectrum
+from arctrue.report.charts.spectrum import Along, highest_of_groups, spectrum
 from arctrue.report.display import FIGURES, DisplaySettings, chart_of
 from arctrue.report.effect_amplitude import effect_amplitude
 from arctrue.workbench.effects.registry import built_in
@@ -181,6 +181,13 @@ def test_the_spectrum_in_time_marks_a_vibration(along: Along) -> None:
     # The single run lasts 36 s, and the spectrum's frequencies are 1/72 Hz apart.
     assert (place if along == "hz" else 1.0 / place) == pytest.approx(SHAKING_HZ, abs=1.0 / 72.0)
     assert marks.y[0] == pytest.approx(0.5, rel=0.1)
+
+
+@pytest.mark.parametrize("rates", [1999, 4001, 5999])
+def test_the_curve_of_a_spectrum_contains_a_line_at_each_end(rates: int) -> None:
+    amplitude = np.ones(rates)
+    amplitude[[0, -1]] = 9.0
+    assert {0, rates - 1} <= set(highest_of_groups(amplitude))
 
 
 def test_panels_stand_below_one_another_on_a_phone(added: Analysis) -> None:

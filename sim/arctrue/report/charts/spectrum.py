@@ -84,7 +84,7 @@ def _panel(residuals: Residuals, channel: str, along: Along) -> Panel:
     # amplitude at the limit.
     limit = 2.0 * np.log(max(found.trials, 1.0) / CHANCE_P)
     chance = found.amplitude_arcsec * np.sqrt(limit / np.maximum(found.gain, 1e-30))
-    shown = _highest(found.amplitude_arcsec)
+    shown = highest_of_groups(found.amplitude_arcsec)
     layers: list[Layer] = [
         Curve(
             places[shown],
@@ -118,13 +118,14 @@ def _panel(residuals: Residuals, channel: str, along: Along) -> Panel:
     return Panel(x, y, layers, title)
 
 
-def _highest(amplitude: Float) -> NDArray[np.int64]:
+def highest_of_groups(amplitude: Float) -> NDArray[np.int64]:
     """Return the index of the highest point in each group of neighbours, so that the picture shows
-    every line."""
+    every line. The last group may be smaller than the others."""
     group = max(amplitude.size // _MOST_POINTS, 1)
-    whole = amplitude.size // group * group
-    shaped = amplitude[:whole].reshape(-1, group)
-    return np.asarray(np.argmax(shaped, axis=1) + group * np.arange(shaped.shape[0]))
+    groups = -(-amplitude.size // group)
+    shaped = np.full(groups * group, -np.inf)
+    shaped[: amplitude.size] = amplitude
+    return np.asarray(np.argmax(shaped.reshape(groups, group), axis=1) + group * np.arange(groups))
 
 
 def _strongest(found: LineSpectrum, limit: float) -> list[int]:
