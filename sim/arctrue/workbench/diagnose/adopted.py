@@ -56,11 +56,9 @@ def adopt(product: ProductOfParts, name: str, description: str, folder: Path) ->
     FileExistsError for an existing file.
     """
     if not re.fullmatch(r"[a-z][a-z0-9_]*", name) or keyword.iskeyword(name):
-        raise ValueError(
-            f"{name!r} is no name for an effect: use small letters, digits, underscores"
-        )
+        raise ValueError(f"{name!r} cannot name an effect: use small letters, digits, underscores")
     if name in built_in():
-        raise ValueError(f"the effect name {name} is taken already")
+        raise ValueError(f"the effect name {name} is in use already")
     path = folder / f"{name}.py"
     if path.exists():
         raise FileExistsError(f"{path}: exists already; it was not changed")

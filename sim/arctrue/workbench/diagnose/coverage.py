@@ -169,9 +169,9 @@ def effect_or_noise(
     return Blindness(
         f"{' or '.join(alike)} and slow noise explain the rows equally well: the effect is "
         "significant against the scatter of single readings, but not against noise that changes "
-        "as slowly",
-        "the same measurement once more, in another order and with the temperature: an effect "
-        "repeats, noise does not",
+        "as slowly as the effect",
+        "the same measurement once more, in another order and with the temperature recorded: an "
+        "effect repeats, noise does not",
         "again",
     )
 
@@ -212,8 +212,8 @@ def _slow_noise(residuals: Residuals, matters: float) -> Blindness | None:
             return Blindness(
                 f"{size:.2g}″ of the residual of the {channel} changes slowly, far more than "
                 "single readings scatter: such a slow effect cannot be distinguished from noise",
-                "the same measurement once more, in another order and with the temperature: an "
-                "error that repeats at the same angle is not noise",
+                "the same measurement once more, in another order and with the temperature "
+                "recorded: an error that repeats at the same angle is not noise",
                 "again",
             )
     return None

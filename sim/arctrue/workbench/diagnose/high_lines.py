@@ -1,4 +1,4 @@
-"""Finds lines of the capture at whole and half orders above those that products of parts search."""
+"""Finds lines of the capture at whole and half orders above the orders of products of parts."""
 
 from __future__ import annotations
 

@@ -12,8 +12,8 @@ from arctrue.workbench.inference.forward.events import ONE_BY_ONE
 MANY_ARCSEC = 600.0
 """Smallest angle that is written in degrees."""
 LISTED = 6
-"""Largest number of jumps that are listed one by one; of more jumps, the largest are listed, or the
-first of more than ONE_BY_ONE jumps."""
+"""Largest number of jumps that are listed one by one. If there are more, the largest are listed; if
+there are more than ONE_BY_ONE, the first."""
 FIRST = 3
 """Number of instants in the verdict on more than ONE_BY_ONE jumps."""
 LEAST_EVEN, EVEN = 4, 0.05
@@ -94,14 +94,13 @@ def jumps_in_words(jumps: Sequence[Jump], count_arcsec: float | None) -> str:
     largest = max(jumps, key=lambda jump: abs(jump.size_arcsec))
     evenly = "" if every is None else f" at equal intervals of {every:.3g} s"
     return (
-        f"something jumped {len(jumps)} times{evenly}, most at {largest.where} by {largest.size}"
-        + _counts(jumps, count_arcsec)
+        f"something jumped {len(jumps)} times{evenly}, farthest at {largest.where} by "
+        f"{largest.size}" + _counts(jumps, count_arcsec)
     )
 
 
 def list_of_jumps(jumps: Sequence[Jump]) -> str:
-    """Return a sentence with the instants and sizes of the jumps, of many jumps those of the
-    largest."""
+    """Return a sentence with the instants and sizes of the jumps, at most LISTED of them."""
     if len(jumps) == 1:
         return (
             "The record contains a single event, which no other part of the record can "

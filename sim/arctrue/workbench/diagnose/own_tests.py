@@ -62,7 +62,7 @@ def shape_with_corners(causes: Sequence[RegularCause]) -> str | None:
     separate lines.
 
     The amplitudes of the harmonics n of a jump decrease as 1/n, those of a bend as 1/n². If the
-    shape repeats at an order of the model, that order itself is no line of the search. The lines
+    shape repeats at an order of the model, that order itself is not a line of the search. The lines
     are then whole orders above the model's orders, at equal distances of that order. Stator slots
     or a gear, in contrast, also show a line at their base order.
     """
@@ -97,8 +97,8 @@ CHANCE = 0.01
 """Largest probability step^(1 − n) that n whole orders are equal modulo a step by chance."""
 LEAST_FILLED = 2.0 / 3.0
 """Smallest share of the possible orders, from the lowest line to the highest, that must be lines if
-the probability of chance exceeds CHANCE. Four random whole orders within a step of 2 and a span of
-twenty reach it with a probability of 0.02."""
+the probability of chance exceeds CHANCE. Four random whole orders with a step of 2 and a span of
+twenty reach this share with a probability of 0.02."""
 OF_A_WHOLE_ORDER = 0.25
 """Largest distance of a line from an integer order, in units of 1/span."""
 STEEPEST, FLATTEST = -3.0, -0.25

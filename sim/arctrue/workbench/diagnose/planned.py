@@ -45,8 +45,8 @@ MOVING_STATIONS = 360
 
 @dataclass(frozen=True)
 class PlannedMeasurement:
-    """A planned measurement: its name for programs (None if they know none), its description, and a
-    function that adds its rows."""
+    """A planned measurement: its name for programs (None without such a name), its description, and
+    a function that adds its rows."""
 
     kind: str | None
     words: str
@@ -179,8 +179,8 @@ def _rises_with_time(rows: CaptureRows | ReferenceRows) -> bool:
 def _temperature_c(
     rows: CaptureRows, time_s: Float, warmer_k: float, *, goes_on: bool
 ) -> Float | None:
-    """Return the temperature of the planned rows: that of the first run, or, with ``goes_on``, the
-    straight line of the set continued, because a change that nobody stops goes on."""
+    """Return the temperature of the planned rows: the temperature of the first run or, with
+    ``goes_on``, the continued straight line of the set's temperature."""
     if rows.temperature_c is None:
         return None
     if goes_on:

@@ -28,7 +28,7 @@ def probable(result: Diagnosis) -> list[str]:
     ]
     if not shown:
         return []
-    said = [f"Probability of what to add next: {', '.join(shown)}."]
+    said = [f"Probability of the effect to add next: {', '.join(shown)}."]
     if len(result.unlike) >= LIKE_BENCHMARK:
         said.insert(
             0,

@@ -1,4 +1,4 @@
-"""Tests whether the capture changes evenly in every run alike, which slow noise does not do.
+"""Tests whether the capture changes evenly and with the same slope in every run, unlike slow noise.
 
 The noise of a run is estimated from the run itself, so that an even change within a run counts as
 slow noise. Noise differs from run to run; the slopes of all runs then scatter about 0.
@@ -50,8 +50,8 @@ class SameRamp:
         """Return the finding in words, with the alternatives that these runs cannot separate."""
         causes = " or ".join(WORDS[item] for item in self.coordinates)
         return (
-            f"head {self.head} against head 1 changes evenly within every run, by "
-            f"{self.arcsec:.2g}″ a run, {causes}"
+            f"the reading of head {self.head} minus that of head 1 changes evenly within every "
+            f"run, by {self.arcsec:.2g}″ a run, {causes}"
         )
 
 

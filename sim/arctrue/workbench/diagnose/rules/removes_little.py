@@ -49,7 +49,7 @@ def makes_it_worse(case: Case) -> Decision | None:
 
 
 def takes_little(case: Case) -> Decision | None:
-    """The best effect removes less than a tenth of a sure excess, and no blocks confirm it.
+    """The best effect removes less than a tenth of a significant error, and no blocks confirm it.
 
     A line that other blocks of the rows predict exists, however large the remaining error is;
     further surveys search for that error. If a diagnosis then finds the same kind in every survey,
@@ -100,8 +100,8 @@ def _one_kind_takes_little(case: Case) -> Decision | None:
     if said is None:
         return None
     why = (
-        f"it is found {DEEPEST} times, and the first {DEEPEST - 1} together remove only {said} of "
-        "the error above the noise"
+        f"it is found {DEEPEST} times, and of the error above the noise the first {DEEPEST - 1} "
+        f"together remove only {said}"
     )
     return only_resembles(case, why)
 
