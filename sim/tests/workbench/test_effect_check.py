@@ -87,7 +87,7 @@ WRONG = {
     "half": (
         "columns and formula",
         {"formula": "0.5 * a * np.exp(-since / tau)"},
-        "it is 2 times",
+        "ratio 2",
     ),
     "sign": (
         "columns and formula",
