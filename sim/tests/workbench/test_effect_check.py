@@ -97,7 +97,7 @@ WRONG = {
     "square": (
         "columns and formula",
         {"formula": "a * a * np.exp(-since / tau)"},
-        "not linear in it",
+        "not linear in this coefficient",
     ),
     "rest": (
         "columns and formula",

@@ -15,7 +15,8 @@ from arctrue.workbench.effects.registry import built_in
 
 
 class AdoptedProduct(ProductOfParts):
-    """A product of parts whose parts are class attributes, which an effect file can state."""
+    """A product of parts whose parts are class attributes, so that an effect file can state
+    them."""
 
     condition_words: ClassVar[str] = ""
     time_constant_s: ClassVar[float | None] = None

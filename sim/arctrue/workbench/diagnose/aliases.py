@@ -79,7 +79,7 @@ def _of_samples(item: Candidate) -> list[float]:
 def _of_stations(item: Candidate, observations: Observations) -> list[float]:
     """Return the lowest aliases k·N ± n of an order n at N even stations, at most four.
 
-    The list is empty if n is N/2 or less, and if the stations are uneven.
+    The list is empty if n is N/2 or less, or if the stations are uneven.
     """
     rows = observations.reference
     order = item.effect.declared_order(observations)

@@ -149,8 +149,8 @@ class Case:
         return (self._larger_than(found) or found) if is_line(found) else found
 
     def _larger_than(self, line: Candidate) -> Candidate | None:
-        """Return the effect that repeats, explains most of the error and more than the line; None
-        if there is no such effect."""
+        """Return the repeating effect that explains the most error, if it explains at least as much
+        as the line; otherwise None."""
         found = [
             item
             for item in self.real
@@ -161,9 +161,9 @@ class Case:
         return max(found, key=explained_arcsec, default=None)
 
     def shown_by_parts(self, item: Candidate) -> bool:
-        """Tell whether the parts of the record predict each other's share of the candidate: blocks
-        predict a regular cause, and passes a reversal error. An error that remains with such a
-        candidate in the model does not contradict the candidate."""
+        """Tell whether other parts of the record predict the candidate: other blocks predict a
+        regular cause, other passes a reversal error. An error that remains with such a candidate in
+        the model does not contradict the candidate."""
         return item.regular is not None or self.survey.is_the_reversal(item)
 
     @cached_property

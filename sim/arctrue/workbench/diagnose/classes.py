@@ -183,8 +183,8 @@ def _is_enough(line: Candidate, cause: Candidate) -> bool:
     """Tell whether a line of some heads explains all that a motion of the axis explains.
 
     With a reference, which shows the reading of head 1, the motion has more coefficients than the
-    line. With two heads and no reference, both effects are one wave, so that the line is no simpler
-    explanation.
+    line. With two heads and no reference, both effects are one wave, so that the line is not a
+    simpler explanation.
     """
     if not cause.effect.moves_axis or cause.rank <= line.rank:
         return False

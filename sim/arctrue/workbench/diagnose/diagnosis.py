@@ -301,7 +301,8 @@ def _with_the_found(
 
 
 def _once(findings: Findings, seen: Oscillation | None, observations: Observations) -> Findings:
-    """Return the findings without the fast lines that are the line ``seen`` of each run."""
+    """Return the findings without the fast lines that are the oscillation ``seen`` in one of the
+    runs."""
     rows = observations.reference
     if seen is None or seen.in_each_run is None or rows is None or rows.time_s is None:
         return findings

@@ -1,5 +1,5 @@
-"""Jumps of a reference with their time or row, and their search in a reference whose rows are not
-closely spaced."""
+"""Describes jumps of a reference by their time or row, and finds them in a reference whose rows are
+not closely spaced."""
 
 from __future__ import annotations
 

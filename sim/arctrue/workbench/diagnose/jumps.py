@@ -18,7 +18,8 @@ FIRST = 3
 """Number of instants in the verdict on more than ONE_BY_ONE jumps."""
 LEAST_EVEN, EVEN = 4, 0.05
 """Fewest jumps whose intervals count as equal, and largest relative difference between an interval
-and their median. Three intervals at random instants agree so well once in 900 records."""
+and their median. Three intervals between random instants are equal within this limit once in 900
+records."""
 OF_COUNTS = 3.0
 """Largest difference between a jump and a whole number of counts, in standard uncertainties of its
 size; a normal value exceeds it with a probability of 0.003."""

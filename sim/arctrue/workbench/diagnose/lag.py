@@ -1,4 +1,5 @@
-"""Finds a lag between a condition and an error that a product of parts describes as its function.
+"""Finds a lag between a condition and an error that a product of parts describes as a function of
+it.
 
 A body that follows a condition T through a first order lag has T_b′ = (T − T_b)/τ. The product of T
 alone then has too small a size. The remaining error, plotted over T, is a loop with the periods of

@@ -22,7 +22,7 @@ from arctrue.workbench.numeric.distributions import student_upper_p
 
 LEAST_OFFSETS = 2
 """Smallest number of free offsets (runs minus columns of the effect) for the comparison with the
-known index repeatability. A single free offset agrees with the known index whenever two runs have
+known index repeatability. With one free offset, an effect may fit all offsets because two runs have
 the same shift, for example if a head was displaced before both runs."""
 
 LEAST_RUNS = 6
@@ -31,8 +31,8 @@ correlation above 0.999 would be significant."""
 LEAST_SCATTER = 4
 """Smallest number of runs whose scatter is compared with the known index: three free offsets."""
 LEAST_OF_A_DIRECTION = 2
-"""Smallest number of runs of each direction whose offsets are compared: with one run, a shift
-between two runs looks the same."""
+"""Smallest number of runs of each direction whose offsets are compared: a single run may differ
+from the others by a shift between two runs."""
 DIFFERENCE_P = 0.0027
 """Largest p of a stated difference of the directions: that of three standard uncertainties with a
 known index."""

@@ -24,8 +24,8 @@ LEAST_COMMON, LEAST_OF_TWO = 3, 5
 """Three orders count as a pattern if their common divisor is at least LEAST_COMMON; two orders with
 a local defect count as a pattern if it is at least LEAST_OF_TWO. Three random orders have a common
 divisor of 3 or more with a probability of at most Σ_{d≥3} d⁻³ = 0.08. Two random orders have a
-common divisor of 5 or more with at most Σ_{d≥5} d⁻² = 0.22. The test is made only where all three
-orders, or both orders and the defect, have passed every other test.
+common divisor of 5 or more with a probability of at most Σ_{d≥5} d⁻² = 0.22. The test is made only
+where all three orders, or both orders and the defect, have passed every other test.
 """
 
 

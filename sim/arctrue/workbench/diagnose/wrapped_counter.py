@@ -17,7 +17,7 @@ Float = NDArray[np.float64]
 
 LEAST_JUMP_TURNS = 1.0 / 64.0
 """Smallest jump that is examined, in turns. This limit is a choice: a counter of fewer counts wraps
-more than 64 times a turn, and counts of lost lines are smaller."""
+more than 64 times a turn, and jumps by lost lines are smaller."""
 LEAST_STEPS = 10.0
 """Smallest jump in usual steps from row to row: a missing row of an uneven motion causes smaller
 jumps."""

@@ -184,7 +184,7 @@ def shown_at_one_speed(case: Case) -> Decision | None:
 
 
 def refused_is_ahead(case: Case) -> Decision | None:
-    """Other rows contradict the effect that fits best by far, and the next one adds nothing."""
+    """Other rows contradict the effect that fits best by far, and the next effect adds nothing."""
     refused, best = case.refused, case.best
     if refused is None or refused.delta_bic <= PARTS_ADVANTAGE:
         return None

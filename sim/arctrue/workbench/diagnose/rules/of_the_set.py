@@ -32,7 +32,7 @@ def unknown_noise(facts: Facts) -> Decision | None:
 
 
 def too_little_to_see(facts: Facts) -> Decision | None:
-    """Nothing is found, but the set could show little, or the rows do not determine the model.
+    """Nothing is found, but little was detectable, or the rows do not determine the model.
 
     Slow noise, few rows or missing data may hide an effect.
     """
@@ -44,7 +44,7 @@ def too_little_to_see(facts: Facts) -> Decision | None:
 
 
 def unknown_is_likelier(facts: Facts) -> Decision | None:
-    """`unknown` has more than 95 % of the probability of `unknown` and the class (50 % for a single
+    """`unknown` has more than 95 % of the probability of `unknown` and the class (50 % for one
     effect)."""
     said, case, offered = facts.said, facts.case, facts.offered
     if said.verdict not in ("named", "ambiguous") or case is None:

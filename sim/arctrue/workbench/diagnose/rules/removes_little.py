@@ -113,7 +113,7 @@ def _little_taken(
     after: Mapping[str, float],
     noise: Mapping[str, float],
 ) -> str | None:
-    """Return the shares of a sure excess that are removed, in words; None if one is a tenth or
+    """Return the removed shares of a significant error, in words; None if one of them is a tenth or
     more."""
     taken = {}
     for channel, rms in before.items():

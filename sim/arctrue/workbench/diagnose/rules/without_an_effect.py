@@ -79,8 +79,8 @@ def jumped_or_not_white(case: Case) -> Decision | None:
 
 
 def runs_follow_a_condition(case: Case) -> Decision | None:
-    """No effect is found, but the offsets of the runs follow a condition and scatter more than the
-    index."""
+    """No effect is found, but the offsets of the runs follow a condition and exceed the index
+    scatter."""
     if case.best is not None or case.depth > 1:
         return None
     found = offsets_follow(case.survey.residuals)
