@@ -325,7 +325,8 @@ class Case:
 
     @cached_property
     def confounded_effect(self) -> Candidate | None:
-        """The effect of the catalogue that has the parts of :attr:`confounded`, if there is one."""
+        """The effect of the catalogue that has the parts of :attr:`confounded`; None without such
+        an effect."""
         if self.confounded is None:
             return None
         parts = set(self.confounded.effect.parts)
@@ -381,7 +382,7 @@ class Case:
     @cached_property
     def instead(self) -> Candidate | None:
         """The effect of another shape that the rules name if the refused effect is set aside; None
-        if there is none."""
+        if they name no effect."""
         best = self.best
         if (
             best is None

@@ -452,8 +452,8 @@ def _stated(observations: Observations, base: Solution | None, facts: Facts) -> 
 
 
 def _with_further(found: Decision) -> Solution | None:
-    """Return the model with the named effect and all effects that are found after it; None if there
-    are none, or if another effect was subtracted from the rows of one of them."""
+    """Return the model with the named effect and the effects that are found after it, up to the
+    first from whose rows another effect was subtracted; None without such effects."""
     if found.verdict != "named" or found.first is None or found.first.second_of_runs is not None:
         return None
     last: Candidate | None = None

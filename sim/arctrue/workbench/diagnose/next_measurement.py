@@ -241,8 +241,8 @@ def _called(item: Candidate) -> str:
 
 
 def measurement_for_variety(best: Candidate) -> NextMeasurement:
-    """Return the first plan whose rows supply all data that the set lacks to name this effect; if
-    there is none, return the lacking data in words."""
+    """Return the first plan whose rows supply all data that the set lacks to name this effect;
+    without such a plan, return the lacking data in words."""
     observations = best.solution.observations
     lacking = "; ".join(best.effect.variety(observations))
     for plan in PLANS:

@@ -185,8 +185,8 @@ def direction_difference(residuals: Residuals) -> DirectionDifference | None:
 
 
 def offsets_follow(residuals: Residuals) -> FollowedCondition | None:
-    """Return the condition of which the offsets of the runs are a linear or quadratic function;
-    None if there is none, or if the offsets are within the known scatter of the index.
+    """Return the condition that the offsets of the runs follow as a linear or quadratic function;
+    None if they follow no condition, or are within the known scatter of the index.
 
     The constant of the function is free. The sample of the F test is the runs, not the rows: noise
     or lag of a thermometer within a run can hide a dependence that the means of the runs show.

@@ -57,7 +57,8 @@ class SameRamp:
 
 
 def same_ramp(residuals: Residuals) -> SameRamp | None:
-    """Return the even change that all runs of the capture share; None if there is none.
+    """Return the even change that all runs of the capture share; None if the runs share no such
+    change.
 
     The sample of Student's t is the slopes of the runs, so that any noise within a run is allowed.
     """

@@ -136,8 +136,8 @@ WHOLE_TURN_RAD = 2.0 * np.pi + 0.005
 
 
 def warnings_of_the_arc(model: Model, observations: Observations) -> list[str]:
-    """Return the warning that :func:`on_its_arc` omits orders of this model; none if it omits
-    none."""
+    """Return the warning that :func:`on_its_arc` omits orders of this model; an empty list if it
+    keeps all."""
     rows, after = observations.every_reference_row, on_its_arc(model, observations)
     if model == after or rows is None:
         return []

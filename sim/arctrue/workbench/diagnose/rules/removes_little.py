@@ -51,7 +51,7 @@ def makes_it_worse(case: Case) -> Decision | None:
 def takes_little(case: Case) -> Decision | None:
     """The best effect removes less than a tenth of a significant error, and no blocks confirm it.
 
-    A line that other blocks of the rows predict exists, however large the remaining error is;
+    A line that other blocks of the rows predict exists even if the remaining error is large;
     further surveys search for that error. If a diagnosis then finds the same kind in every survey,
     and all these effects together remove less than a tenth, the error has another shape, and each
     of them is a part of this error. An effect that differs between runs only is in the offsets of
