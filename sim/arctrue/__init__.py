@@ -12,9 +12,9 @@ from typing import Any
 # If another program uses the processor too, waiting for this thread takes ten times as long as the
 # product. numpy reads this variable when it is first imported.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-# mimalloc in pyarrow can crash a program whose first thread with pyarrow has ended, for example a
-# server that reads a set for a request (apache/arrow issue 50908). pyarrow reads this variable when
-# it first allocates memory.
+# mimalloc in pyarrow can crash a program if the first thread that used pyarrow has ended, for
+# example a server that reads a set for a request (apache/arrow issue 50908). pyarrow reads this
+# variable when it first allocates memory.
 os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")
 
 __all__ = [

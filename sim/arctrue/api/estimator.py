@@ -86,7 +86,7 @@ class FitEstimator:
         for name in params:
             if name not in PARAMETERS:
                 raise ValueError(
-                    f"{name} is no parameter.{did_you_mean(name, PARAMETERS)} There are: "
+                    f"{name} is not a parameter.{did_you_mean(name, PARAMETERS)} There are: "
                     f"{', '.join(PARAMETERS)}"
                 )
         for name, value in params.items():

@@ -47,7 +47,8 @@ def fit(
         ``{"hysteresis.reversal_error": 0.5}``; names alone keep the value that the model has from
         an earlier fit.
     bounds : mapping of str to (low, high), optional
-        Limits of a parameter, None on an open side. Limits of a phase hold up to whole turns.
+        Limits of a parameter, None on an open side. A phase is compared with its limits after a
+        shift by whole turns.
     tie : mapping of str to str, (str, float) or callable, optional
         Makes a parameter equal to another parameter, to a multiple of another parameter
         ``("other.name", 2.0)``, or to the result of a function of a mapping of all values.

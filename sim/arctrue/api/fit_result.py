@@ -156,7 +156,7 @@ class FitResult:
     ) -> Any:
         """Predict the error of head 1: its reading minus the true angle.
 
-        The prediction excludes errors of the reference, because they are no errors of the table,
+        The prediction excludes errors of the reference, because they are not errors of the table,
         and the constant, because it depends on the place of the zero.
 
         Parameters
@@ -176,7 +176,8 @@ class FitResult:
             Predicted error.
         std_arcsec : ndarray, shape (n,)
             Standard uncertainty of the predicted error, from the uncertainties of the parameters;
-            where ``return_std`` is True. It is infinite where the rows do not determine the error.
+            only if ``return_std`` is True. It is infinite where the rows do not determine the
+            error.
 
         Raises
         ------

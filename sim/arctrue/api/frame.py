@@ -315,7 +315,7 @@ def _dates(frame: Frame, column: str, values: Any) -> tuple[NDArray[np.int64], D
             raise _fault(
                 frame,
                 column,
-                f"row {min(wrong)}: expected dates that all have a time zone, or none of them",
+                f"row {min(wrong)}: expected dates that all have a time zone or all have none",
             )
         kind: Dates = "zone" if zoned[0] else "utc"
         return np.array([_nanoseconds(item) for item in array], dtype=np.int64), kind

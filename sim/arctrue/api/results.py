@@ -122,7 +122,7 @@ class Diagnosis:
         Raises
         ------
         ValueError
-            The data are faulty, so that nothing was fitted.
+            Nothing was fitted, because the data are faulty or do not determine a model.
         MissingExtraError
             matplotlib is not installed.
         """

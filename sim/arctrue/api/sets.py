@@ -34,7 +34,7 @@ def read_set(folder: Path | str) -> Dataset:
 
 
 def write_set(folder: Path | str, measurement: MeasurementSet) -> None:
-    """Write a measurement set into a folder; a set that it holds is replaced completely.
+    """Write a measurement set into a folder; a set in this folder is replaced completely.
 
     Parameters
     ----------

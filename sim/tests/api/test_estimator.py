@@ -32,7 +32,7 @@ def test_parameters_are_those_of_the_constructor(estimator: at.FitEstimator) -> 
     assert all(again.get_params()[name] is value for name, value in found.items())
     assert estimator.set_params(fix={NAME: 1.0}) is estimator
     assert estimator.get_params(deep=False)["fix"] == {NAME: 1.0}
-    with pytest.raises(ValueError, match=r"fixed is no parameter.*fix"):
+    with pytest.raises(ValueError, match=r"fixed is not a parameter.*fix"):
         estimator.set_params(tie=None, fixed={})
     assert "bounds=" in repr(estimator)
     assert "tie" not in repr(estimator)

@@ -87,7 +87,7 @@ WRONG = {
     "half": (
         "columns and formula",
         {"formula": "0.5 * a * np.exp(-since / tau)"},
-        "it is 2 times",
+        "ratio 2",
     ),
     "sign": (
         "columns and formula",
@@ -97,7 +97,7 @@ WRONG = {
     "square": (
         "columns and formula",
         {"formula": "a * a * np.exp(-since / tau)"},
-        "not linear in it",
+        "not linear in this coefficient",
     ),
     "rest": (
         "columns and formula",

@@ -35,8 +35,8 @@ def formula_faults(forward: Forward, names: Sequence[str], columns: Float) -> li
         bend = forward(_moved(at, name, FAR)) + forward(_moved(at, name, -FAR)) - 2.0 * forward(at)
         if float(np.abs(bend).max()) > ROUNDING * scale:
             faults.append(
-                f"{name}: the formula is not linear in it; a quantity that enters nonlinearly "
-                "belongs in search"
+                f"{name}: the formula is not linear in this coefficient; declare a nonlinear "
+                "quantity in search"
             )
             continue
         off = np.abs(columns[:, place] - slope)
@@ -76,4 +76,4 @@ def _hint(column: Float, slope: Float) -> str:
     factor = float(column @ slope) / square
     if np.abs(column - factor * slope).max() > ROUNDING * max(np.abs(column).max(), 1e-12):
         return ""
-    return "; the sign is wrong" if abs(factor + 1.0) < ROUNDING else f"; it is {factor:.6g} times"
+    return "; the sign is wrong" if abs(factor + 1.0) < ROUNDING else f"; ratio {factor:.6g}"

@@ -52,7 +52,8 @@ def has_columns(effect: Effect, residuals: Residuals) -> bool:
     """Tell whether the columns of the effect, without search parameters, can be calculated on these
     rows.
 
-    An effect, possibly a user's own, may raise any exception if a column that it needs is missing.
+    An effect, possibly a user's own, may raise one of several exceptions if a column that it needs
+    is missing.
     """
     try:
         columns = residuals.whitened_columns(effect, {})

@@ -15,7 +15,8 @@ from arctrue.workbench.effects.registry import built_in
 
 
 class AdoptedProduct(ProductOfParts):
-    """A product of parts whose parts are class attributes, which an effect file can state."""
+    """A product of parts whose parts are class attributes, so that an effect file can state
+    them."""
 
     condition_words: ClassVar[str] = ""
     time_constant_s: ClassVar[float | None] = None
@@ -56,11 +57,9 @@ def adopt(product: ProductOfParts, name: str, description: str, folder: Path) ->
     FileExistsError for an existing file.
     """
     if not re.fullmatch(r"[a-z][a-z0-9_]*", name) or keyword.iskeyword(name):
-        raise ValueError(
-            f"{name!r} is no name for an effect: use small letters, digits, underscores"
-        )
+        raise ValueError(f"{name!r} cannot name an effect: use small letters, digits, underscores")
     if name in built_in():
-        raise ValueError(f"the effect name {name} is taken already")
+        raise ValueError(f"the effect name {name} is in use already")
     path = folder / f"{name}.py"
     if path.exists():
         raise FileExistsError(f"{path}: exists already; it was not changed")

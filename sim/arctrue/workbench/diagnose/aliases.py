@@ -14,16 +14,16 @@ from arctrue.workbench.observations.rows import ReferenceRows
 from arctrue.workbench.observations.stations_a_turn import STATION_DECIMALS
 
 UNEVEN = 1e-3
-"""Largest relative difference between distances of even stations. With 360 stations, this
-difference changes the phase of the 360th order by 0.4° from one station to the next, which is so
-little that orders and their aliases look equal."""
+"""Largest relative difference between the distances of neighbouring stations that count as even.
+With 360 stations, this difference changes the phase of the 360th order by 0.4° from one station to
+the next, which is so little that orders and their aliases look equal."""
 HIGHEST_ORDER = DISC_BINS / 8.0
-"""Highest alias among the samples of a capture that is tested and listed."""
+"""Highest order of an alias that is tested and listed for the samples of a capture."""
 
 MOST_FOLDED = 8.0
-"""Most rows of a period with which the periods of a line's aliases are stated. With more rows a
-period, the slowest alias has nearly one row a period, and a reference that averages over its step
-would show an eighth of it (sinc 7/8 = 0.14)."""
+"""Largest number of rows per period of a line at which the periods of its aliases are stated. With
+more rows, the slowest alias has nearly one row per period: a reference that averages over its step
+would show only 0.14 of its amplitude (sinc 7/8)."""
 
 
 def above_half_the_samples(item: Candidate, residuals: Residuals) -> bool:
@@ -79,7 +79,7 @@ def _of_samples(item: Candidate) -> list[float]:
 def _of_stations(item: Candidate, observations: Observations) -> list[float]:
     """Return the lowest aliases k·N ± n of an order n at N even stations, at most four.
 
-    The list is empty if n is N/2 or less, and if the stations are uneven.
+    The list is empty if n is N/2 or less, or if the stations are uneven.
     """
     rows = observations.reference
     order = item.effect.declared_order(observations)
@@ -99,7 +99,8 @@ def _of_stations(item: Candidate, observations: Observations) -> list[float]:
 
 def folded_periods_s(item: Candidate, observations: Observations) -> tuple[float, list[float]]:
     """Return the step of a reference with even steps of time, and the periods of the two slowest
-    lines that look like the line ``item`` at these rows; no periods if there are none.
+    lines that look like the line ``item`` at these rows; no periods if the line has at most 2 or at
+    least MOST_FOLDED rows per period.
 
     At the step h, the frequencies 1/h − f and 1/h + f look like f.
     """

@@ -35,7 +35,7 @@ KINDS = ("named", "ambiguous", "unknown", "adequate", "cannot_tell")
 prior probabilities."""
 DISTANCES = ("untested", "left", "not_white", "few_repeats")
 """Features that measure the distance of a set from the benchmark's usual set; larger values never
-increase a stated probability above one half. The counted answers show no dependence: the
+increase a probability that is above one half. The counted answers show no dependence: the
 coefficients are 0, and only their uncertainty moves a probability, by less than 0.01 towards one
 half."""
 FEATURES = ("constant", *KINDS, *RESTS_ON, "evidence", *DISTANCES)
@@ -44,8 +44,8 @@ left out of the fit: each fit left out the answers for one of the benchmark's ki
 (``world``) or for one generator. The scores of the chosen features are a little optimistic; only
 answers that were made after the choice measure the features without bias."""
 SUREST_EVIDENCE = 1e-2
-"""Smallest distance of the evidence, a probability, from 0 and from 1; likelihoods do not determine
-it more exactly."""
+"""The evidence, a probability, is kept at least this far from 0 and from 1; likelihoods do not
+determine a probability more exactly."""
 USUAL_RUNS, USUAL_VISITS = 4.0, 20.0
 """Number of runs, and of visits of a station, in the benchmark's usual set."""
 MOST_LEFT = 10.0

@@ -37,8 +37,8 @@ class SecondRunEffect:
     coefficient: float
     """Size of the other effect, fitted to the offsets together with the first effect."""
     p_value: float
-    """p of the first effect with the other one in the model, over all effects that were tried as
-    the other one."""
+    """p of the first effect with the other effect in the model, corrected for the number of effects
+    that were tried as the other effect."""
 
     @property
     def words(self) -> str:
@@ -74,15 +74,15 @@ class Candidate:
     """The effect with all its settings, before the search restricted them to the form that the
     residuals show; None for a product of parts."""
     evidence: Evidence | None = None
-    """Evidence with the noise estimated anew; None where the first test is enough."""
+    """Evidence with newly estimated noise; None if the noise was not estimated anew."""
     regular: RegularCause | None = None
     """Lines of a forward search that the effect explains; None if the effect was found without a
     forward search."""
     held_out: HeldOut | None = None
     improvement: dict[str, Improvement] = field(default_factory=dict)
     share: BlockShare | None = None
-    """Share of the effect's own error that other blocks of the rows predict; None where it is not
-    known."""
+    """Share of the effect's fitted error that other blocks of the rows predict; None where it is
+    not known."""
     second_of_runs: SecondRunEffect | None = None
     """The other effect that was subtracted from the rows, if only both together explain the offsets
     of the runs."""
@@ -146,8 +146,8 @@ class Candidate:
 
 
 ONCE = frozenset({"time", "settling", "run"})
-"""Conditions of products of parts that are functions of the time alone: of drifts, which change in
-one direction with time, and of changes between two runs."""
+"""Conditions that depend on the time alone. Drifts and settlings change in one direction with time;
+the condition ``run`` changes once, between two runs."""
 
 
 def happens_once(item: Candidate) -> bool:
@@ -186,8 +186,8 @@ def changes_arcsec(before: Solution, after: Solution) -> dict[str, NDArray[np.fl
 
 
 SAME_SIZE = 0.8
-"""Smallest ratio of the largest change of the prediction to an amplitude that counts as the same
-size; rows that miss the largest deflection of a wave by a tenth of its period have 0.81."""
+"""An amplitude is stated unchanged if the largest change of the prediction is at least this share
+of it. Rows that miss the peak of a wave by a tenth of its period reach 0.81."""
 
 
 def within_the_record(item: Candidate) -> dict[str, Parameter]:
@@ -195,11 +195,11 @@ def within_the_record(item: Candidate) -> dict[str, Parameter]:
     reference in place of a larger amplitude.
 
     The amplitude of a settling exp(−t/τ) is its size at t = 0. The model explains a part of the
-    product, and the first rows may come later, so that no row may change by this amplitude. A
-    settling without orders falls from one side, so that its largest change is that from the first
-    to the last row: the distance from the mean of the rows is smaller. An amplitude per unit of a
-    condition is no size and stays. The amplitude of a change between two runs stays too: it is the
-    difference of two states, of which the model explains the mean.
+    product, and the first rows may come later; possibly no row changes by this amplitude. A
+    settling without orders only falls: its largest change is the difference between its first and
+    last row. An amplitude per unit of a condition is not a size and is not changed. The amplitude
+    of a change between two runs is not changed either: it is the difference of two states, and the
+    model explains their mean.
     """
     found = item.parameters()
     if isinstance(item.effect, ProductOfParts) and item.effect.condition.from_run is not None:

@@ -173,7 +173,8 @@ def _of_its_offsets(effect: Effect, residuals: Residuals) -> Residuals:
     """Return the residuals by which the heads of an effect are chosen.
 
     An effect that is constant within each run changes the offsets of the runs. The estimated index
-    variance contains these offsets, so that every head would gain about as much as all heads.
+    variance contains these offsets, so that every single head would gain about as much as all heads
+    together.
     """
     one_of_many = isinstance(effect, ScalarOfEachHead) and residuals.observations.heads > 2
     return with_index_as_known(residuals) if one_of_many else residuals

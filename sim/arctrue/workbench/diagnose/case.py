@@ -54,7 +54,7 @@ from arctrue.workbench.inference.significance import SIGNIFICANCE
 LEAST_COLOUR = 0.02
 """Smallest sum of the squares of 20 autocorrelations that counts as not white. With many rows, a
 smaller sum is significant as well: a noise model that is wrong by a fiftieth of the variance causes
-it. Such an error of the noise model changes no σ by more than 1 %."""
+such a sum. Such an error of the noise model changes no σ by more than 1 %."""
 AGAIN = 3
 """Smallest number of events in one set that count as recurring; two events may occur by chance."""
 DEEPEST = 3
@@ -149,8 +149,8 @@ class Case:
         return (self._larger_than(found) or found) if is_line(found) else found
 
     def _larger_than(self, line: Candidate) -> Candidate | None:
-        """Return the effect that repeats, explains most of the error and more than the line; None
-        if there is no such effect."""
+        """Return the repeating effect that explains the most error, if it explains at least as much
+        as the line; otherwise None."""
         found = [
             item
             for item in self.real
@@ -161,9 +161,9 @@ class Case:
         return max(found, key=explained_arcsec, default=None)
 
     def shown_by_parts(self, item: Candidate) -> bool:
-        """Tell whether the parts of the record predict each other's share of the candidate: blocks
-        predict a regular cause, and passes a reversal error. An error that remains with it does
-        not contradict such a candidate."""
+        """Tell whether other parts of the record predict the candidate: other blocks predict a
+        regular cause, other passes a reversal error. An error that remains with such a candidate in
+        the model does not contradict the candidate."""
         return item.regular is not None or self.survey.is_the_reversal(item)
 
     @cached_property
@@ -182,8 +182,8 @@ class Case:
             return None
         places = self.survey.findings.places
         if places is not None and places.is_most and ONCE & set(found.effect.parts):
-            # Every pass shows most of the error at the same place, so the error is no function of
-            # the time.
+            # Every pass shows most of the error at the same place, so the error is not a function
+            # of the time.
             return None
         if self.best is not None and contains(self.best, found):
             # The best effect contains the product, as polygon faces contain one of their orders.
@@ -208,7 +208,7 @@ class Case:
 
     @cached_property
     def oscillation(self) -> Oscillation | None:
-        """The damped oscillation in the noise with the largest gain, if it is larger than the
+        """The damped oscillation with the largest gain in the noise, if it is larger than the
         negligible size.
 
         Single rows of a channel are searched if its whitened residuals are not white, or if an
@@ -240,8 +240,9 @@ class Case:
 
     @property
     def not_noise(self) -> bool:
-        """True if a finding in the reference is no noise. As in :attr:`not_white`, a residual below
-        the negligible size does not count: the rounding of coarse counts is not white."""
+        """True if a finding in the reference is not noise. As in :attr:`not_white`, whiteness does
+        not count if the residual is below the negligible size: the rounding of coarse counts is not
+        white."""
         findings, fit = self.survey.findings, self.survey.channels.get("reference")
         if fit is not None and fit.residual_rms_arcsec < self.survey.matters_arcsec:
             return replace(findings, whiteness_p=None).not_noise
@@ -283,9 +284,9 @@ class Case:
         aliased = above_half_the_samples(best, self.survey.residuals)
         found = alike(best, list(self.others.values()), unspecific=aliased)
         if best.effect.search_kind == "frequency" and best.lacking_variety:
-            # At one speed a frequency is an order. The phase of an oscillation is free in every
-            # run, and so is its size. An effect that explains most of it with one phase is an
-            # error of the disc or of the signal whose size changes.
+            # At one speed a frequency is an order. An oscillation has a free phase and a free size
+            # in every run. An effect that explains most of the oscillation with one phase is an
+            # error of the disc or of the signal; only the size of this error changes.
             found.equals += [
                 item.name
                 for item in self.others.values()
@@ -324,7 +325,8 @@ class Case:
 
     @cached_property
     def confounded_effect(self) -> Candidate | None:
-        """The effect of the catalogue that has the parts of :attr:`confounded`, if there is one."""
+        """The effect of the catalogue that has the parts of :attr:`confounded`; None without such
+        an effect."""
         if self.confounded is None:
             return None
         parts = set(self.confounded.effect.parts)
@@ -380,7 +382,7 @@ class Case:
     @cached_property
     def instead(self) -> Candidate | None:
         """The effect of another shape that the rules name if the refused effect is set aside; None
-        if there is none."""
+        if they name no effect."""
         best = self.best
         if (
             best is None

@@ -106,8 +106,9 @@ def _gain_with(other: Candidate, item: Candidate) -> tuple[float, int]:
 def _takes_its_error(other: Candidate, best: Candidate) -> bool:
     """Tell whether ``other`` in the model takes at least LEAST_SHARE of the gain of ``best``.
 
-    The gain that remains may be chance because the best effect is itself hardly significant, and
-    not because the other effect explains the same error: one step explains no alternation.
+    If the best effect is hardly significant, its remaining gain is chance even if the other effect
+    explains only a small part of the error; :func:`stands_in` alone would then accept the other
+    effect.
     """
     return _gain_with(other, best)[0] <= (1.0 - LEAST_SHARE) * best.gain
 
@@ -182,8 +183,8 @@ def _is_enough(line: Candidate, cause: Candidate) -> bool:
     """Tell whether a line of some heads explains all that a motion of the axis explains.
 
     With a reference, which shows the reading of head 1, the motion has more coefficients than the
-    line. With two heads and no reference, both effects are one wave, so that the line is no simpler
-    explanation.
+    line. With two heads and no reference, both effects are one wave, so that the line is not a
+    simpler explanation.
     """
     if not cause.effect.moves_axis or cause.rank <= line.rank:
         return False

@@ -1,7 +1,7 @@
 """Finds conditions that changed together, so that an error may depend on one or on the other.
 
 A run that warms evenly cannot distinguish the influence of temperature from the influence of time,
-however certain a drift is.
+even if a drift is certain.
 """
 
 from __future__ import annotations

@@ -41,15 +41,15 @@ COLOURED_SHARE = 0.99
 The slow noise is then ten times the scatter of a single reading, and any effect that changes as
 slowly would be taken for noise."""
 UNSEEN_SHARE = 0.5
-"""Largest share of the generic effects that the set shows only if their RMS is above the RMS of the
-whole residual. Above this share, the set could not show most effects that may be missing. The value
-is chosen, not calibrated."""
+"""Largest share of generic effects whose smallest detectable RMS is above the RMS of the whole
+residual. Above this share, the set could not show most effects that may be missing. The value is
+chosen, not calibrated."""
 GENERIC_ORDERS = (None, 1.0, 2.5, 6.0, 10.5, 25.0)
 """Orders of the angle that represent all orders: slow and fast, whole and half. None is an effect
 without a wave."""
 HIGHEST_BLIND_ORDER = 1000
-"""Highest blind order that is listed (an order that the heads at their places cannot show); two
-heads at 33° have 8 blind orders up to it. The list is only printed; no verdict depends on it."""
+"""Highest order up to which blind orders are listed (orders that the heads at their places cannot
+show); two heads at 33° have 8 of them. The list is only printed; no verdict depends on it."""
 
 
 @dataclass(frozen=True)
@@ -138,8 +138,8 @@ def blindness(
 
 
 def _without_form(item: Candidate) -> tuple[Effect, Nonlinear]:
-    """Return the effect in the form that has no further parameters; the size of a reversal error
-    says nothing about the width of its transition."""
+    """Return the effect in its form without further parameters: the coverage states the size of a
+    reversal error, not the width of its transition."""
     if item.asked is not None and len(item.asked.forms()) > 1:
         return item.asked, {}
     return item.effect, item.nonlinear
@@ -169,9 +169,9 @@ def effect_or_noise(
     return Blindness(
         f"{' or '.join(alike)} and slow noise explain the rows equally well: the effect is "
         "significant against the scatter of single readings, but not against noise that changes "
-        "as slowly",
-        "the same measurement once more, in another order and with the temperature: an effect "
-        "repeats, noise does not",
+        "as slowly as the effect",
+        "the same measurement once more, in another order and with the temperature recorded: an "
+        "effect repeats, noise does not",
         "again",
     )
 
@@ -212,8 +212,8 @@ def _slow_noise(residuals: Residuals, matters: float) -> Blindness | None:
             return Blindness(
                 f"{size:.2g}″ of the residual of the {channel} changes slowly, far more than "
                 "single readings scatter: such a slow effect cannot be distinguished from noise",
-                "the same measurement once more, in another order and with the temperature: an "
-                "error that repeats at the same angle is not noise",
+                "the same measurement once more, in another order and with the temperature "
+                "recorded: an error that repeats at the same angle is not noise",
                 "again",
             )
     return None

@@ -47,8 +47,8 @@ the step.
 MOST_SLIPS = 8
 """Largest number of slips of a head in a run; with more slips, the head itself counts as faulty."""
 LEAST_MOVE_COUNTS = 4.0
-"""Smallest usual step of the other head at which a head that keeps its count is frozen: noise of a
-count leaves a step of four counts unchanged in one row of 15,000."""
+"""A head that keeps its count is frozen only if the usual step of the other head is at least this
+large. Normal noise of one count cancels a step of four counts in one row of 4,000."""
 TEMPERATURES_C = (-60.0, 200.0)
 """Lowest and highest plausible temperature. These limits are a choice: no table is in a colder or
 warmer place, and a broken sensor reads a limit of its range."""
@@ -210,7 +210,7 @@ def _step_faults(
             moved = (step if head == 1 else other)[alone[0]]
             found.append(
                 f"capture, run {run}, {_place(int(alone[0]) + 1, start, observations)}: "
-                f"head {head} moves by {moved * in_counts:.0f} counts while the other follows, "
+                f"only head {head} moves by {moved * in_counts:.0f} counts, "
                 f"expected about {expected[alone[0]] * in_counts:.0f} (within 10 %); "
                 f"{alone.size} such steps in this run"
             )
@@ -312,8 +312,9 @@ def cut_runs(observations: Observations) -> list[str]:
         whole = np.abs(ends.turns - np.round(ends.turns)) < WHOLE_TURN_TOLERANCE
         if ends.turns.size > 2 and whole.sum() >= ends.turns.size - 1:
             found += [
-                f"capture, run {run}: cut after {ends.turns[run]:.3f} turns; the other runs are "
-                "whole turns; the run is used, but a calibration uses its whole turns only"
+                f"capture, run {run}: cut after {ends.turns[run]:.3f} turns; the other runs have "
+                "whole turns; all rows of the run are used, but a calibration uses its whole turns "
+                "only"
                 for run in np.flatnonzero(~(whole | ends.short | ends.ends_in_gap)).tolist()
             ]
     return found

@@ -89,8 +89,8 @@ class Diagnosis:
     second: SecondFinding | None = None
     """The error that remains with the named effect in the model, if that error is significant."""
     lag: Lag | None = None
-    """The lag of the condition that describes the error, if this lag explains most of what remains
-    with the description."""
+    """The lag of the condition that describes the error, if this lag explains most of the error
+    that remains with the description."""
     signal_period: SignalPeriod | None = None
     """The signal period, if the named line is a multiple of it."""
     covers: Coverage = field(default_factory=Coverage)
@@ -104,7 +104,7 @@ class Diagnosis:
     equal: Candidate | None = None
     """The product with another condition that describes an unknown error as well."""
     slopes: SlopesOfPasses | None = None
-    """Straight lines of the angle by which the passes over an arc differ, if nothing was found."""
+    """Slopes over the angle by which the passes over an arc differ, if nothing was found."""
     findings: Findings = field(default_factory=Findings)
     """Findings in the reference; if an effect is named or described, the findings that remain with
     it.
@@ -301,7 +301,8 @@ def _with_the_found(
 
 
 def _once(findings: Findings, seen: Oscillation | None, observations: Observations) -> Findings:
-    """Return the findings without the fast lines that are the line ``seen`` of each run."""
+    """Return the findings without the fast lines that are the oscillation ``seen`` in one of the
+    runs."""
     rows = observations.reference
     if seen is None or seen.in_each_run is None or rows is None or rows.time_s is None:
         return findings
@@ -451,8 +452,8 @@ def _stated(observations: Observations, base: Solution | None, facts: Facts) -> 
 
 
 def _with_further(found: Decision) -> Solution | None:
-    """Return the model with the named effect and all effects that are found after it; None if there
-    are none, or if another effect was subtracted from the rows of one of them."""
+    """Return the model with the named effect and the effects that are found after it, up to the
+    first from whose rows another effect was subtracted; None without such effects."""
     if found.verdict != "named" or found.first is None or found.first.second_of_runs is not None:
         return None
     last: Candidate | None = None
@@ -465,8 +466,9 @@ def _with_further(found: Decision) -> Solution | None:
 
 
 MOST_OF_NONE = 0.5
-"""Largest probability of ``none`` while the runs' offsets contradict the known index: its prior,
-since no calibrated answer had such offsets."""
+"""Largest probability of ``none``, its prior, if the runs' offsets scatter beyond the known index
+or differ between the directions, or if passes differ by a slope: no answer of the calibration had
+such findings."""
 
 
 def _less_of_none(probability: Mapping[str, float]) -> dict[str, float]:

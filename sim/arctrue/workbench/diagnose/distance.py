@@ -52,11 +52,11 @@ def ways_unlike(
     elif _visits(reference.target_rad) < LEAST_REPEATS:
         found.append(f"its stations were visited fewer than {LEAST_REPEATS} times")
     if len(untestable) > MOST_UNTESTED * (len(untestable) + tested):
-        found.append("it cannot test more than a third of the effects")
+        found.append("more than a third of the effects cannot be tested with it")
     both = left.residuals.capture_whiteness, left.residuals.reference_whiteness
     for channel, tests in zip(CHANNELS, both, strict=True):
         if tests is not None and tests.autocorrelation_p < NOT_WHITE_P:
-            found.append(f"the noise of its {channel} is of another kind")
+            found.append(f"the residual of its {channel} is not white")
         noise = left.noise_arcsec.get(channel, 0.0)
         if left.rms_arcsec.get(channel, 0.0) > MUCH_LEFT * noise:
             found.append(f"its {channel} has a residual above its noise")

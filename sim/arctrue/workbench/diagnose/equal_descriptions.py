@@ -31,9 +31,9 @@ def equal_description(
     """Return the product with another condition that describes the same error as well; the most
     probable, if there are several, and None if the rows separate the conditions.
 
-    The zero of every condition is free: without a zero in the model, a load of which the error is
-    zero at 0 N·m differs from the time since the start. The log likelihoods, doubled, may then
-    differ by ``near_tie``, and the columns must be alike.
+    The zero of every condition is fitted: the error of a load is zero at 0 N·m, the error of a
+    drift at the start, and only this constant would distinguish the two. Twice the log likelihoods
+    may then differ by at most ``near_tie``, and the columns must be alike.
     """
     effect = described.effect
     if not isinstance(effect, ProductOfParts) or not effect.condition.part or effect.turned_by:

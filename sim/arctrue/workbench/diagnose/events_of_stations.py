@@ -1,5 +1,5 @@
-"""Jumps of a reference with their time or row, and their search in a reference whose rows are not
-closely spaced."""
+"""Describes jumps of a reference by their time or row, and finds them in a reference whose rows are
+not closely spaced."""
 
 from __future__ import annotations
 
@@ -39,7 +39,8 @@ def events_of_stations(
             break
     if not found:
         return [], None
-    # A step that ends with its run is one step if each run is a stretch, otherwise two.
+    # A step that ends when its run ends is found as one step if each run is a stretch of its own,
+    # otherwise as two steps.
     record, steps = min(found, key=lambda item: len(item[1]) or np.inf)
     slow = slow_change(record, columns_of_steps(record, steps)) if timed else None
     events = [step for step in steps if not step.may_be_one(quantum_arcsec)]

@@ -1,8 +1,8 @@
 """Tests whether an effect exists on every turn, in every run and at every speed that would show it.
 
 The tests distinguish an effect, which repeats, from a disturbance that occurred once. They also
-distinguish an oscillation in time, which exists at every speed, from an order of the angle that one
-run shows.
+distinguish an oscillation in time, which exists at every speed, from an order of the angle that
+only one run shows.
 """
 
 from __future__ import annotations

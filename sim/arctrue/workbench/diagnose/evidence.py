@@ -249,7 +249,7 @@ def _judged_with_second(
 ) -> Candidate:
     """Return the candidate with its evidence from rows from which the other effect is subtracted.
 
-    p is at least that among the runs, with the other effect in the model.
+    p is at least the p among the runs, with the other effect in the model.
     """
     beyond = replace(tried, residuals=without(tried.residuals, other))
     judged = with_evidence(item, beyond, Null(beyond.residuals), tried.absent, report_step)

@@ -134,8 +134,8 @@ def _product_in_less_noise(
     """Return the product of parts that is best with less noise, and its evidence.
 
     While no product is in the model, slow noise absorbs a slow error, so that gains with that noise
-    cannot rank two products: the product that leaves the smaller error may gain less. In the same
-    way it shortens the time constant of a settling.
+    cannot rank two products: the product that leaves the smaller error may gain less. Slow noise
+    also shortens the fitted time constant of a settling.
     """
     others = tried_products(found.base, tried.looks)
     if not others or others[0].effect.settings == item.effect.settings:
@@ -189,7 +189,7 @@ def _p_at_its_level(
 ) -> float:
     """Return p of a product of parts in noise whose level changes with time; 0 in other noise.
 
-    The search chooses among so many products that one of them follows the first gust.
+    The search tries so many products that one of them would fit the first loud part of the noise.
     """
     gains = gains_at_its_level(
         found.base,

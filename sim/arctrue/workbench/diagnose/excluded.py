@@ -35,9 +35,9 @@ def look_alikes(
 
     The columns of such an effect, with the model projected out, reproduce those of ``best`` on the
     rows of the set: each canonical correlation is above LIKE. The gain of such an effect is at
-    least LEAST_SHARE of the gain of ``best``. An effect with more coefficients that the set could
-    test with one more key is less probable; it is left out if twice the log evidence of ``best``
-    leads by more than ``near_tie``.
+    least LEAST_SHARE of the gain of ``best``. Without a stated number of grating lines, an effect
+    of the signal is left out if twice the log evidence of ``best`` exceeds that of the effect by
+    more than ``near_tie``.
     """
     found = {}
     for name, lacking in untestable.items():

@@ -90,7 +90,7 @@ class Facts:
 
     @cached_property
     def _posterior(self) -> dict[str, float]:
-        """Probabilities within the bounds that the rules of the survey set."""
+        """Probabilities within the bounds of the survey's rules."""
         if self.case is None:
             # Nothing was tested: the prior probabilities remain.
             return posterior(

@@ -174,7 +174,8 @@ class Findings:
         """Return ``left``, the findings with the effect ``name`` in the model, with a list of the
         findings that this effect explained.
 
-        An oscillation that a line explains is this line, with a size that is not its own.
+        If ``name`` is a line, an oscillation that it explains is not listed: the oscillation is the
+        line itself, measured with another size.
         """
         kept = [(cause, line) for cause in left.causes for line in cause.lines]
         same = [
@@ -221,12 +222,12 @@ class Findings:
 
     @property
     def not_noise(self) -> bool:
-        """True if there is a finding other than a line: a step, or a residual that no kind of noise
-        makes white.
+        """True if there is a step, a change between cycles or runs, or a residual that no noise
+        model makes white.
 
-        The level of the test of whiteness is a third of FAMILY_WISE, which is the level of each
-        search: the search for lines and the search for steps. No filter makes noise white if the
-        level of one of its parts changes with time.
+        The search for lines and the search for steps each have the level FAMILY_WISE; the test of
+        whiteness has a third of it. No filter makes noise white if the level of one of its parts
+        changes with time.
         """
         white = self.whiteness_p is None or self.whiteness_p >= FAMILY_WISE / 3.0
         white = white or self.noise_level_ratio is not None

@@ -26,8 +26,8 @@ class Grounds:
     """ΔBIC of the best candidate minus the ΔBIC of the best candidate outside the class, which
     counts as 0 if it is negative; 0 without a candidate."""
     block_share: float | None
-    """Share of the best candidate's own error that other blocks of the rows predict; None where it
-    is not known.
+    """Share of the best candidate's fitted error that other blocks of the rows predict; None where
+    it is not known.
     """
     lack_of_fit_log_p: float
     """log₁₀ of the smallest p value of the lack of fit over the channels."""

@@ -1,4 +1,4 @@
-"""Finds lines of the capture at whole and half orders above those that products of parts search."""
+"""Finds lines of the capture at whole and half orders above the orders of products of parts."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ APART = 1.0
 def high_lines(residuals: Residuals, above: float) -> tuple[list[float], int]:
     """Return the orders of the strongest sure lines, and the number of orders that were searched.
 
-    Each run has its own amplitude and phase, so that a line is found whatever condition multiplies
-    it. Orders of half the samples per turn and more are left out.
+    Each run has its own amplitude and phase, so that a line is found with any condition as its
+    factor. Orders of half the samples per turn and more are left out.
     """
     rows, noise = residuals.observations.capture, residuals.solution.noise.capture
     precise = residuals.capture_precise

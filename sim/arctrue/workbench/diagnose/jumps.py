@@ -12,13 +12,14 @@ from arctrue.workbench.inference.forward.events import ONE_BY_ONE
 MANY_ARCSEC = 600.0
 """Smallest angle that is written in degrees."""
 LISTED = 6
-"""Largest number of jumps that are listed one by one; of more jumps, the largest are listed, or the
-first of more than ONE_BY_ONE jumps."""
+"""Largest number of jumps that are listed one by one. If there are more, the largest are listed; if
+there are more than ONE_BY_ONE, the first."""
 FIRST = 3
 """Number of instants in the verdict on more than ONE_BY_ONE jumps."""
 LEAST_EVEN, EVEN = 4, 0.05
 """Fewest jumps whose intervals count as equal, and largest relative difference between an interval
-and their median. Three intervals at random instants agree so well once in 900 records."""
+and their median. Three intervals between random instants are equal within this limit once in 900
+records."""
 OF_COUNTS = 3.0
 """Largest difference between a jump and a whole number of counts, in standard uncertainties of its
 size; a normal value exceeds it with a probability of 0.003."""
@@ -94,14 +95,13 @@ def jumps_in_words(jumps: Sequence[Jump], count_arcsec: float | None) -> str:
     largest = max(jumps, key=lambda jump: abs(jump.size_arcsec))
     evenly = "" if every is None else f" at equal intervals of {every:.3g} s"
     return (
-        f"something jumped {len(jumps)} times{evenly}, most at {largest.where} by {largest.size}"
-        + _counts(jumps, count_arcsec)
+        f"something jumped {len(jumps)} times{evenly}, farthest at {largest.where} by "
+        f"{largest.size}" + _counts(jumps, count_arcsec)
     )
 
 
 def list_of_jumps(jumps: Sequence[Jump]) -> str:
-    """Return a sentence with the instants and sizes of the jumps, of many jumps those of the
-    largest."""
+    """Return a sentence with the instants and sizes of the jumps, at most LISTED of them."""
     if len(jumps) == 1:
         return (
             "The record contains a single event, which no other part of the record can "

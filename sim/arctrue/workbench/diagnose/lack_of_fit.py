@@ -33,9 +33,10 @@ LEAST_ROWS_A_PERIODOGRAM = 64
 that the means by angle also show."""
 
 ROUNDING = 1e-6
-"""Largest whitened residual, in standard deviations of the noise, that is rounding alone. A model
-with as many coefficients as rows leaves such residuals; their pattern says nothing about the fit.
-The numbers have 53 bits: an error a million times the noise is rounded to 1e-10 of the noise."""
+"""Largest whitened residual, in standard deviations of the noise, that counts as rounding error
+only. A model with as many coefficients as rows leaves such residuals; their pattern says nothing
+about the fit. The numbers have 53 bits: an error a million times the noise is rounded to 1e-10 of
+the noise."""
 
 
 def analysis_of_variance(values: Float, group: Integer) -> float:

@@ -10,33 +10,34 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 
 CAPTURE = "a capture of both heads"
-"""Beginning of the words with which an effect asks for a capture (``Effect.missing``)."""
+"""Beginning of the words by which ``Effect.missing`` states that a capture is lacking."""
 KEY = "the key "
-"""Beginning of the words with which an effect asks for a key; a key is no measurement, so that it
-comes last."""
+"""Beginning of the words that state a lacking key; a key is not a measurement and is listed
+last."""
 
 
 def lacking_words(items: Sequence[str]) -> list[str]:
-    """Return the lacking data, each once and sorted; words that continue others replace them."""
+    """Return the lacking data, each once and sorted. An entry that continues another entry after a
+    colon replaces it."""
     every = sorted(set(items))
     return [item for item in every if not any(other.startswith(f"{item}:") for other in every)]
 
 
 def of_the_same_kind(untestable: Mapping[str, Sequence[str]]) -> str:
     """Return the next measurement for a set that has only a reference: data that this reading can
-    supply, and what a table with two heads could show in addition."""
+    supply, and the number of effects that a capture of two heads could test in addition."""
     possible = {name: items for name, items in untestable.items() if not _needs_capture(items)}
     lacking = Counter(what for items in possible.values() for what in items)
     if lacking:
         order = sorted(lacking, key=lambda what: (what.startswith(KEY), -lacking[what], what))
         number = f"{len(possible)} of the effects that were not tested"
-        need = "need one of these each" if len(order) > 1 else "need it"
+        need = "each need one or more of these" if len(order) > 1 else "need it"
         need = need if len(possible) > 1 else "needs it" if len(order) == 1 else "needs them"
         words = f"a set that has {'; '.join(order)}: {number} {need}"
     else:
         words = (
             "the same reference run with more turns, at another speed, or while one condition "
-            "changes (temperature, load): an error that depends on it changes too"
+            "changes (temperature, load): an error that depends on this change changes too"
         )
     return words + _of_two_heads(len(untestable) - len(possible))
 

@@ -1,8 +1,9 @@
-"""Finds a lag between a condition and the error that a product of parts describes by it.
+"""Finds a lag between a condition and an error that a product of parts describes as a function of
+it.
 
-A body that follows a condition T through a first order lag has T_b′ = (T − T_b)/τ. The product of
-T alone then has too small a size, and what remains is a loop of the error against T with the
-periods of T itself.
+A body that follows a condition T through a first order lag has T_b′ = (T − T_b)/τ. The product of T
+alone then has too small a size. The remaining error, plotted over T, is a loop with the periods of
+T itself.
 """
 
 from __future__ import annotations
@@ -21,24 +22,24 @@ from arctrue.workbench.inference.solution import Solution
 Float = NDArray[np.float64]
 
 MOST_OF_LEFT = 0.5
-"""Smallest share that the lag must remove of the error that remains with the condition alone, and
-with the condition after a symmetric smoothing of the same kind. Noise or display steps of a
-recorded column are in its product, and any smoothing removes most of this error; only a real lag
-also removes what the symmetric smoothing leaves."""
+"""Smallest share that the lag must remove of two errors: the error that remains with the condition
+alone, and the error that remains with the condition after symmetric smoothing. Any smoothing
+removes most of the noise and display steps of a recorded column; only a real lag also removes the
+error that symmetric smoothing leaves."""
 AHEAD_SPANS = 0.125
-"""Longest lag, in lengths of the record: with a longer one, the condition before the first row
-determines the error, and that is not known."""
+"""Longest lag, in lengths of the record: with a longer lag, the error depends on the condition
+before the first row, which is not known."""
 TRIED = 24
-"""Number of lags that are tried, in equal ratios: neighbours differ by less than half, and the best
-one lies between them."""
+"""Number of lags that are tried, in equal ratios: each is less than half longer than the one
+before. The same number is then tried between the neighbours of the best lag."""
 LEAST_ROWS = 100
-"""Fewest rows: the lag is one of four kinds of values, with size, constant and orders."""
+"""Smallest number of rows: a lag, a size, a constant and the model's orders are fitted to them."""
 MOST_ROWS = 20_000
 """Largest number of rows with which lags are tried, to limit cost: neighbouring rows of a longer
 record are averaged."""
 LEAST_CHANGE = 3.0
-"""Smallest number of changes of the condition's sense, after a mean over the lag: the lag of a
-condition that rises evenly is an offset."""
+"""Smallest number of reversals of the condition behind the lag: if a condition only rises evenly,
+its lag is an offset."""
 
 
 @dataclass(frozen=True)
@@ -55,13 +56,13 @@ class Lag:
         return (
             f"The error follows {self.part} with a lag of about {self.time_constant_s:.3g} s: with "
             f"this lag its size is {abs(self.size):.3g}{self.unit}. A further line or slow change "
-            "at the periods of this column is no other error."
+            "at the periods of this column is not another error."
         )
 
 
 def lag_of(item: Candidate | None, base: Solution) -> Lag | None:
-    """Return the lag of the condition in a product that has a condition alone, in a reference with
-    times; None if there is none."""
+    """Return the lag of the condition of a product without orders, in a reference with times; None
+    if the rows show no lag."""
     rows = base.observations.reference
     if item is None or not isinstance(item.effect, ProductOfParts) or rows is None:
         return None

@@ -122,8 +122,8 @@ MORE_READINGS_THAN_COEFFICIENTS = NextMeasurement(
     None,
 )
 TURN_THE_REFERENCE = NextMeasurement(
-    "the same places once more, with the reference turned by a few of them: an error of the table "
-    "stays at its place, an error of the reference moves with it",
+    "the same places once more, with the reference turned by a few places: an error of the table "
+    "stays at its place, an error of the reference moves with the reference",
     None,
 )
 ANOTHER_REFERENCE = NextMeasurement(
@@ -160,15 +160,15 @@ CLAMPED_AGAIN = NextMeasurement(
 )
 
 WITH_THE_INDEX = NextMeasurement(
-    "a capture across several index passes, with the index counts recorded: the number of counts "
-    "of a turn of the faulty head differs from counts_per_rev; then check cable, supply and input "
-    "filter of this head",
+    "a capture across several index passes, with the index counts recorded: the faulty head counts "
+    "more or fewer than counts_per_rev in a turn; then check cable, supply and input filter of "
+    "this head",
     None,
 )
 SLOWER_WITH_THE_INDEX = NextMeasurement(
     "the fast runs once more, at speeds between the slow and the fast runs, with the index counts "
-    "recorded: the number of counts of a turn of the faulty head differs from counts_per_rev above "
-    "a certain speed; then check the bandwidth and the input filter of this head",
+    "recorded: above a certain speed, the faulty head counts more or fewer than counts_per_rev in "
+    "a turn; then check the bandwidth and the input filter of this head",
     None,
 )
 AT_ANOTHER_SPEED = NextMeasurement(
@@ -178,7 +178,7 @@ AT_ANOTHER_SPEED = NextMeasurement(
 )
 LONGER_AND_BACK = NextMeasurement(
     f"one run of {MORE_TURNS} turns, and one back: the number of lost counts continues to grow, "
-    "a cable that winds up pulls less when it unwinds",
+    "but a cable that winds up pulls less when it unwinds",
     "turns",
 )
 
@@ -241,8 +241,8 @@ def _called(item: Candidate) -> str:
 
 
 def measurement_for_variety(best: Candidate) -> NextMeasurement:
-    """Return the first plan whose rows supply all data that the set lacks to name this effect; if
-    there is none, return the lacking data in words."""
+    """Return the first plan whose rows supply all data that the set lacks to name this effect;
+    without such a plan, return the lacking data in words."""
     observations = best.solution.observations
     lacking = "; ".join(best.effect.variety(observations))
     for plan in PLANS:
@@ -310,8 +310,8 @@ def measurement_for_parts(product: ProductOfParts, observations: Observations) -
             return NextMeasurement(OTHER_VALUES[varied], None)
     if product.frame == "reference" and observations.faces is None:
         return NextMeasurement(
-            "the same reference run at other stations, half a step further: an error of the place "
-            "is smooth between the stations",
+            "the same reference run at other stations, half a step further: an error that depends "
+            "on the angle is smooth between the stations",
             None,
         )
     if product.frame == "reference":

@@ -22,7 +22,7 @@ from arctrue.workbench.numeric.distributions import student_upper_p
 
 LEAST_OFFSETS = 2
 """Smallest number of free offsets (runs minus columns of the effect) for the comparison with the
-known index repeatability. A single free offset agrees with the known index whenever two runs have
+known index repeatability. With one free offset, an effect may fit all offsets because two runs have
 the same shift, for example if a head was displaced before both runs."""
 
 LEAST_RUNS = 6
@@ -31,8 +31,8 @@ correlation above 0.999 would be significant."""
 LEAST_SCATTER = 4
 """Smallest number of runs whose scatter is compared with the known index: three free offsets."""
 LEAST_OF_A_DIRECTION = 2
-"""Smallest number of runs of each direction whose offsets are compared: with one run, a shift
-between two runs looks the same."""
+"""Smallest number of runs of each direction whose offsets are compared: a single run may differ
+from the others by a shift between two runs."""
 DIFFERENCE_P = 0.0027
 """Largest p of a stated difference of the directions: that of three standard uncertainties with a
 known index."""
@@ -102,7 +102,7 @@ def offsets_are_large(left: Residuals, before: Residuals, share: float) -> bool:
 
 @dataclass(frozen=True)
 class IndexScatter:
-    """Scatter of the runs' offsets beyond the repeatability of the index that was known."""
+    """Scatter of the runs' offsets beyond the known repeatability of the index."""
 
     rms_arcsec: float
     index_arcsec: float
@@ -111,9 +111,9 @@ class IndexScatter:
     def sentence(self) -> str:
         """Return the scatter as a sentence."""
         return (
-            f"The offsets of the runs scatter by {self.rms_arcsec:.2g}″, the index is known to "
-            f"repeat within {self.index_arcsec:.2g}″: the index is worse, or something moves the "
-            "heads between the runs."
+            f"The offsets of the runs scatter by {self.rms_arcsec:.2g}″, but the known "
+            f"repeatability of the index is {self.index_arcsec:.2g}″: the index is worse, or "
+            "something moves the heads between the runs."
         )
 
 
@@ -122,7 +122,7 @@ def index_beyond_its_prior(residuals: Residuals) -> IndexScatter | None:
     it (F test, p below FOLLOWS_P); otherwise None.
 
     The fit estimates the variance of the index from these offsets, which therefore never contradict
-    the model. The known repeatability counts as measured with the weight of its prior, in runs.
+    the model. The known repeatability has the degrees of freedom of its prior, in runs.
     """
     if residuals.observations.capture is None or residuals.observations.runs < (
         LEAST_SCATTER * residuals.observations.capture.channels
@@ -143,8 +143,9 @@ def index_beyond_its_prior(residuals: Residuals) -> IndexScatter | None:
 
 @dataclass(frozen=True)
 class DirectionDifference:
-    """Difference of the mean offsets of the runs in the two directions, with its standard
-    uncertainty from the index, arcseconds."""
+    """Difference of the mean offsets of the runs in the two directions, and its standard
+    uncertainty from the known index or, if it is larger, from the scatter of the runs;
+    arcseconds."""
 
     size_arcsec: float
     u_arcsec: float
@@ -153,15 +154,14 @@ class DirectionDifference:
         """Return the difference as a sentence."""
         return (
             f"The runs in the two directions differ by {self.size_arcsec:.3g}″ in R₂ − R₁ "
-            f"(u {self.u_arcsec:.2g}″, from the index); this is not enough to name an effect of "
+            f"(u {self.u_arcsec:.2g}″, from run to run); this is not enough to name an effect of "
             "the direction or of the speed."
         )
 
 
 def direction_difference(residuals: Residuals) -> DirectionDifference | None:
-    """Return the difference of R₂ − R₁ between the directions if chance gives it less often than
-    DIFFERENCE_P; None otherwise, and with fewer than LEAST_OF_A_DIRECTION runs a
-    direction."""
+    """Return the difference of R₂ − R₁ between the directions if its p is at most DIFFERENCE_P;
+    None otherwise, and if a direction has fewer than LEAST_OF_A_DIRECTION runs."""
     observations = residuals.observations
     rows = observations.capture
     if rows is None or rows.channels != 1:
@@ -185,8 +185,8 @@ def direction_difference(residuals: Residuals) -> DirectionDifference | None:
 
 
 def offsets_follow(residuals: Residuals) -> FollowedCondition | None:
-    """Return the condition of which the offsets of the runs are a linear or quadratic function;
-    None if there is none, or if the offsets are within the known scatter of the index.
+    """Return the condition that the offsets of the runs follow as a linear or quadratic function;
+    None if they follow no condition, or are within the known scatter of the index.
 
     The constant of the function is free. The sample of the F test is the runs, not the rows: noise
     or lag of a thermometer within a run can hide a dependence that the means of the runs show.

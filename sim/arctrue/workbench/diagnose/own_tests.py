@@ -24,8 +24,8 @@ LEAST_COMMON, LEAST_OF_TWO = 3, 5
 """Three orders count as a pattern if their common divisor is at least LEAST_COMMON; two orders with
 a local defect count as a pattern if it is at least LEAST_OF_TWO. Three random orders have a common
 divisor of 3 or more with a probability of at most Σ_{d≥3} d⁻³ = 0.08. Two random orders have a
-common divisor of 5 or more with at most Σ_{d≥5} d⁻² = 0.22. The test is made only where all three
-orders, or both orders and the defect, have passed every other test.
+common divisor of 5 or more with a probability of at most Σ_{d≥5} d⁻² = 0.22. The test is made only
+where all three orders, or both orders and the defect, have passed every other test.
 """
 
 
@@ -62,7 +62,7 @@ def shape_with_corners(causes: Sequence[RegularCause]) -> str | None:
     separate lines.
 
     The amplitudes of the harmonics n of a jump decrease as 1/n, those of a bend as 1/n². If the
-    shape repeats at an order of the model, that order itself is no line of the search. The lines
+    shape repeats at an order of the model, that order itself is not a line of the search. The lines
     are then whole orders above the model's orders, at equal distances of that order. Stator slots
     or a gear, in contrast, also show a line at their base order.
     """
@@ -97,8 +97,8 @@ CHANCE = 0.01
 """Largest probability step^(1 − n) that n whole orders are equal modulo a step by chance."""
 LEAST_FILLED = 2.0 / 3.0
 """Smallest share of the possible orders, from the lowest line to the highest, that must be lines if
-the probability of chance exceeds CHANCE. Four random whole orders within a step of 2 and a span of
-twenty reach it with a probability of 0.02."""
+the probability of chance exceeds CHANCE. Four random whole orders with a step of 2 and a span of
+twenty reach this share with a probability of 0.02."""
 OF_A_WHOLE_ORDER = 0.25
 """Largest distance of a line from an integer order, in units of 1/span."""
 STEEPEST, FLATTEST = -3.0, -0.25

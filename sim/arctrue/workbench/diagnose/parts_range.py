@@ -35,9 +35,9 @@ accepted, because the model could not cancel most of it.
 """
 CLEARLY_ITS_OWN = 0.1
 """The same share for a recorded column. Marquardt calls a VIF of 10 too large (Technometrics 12
-(1970) 610). The share of a column that repeats with the angle, such as the torque of an unbalanced
-payload, changes the model's orders by as much as the column says, so that the model has to cancel
-this share even though the column is the cause.
+(1970) 610). A column that repeats with the angle, such as the torque of an unbalanced payload,
+resembles the model's orders: the fit then cancels a part of the column by these orders even if the
+column is the cause.
 """
 
 

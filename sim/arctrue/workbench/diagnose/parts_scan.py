@@ -308,8 +308,8 @@ def _turned(
     residuals: Residuals, effects: Sequence[ProductOfParts], tried: float, share: float
 ) -> list[PartsCandidate]:
     """Score the products that turn with a column; they divide ``share`` among the columns, both
-    signs, and one or all orders. Of the products with the same column and sign, only the best is
-    returned: all orders together always leave the least error."""
+    signs, and one or all orders. Of the products with the same column and sign, only that with the
+    best BIC is returned, because all orders together always leave the least error."""
     names = Counter(effect.turned_by for effect in effects)
     tried += len(effects)
     share /= 2.0 * max(len(names), 1)

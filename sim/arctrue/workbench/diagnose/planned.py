@@ -37,16 +37,17 @@ CYCLES = 5
 STATION_S = 4.0
 """Time for one planned station: settling and reading of an autocollimator."""
 EVENLY = 0.98
-"""Smallest correlation of temperature and time at which the temperature changes evenly; with this
-correlation, the columns of two effects count as equal as well (ALIKE in :mod:`confounded`)."""
+"""Smallest correlation of temperature and time at which the temperature counts as changing evenly;
+with this correlation, the columns of two effects count as equal as well (ALIKE in
+:mod:`confounded`)."""
 MOVING_STATIONS = 360
 """Number of stations of a planned reference that is read while the table moves: one per degree."""
 
 
 @dataclass(frozen=True)
 class PlannedMeasurement:
-    """A planned measurement: its name for programs (None if they know none), its description, and a
-    function that adds its rows."""
+    """A planned measurement: its name for programs (None without such a name), its description, and
+    a function that adds its rows."""
 
     kind: str | None
     words: str
@@ -179,8 +180,8 @@ def _rises_with_time(rows: CaptureRows | ReferenceRows) -> bool:
 def _temperature_c(
     rows: CaptureRows, time_s: Float, warmer_k: float, *, goes_on: bool
 ) -> Float | None:
-    """Return the temperature of the planned rows: that of the first run, or, with ``goes_on``, the
-    straight line of the set continued, because a change that nobody stops goes on."""
+    """Return the temperature of the planned rows: the temperature of the first run or, with
+    ``goes_on``, the continued straight line of the set's temperature."""
     if rows.temperature_c is None:
         return None
     if goes_on:

@@ -40,8 +40,8 @@ A_LITTLE = 1e-3
 """Margin that is added to a probability, or to its logarithm, so that the answer stays the most
 probable one in spite of rounding."""
 LEVEL = 0.01
-"""Largest relative difference of the probabilities of the first effect of a class and a rival that
-count as equal. The rules make the two equal except for A_LITTLE."""
+"""Largest relative difference at which the probabilities of a rival and of the first effect of a
+class count as equal. The rules make the two equal except for A_LITTLE."""
 LEAST_OF_A_NAME = 0.8
 """Smallest probability with which a single name is stated. A false name is assumed to cost four
 times as much as a class that is stated where a single name would be right."""

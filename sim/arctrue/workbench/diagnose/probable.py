@@ -18,8 +18,8 @@ def probable(result: Diagnosis) -> list[str]:
     """Return the largest probabilities in a sentence.
 
     The effects of a class share one number, because the data cannot separate them. If the set can
-    test a part of the catalogue only, ``none`` is a statement on this part. A sentence before the
-    number states if the set differs from the sets of the calibration.
+    test a part of the catalogue only, ``none`` is a statement on this part. If the set differs from
+    the sets of the calibration, a sentence before the number states how.
     """
     shown = [
         f"{words} {probability_percent(value)}"
@@ -28,7 +28,7 @@ def probable(result: Diagnosis) -> list[str]:
     ]
     if not shown:
         return []
-    said = [f"Probability of what to add next: {', '.join(shown)}."]
+    said = [f"Probability of the effect to add next: {', '.join(shown)}."]
     if len(result.unlike) >= LIKE_BENCHMARK:
         said.insert(
             0,

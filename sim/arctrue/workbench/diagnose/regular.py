@@ -58,8 +58,8 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
 
     If the rows do not determine the model, there are no findings, because lines would only cancel
     the model's orders. The error of single places is subtracted before the other searches, because
-    a defect that every turn repeats looks like an oscillation or a line. A slow change must remain
-    without the error that repeats at equal places.
+    a defect that every turn repeats looks like an oscillation or a line. A slow change counts only
+    if it remains after the error that repeats at equal places is subtracted.
     """
     if undetermined(solution) is not None:
         return Findings()
@@ -147,7 +147,7 @@ def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Finding
     if not bands:
         cycles = mounting_change(solution) or cycle_change(solution) or run_change(solution)
     if cycles is not None:
-        # A few offsets are no slow curve, and no single event.
+        # A few offsets are neither a slow curve nor a single event.
         steps, slow = [], None
     oscillation = in_each_run(solution, oscillation)
     times = [step.time_s for step in steps if step.time_s is not None]
@@ -171,8 +171,8 @@ def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Finding
 
 
 SAME_SPEED = 0.01
-"""Largest relative difference of the speeds of two stretches with which one period is stated for an
-order; a drive without a servo holds its speed to about 1 %."""
+"""Largest relative difference between the speeds of two stretches at which one period is stated for
+an order; a drive without a servo holds its speed to about 1 %."""
 
 
 def _common_speed(record: Record) -> float | None:

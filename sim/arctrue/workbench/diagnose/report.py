@@ -52,7 +52,7 @@ def sentences(result: Diagnosis) -> list[str]:
         said += _folded(result.named, result)
         if len(result.effect_class) > 1:
             larger = ", ".join(result.effect_class[1:])
-            said.append(f"Effects with more parameters would explain it too: {larger}.")
+            said.append(f"Effects with more parameters would explain this error too: {larger}.")
         smaller = _smaller_part(result)
         said += smaller
         if result.second is not None and not (smaller and result.second.bare):
@@ -73,7 +73,7 @@ def sentences(result: Diagnosis) -> list[str]:
             f"{result.decision.unlike}."
         ]
         if result.description is not None:
-            said.append(f"Described by its parts: {result.description}.")
+            said.append(f"Description of the error: {result.description}.")
     elif result.decision.seen is not None:
         said = [f"None of the known effects fits: {result.decision.seen}."]
         said += _folded_in_each_run(result)
@@ -149,12 +149,12 @@ def _not_searched(result: Diagnosis) -> list[str]:
 
 
 def _equal(result: Diagnosis) -> list[str]:
-    """Return a sentence on the description with another condition that fits as well."""
+    """Return a sentence on another condition that describes the error equally well."""
     item = result.equal
     if item is None:
         return []
     words = item.effect.describe(item.parameters())
-    return [f"With another condition, whose zero is free, the description fits as well: {words}."]
+    return [f"Another condition, with a fitted zero, describes the error equally well: {words}."]
 
 
 def _further_with_description(result: Diagnosis) -> list[str]:
@@ -298,7 +298,7 @@ def _covered(covers: Coverage) -> list[str]:
         sizes = ", ".join(
             f"{name} {_smallest(item)}" for name, item in sorted(covers.smallest.items())
         )
-        said.append(f"In 95 % of such sets the diagnosis would find: {sizes}.")
+        said.append(f"In 95 % of such sets the diagnosis would find these sizes: {sizes}.")
     few = sorted(name for name, item in covers.smallest.items() if item.noise_hardly_known)
     if few:
         said.append(
@@ -337,8 +337,8 @@ def _folded(item: Candidate, result: Diagnosis) -> list[str]:
         return []
     words = " or ".join(f"{period_s:.4g} s" for period_s in periods_s)
     return [
-        f"The rows come every {step_s:.4g} s: a line of {words} would look the same. Uneven or "
-        "shorter steps would separate them."
+        f"The rows come every {step_s:.4g} s: a line with a period of {words} would look the same. "
+        "Uneven or shorter steps would separate them."
     ]
 
 
@@ -356,9 +356,9 @@ def _folded_in_each_run(result: Diagnosis) -> list[str]:
         return []
     words = " or ".join(f"{period_s:.4g} s" for period_s in periods_s)
     return [
-        f"The rows come every {step_s:.4g} s: a line of {words} would look the same, and would "
-        "change its phase from run to run if the rows of each run start at another instant. Uneven "
-        "or shorter steps would separate them."
+        f"The rows come every {step_s:.4g} s: a line with a period of {words} would look the same. "
+        "It would change its phase from run to run if the rows of each run start at another "
+        "instant. Uneven or shorter steps would separate them."
     ]
 
 
@@ -389,7 +389,7 @@ def _undecided(result: Diagnosis) -> list[str]:
     if item is not None:
         size = item.effect.describe_values(item.parameters()) or size_sentence(item)
     if size:
-        said.append(f"If it is {first}: {size[0].lower()}{size[1:]}")
+        said.append(f"If the effect is {first}: {size[0].lower()}{size[1:]}")
     if result.description is not None:
         said.append(
             f"A description that is not in the catalogue fits equally well: {result.description}."

@@ -59,7 +59,7 @@ def same_by_definition(best: Candidate, product: Candidate) -> bool:
 
 
 def contains(best: Candidate, product: Candidate) -> bool:
-    """Tell whether the effect explains the error of the product and adds to it."""
+    """Tell whether the effect explains the error of the product, and more than the product."""
     return stands_in(product, best) and adds(best, product)
 
 

@@ -37,9 +37,9 @@ def rounded_at_the_stations(item: Candidate, noise_arcsec: float) -> float:
 
     A line of a log is explained if its amplitude is at most LARGEST_LINE steps: where the error
     changes slowly, the rounding changes as regularly as the error. For another effect the rounding
-    is a random error of each station, uniform over a step. ``noise_arcsec``: noise of
-    a row. The gain falls by the ratio of the variances of a station's mean without and with this
-    error, and p by χ² with the lower gain must be at least SIGNIFICANCE.
+    is a random error of each station, uniform over a step. ``noise_arcsec``: noise of a row. The
+    gain falls by the ratio of the variances of a station's mean without and with this error; with
+    the lower gain, p of χ² must be at least SIGNIFICANCE.
     """
     rows = item.solution.observations.reference
     if rows is None:

@@ -1,4 +1,4 @@
-"""Tests whether the capture changes evenly in every run alike, which slow noise does not do.
+"""Tests whether the capture changes evenly and with the same slope in every run, unlike slow noise.
 
 The noise of a run is estimated from the run itself, so that an even change within a run counts as
 slow noise. Noise differs from run to run; the slopes of all runs then scatter about 0.
@@ -21,8 +21,8 @@ LEAST_RUNS = 4
 """Smallest number of runs. With three, the mean slope would have to exceed its standard error a
 hundred times (Student's t of two degrees of freedom at SAME_P)."""
 SAME_P = 1e-4
-"""Largest p, over all coordinates and channels, at which the slopes count as equal; it equals the
-limit of a sure lack of fit."""
+"""Largest p, over all coordinates and channels, of a mean slope that is stated; it equals the limit
+of a sure lack of fit."""
 WORDS = {
     "angle": "with the angle since the start of the run (a cable or hose that winds up and pulls, "
     "or counts that are lost in every turn)",
@@ -44,19 +44,21 @@ class SameRamp:
     """Change of the reading of the head against head 1 over the mean length of a run."""
     rms_arcsec: float
     coordinates: tuple[str, ...]
-    """Keys of WORDS that the slopes do not contradict, the best first."""
+    """Keys of WORDS: coordinates over which the mean slope is significant, the most significant
+    first."""
 
     def words(self) -> str:
         """Return the finding in words, with the alternatives that these runs cannot separate."""
         causes = " or ".join(WORDS[item] for item in self.coordinates)
         return (
-            f"head {self.head} against head 1 changes evenly within every run, by "
-            f"{self.arcsec:.2g}″ a run, {causes}"
+            f"the reading of head {self.head} minus that of head 1 changes evenly within every "
+            f"run, by {self.arcsec:.2g}″ a run, {causes}"
         )
 
 
 def same_ramp(residuals: Residuals) -> SameRamp | None:
-    """Return the even change that all runs of the capture share; None if there is none.
+    """Return the even change that all runs of the capture share; None if the runs share no such
+    change.
 
     The sample of Student's t is the slopes of the runs, so that any noise within a run is allowed.
     """
@@ -103,7 +105,8 @@ def _slopes(rows: CaptureRows, left: Float, runs: list[np.int64], name: str) -> 
 
 
 def _p_of(slopes: Float) -> float:
-    """Return p of Student's t that slopes which scatter about 0 have a mean of this size."""
+    """Return p of Student's t test of the mean slope: noise alone gives slopes that scatter about
+    0."""
     error = float(np.std(slopes, ddof=1)) / np.sqrt(slopes.size)
     if error == 0.0:
         return 1.0

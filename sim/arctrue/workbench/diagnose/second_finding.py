@@ -1,7 +1,7 @@
 """Describes the second finding: the error that remains with the named effect in the model.
 
 An effect of the catalogue has one size everywhere. If its size in a machine differs from place to
-place, the remaining error is the effect's own prediction times a factor of the place.
+place, the remaining error is the effect's own prediction times a factor that depends on the place.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def second_finding(
     """Return the error that remains with the named effect as the last term of the model; None if it
     is not significant.
 
-    ``unknown``: the verdict with the named effect in the model says that an error remains.
+    ``unknown``: whether the diagnosis with the named effect in the model finds an unknown error.
     """
     for channel, noise in left.noise_arcsec.items():
         found = _variation(left, channel, noise)

@@ -8,8 +8,8 @@ from scipy.special import chdtrc
 from arctrue.workbench.inference.solution import Solution
 
 CHANCE = 0.0027
-"""A curve is stated if noise gives all its coefficients together such a size (χ²) less often; this
-is the probability outside three standard uncertainties of one number."""
+"""A curve is stated if the χ² test of all its coefficients gives at most this p: the probability
+that a normal value is more than three standard uncertainties away."""
 
 
 def shared_curve(base: Solution | None) -> list[str]:

@@ -20,9 +20,8 @@ EXACT = 0.01
 """A distance of an order from a multiple is negligible up to this value: it changes the phase by at
 most 4° in one turn."""
 HIGHEST = 4
-"""Highest multiple of the signal period that is looked for: the harmonics of a sine signal that a
-wrong offset, gain or phase (1 and 2) and a distorted wave (3 and 4) cause (Heydemann, Appl. Opt. 20
-(1981) 3382)."""
+"""Highest multiple of the signal period that is searched: a wrong offset, gain or phase causes the
+multiples 1 and 2 (Heydemann, Appl. Opt. 20 (1981) 3382), a distorted wave 3 and 4."""
 
 
 @dataclass(frozen=True)
@@ -51,11 +50,11 @@ class SignalPeriod:
 
     def sentences(self) -> list[str]:
         """Return what the line and the other multiples show, in words."""
-        times = "" if self.multiple == 1 else f", {self.multiple} times"
+        times = "" if self.multiple == 1 else f"{self.multiple} times "
         said = [
-            f"The order is the signal period of the grating{times} (table.grating_lines = "
-            f"{self.lines}). {self.untested} is probable and cannot be tested, because the set "
-            f"lacks {self.lacking}."
+            f"The order is {times}the number of grating lines, so it belongs to the signal period "
+            f"(table.grating_lines = {self.lines}). {self.untested} is probable, but cannot be "
+            f"tested: the set lacks {self.lacking}."
         ]
         if self.further:
             sizes = ", ".join(

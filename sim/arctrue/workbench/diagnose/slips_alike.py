@@ -1,7 +1,7 @@
 """Finds a head that loses the same number of counts again and again.
 
-The search for a slip finds one step. Several steps in a run are a staircase, which one step does
-not explain, so that rows that were left out of the fit contradict it.
+The search for a slip finds one step. One step does not explain a run with several steps: rows that
+were left out of the fit contradict it.
 """
 
 from __future__ import annotations
@@ -28,8 +28,9 @@ SIDE = 16
 """Number of rows before and after an instant whose means are compared."""
 FAR = 6.0
 """Smallest difference of these means, in robust standard deviations of all such differences: white
-normal noise of known scatter exceeds it once in 5·10⁸ rows. Of short runs the scatter is less sure,
-because differences within 2·SIDE rows share readings; EQUAL_SIGMA and BY_CHANCE then decide."""
+normal noise of known scatter exceeds it once in 5·10⁸ rows. In short runs the scatter is less
+certain, because differences within 2·SIDE rows share readings; EQUAL_SIGMA and BY_CHANCE then
+decide."""
 ROUNDS = 4
 """Largest number of rounds of search and fit: a step hides another step that is less than
 SIDE rows away."""
@@ -73,8 +74,8 @@ class AlikeSlips:
         fast = min(self.speeds_deg_s[run] for run in self.of_run)
         slow = max(speed for run, speed in self.speeds_deg_s.items() if run not in self.of_run)
         return (
-            f"{said}; only the runs at {fast:.3g}°/s or more have it, those up to {slow:.3g}°/s "
-            "have not"
+            f"{said}; only the runs at {fast:.3g}°/s or more have such slips, not those up to "
+            f"{slow:.3g}°/s"
         )
 
 
@@ -100,8 +101,8 @@ def slips_alike(solution: Solution) -> AlikeSlips | None:
     times = np.clip(np.round(sizes / one), 1.0, MOST_AT_ONCE)
     if np.any(np.abs(sizes - times * one) > EQUAL_SIGMA * sigmas):
         return None
-    # The first step gives the size; each other one is equal by chance with the share of the sizes
-    # that its uncertainty allows.
+    # The first step gives the size; the probability that another step is equal by chance is the
+    # share of the sizes that its uncertainty allows.
     chance = np.minimum(2.0 * EQUAL_SIGMA * sigmas / abs(one), 1.0)
     if float(np.prod(np.sort(chance)[:-1])) > BY_CHANCE:
         return None
@@ -188,7 +189,7 @@ def _scatter(differences: Float) -> float:
 
 def _largest(differences: Float, least: float, known: list[int]) -> list[int]:
     """Return the rows with the largest differences above ``least``, each SIDE rows or more from the
-    others; rows within two of a known step are that step."""
+    others; a difference at most two rows from a known step belongs to that step."""
     size = np.abs(differences)
     for place in known:
         size[max(place - 2, 0) : place + 3] = 0.0

@@ -20,17 +20,17 @@ from arctrue.workbench.observations import ReferenceRows
 Float = NDArray[np.float64]
 
 BLOCKS = 6
-"""Equal parts of the arc, as many as for the held-out blocks of a run; their means about the line
-of a pass show the noise of its slope, with four degrees of freedom a pass."""
+"""Number of equal parts of the arc, as for the held-out blocks of a run. The scatter of their means
+about the line of a pass is the noise of its slope, with four degrees of freedom a pass."""
 LEAST_OF_A_BLOCK = 2
 """Fewest rows of a pass in each block: one row may be an outlier."""
 SLOPES_P = 1e-4
 """Largest p at which the slopes are stated to differ; it equals the limit of a sure lack of fit."""
 RANDOM_WALK = 9.64
-"""Factor by which F must be larger than for white noise: the mean square of the slope of a random
-walk, over the mean square of its block means about the line, if both are 1 for white noise. It
-follows from the covariance min(s, t) of a random walk; p is then at most about twice the stated p
-for the slowest noise too, by simulation (test_slopes_of_passes.py)."""
+"""F is divided by this factor. In a random walk, the mean square of the slope is larger by this
+factor than that of the block means about the line (covariance min(s, t)); in white noise the two
+are equal. By simulation, the true p is then at most about twice the stated p, also in the slowest
+noise (test_slopes_of_passes.py)."""
 DIFFERS = 3.0
 """A condition differs between two passes if the difference of its means exceeds this number of
 standard deviations within the passes."""
@@ -77,12 +77,13 @@ class SlopesOfPasses:
         if not self.conditions:
             return (
                 "the same pass several times more, with one condition changed at a time: the slope "
-                "of the angle changes with its cause"
+                "over the angle changes with its cause"
             )
         names = " and ".join(item.partition(" (")[0] for item in self.conditions)
         return (
-            f"the same pass once more with {names} as in the first pass: the first slope comes "
-            "back if this condition is its cause, and not if the time is, or a change of the set-up"
+            f"the same pass once more with {names} as in the first pass: if this condition is the "
+            "cause, the first slope returns; if the time or a change of the set-up is the cause, "
+            "it does not"
         )
 
 
@@ -151,7 +152,7 @@ def _conditions(
         within = float(np.sqrt(np.mean([np.var(values[own]) for own in passes])))
         if len(passes) == 2:
             known = abs(float(means[1] - means[0])) > DIFFERS * max(within, 1e-12)
-            # A difference that the stated figures do not show is none.
+            # A difference that the stated figures do not show does not count.
             known = known and _figure(item, rows, means[0]) != _figure(item, rows, means[1])
         else:
             scale = float(np.std(means) * np.std(slopes))

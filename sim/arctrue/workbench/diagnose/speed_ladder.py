@@ -18,13 +18,13 @@ from arctrue.workbench.inference.solution import Solution
 Float = NDArray[np.float64]
 
 IN_PROPORTION = 0.98
-"""Smallest share of the squares of an effect's run means that a straight line through zero
-explains, for an effect that is in proportion to the speed; the order-dependent part of a delay
-averages to less."""
+"""An effect is proportional to the speed if a straight line explains at least this share of the
+variance of its run means; the order-dependent part of a delay averages to less than the other 2
+%."""
 DEPARTS = 0.01
-"""Smallest share of the squares of a straight line, beyond a step, that a departure from it must
-reach: a tenth of its size. Between four speeds from 1 to 8, the square of the speed departs by
-0.04 and its root by 0.02."""
+"""Smallest ratio of a departure from a straight line to this line, as sums of squares beyond a
+step: a tenth of its size. Between four speeds from 1 to 8, the square of the speed departs by 0.04
+and its root by 0.02."""
 
 
 def not_in_proportion(base: Solution, best: Candidate, matters_arcsec: float) -> str | None:
@@ -44,8 +44,8 @@ def departs_from_a_line(found: SpeedLevels, matters_arcsec: float) -> bool:
     """Tell whether the part of the run means that changes its sign with the direction is another
     function of the speed than a step and a straight line (a reversal error and a delay).
 
-    The rest of the run means is the noise of the F test. The RMS of the departure must exceed
-    ``matters_arcsec``.
+    The part of the run means that no function of the speed explains is the noise of the F test. The
+    RMS of the departure must exceed ``matters_arcsec``.
     """
     speed = found.speed_rad_s
     step = np.column_stack([np.ones(speed.size), np.sign(speed)])

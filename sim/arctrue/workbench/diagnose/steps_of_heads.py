@@ -22,9 +22,10 @@ SURE = 6.0
 
 def heads_that_step(residuals: Residuals, place: Nonlinear) -> str | None:
     """Return in words which heads step at the place of a slip, and by how many counts; None if
-    fewer than two heads step, or with two heads.
+    fewer than two heads step, or if the capture has only two heads.
 
-    A head that most others do not follow steps; of two pairs, that without head 1.
+    A head steps if its reading changes by another size than most heads; of two pairs, the pair
+    without head 1 steps.
     """
     rows, left = residuals.observations.capture, residuals.capture_arcsec
     count = residuals.observations.count_arcsec

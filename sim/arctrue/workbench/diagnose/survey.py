@@ -26,7 +26,7 @@ OF_A_CONSTANT = 0.1
 """Largest ratio of standard deviation to mean, over the rows, of a change that counts as
 constant."""
 LEAST_HELD_OUT = 0.5
-"""Smallest share of an effect's own error that other blocks must predict. With a smaller share,
+"""Smallest share of an effect's fitted error that other blocks must predict. With a smaller share,
 most of this error differs from block to block.
 """
 MOST_LEFT = 0.5

@@ -54,9 +54,8 @@ def may_come_before(items: Sequence[Candidate], real: Candidate) -> list[Candida
     """Return the candidates with nearly the ΔBIC of the real effect, or with a larger gain.
 
     A candidate with a larger gain may be a larger effect that contains the real effect. A candidate
-    that explains more error than a line may be named before it, however far it is behind.
-
-    The disc order at which a line was found is always included, however far it is behind the line.
+    that explains more error than a line may be named before the line, even with a far lower ΔBIC.
+    The disc order at which a line was found is always included.
     """
     _score_with(items, real)
     return [

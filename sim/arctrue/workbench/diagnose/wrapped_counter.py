@@ -1,4 +1,4 @@
-"""Finds a head whose counter starts anew within a turn, or after a number of counts that is no
+"""Finds a head whose counter starts anew within a turn, or after a number of counts that is not a
 whole number of turns.
 
 Such a counter falls by the same number of counts each time. The steps of slips differ in size.
@@ -17,10 +17,10 @@ Float = NDArray[np.float64]
 
 LEAST_JUMP_TURNS = 1.0 / 64.0
 """Smallest jump that is examined, in turns. This limit is a choice: a counter of fewer counts wraps
-more than 64 times a turn, and counts of lost lines are smaller."""
+more than 64 times a turn, and jumps by lost lines are smaller."""
 LEAST_STEPS = 10.0
-"""Smallest jump in usual steps from row to row: a jump is then no missing row of an uneven
-motion."""
+"""Smallest jump in usual steps from row to row: a missing row of an uneven motion causes smaller
+jumps."""
 LEAST_WRAPS = 2
 """Smallest number of jumps: a single jump may be a slip."""
 ALIKE_STEPS = 3.0

@@ -98,7 +98,8 @@ class Explanation:
 
 
 def not_separated(found: Diagnosis) -> NotSeparated | None:
-    """Return the alternatives to the effect in a diagnosis; None if there are none."""
+    """Return the alternatives to the effect in a diagnosis; None if the diagnosis states no
+    alternative."""
     decision = found.decision
     if found.verdict not in ("named", "ambiguous"):
         return None

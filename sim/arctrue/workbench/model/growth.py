@@ -208,8 +208,8 @@ def as_stored(
     """Apply the stored coefficients to another set of the same table.
 
     Only the constants that belong to the set are fitted (each run's offset, a₀). Raises ValueError
-    if a stored effect has no coefficients, or if the set needs other columns than those to which
-    its coefficients belong.
+    if a stored effect has no coefficients, or if the set needs other columns than those of the
+    stored coefficients.
     """
     terms = model.terms(effects)
     values: list[float] = []

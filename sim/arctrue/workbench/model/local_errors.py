@@ -112,9 +112,9 @@ def table_of(errors: Sequence[LocalError], counts_per_rev: int) -> LocalTable:
     Returns
     -------
     LocalTable
-        The table with the closest points whose windows contain each error completely and do not
-        overlap. It has the largest number of fraction bits at which the largest point fits into its
-        word. Errors whose windows would overlap share one window.
+        The table with the most closely spaced points whose windows contain each error completely
+        and do not overlap. It has the largest number of fraction bits at which the largest point
+        fits into its word. Errors whose windows would overlap share one window.
 
     Raises
     ------

@@ -85,7 +85,7 @@ class ModelEffect:
         if self.search and lacking:
             raise ValueError(
                 f"effect {self.name}: search parameter {lacking[0]} is missing: give all of "
-                f"{', '.join(known)}, or none: they are then searched for"
+                f"{', '.join(known)}, or none, so that a search finds them"
             )
         return effect
 

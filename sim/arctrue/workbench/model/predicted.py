@@ -144,8 +144,8 @@ def _session_start_s(observations: Observations) -> float:
 def term_values(
     term: Term, rows: ReferenceRows, context: FitContext, conditions: Mapping[str, ArrayLike]
 ) -> Float | None:
-    """Return each coefficient's contribution to ε of head 1, (n, coefficients); None if there is
-    none.
+    """Return each coefficient's contribution to ε of head 1, (n, coefficients); None if the effect
+    makes no contribution.
 
     Raises ValueError if the effect needs a condition that was not given.
     """

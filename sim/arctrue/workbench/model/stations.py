@@ -34,7 +34,7 @@ def model_of_stations(rows: ReferenceRows, most_order: int = MOST_ORDER) -> Mode
         raise ValueError(
             f"the reference run has no target over {gap:.1f}° of the turn, and the set has no "
             f"capture: expected targets less than {180.0 / LEAST_ORDER:g}° apart all "
-            "around; measure the rest of the turn, or give a model with --model"
+            "around; measure the missing part of the turn, or give a model with --model"
         )
     return Model(
         [ModelEffect("graduation_harmonics", {"orders": list(range(1, min(most, most_order) + 1))})]
@@ -65,15 +65,15 @@ SHORT_ARC_DEG = 270.0
 orders that the arc determines. On a longer arc, each order from 1 on completes most of a wave."""
 HALF_TURN_DEG = 180.0
 """On a shorter arc the model has no order: the eccentricity, which every table has, is then a slow
-curve, and the orders above it only describe any curve on this arc."""
+curve, and the orders above it could describe any curve on this arc."""
 MOST_INFLATED = 10.0
 """Largest standard uncertainty of a coefficient on a short arc, as a multiple of that over whole
 turns with as many rows. Orders that cancel each other have far larger multiples: for 20 orders on
 240°, more than 10⁸, and their coefficients follow any slow error."""
 LEAST_REPEATED = 0.9
 """Smallest share of the rows at places that at least two passes visited, if the passes share a
-curve of the angle. With a smaller share, a part of the arc was passed once, where the curve would
-contain a drift."""
+curve of the angle. With a smaller share, a part of the arc was passed only once, and the curve
+would contain a drift there."""
 MOST_ROWS = 4000
 """Largest number of rows with which the orders that the arc determines are found; 200 for each wave
 of order 20 in a turn."""
@@ -136,8 +136,8 @@ WHOLE_TURN_RAD = 2.0 * np.pi + 0.005
 
 
 def warnings_of_the_arc(model: Model, observations: Observations) -> list[str]:
-    """Return the warning that :func:`on_its_arc` omits orders of this model; none if it omits
-    none."""
+    """Return the warning that :func:`on_its_arc` omits orders of this model; an empty list if it
+    keeps all."""
     rows, after = observations.every_reference_row, on_its_arc(model, observations)
     if model == after or rows is None:
         return []

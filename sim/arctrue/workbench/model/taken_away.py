@@ -324,7 +324,7 @@ def _values(
     entry: ModelEffect, effect: Effect, rows: ReferenceRows | None, context: FitContext
 ) -> Float | None:
     """Return the contribution of an effect to the error of head 1 at these rows, or to the measured
-    error of the reference, (rows,), arcseconds; None if there is none."""
+    error of the reference, (rows,), arcseconds; None if the effect makes no contribution."""
     if rows is None:
         return None
     columns = effect.reference_columns(rows, entry.search, context)

@@ -31,8 +31,8 @@ def test_measurements_come_before_keys_and_captures() -> None:
     )
     assert said == (
         "a set that has a reference run at more than one speed; the key table.drive_gear_teeth: "
-        "2 of the effects that were not tested need one of these each (on a table with two heads, "
-        "a capture of both heads could test 2 more)"
+        "2 of the effects that were not tested each need one or more of these (on a table with two "
+        "heads, a capture of both heads could test 2 more)"
     )
     nothing_else = of_the_same_kind({"vibration": [CAPTURE]})
     assert nothing_else.startswith("the same reference run with more turns")

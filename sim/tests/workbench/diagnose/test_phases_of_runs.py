@@ -78,7 +78,8 @@ def test_the_verdict_describes_one_line() -> None:
     said = sentences(found)
     assert "a line of 0.5076 s (1.97 Hz), 5" in said[0]
     assert "with a phase of its own in each run" in said[0]
-    assert "every 0.25 s: a line of 0.4926 s or 0.1675 s would look the same" in said[1]
+    periods = "0.4926 s or 0.1675 s"
+    assert f"every 0.25 s: a line with a period of {periods} would look the same" in said[1]
     assert "Single rows" not in " ".join(said)
     assert "noise-driven" not in " ".join(said)
     assert diagnosis_data(found, [])["findings"]["oscillation"]["own_phase_in_each_run"]

@@ -21,7 +21,7 @@ def test_a_class_has_one_number() -> None:
     probable: 0.30 + 0.28."""
     found = {"none": 0.0, "unknown": 0.42, "a": 0.30, "b": 0.28}
     assert _said("ambiguous", found, effect_class=["a", "b"]) == [
-        "Probability of what to add next: one of the class (a or b) 58 %, unknown 42 %."
+        "Probability of the effect to add next: one of the class (a or b) 58 %, unknown 42 %."
     ]
     (alone,) = _said("ambiguous", found, effect_class=["a"])
     assert alone.endswith("next: unknown 42 %, a 30 %, b 28 %.")

@@ -87,7 +87,7 @@ def test_jumps_at_equal_intervals() -> None:
     for step, size in zip(steps, sizes, strict=True):
         assert abs(step.size_arcsec - size) < WITHIN_U * step.sigma_arcsec
     said = " ".join(sentences(found))
-    assert "something jumped 8 times at equal intervals of 300 s, most at 1050 s by " in said
+    assert "something jumped 8 times at equal intervals of 300 s, farthest at 1050 s by " in said
     assert "slow change" not in said
 
 

@@ -120,5 +120,5 @@ def test_the_diagnosis_describes_the_losses_and_asks_for_the_index() -> None:
     assert found.verdict == "unknown"
     said = " ".join(sentences(found))
     assert "R₂ − R₁ falls by 16 counts (1.24″) again and again" in said
-    assert "only the runs at 120°/s or more have it" in said
+    assert "only the runs at 120°/s or more have such slips" in said
     assert "with the index counts recorded" in said

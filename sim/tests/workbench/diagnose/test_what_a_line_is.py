@@ -65,7 +65,7 @@ def test_a_line_of_the_signal_period_is_said_to_be_of_the_grating() -> None:
     # The amplitude's standard uncertainty is 2″·√(2/2400) = 0.06″.
     assert found.signal_period.further[2].value == pytest.approx(4.0, abs=0.25)
     said = " ".join(sentences(found))
-    assert "order is the signal period of the grating" in said
+    assert "order is the number of grating lines" in said
     assert "order 512" in said
     assert OF_THE_ANGLE not in said
     assert found.next_measurement is not None

@@ -59,8 +59,8 @@ def contradicts_itself(case: Case) -> Decision | None:
         why = best.effect.search_contradiction(found, solution.observations)
     if why is None:
         return None
-    # The product that explains the same error as the best effect describes this error without its
-    # cause.
+    # A product that explains the same error as the best effect describes this error without naming
+    # a cause.
     product = case.product if case.product is not None and stands_in(best, case.product) else None
     return only_resembles(case, why, described=product)
 
@@ -78,11 +78,12 @@ def moves_at_further_orders(case: Case) -> Decision | None:
 
 
 def fails_its_own_test(case: Case) -> Decision | None:
-    """The best effect is an order of a shape with corners, a constant although the runs differ, a
-    delay whose offsets follow no straight line of the speed, or an error that follows the reading.
+    """The best effect is one order of a shape with corners, a constant although the runs differ, a
+    delay whose offsets are not proportional to the speed, or a function of the reference's reading.
 
     A pattern with corners is not one order, an error that differs with the speed of the runs is not
-    a constant, and an error that follows the reading of the reference is not an error of the table.
+    a constant, and an error that is a function of the reference's reading is not an error of the
+    table.
     """
     best = case.best
     assert best is not None
@@ -90,7 +91,7 @@ def fails_its_own_test(case: Case) -> Decision | None:
     if why is None and best.effect.search_kind == "line":
         why = shape_with_corners(case.survey.findings.causes)
     if why is None and follows_the_reading(case.survey.residuals, best, NEAR_TIE):
-        why = "it follows the reading of the reference, so that the reference's scale is nonlinear"
+        why = "it is a function of the reference's reading: the reference's scale is nonlinear"
     if why is None:
         why = not_in_proportion(case.survey.base, best, case.survey.matters_arcsec)
     further = case.further
@@ -101,7 +102,7 @@ def fails_its_own_test(case: Case) -> Decision | None:
         if condition is not None and offsets_are_large(
             left, case.survey.residuals, OF_THE_SAME_KIND
         ):
-            why = f"the runs still differ with the {condition}, by more than the index scatters"
+            why = f"the runs still differ with the {condition}, by more than the index's scatter"
     return None if why is None else only_resembles(case, why)
 
 

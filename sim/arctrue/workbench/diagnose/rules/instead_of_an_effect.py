@@ -94,9 +94,9 @@ therefore has the width of six frequencies that the record separates."""
 
 
 def driven_by_noise(case: Case) -> Decision | None:
-    """The noise has a damped oscillation, or a log has a line in a part or with a phase for each
-    run; lines and products of parts gain less than three quarters as much, other effects less
-    than a tenth as much."""
+    """The noise has a damped oscillation, or a line is in a part of a log or has its own phase in
+    each run; lines and products of parts gain less than three quarters as much, other effects less
+    than a tenth."""
     best, product = case.best, case.product
     flexible = best is not None and _only_lines(case, best)
     if product is not None and case.ahead > PARTS_ADVANTAGE:
@@ -144,8 +144,8 @@ def _not_white(survey: Survey) -> bool:
 
 
 def runs_change_alike(case: Case) -> Decision | None:
-    """No effect is found, and the capture changes evenly within every run alike, also with the best
-    product of parts in the model."""
+    """No effect is found, and the capture changes evenly and equally within every run, also with
+    the best product of parts in the model."""
     if case.best is not None or case.depth > 1:
         return None
     product = case.product
@@ -184,7 +184,7 @@ def shown_at_one_speed(case: Case) -> Decision | None:
 
 
 def refused_is_ahead(case: Case) -> Decision | None:
-    """Other rows contradict the effect that fits best by far, and the next one adds nothing."""
+    """Other rows contradict the effect that fits best by far, and the next effect adds nothing."""
     refused, best = case.refused, case.best
     if refused is None or refused.delta_bic <= PARTS_ADVANTAGE:
         return None

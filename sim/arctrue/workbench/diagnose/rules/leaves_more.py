@@ -136,4 +136,4 @@ def comes_again_and_again(case: Case) -> Decision | None:
         event = None if left is None else left.once_more(best)
         if event is None:
             return None
-    return only_resembles(case, f"it occurs {AGAIN} times or more, at irregular instants")
+    return only_resembles(case, f"it occurs {AGAIN} times or more")

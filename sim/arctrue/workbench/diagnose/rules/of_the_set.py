@@ -24,15 +24,15 @@ def faulty_rows(facts: Facts) -> Decision | None:
 
 
 def unknown_noise(facts: Facts) -> Decision | None:
-    """No channel has three readings more than coefficients or a stated uncertainty."""
+    """No channel has a stated uncertainty or three more readings than coefficients."""
     if facts.case is not None or facts.too_short is not None:
         return None
-    why = "it has too few rows for its coefficients to show the noise"
+    why = "it has too few rows, compared with the model's coefficients, to show the noise"
     return Decision("cannot_tell", cannot_tell=why, next=MORE_READINGS_THAN_COEFFICIENTS)
 
 
 def too_little_to_see(facts: Facts) -> Decision | None:
-    """Nothing is found, but little could have been, or the rows do not determine the model.
+    """Nothing is found, but little was detectable, or the rows do not determine the model.
 
     Slow noise, few rows or missing data may hide an effect.
     """
@@ -44,7 +44,7 @@ def too_little_to_see(facts: Facts) -> Decision | None:
 
 
 def unknown_is_likelier(facts: Facts) -> Decision | None:
-    """`unknown` has 95 % of the probability that it shares with the class (50 % for a single
+    """`unknown` has more than 95 % of the probability of `unknown` and the class (50 % for one
     effect)."""
     said, case, offered = facts.said, facts.case, facts.offered
     if said.verdict not in ("named", "ambiguous") or case is None:
@@ -61,7 +61,7 @@ def unknown_is_likelier(facts: Facts) -> Decision | None:
     return replace(
         unknown,
         resembles=max(refused or case.ranked[:1], key=lambda item: item.delta_bic),
-        unlike="a cause that no catalogue has is more probable than any effect, "
+        unlike="a cause outside the catalogue is more probable than any effect: "
         + probability_percent(offered[UNKNOWN]),
     )
 

@@ -49,9 +49,9 @@ def makes_it_worse(case: Case) -> Decision | None:
 
 
 def takes_little(case: Case) -> Decision | None:
-    """The best effect removes less than a tenth of a sure excess, and no blocks confirm it.
+    """The best effect removes less than a tenth of a significant error, and no blocks confirm it.
 
-    A line that other blocks of the rows predict exists, however large the remaining error is;
+    A line that other blocks of the rows predict exists even if the remaining error is large;
     further surveys search for that error. If a diagnosis then finds the same kind in every survey,
     and all these effects together remove less than a tenth, the error has another shape, and each
     of them is a part of this error. An effect that differs between runs only is in the offsets of
@@ -100,8 +100,8 @@ def _one_kind_takes_little(case: Case) -> Decision | None:
     if said is None:
         return None
     why = (
-        f"it is found {DEEPEST} times, and the first {DEEPEST - 1} together remove only {said} of "
-        "the error above the noise"
+        f"it is found {DEEPEST} times, and of the error above the noise the first {DEEPEST - 1} "
+        f"together remove only {said}"
     )
     return only_resembles(case, why)
 
@@ -113,7 +113,7 @@ def _little_taken(
     after: Mapping[str, float],
     noise: Mapping[str, float],
 ) -> str | None:
-    """Return the shares of a sure excess that are removed, in words; None if one is a tenth or
+    """Return the removed shares of a significant error, in words; None if one of them is a tenth or
     more."""
     taken = {}
     for channel, rms in before.items():

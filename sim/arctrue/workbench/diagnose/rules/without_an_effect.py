@@ -47,8 +47,9 @@ def left_undescribed(case: Case) -> Decision | None:
 
 
 def _alike_at_places(case: Case, places: RepeatedError) -> dict[str, list[str]]:
-    """Return the effects that this set cannot test and that look like an error of its places: those
-    of single places of the disc, and those with a coefficient for each face of the polygon."""
+    """Return the effects that this set cannot test and that look like an error of these places:
+    effects at single places of the disc, and effects with a coefficient for each face of the
+    polygon."""
     observations = case.survey.base.observations
     found = {}
     for name, lacking in case.survey.untestable.items():
@@ -63,7 +64,7 @@ def _alike_at_places(case: Case, places: RepeatedError) -> dict[str, list[str]]:
 
 
 def jumped_or_not_white(case: Case) -> Decision | None:
-    """No effect is found, but something jumped or the residuals are no known noise."""
+    """No effect is found, but something jumped or the whitened residuals are not white."""
     if case.best is not None:
         return None
     found = set(case.not_white) | ({"reference"} if case.not_noise else set())
@@ -78,7 +79,8 @@ def jumped_or_not_white(case: Case) -> Decision | None:
 
 
 def runs_follow_a_condition(case: Case) -> Decision | None:
-    """No effect is found, but the offsets of the runs follow a condition and exceed the index."""
+    """No effect is found, but the offsets of the runs follow a condition and exceed the index
+    scatter."""
     if case.best is not None or case.depth > 1:
         return None
     found = offsets_follow(case.survey.residuals)
@@ -86,7 +88,7 @@ def runs_follow_a_condition(case: Case) -> Decision | None:
         return None
     seen = (
         f"the offsets of the runs follow the condition {found.part}; they scatter by "
-        f"{found.rms_arcsec:.2g}″, the index by {found.index_arcsec:.2g}″"
+        f"{found.rms_arcsec:.2g}″, the index only by {found.index_arcsec:.2g}″"
     )
     kind, words = OF_PARTS.get(found.part, ("again", f"more runs at other values of {found.part}"))
     return Decision("unknown", seen=seen, next=NextMeasurement(words, kind))
