@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import html
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -152,7 +154,7 @@ class Explanation:
         The model with the effects that were added; its history has a step for each effect.
     sizes_arcsec : dict of str to float
         Held-out error that each added effect removes, in the channel where it removes most; the
-        largest first.
+        largest first. If an effect was added twice, the second name ends with " (2)".
     verdict : Diagnosis
         Diagnosis of the final model.
     result : arctrue.workbench.model.explain.Explanation
@@ -182,6 +184,16 @@ class Explanation:
     def _repr_html_(self) -> str:
         rows = [(name, f"{size:.4f}") for name, size in self.sizes_arcsec.items()]
         return html_table(("cause", "error removed, ″"), rows) + self.verdict._repr_html_()
+
+
+def numbered(sizes: Sequence[tuple[str, float]]) -> dict[str, float]:
+    """Return the sizes by name; a name that occurs again gets the number of its occurrence."""
+    found: dict[str, float] = {}
+    count: Counter[str] = Counter()
+    for name, size in sizes:
+        count[name] += 1
+        found[name if count[name] == 1 else f"{name} ({count[name]})"] = size
+    return found
 
 
 def compare(
@@ -319,6 +331,6 @@ def explain(
         matters_counts=matters_counts,
     )
     grown = model.grown(result.model, data)
-    sizes = {cause.entry.name: cause.size_arcsec for cause in result.causes}
+    sizes = numbered([(cause.entry.name, cause.size_arcsec) for cause in result.causes])
     verdict = _diagnosis(result.verdict, grown, _warnings(data, model, observations))
     return Explanation(grown, sizes, verdict, result)

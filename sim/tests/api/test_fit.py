@@ -12,6 +12,7 @@ from scipy.optimize import curve_fit, least_squares
 from scipy.stats import t as student
 
 import arctrue as at
+from arctrue.api.results import numbered
 from arctrue.workbench.inference.profile import Profile
 
 FACES, CYCLES, NOISE_ARCSEC = 24, 8, 0.2
@@ -320,6 +321,11 @@ def test_the_pictures_of_a_fit_are_those_of_its_comparison() -> None:
     found, compared = fitted().plot(), at.compare(data(), model).plot()
     assert found.images.keys() == compared.images.keys() != set()
     assert all(image.startswith(b"\x89PNG") for image in found.images.values())
+
+
+def test_an_effect_that_is_added_twice_keeps_both_sizes() -> None:
+    sizes = numbered([("periodic_error", 3.0), ("hysteresis", 2.0), ("periodic_error", 1.0)])
+    assert sizes == {"periodic_error": 3.0, "hysteresis": 2.0, "periodic_error (2)": 1.0}
 
 
 @pytest.mark.large

@@ -90,6 +90,7 @@ def test_share_of_the_excess() -> None:
     # If the effect does not repeat, the repeats scatter as much as the whole residual, so that
     # there is no excess; the share then refers to the whole residual.
     assert ExcessOf(100, 5.0, 0.5).share(0.32) == pytest.approx(0.32)
+    assert [ExcessOf(100, 5.0, excess).words for excess in (4.0, 0.5)] == ["excess", "variance"]
     assert ExcessOf(100, 5.0, 4.0).share(-0.1) == 0.0
 
 

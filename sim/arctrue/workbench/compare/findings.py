@@ -28,6 +28,9 @@ Float = NDArray[np.float64]
 
 LEAST_SHARE = 0.02
 """Smallest share of the excess that a condition must explain to be listed as a finding."""
+LEAST_EXCESS = 0.05
+"""Smallest share of the excess in the mean square of the residual with which a finding states its
+share of the excess; below it, the finding states its share of the whole variance."""
 SIGNIFICANCE = 0.01
 """Largest p of a product of parts, corrected for all products that were tried, that is listed as a
 finding; it equals the limit of the diagnosis."""
@@ -54,14 +57,22 @@ class ExcessOf:
         whole = self.rms_arcsec**2
         return float(min(max(1.0 - self.excess_arcsec**2 / max(whole, 1e-30), 0.0), 1.0))
 
-    def share(self, share_of_variance: float) -> float:
-        """Convert a share of the whole variance into a share of the excess over the noise.
+    @property
+    def mostly_noise(self) -> bool:
+        """True if the noise is almost as large as the whole residual, for example because the error
+        does not repeat. A share of the excess would then mean little."""
+        return self.excess_arcsec**2 < LEAST_EXCESS * self.rms_arcsec**2
 
-        If the noise is almost as large as the whole residual, for example because the error does
-        not repeat, the share of the whole variance is returned.
-        """
+    @property
+    def words(self) -> str:
+        """The quantity to which :meth:`share` refers."""
+        return "variance" if self.mostly_noise else "excess"
+
+    def share(self, share_of_variance: float) -> float:
+        """Convert a share of the whole variance into a share of the excess over the noise; if the
+        residual is mostly noise, return the share of the whole variance."""
         excess, whole = self.excess_arcsec**2, self.rms_arcsec**2
-        if excess < 0.05 * whole:
+        if self.mostly_noise:
             excess = whole
         return float(min(max(share_of_variance, 0.0) * whole / max(excess, 1e-30), 1.0))
 
@@ -226,24 +237,29 @@ def _ranked(
             break
         leader = max(waiting, key=lambda item: now[item])
         waiting.remove(leader)
-        found.append(_finding(leader, by_itself[leader], now[leader], None))
+        found.append(_finding(leader, by_itself[leader], now[leader], None, excess.words))
         residuals = leader.taken_from(residuals)
         for item in list(waiting):
             before, now[item] = now[item], excess.share(item.variance_share(residuals, whole))
             if now[item] < SHADOW_SHARE * before or now[item] < LEAST_SHARE:
                 waiting.remove(item)
-                found.append(_finding(item, by_itself[item], now[item], leader.words))
+                found.append(_finding(item, by_itself[item], now[item], leader.words, excess.words))
         if not waiting:
             # One strong cause and its aliases may have filled the list of products. The residuals,
             # now without this cause, are therefore searched again.
             waiting = _products(best_parts(residuals, look_alikes=True), channel, known)
     rest = [item for item in waiting if item in by_itself]
-    return [*found, *(_finding(item, by_itself[item], now[item], None) for item in rest)]
+    return [
+        *found,
+        *(_finding(item, by_itself[item], now[item], None, excess.words) for item in rest),
+    ]
 
 
-def _finding(item: _Follower, share: float, beyond: float, shadow_of: str | None) -> Finding:
+def _finding(
+    item: _Follower, share: float, beyond: float, shadow_of: str | None, whole: str
+) -> Finding:
     if shadow_of is None:
-        text = f"{percent(share)} of the excess in the {item.channel} follows {item.words}"
+        text = f"{percent(share)} of the {whole} in the {item.channel} follows {item.words}"
         if beyond < share - LEAST_SHARE:
             text += f" ({percent(beyond)} beyond the items above)"
     else:

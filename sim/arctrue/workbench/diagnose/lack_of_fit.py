@@ -74,7 +74,9 @@ def fisher_p(values: Float) -> float:
     """Return p of Fisher's test for one line in the periodogram; 1 for too few values."""
     if values.size < LEAST_ROWS_A_PERIODOGRAM:
         return 1.0
-    power = np.abs(np.fft.rfft(values - values.mean())[1:-1]) ** 2
+    # Frequency 0 and, for an even number of values, the Nyquist frequency have no phase.
+    phased = slice(1, (values.size + 1) // 2)
+    power = np.abs(np.fft.rfft(values - values.mean())[phased]) ** 2
     share = float(power.max() / max(power.sum(), 1e-300))
     # This is the first term of Fisher's series for p; where p is small, the term is exact enough.
     log_p = np.log(power.size) + (power.size - 1) * np.log1p(-min(share, 1.0 - 1e-15))

@@ -120,7 +120,7 @@ def outcome(
             continue
         values = _values(entry, effect, table_rows, context)
         if values is None or not values.any():
-            note = effect.compensation_note or "head 2 alone has it"
+            note = effect.compensation_note or "head 1 does not have it"
             found.append(TakenAway(entry.name, "not in the output", 0.0, 0.0, note))
             continue
         by: Taker = "nothing"

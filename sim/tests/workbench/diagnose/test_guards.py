@@ -221,6 +221,14 @@ def test_means_of_groups_are_judged_by_the_scatter_within_them() -> None:
     assert analysis_of_variance(values, group) == pytest.approx(expected)
 
 
+@pytest.mark.parametrize("count", [64, 65])
+def test_a_line_below_the_nyquist_frequency_is_a_line(count: int) -> None:
+    """The highest frequency with a phase is 31/64 or 32/65 periods per row."""
+    random = np.random.default_rng(5)
+    line = np.cos(2.0 * np.pi * ((count - 1) // 2) / count * np.arange(count) + 0.4)
+    assert fisher_p(line + random.normal(0.0, 0.1, count)) < 1e-10
+
+
 def test_a_line_pays_for_all_frequencies() -> None:
     """The probability of a sine is corrected for all frequencies: in white noise, a sine with p
     below 5 % occurs in about 5 % of the sets. Fewer than 16 of 120 sets may have such a sine, which
