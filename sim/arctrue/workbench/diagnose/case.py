@@ -286,7 +286,7 @@ class Case:
             # At one speed a frequency is an order. The phase of an oscillation is free in every
             # run, and so is its size. An effect that explains most of it with one phase is an
             # error of the disc or of the signal whose size changes.
-            found.equals += [
+            further = [
                 item.name
                 for item in self.others.values()
                 if not item.effect.unspecific
@@ -295,6 +295,7 @@ class Case:
                 and item.gain >= LEAST_SHARE * best.gain
                 and compete(self.survey, item, best)
             ]
+            return Similar((*found.equals, *further), found.larger)
         return found
 
     @cached_property
