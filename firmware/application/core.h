@@ -194,8 +194,6 @@ void core_tell_alive(const struct core_access *core, uint32_t limit_clocks);
 void core_rearm(const struct core_access *core);
 /* Returns the number of times that the core moved the zero of head 1 because of lost counts. */
 uint32_t core_zero_moves(const struct core_access *core);
-/* Returns the angle of the index mark that last moved the zero; this is minus the number of lost counts. */
-int32_t core_zero_slip(const struct core_access *core);
 /* Returns the angle of a head, 0 or 1, at its last index, -½ … ½ turn in counts. It differs from 0 if counts were lost
    or added since the index that defined the zero. */
 int32_t core_angle_at_index(const struct core_access *core, uint32_t head, uint32_t counts_per_rev);

@@ -61,10 +61,6 @@ uint32_t core_zero_moves(const struct core_access *core) {
     return FIELD(core_read(core, AT(zero)), ZERO__MOVES);
 }
 
-int32_t core_zero_slip(const struct core_access *core) {
-    return (int32_t)core_read(core, AT(zero_slip));
-}
-
 int32_t core_angle_at_index(const struct core_access *core, uint32_t head,
                             uint32_t counts_per_rev) {
     ASSERT(head < HEADS && counts_per_rev > 0);

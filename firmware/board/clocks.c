@@ -46,7 +46,7 @@ static void set_up_pll(const struct pll *pll, uint32_t factor, uint32_t configur
 
 /* Writes a register of the clocks or pins only if it does not hold this word already: after a restart a correct clock
    is not touched, because the fabric is running. */
-static void set(uint32_t address, uint32_t word) {
+static void set_control(uint32_t address, uint32_t word) {
     if (register_read(address) != word) {
         register_write(address, word);
     }
@@ -58,15 +58,15 @@ void clocks_set_up(void) {
     register_write(SLCR_UNLOCK, SLCR_UNLOCK_KEY);
     set_up_pll(&arm, BOARD_ARM_PLL_FACTOR, BOARD_ARM_PLL_CONFIGURATION);
     set_up_pll(&io, BOARD_IO_PLL_FACTOR, BOARD_IO_PLL_CONFIGURATION);
-    set(SLCR_ARM_CLK_CTRL, ARM_CLOCKS_ACTIVE | BOARD_PROCESSOR_DIVISOR << 8);
-    set(SLCR_APER_CLK_CTRL, register_read(SLCR_APER_CLK_CTRL) | SLCR_APER_UART0 | SLCR_APER_QSPI |
-                                SLCR_APER_I2C0 | SLCR_APER_GPIO);
-    set(SLCR_LQSPI_CLK_CTRL, CLOCKS_FLASH_DIVISOR << 8 | 1U);
-    set(SLCR_UART_CLK_CTRL, CLOCKS_UART_DIVISOR << 8 | 1U);
-    set(SLCR_PCAP_CLK_CTRL, CLOCKS_PORT_DIVISOR << 8 | 1U);
-    set(SLCR_FPGA0_CLK_CTRL, CLOCKS_FABRIC_DIVISOR1 << 20 | CLOCKS_FABRIC_DIVISOR0 << 8);
-    set(SLCR_MIO_PIN(BOARD_UART_RECEIVE_PIN), PIN_UART_RECEIVE);
-    set(SLCR_MIO_PIN(BOARD_UART_TRANSMIT_PIN), PIN_UART_TRANSMIT);
+    set_control(SLCR_ARM_CLK_CTRL, ARM_CLOCKS_ACTIVE | BOARD_PROCESSOR_DIVISOR << 8);
+    set_control(SLCR_APER_CLK_CTRL, register_read(SLCR_APER_CLK_CTRL) | SLCR_APER_UART0 |
+                                        SLCR_APER_QSPI | SLCR_APER_I2C0 | SLCR_APER_GPIO);
+    set_control(SLCR_LQSPI_CLK_CTRL, CLOCKS_FLASH_DIVISOR << 8 | 1U);
+    set_control(SLCR_UART_CLK_CTRL, CLOCKS_UART_DIVISOR << 8 | 1U);
+    set_control(SLCR_PCAP_CLK_CTRL, CLOCKS_PORT_DIVISOR << 8 | 1U);
+    set_control(SLCR_FPGA0_CLK_CTRL, CLOCKS_FABRIC_DIVISOR1 << 20 | CLOCKS_FABRIC_DIVISOR0 << 8);
+    set_control(SLCR_MIO_PIN(BOARD_UART_RECEIVE_PIN), PIN_UART_RECEIVE);
+    set_control(SLCR_MIO_PIN(BOARD_UART_TRANSMIT_PIN), PIN_UART_TRANSMIT);
     /* The clocks must run before the first access to a device that needs them. */
     registers_settle();
 }

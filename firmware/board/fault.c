@@ -117,7 +117,7 @@ static void put_hexadecimal(uint32_t value) {
     }
 }
 
-static void tell(void) {
+static void send_fault(void) {
     put_word("\r\nfault ");
     put_word(fault_name((enum fault_code)record.code));
     put_word(" at 0x");
@@ -161,7 +161,7 @@ void fault_taken(uint32_t code, uint32_t instruction, uint32_t address, uint32_t
         record = record_of(code, instruction, address, state);
         clean_record();
         keep_code(record.code);
-        tell();
+        send_fault();
     }
     start();
 }

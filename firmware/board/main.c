@@ -128,7 +128,7 @@ static bool read_temperature(void *context, double *celsius) {
     return die_temperature_read(board_registers(), celsius);
 }
 
-static void put(void *context, const char *characters, size_t number) {
+static void put_characters(void *context, const char *characters, size_t number) {
     (void)context;
     uart_send(&upper.output, characters, number);
     watchdog_feed();
@@ -250,7 +250,7 @@ int main(void) {
         .capture = capture_words,
         .further_capture = further_capture_words,
     };
-    static const struct text_sink sink = {put, NULL, room};
+    static const struct text_sink sink = {put_characters, NULL, room};
     clocks_set_up();
     timer_set_up();
     watchdog_start();

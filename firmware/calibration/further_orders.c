@@ -46,8 +46,8 @@ struct term {
 };
 
 /* Adds two samples per pass, because loading and storing the sums takes longer than adding to them. */
-static void add_pair(struct further_order *sums, const struct unit_circle *circle,
-                     const struct term *a, const struct term *b) {
+static void further_add_pair(struct further_order *sums, const struct unit_circle *circle,
+                             const struct term *a, const struct term *b) {
     struct vector a1 = unit_of_phase(circle, sums->phase_step * a->angle1);
     struct vector a2 = unit_of_phase(circle, sums->phase_step * a->angle2);
     struct vector b1 = unit_of_phase(circle, sums->phase_step * b->angle1);
@@ -124,7 +124,7 @@ void further_orders_look(struct further_workspace *workspace, const struct turn 
         struct term a = term_of(workspace, turn, estimate, shift, sample);
         struct term b = term_of(workspace, turn, estimate, shift, sample + 1);
         for (uint32_t place = 0; place < workspace->number; place++) {
-            add_pair(&workspace->order[place], &workspace->circle, &a, &b);
+            further_add_pair(&workspace->order[place], &workspace->circle, &a, &b);
         }
     }
 }

@@ -89,7 +89,7 @@ static double step_of_offsets(struct heads_fit *fit) {
     return largest;
 }
 
-static double largest_value(const struct heads_fit *fit) {
+static double largest_coefficient(const struct heads_fit *fit) {
     double largest = 0.0;
     for (uint32_t place = 0; place < 2 * fit->orders; place++) {
         largest = fmax(largest, fabs(fit->workspace->values[place]));
@@ -97,7 +97,7 @@ static double largest_value(const struct heads_fit *fit) {
     return largest;
 }
 
-static uint32_t passes_of(const struct heads_fit *fit) {
+static uint32_t heads_passes(const struct heads_fit *fit) {
     uint32_t passes = WORK_MOST / (fit->turn->samples * fit->orders * fit->geometry->heads);
     return passes < PASSES_MOST ? passes : PASSES_MOST;
 }
@@ -106,7 +106,8 @@ static uint32_t passes_of(const struct heads_fit *fit) {
    factor, so the remaining error is the last step times that factor. */
 static enum refusal converge(struct heads_fit *fit, struct estimate *estimate) {
     double before = 0.0;
-    for (estimate->iterations = 1; estimate->iterations <= passes_of(fit); estimate->iterations++) {
+    for (estimate->iterations = 1; estimate->iterations <= heads_passes(fit);
+         estimate->iterations++) {
         pass_over_turn(fit);
         if (heads_fits_places(fit) && heads_separate_lines(fit) != NOT_REFUSED) {
             return REFUSED_SINGULAR;
@@ -118,7 +119,7 @@ static enum refusal converge(struct heads_fit *fit, struct estimate *estimate) {
         if (!isfinite(step) || !follow_geometry(fit)) {
             return REFUSED_NOT_FINITE;
         }
-        double least = REFINED_SHARE * largest_value(fit);
+        double least = REFINED_SHARE * largest_coefficient(fit);
         if (step <= least || step * step <= 0.1 * least * before) {
             return NOT_REFUSED;
         }
@@ -127,7 +128,7 @@ static enum refusal converge(struct heads_fit *fit, struct estimate *estimate) {
     return REFUSED_NOT_CONVERGED;
 }
 
-static enum refusal begin(struct heads_fit *fit, struct heads_found *found) {
+static enum refusal begin_fit(struct heads_fit *fit, struct heads_found *found) {
     *found = (struct heads_found){.geometry.heads = fit->capture->heads};
     for (uint32_t head = 0; head < HEADS_MOST; head++) {
         found->geometry.ratio[head] = 1.0;
@@ -164,7 +165,7 @@ enum refusal heads_estimate(struct heads_workspace *workspace, const struct capt
         .arcsec_per_count = ARCSEC_PER_TURN / turn->counts_per_rev,
         .turns_per_count = 1.0 / turn->counts_per_rev,
     };
-    enum refusal reason = begin(&fit, found);
+    enum refusal reason = begin_fit(&fit, found);
     *estimate = (struct estimate){
         .orders = settings->orders,
         .samples = turn->samples,

@@ -24,7 +24,7 @@ static double share_of(const struct heads_fit *fit, uint32_t sample) {
     return 0.5 * apart / whole;
 }
 
-static double residual_sample(const void *context, uint32_t sample) {
+static double heads_residual_sample(const void *context, uint32_t sample) {
     const struct heads_fit *fit = context;
     double residual[HEADS_MOST];
     struct vector unit1 = heads_look(fit, sample, residual);
@@ -41,7 +41,8 @@ void heads_take_noise(const struct heads_fit *fit, struct estimate *estimate) {
         axis_begin(&workspace->axis, fit->geometry, fit->orders);
     }
     lines_transform(&workspace->lines, lines_wanted(fit->orders, fit->turn->samples),
-                    &workspace->circle, residual_sample, fit, fit->turn->samples, &of_one_row);
+                    &workspace->circle, heads_residual_sample, fit, fit->turn->samples,
+                    &of_one_row);
     noise_measure(estimate, workspace->squares / fit->rows, &workspace->lines);
     noise_scale_covariance(estimate);
 }

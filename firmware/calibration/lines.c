@@ -13,7 +13,7 @@ uint32_t lines_wanted(uint32_t orders, uint32_t samples) {
 }
 
 /* Adds samples k and K - k together, because they have the same cosines and opposite sines. */
-static void add_pair(struct lines *lines, struct vector step, double sum, double difference) {
+static void lines_add_pair(struct lines *lines, struct vector step, double sum, double difference) {
     struct vector power = step;
     for (uint32_t place = 0; place < lines->number; place++) {
         lines->sum[place].re += sum * power.re;
@@ -34,12 +34,12 @@ void lines_transform(struct lines *lines, uint32_t number, const struct unit_cir
         double first = sample(context, near);
         squares += first * first;
         if (far == near) {
-            add_pair(lines, step, first, 0.0);
+            lines_add_pair(lines, step, first, 0.0);
             continue;
         }
         double second = sample(context, far);
         squares += second * second;
-        add_pair(lines, step, first + second, first - second);
+        lines_add_pair(lines, step, first + second, first - second);
     }
     *sum_of_squares = squares;
 }

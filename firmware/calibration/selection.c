@@ -31,7 +31,8 @@ static uint32_t seen_orders(const struct estimate *estimate) {
     return seen;
 }
 
-static enum verdict judge(const struct harmonic *harmonic, double factor, double gain_limit) {
+static enum verdict judge_harmonic(const struct harmonic *harmonic, double factor,
+                                   double gain_limit) {
     if (!harmonic->seen) {
         return VERDICT_NOT_SEEN;
     }
@@ -61,7 +62,7 @@ void select_orders(const struct estimate *estimate, uint32_t lanes, double gain_
     ASSERT(estimate->orders <= ORDERS_MAX && lanes <= LANES_LIMIT);
     double factor = significance_factor(seen_orders(estimate));
     for (uint32_t place = 0; place < estimate->orders; place++) {
-        verdicts[place] = judge(&estimate->harmonic[place], factor, gain_limit);
+        verdicts[place] = judge_harmonic(&estimate->harmonic[place], factor, gain_limit);
     }
     for (uint32_t place = 0; place < estimate->orders; place++) {
         bool wanted = verdicts[place] == VERDICT_APPLIED;

@@ -125,7 +125,7 @@ static void telemetry(struct console *console, char *const *words, uint32_t numb
     }
 }
 
-static void temperature(struct console *console, char *const *words, uint32_t number) {
+static void temperature_command(struct console *console, char *const *words, uint32_t number) {
     struct application *application = console->application;
     double celsius;
     (void)number;
@@ -256,7 +256,7 @@ static const struct command commands[] = {
     {"dump", dump_use, 1, 4, dump_command},
     {"temperature",
      "temperature VALUE: degrees Celsius of the table | temperature sensor | temperature none", 2,
-     2, temperature},
+     2, temperature_command},
     {"word", "word a VALUE | word b VALUE: -1 to 1, the factor of the lanes that follow it", 3, 3,
      followed_word},
     {"freeze", "freeze on | freeze off: no calibration becomes active while it is on", 2, 2,

@@ -25,7 +25,7 @@ static uint32_t crc_of(const uint32_t *words, uint32_t number) {
     return crc;
 }
 
-static void named(const struct text_sink *sink, const char *name, uint64_t value) {
+static void dump_value(const struct text_sink *sink, const char *name, uint64_t value) {
     text_word(sink, " ");
     text_word(sink, name);
     text_word(sink, "=");
@@ -48,12 +48,12 @@ static void tell_head(const struct text_sink *sink, const struct capture_copy *c
         temperature,
     };
     text_word(sink, "dump");
-    named(sink, "sequence", copy->sequence_number);
-    named(sink, "samples", copy->samples);
-    named(sink, "counts_per_rev", copy->counts_per_rev);
-    named(sink, "clock_hz", copy->clock_hz);
-    named(sink, "period_clocks", copy->period_clocks);
-    named(sink, "start_time", copy->start_time);
+    dump_value(sink, "sequence", copy->sequence_number);
+    dump_value(sink, "samples", copy->samples);
+    dump_value(sink, "counts_per_rev", copy->counts_per_rev);
+    dump_value(sink, "clock_hz", copy->clock_hz);
+    dump_value(sink, "period_clocks", copy->period_clocks);
+    dump_value(sink, "start_time", copy->start_time);
     text_word(sink, " separation_deg=");
     text_fixed(sink, copy->separation_udeg / 1e6, 6);
     if (copy->has_temperature) {

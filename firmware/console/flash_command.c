@@ -77,7 +77,8 @@ static void status(const struct console *console, struct image_store *store) {
     text_line(&console->sink, "\r\nok");
 }
 
-static void check(const struct console *console, struct image_store *store, char *const *words) {
+static void check_image(const struct console *console, struct image_store *store,
+                        char *const *words) {
     uint32_t address;
     uint32_t bytes;
     uint32_t crc = 0;
@@ -111,7 +112,7 @@ void flash_command(struct console *console, char *const *words, uint32_t number)
     } else if (text_equal(what, "data") && number == 5) {
         data(console, store, words + 2);
     } else if (text_equal(what, "check") && number == 4) {
-        check(console, store, words + 2);
+        check_image(console, store, words + 2);
     } else {
         text_error(&console->sink, "use: ", flash_use);
     }

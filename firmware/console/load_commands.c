@@ -61,7 +61,7 @@ static bool read_numbers(char *const *words, uint32_t number, int64_t *values, u
     return text_parse_hexadecimal(words[number - 1], crc);
 }
 
-static void begin(struct console *console, char *const *words) {
+static void begin_frame(struct console *console, char *const *words) {
     struct application *application = console->application;
     int64_t values[2];
     uint32_t crc;
@@ -80,7 +80,7 @@ static bool fits(int64_t value) {
 }
 
 /* Receives a lane of the set or, if `is_without` is true, of the set for a missing head. */
-static void lane(struct console *console, char *const *words, bool is_without) {
+static void lane_frame(struct console *console, char *const *words, bool is_without) {
     struct application *application = console->application;
     int64_t values[4];
     uint32_t crc;
@@ -99,7 +99,7 @@ static void lane(struct console *console, char *const *words, bool is_without) {
                                            set.amplitude, crc));
 }
 
-static void slope(struct console *console, char *const *words) {
+static void slope_frame(struct console *console, char *const *words) {
     int64_t values[6];
     uint32_t crc;
     bool read = read_numbers(words, 7, values, &crc);
@@ -117,7 +117,7 @@ static void slope(struct console *console, char *const *words) {
     answer(console, load_slope(&console->application->load, (uint32_t)values[0], &follows, crc));
 }
 
-static void temperature(struct console *console, char *const *words) {
+static void temperature_frame(struct console *console, char *const *words) {
     int64_t values[2];
     uint32_t crc;
     if (!read_numbers(words, 3, values, &crc) || !fits(values[0])) {
@@ -128,7 +128,7 @@ static void temperature(struct console *console, char *const *words) {
                                      (uint32_t)values[1], crc));
 }
 
-static void range(struct console *console, char *const *words) {
+static void range_frame(struct console *console, char *const *words) {
     int64_t values[2];
     uint32_t crc;
     if (!read_numbers(words, 3, values, &crc) || !fits(values[0]) || !fits(values[1])) {
@@ -139,7 +139,7 @@ static void range(struct console *console, char *const *words) {
            load_range(&console->application->load, (int32_t)values[0], (int32_t)values[1], crc));
 }
 
-static void followed(struct console *console, char *const *words) {
+static void followed_frame(struct console *console, char *const *words) {
     int64_t values[5];
     uint32_t crc;
     if (!read_numbers(words, 6, values, &crc) || !fits(values[4])) {
@@ -156,7 +156,7 @@ static void followed(struct console *console, char *const *words) {
            load_followed(&console->application->load, (uint32_t)values[0], &follower, crc));
 }
 
-static void real(struct console *console, char *const *words) {
+static void real_frame(struct console *console, char *const *words) {
     int64_t values[5];
     uint32_t crc;
     if (!read_numbers(words, 6, values, &crc) || !fits(values[4])) {
@@ -173,7 +173,7 @@ static void real(struct console *console, char *const *words) {
 }
 
 /* Sets the source of the phase of a lane of a real order. */
-static void source(struct console *console, char *const *words) {
+static void source_frame(struct console *console, char *const *words) {
     int64_t values[4];
     uint32_t crc;
     if (!read_numbers(words, 5, values, &crc) || !fits(values[2])) {
@@ -190,7 +190,7 @@ static void source(struct console *console, char *const *words) {
 }
 
 /* Sets the phase of a lane; the operator knows this phase from a probe, an index of the drive or a reference. */
-static void phase(struct console *console, char *const *words) {
+static void phase_frame(struct console *console, char *const *words) {
     int64_t number;
     int64_t turn;
     double degrees;
@@ -212,7 +212,7 @@ static void phase(struct console *console, char *const *words) {
     }
 }
 
-static void conditions(struct console *console, char *const *words) {
+static void conditions_frame(struct console *console, char *const *words) {
     int64_t values[3];
     uint32_t crc;
     if (!read_numbers(words, 4, values, &crc)) {
@@ -223,7 +223,7 @@ static void conditions(struct console *console, char *const *words) {
                                     (uint32_t)values[1], (uint32_t)values[2], crc));
 }
 
-static void mean(struct console *console, char *const *words) {
+static void mean_frame(struct console *console, char *const *words) {
     int64_t values[4];
     uint32_t crc;
     if (!read_numbers(words, 5, values, &crc) || !fits(values[2])) {
@@ -240,7 +240,7 @@ static void mean(struct console *console, char *const *words) {
 }
 
 /* Receives weight and offset of a head of the mean or, if `is_without` is true, of the set for a missing head. */
-static void head(struct console *console, char *const *words, bool is_without) {
+static void head_frame(struct console *console, char *const *words, bool is_without) {
     struct application *application = console->application;
     int64_t values[3];
     uint32_t crc;
@@ -256,7 +256,7 @@ static void head(struct console *console, char *const *words, bool is_without) {
                         : load_head(&application->load, number, weight, offset, crc));
 }
 
-static void without(struct console *console, char *const *words) {
+static void without_frame(struct console *console, char *const *words) {
     int64_t values[5];
     uint32_t crc;
     if (!read_numbers(words, 6, values, &crc) || !fits(values[4])) {
@@ -272,7 +272,7 @@ static void without(struct console *console, char *const *words) {
                                              (uint32_t)values[1], &set, crc));
 }
 
-static void table(struct console *console, char *const *words) {
+static void table_frame(struct console *console, char *const *words) {
     int64_t values[5];
     uint32_t crc;
     if (!read_numbers(words, 6, values, &crc)) {
@@ -287,7 +287,7 @@ static void table(struct console *console, char *const *words) {
     answer(console, application_load_table(console->application, &place, crc));
 }
 
-static void points(struct console *console, char *const *words) {
+static void points_frame(struct console *console, char *const *words) {
     int64_t values[1 + LOAD_POINTS];
     int32_t of_frame[LOAD_POINTS];
     uint32_t crc;
@@ -301,7 +301,7 @@ static void points(struct console *console, char *const *words) {
                 : LOAD_WRONG_CRC);
 }
 
-static void force(struct console *console, char *const *words) {
+static void force_frame(struct console *console, char *const *words) {
     int64_t value;
     uint32_t crc;
     bool read = read_numbers(words, 2, &value, &crc);
@@ -309,7 +309,7 @@ static void force(struct console *console, char *const *words) {
            read ? load_force(&console->application->load, (uint32_t)value, crc) : LOAD_WRONG_CRC);
 }
 
-static void end(struct console *console, char *const *words) {
+static void end_frame(struct console *console, char *const *words) {
     uint32_t crc;
     bool read = text_parse_hexadecimal(words[0], &crc);
     answer(console, read ? application_load_end(console->application, crc) : LOAD_WRONG_CRC);
@@ -378,7 +378,7 @@ static void tell_loaded(struct console *console, const struct load *load) {
     text_line(&console->sink, "");
 }
 
-static void tell(struct console *console) {
+static void send_load_status(struct console *console) {
     const struct load *load = &console->application->load;
     text_word(&console->sink, "load ");
     text_word(&console->sink, load_state_name(load->state));
@@ -408,45 +408,45 @@ static void tell(struct console *console) {
 void load_command(struct console *console, char *const *words, uint32_t number) {
     const char *what = words[1];
     if (text_equal(what, "begin") && number == BEGIN_WORDS) {
-        begin(console, words + 2);
+        begin_frame(console, words + 2);
     } else if (text_equal(what, "lane") && number == LANE_WORDS) {
-        lane(console, words + 2, false);
+        lane_frame(console, words + 2, false);
     } else if (text_equal(what, "slope") && number == SLOPE_WORDS) {
-        slope(console, words + 2);
+        slope_frame(console, words + 2);
     } else if (text_equal(what, "temperature") && number == TEMPERATURE_WORDS) {
-        temperature(console, words + 2);
+        temperature_frame(console, words + 2);
     } else if (text_equal(what, "range") && number == RANGE_WORDS) {
-        range(console, words + 2);
+        range_frame(console, words + 2);
     } else if (text_equal(what, "followed") && number == FOLLOWED_WORDS) {
-        followed(console, words + 2);
+        followed_frame(console, words + 2);
     } else if (text_equal(what, "real") && number == REAL_WORDS) {
-        real(console, words + 2);
+        real_frame(console, words + 2);
     } else if (text_equal(what, "source") && number == SOURCE_WORDS) {
-        source(console, words + 2);
+        source_frame(console, words + 2);
     } else if (text_equal(what, "phase") && number == PHASE_WORDS) {
-        phase(console, words + 2);
+        phase_frame(console, words + 2);
     } else if (text_equal(what, "table") && number == TABLE_WORDS) {
-        table(console, words + 2);
+        table_frame(console, words + 2);
     } else if (text_equal(what, "points") && number == POINTS_WORDS) {
-        points(console, words + 2);
+        points_frame(console, words + 2);
     } else if (text_equal(what, "conditions") && number == CONDITIONS_WORDS) {
-        conditions(console, words + 2);
+        conditions_frame(console, words + 2);
     } else if (text_equal(what, "mean") && number == MEAN_FRAME_WORDS) {
-        mean(console, words + 2);
+        mean_frame(console, words + 2);
     } else if (text_equal(what, "head") && number == HEAD_WORDS) {
-        head(console, words + 2, false);
+        head_frame(console, words + 2, false);
     } else if (text_equal(what, "without") && number == WITHOUT_WORDS) {
-        without(console, words + 2);
+        without_frame(console, words + 2);
     } else if (text_equal(what, "without_head") && number == HEAD_WORDS) {
-        head(console, words + 2, true);
+        head_frame(console, words + 2, true);
     } else if (text_equal(what, "without_lane") && number == LANE_WORDS) {
-        lane(console, words + 2, true);
+        lane_frame(console, words + 2, true);
     } else if (text_equal(what, "force") && number == FORCE_WORDS) {
-        force(console, words + 2);
+        force_frame(console, words + 2);
     } else if (text_equal(what, "end") && number == END_WORDS) {
-        end(console, words + 2);
+        end_frame(console, words + 2);
     } else if (text_equal(what, "status") && number == 2) {
-        tell(console);
+        send_load_status(console);
     } else if (text_equal(what, "abort") && number == 2) {
         load_abort(&console->application->load);
         text_line(&console->sink, "ok");

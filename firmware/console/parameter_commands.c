@@ -22,7 +22,7 @@ enum { NAME_MOST = 32 };
    characters (a sign and 19 digits). */
 enum { EVENTS_MOST = 64, EVENT_CHARACTERS_MOST = 64 };
 
-static void named(const struct text_sink *sink, const char *name, int64_t value) {
+static void show_value(const struct text_sink *sink, const char *name, int64_t value) {
     text_word(sink, name);
     text_signed(sink, value);
     text_line(sink, "");
@@ -58,7 +58,7 @@ static void tell_range(const struct text_sink *sink, const char *name,
     text_line(sink, "");
 }
 
-static void set(const struct console *console, const char *name, const char *word) {
+static void set_parameter(const struct console *console, const char *name, const char *word) {
     const struct text_sink *sink = &console->sink;
     const struct parameter_description *description = NULL;
     double value;
@@ -85,16 +85,16 @@ static void set(const struct console *console, const char *name, const char *wor
 
 void set_command(struct console *console, char *const *words, uint32_t number) {
     (void)number;
-    set(console, words[1], words[2]);
+    set_parameter(console, words[1], words[2]);
 }
 
 static void tell_probe(const struct console *console) {
     const struct text_sink *sink = &console->sink;
     struct core_probe probe = core_probe(&console->application->core);
-    named(sink, "edges ", probe.edges);
-    named(sink, "time_clocks ", (int64_t)probe.time);
-    named(sink, "position_counts ", probe.position);
-    named(sink, "angle_counts ", probe.angle);
+    show_value(sink, "edges ", probe.edges);
+    show_value(sink, "time_clocks ", (int64_t)probe.time);
+    show_value(sink, "position_counts ", probe.position);
+    show_value(sink, "angle_counts ", probe.angle);
 }
 
 static void next_number(const struct text_sink *sink, int64_t value) {
@@ -151,7 +151,7 @@ void pins_command(struct console *console, char *const *words, uint32_t number) 
         for (const char *next = words[1]; *next != '\0' && length + 1 < NAME_MOST; next++) {
             name[length++] = *next;
         }
-        set(console, name, words[2]);
+        set_parameter(console, name, words[2]);
         return;
     }
     if (number == 2 && text_equal(words[0], "probe") && text_equal(words[1], "events")) {

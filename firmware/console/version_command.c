@@ -6,13 +6,13 @@
 
 const char version_use[] = "version: firmware, gateware and the chip's number";
 
-static void named_word(const struct text_sink *sink, const char *name, const char *value) {
+static void version_word(const struct text_sink *sink, const char *name, const char *value) {
     text_word(sink, name);
     text_word(sink, value != NULL ? value : "unknown");
     text_line(sink, "");
 }
 
-static void named(const struct text_sink *sink, const char *name, uint32_t value) {
+static void version_value(const struct text_sink *sink, const char *name, uint32_t value) {
     text_word(sink, name);
     text_unsigned(sink, value);
     text_line(sink, "");
@@ -26,13 +26,13 @@ static void tell_gateware(const struct text_sink *sink, const struct application
     text_unsigned(sink, origin.minor);
     text_word(sink, ".");
     text_unsigned(sink, origin.patch);
-    named(sink, "\r\nlanes ", application->configuration.lanes);
-    named(sink, "fold ", origin.fold);
-    named_word(sink, "rotation ", origin.has_table ? "table" : "cordic");
-    named(sink, "capture_depth ", application->configuration.capture_depth);
-    named(sink, "clock_hz ", application->configuration.clock_hz);
+    version_value(sink, "\r\nlanes ", application->configuration.lanes);
+    version_value(sink, "fold ", origin.fold);
+    version_word(sink, "rotation ", origin.has_table ? "table" : "cordic");
+    version_value(sink, "capture_depth ", application->configuration.capture_depth);
+    version_value(sink, "clock_hz ", application->configuration.clock_hz);
     if (!origin.has_dna) {
-        named_word(sink, "dna ", NULL);
+        version_word(sink, "dna ", NULL);
         return;
     }
     text_word(sink, "dna 0x");
@@ -45,10 +45,10 @@ void version_command(struct console *console, char *const *words, uint32_t numbe
     (void)words;
     (void)number;
     const struct text_sink *sink = &console->sink;
-    named_word(sink, "firmware ", console->firmware);
-    named_word(sink, "build ", console->build);
+    version_word(sink, "firmware ", console->firmware);
+    version_word(sink, "build ", console->build);
     if (console->application->phase == PHASE_NO_CORE) {
-        named_word(sink, "gateware ", "none");
+        version_word(sink, "gateware ", "none");
     } else {
         tell_gateware(sink, console->application);
     }

@@ -18,28 +18,28 @@
 #define COMMAND_NOTHING 0x00000000U
 enum { QUEUE_MOST = 16 };
 
-static uint32_t read_at(const struct register_access *access, uint32_t address) {
+static uint32_t read_converter(const struct register_access *access, uint32_t address) {
     return access->read(access->context, address);
 }
 
-static void write_at(const struct register_access *access, uint32_t address, uint32_t word) {
+static void write_converter(const struct register_access *access, uint32_t address, uint32_t word) {
     access->write(access->context, address, word);
 }
 
 void die_temperature_prepare(const struct register_access *access) {
-    write_at(access, XADC_CFG, PORT_SETTINGS);
+    write_converter(access, XADC_CFG, PORT_SETTINGS);
     /* Ends the reset of the port. */
-    write_at(access, XADC_MCTL, 0);
+    write_converter(access, XADC_MCTL, 0);
 }
 
 static bool has_answer(const struct register_access *access) {
-    return (read_at(access, XADC_MSTS) & XADC_MSTS_DATA_EMPTY) == 0;
+    return (read_converter(access, XADC_MSTS) & XADC_MSTS_DATA_EMPTY) == 0;
 }
 
 /* Drops answers of an earlier read that timed out. */
 static void drop_answers(const struct register_access *access) {
     for (unsigned taken = 0; taken < QUEUE_MOST && has_answer(access); taken++) {
-        (void)read_at(access, XADC_RDFIFO);
+        (void)read_converter(access, XADC_RDFIFO);
     }
 }
 
@@ -50,7 +50,7 @@ static bool take_answer(const struct register_access *access, uint32_t *answer) 
             return false;
         }
     }
-    *answer = read_at(access, XADC_RDFIFO);
+    *answer = read_converter(access, XADC_RDFIFO);
     return true;
 }
 
@@ -60,8 +60,8 @@ bool die_temperature_read(const struct register_access *access, double *celsius)
     uint32_t before;
     uint32_t status;
     drop_answers(access);
-    write_at(access, XADC_CMDFIFO, COMMAND_READ_TEMPERATURE);
-    write_at(access, XADC_CMDFIFO, COMMAND_NOTHING);
+    write_converter(access, XADC_CMDFIFO, COMMAND_READ_TEMPERATURE);
+    write_converter(access, XADC_CMDFIFO, COMMAND_NOTHING);
     return take_answer(access, &before) && take_answer(access, &status) &&
            die_temperature_of(status, celsius);
 }

@@ -56,11 +56,11 @@ static const struct {
     [FABRIC_NOT_DONE] = {"not_done", "the fabric refused it: a bitstream of another part?"},
 };
 
-static uint32_t read_at(const struct fabric *fabric, uint32_t address) {
+static uint32_t fabric_read(const struct fabric *fabric, uint32_t address) {
     return fabric->access.read(fabric->access.context, address);
 }
 
-static void write_at(const struct fabric *fabric, uint32_t address, uint32_t word) {
+static void fabric_write(const struct fabric *fabric, uint32_t address, uint32_t word) {
     fabric->access.write(fabric->access.context, address, word);
 }
 
@@ -75,16 +75,16 @@ static bool waited(const struct fabric *fabric, uint32_t most_us) {
 
 /* Switches the level shifters on in both directions and releases the fabric's resets. */
 static void connect(const struct fabric *fabric) {
-    write_at(fabric, SLCR_UNLOCK, SLCR_UNLOCK_KEY);
-    write_at(fabric, SLCR_LVL_SHFTR_EN, LEVEL_SHIFTERS_ON);
-    write_at(fabric, SLCR_FPGA_RST_CTRL, 0);
+    fabric_write(fabric, SLCR_UNLOCK, SLCR_UNLOCK_KEY);
+    fabric_write(fabric, SLCR_LVL_SHFTR_EN, LEVEL_SHIFTERS_ON);
+    fabric_write(fabric, SLCR_FPGA_RST_CTRL, 0);
 }
 
 static void disconnect(const struct fabric *fabric) {
-    write_at(fabric, SLCR_UNLOCK, SLCR_UNLOCK_KEY);
-    write_at(fabric, SLCR_FPGA_RST_CTRL, FABRIC_RESETS_ALL);
-    write_at(fabric, SLCR_LVL_SHFTR_EN, LEVEL_SHIFTERS_OFF);
-    write_at(fabric, SLCR_LVL_SHFTR_EN, LEVEL_SHIFTERS_TO_FABRIC);
+    fabric_write(fabric, SLCR_UNLOCK, SLCR_UNLOCK_KEY);
+    fabric_write(fabric, SLCR_FPGA_RST_CTRL, FABRIC_RESETS_ALL);
+    fabric_write(fabric, SLCR_LVL_SHFTR_EN, LEVEL_SHIFTERS_OFF);
+    fabric_write(fabric, SLCR_LVL_SHFTR_EN, LEVEL_SHIFTERS_TO_FABRIC);
 }
 
 /* Sets the controller up for linear addressing (UG585, 12.3); flash_prepare() has connected its pins. The set-up
@@ -96,11 +96,11 @@ static void open_flash(const struct fabric *fabric) {
                          QSPI_CONFIG_OTHER_CLOCK | QSPI_CONFIG_DIVISOR | QSPI_CONFIG_CLOCK_MODE;
     const uint32_t on = QSPI_CONFIG_FLASH_MODE | QSPI_CONFIG_HOLD_HIGH | QSPI_CONFIG_WORDS |
                         QSPI_CONFIG_DIVIDE_BY_8 | QSPI_CONFIG_MASTER;
-    write_at(fabric, QSPI_EN, 0);
-    write_at(fabric, QSPI_CONFIG, (read_at(fabric, QSPI_CONFIG) & ~off) | on);
-    write_at(fabric, QSPI_LPBK_DLY_ADJ, 0);
-    write_at(fabric, QSPI_LQSPI_CFG, LINEAR_FAST_READ);
-    write_at(fabric, QSPI_EN, 1);
+    fabric_write(fabric, QSPI_EN, 0);
+    fabric_write(fabric, QSPI_CONFIG, (fabric_read(fabric, QSPI_CONFIG) & ~off) | on);
+    fabric_write(fabric, QSPI_LPBK_DLY_ADJ, 0);
+    fabric_write(fabric, QSPI_LQSPI_CFG, LINEAR_FAST_READ);
+    fabric_write(fabric, QSPI_EN, 1);
 }
 
 static enum fabric_state state_of(enum fabric_image_answer answer) {
@@ -122,19 +122,19 @@ static enum fabric_state state_of(enum fabric_image_answer answer) {
 /* Tells whether QEMU emulates the chip. Newer versions of QEMU set a flag; version 7.2 has no device at this address,
    which then reads as 0. On silicon, bits 13 and 14 of the control register are always 1. */
 static bool is_emulated(const struct fabric *fabric) {
-    return (read_at(fabric, DEVC_MCTRL) & DEVC_MCTRL_QEMU) != 0 ||
-           (read_at(fabric, DEVC_CTRL) & DEVC_CTRL_ALWAYS_1) == 0;
+    return (fabric_read(fabric, DEVC_MCTRL) & DEVC_MCTRL_QEMU) != 0 ||
+           (fabric_read(fabric, DEVC_CTRL) & DEVC_CTRL_ALWAYS_1) == 0;
 }
 
 static void find(struct fabric *fabric) {
-    write_at(fabric, DEVC_UNLOCK, DEVC_UNLOCK_KEY);
+    fabric_write(fabric, DEVC_UNLOCK, DEVC_UNLOCK_KEY);
     fabric->emulated = is_emulated(fabric);
-    if (read_at(fabric, DEVC_INT_STS) & DEVC_INT_CONFIGURED) {
+    if (fabric_read(fabric, DEVC_INT_STS) & DEVC_INT_CONFIGURED) {
         connect(fabric);
         enter(fabric, FABRIC_CONFIGURED);
         return;
     }
-    uint32_t mode = read_at(fabric, SLCR_BOOT_MODE) & SLCR_BOOT_MODE_MASK;
+    uint32_t mode = fabric_read(fabric, SLCR_BOOT_MODE) & SLCR_BOOT_MODE_MASK;
     if (mode != SLCR_BOOT_MODE_QSPI) {
         enter(fabric, FABRIC_NO_FLASH);
         return;
@@ -152,17 +152,18 @@ static uint32_t left(const struct fabric *fabric, uint32_t most) {
 }
 
 static void program(const struct fabric *fabric, bool high) {
-    uint32_t control = read_at(fabric, DEVC_CTRL) & ~(DEVC_CTRL_PROG_B | DEVC_CTRL_QUARTER_RATE);
+    uint32_t control =
+        fabric_read(fabric, DEVC_CTRL) & ~(DEVC_CTRL_PROG_B | DEVC_CTRL_QUARTER_RATE);
     control |= DEVC_CTRL_PCAP_PR | DEVC_CTRL_PCAP_MODE | (high ? DEVC_CTRL_PROG_B : 0U);
-    write_at(fabric, DEVC_CTRL, control);
+    fabric_write(fabric, DEVC_CTRL, control);
 }
 
 /* Adds the next part of the bitstream to the CRC. After the last part, disconnects the fabric if the CRC is right. */
-static void check(struct fabric *fabric) {
+static void check_bitstream(struct fabric *fabric) {
     uint32_t end = fabric->place + left(fabric, CHECK_BYTES);
     for (; fabric->place < end; fabric->place += WORD_BYTES) {
         fabric->crc =
-            crc32_add_word(fabric->crc, read_at(fabric, fabric->image.address + fabric->place));
+            crc32_add_word(fabric->crc, fabric_read(fabric, fabric->image.address + fabric->place));
     }
     if (end < fabric->image.length) {
         return;
@@ -179,7 +180,7 @@ static void check(struct fabric *fabric) {
 /* Waits for INIT, which follows PROG_B: high, low, and high again when the memory is cleared. */
 static void follow_init(struct fabric *fabric) {
     bool high = fabric->state != FABRIC_PROGRAM_LOW;
-    bool init = (read_at(fabric, DEVC_STATUS) & DEVC_STATUS_INIT) != 0;
+    bool init = (fabric_read(fabric, DEVC_STATUS) & DEVC_STATUS_INIT) != 0;
     if (init != high) {
         if (waited(fabric, CLEAR_TIMEOUT_US)) {
             enter(fabric, fabric->state == FABRIC_CLEAR ? FABRIC_NOT_CLEARED : FABRIC_NOT_READY);
@@ -194,15 +195,15 @@ static void follow_init(struct fabric *fabric) {
         enter(fabric, FABRIC_CLEAR);
     } else {
         fabric->place = 0;
-        write_at(fabric, DEVC_MCTRL, read_at(fabric, DEVC_MCTRL) & ~DEVC_MCTRL_LOOPBACK);
-        write_at(fabric, DEVC_INT_MASK, 0xFFFFFFFFU);
-        write_at(fabric, DEVC_INT_STS, 0xFFFFFFFFU);
+        fabric_write(fabric, DEVC_MCTRL, fabric_read(fabric, DEVC_MCTRL) & ~DEVC_MCTRL_LOOPBACK);
+        fabric_write(fabric, DEVC_INT_MASK, 0xFFFFFFFFU);
+        fabric_write(fabric, DEVC_INT_STS, 0xFFFFFFFFU);
         enter(fabric, FABRIC_SEND);
     }
 }
 
 static void send(struct fabric *fabric) {
-    uint32_t status = read_at(fabric, DEVC_STATUS);
+    uint32_t status = fabric_read(fabric, DEVC_STATUS);
     if (status & DEVC_STATUS_QUEUE_FULL || !(status & DEVC_STATUS_QUEUE_EMPTY)) {
         if (waited(fabric, QUEUE_TIMEOUT_US)) {
             enter(fabric, FABRIC_QUEUE_BUSY);
@@ -211,13 +212,13 @@ static void send(struct fabric *fabric) {
     }
     uint32_t bytes = left(fabric, SEND_BYTES);
     bool last = fabric->place + bytes == fabric->image.length;
-    write_at(fabric, DEVC_INT_STS, DEVC_INT_DMA_DONE | DEVC_INT_DMA_AND_PCAP_DONE);
-    write_at(fabric, DEVC_DMA_SRC_ADDR,
-             (fabric->image.address + fabric->place) | (last ? LAST_PIECE : 0U));
-    write_at(fabric, DEVC_DMA_DST_ADDR, DESTINATION_PORT);
-    write_at(fabric, DEVC_DMA_SRC_LEN, bytes / WORD_BYTES);
+    fabric_write(fabric, DEVC_INT_STS, DEVC_INT_DMA_DONE | DEVC_INT_DMA_AND_PCAP_DONE);
+    fabric_write(fabric, DEVC_DMA_SRC_ADDR,
+                 (fabric->image.address + fabric->place) | (last ? LAST_PIECE : 0U));
+    fabric_write(fabric, DEVC_DMA_DST_ADDR, DESTINATION_PORT);
+    fabric_write(fabric, DEVC_DMA_SRC_LEN, bytes / WORD_BYTES);
     /* This write starts the DMA. */
-    write_at(fabric, DEVC_DMA_DST_LEN, 0);
+    fabric_write(fabric, DEVC_DMA_DST_LEN, 0);
     fabric->place += bytes;
     enter(fabric, FABRIC_SENDING);
 }
@@ -225,7 +226,7 @@ static void send(struct fabric *fabric) {
 static void watch_transfer(struct fabric *fabric) {
     bool last = fabric->place == fabric->image.length;
     uint32_t wanted = last ? DEVC_INT_DMA_AND_PCAP_DONE : DEVC_INT_DMA_DONE;
-    uint32_t happened = read_at(fabric, DEVC_INT_STS);
+    uint32_t happened = fabric_read(fabric, DEVC_INT_STS);
     if (happened & DEVC_INT_ERRORS) {
         enter(fabric, FABRIC_DMA_ERROR);
     } else if (happened & wanted) {
@@ -236,7 +237,7 @@ static void watch_transfer(struct fabric *fabric) {
 }
 
 static void wait_for_done(struct fabric *fabric) {
-    if (read_at(fabric, DEVC_INT_STS) & DEVC_INT_CONFIGURED) {
+    if (fabric_read(fabric, DEVC_INT_STS) & DEVC_INT_CONFIGURED) {
         connect(fabric);
         enter(fabric, FABRIC_LOADED);
     } else if (waited(fabric, DONE_TIMEOUT_US)) {
@@ -254,7 +255,7 @@ bool fabric_step(struct fabric *fabric) {
         find(fabric);
         break;
     case FABRIC_CHECK:
-        check(fabric);
+        check_bitstream(fabric);
         break;
     case FABRIC_PROGRAM_HIGH:
     case FABRIC_PROGRAM_LOW:
@@ -278,7 +279,7 @@ bool fabric_step(struct fabric *fabric) {
 
 void fabric_look_again(struct fabric *fabric) {
     bool refused = fabric->state > FABRIC_CONFIGURED;
-    if (refused && read_at(fabric, DEVC_INT_STS) & DEVC_INT_CONFIGURED) {
+    if (refused && fabric_read(fabric, DEVC_INT_STS) & DEVC_INT_CONFIGURED) {
         connect(fabric);
         enter(fabric, FABRIC_CONFIGURED);
     }

@@ -52,11 +52,11 @@ static const struct {
     {0xC84018U, 64 * KB},
 };
 
-static uint32_t read_at(const struct flash *flash, uint32_t address) {
+static uint32_t read_controller(const struct flash *flash, uint32_t address) {
     return flash->access.read(flash->access.context, address);
 }
 
-static void write_at(const struct flash *flash, uint32_t address, uint32_t word) {
+static void write_controller(const struct flash *flash, uint32_t address, uint32_t word) {
     flash->access.write(flash->access.context, address, word);
 }
 
@@ -67,32 +67,33 @@ static uint32_t now_us(const struct flash *flash) {
 /* Drives the select line by software. The transmission begins when the queue is written; if the firmware is late,
    the clock waits. */
 static void select(const struct flash *flash, bool selected) {
-    write_at(flash, QSPI_CONFIG,
-             QSPI_CONFIG_FLASH_MODE | QSPI_CONFIG_HOLD_HIGH | QSPI_CONFIG_WORDS |
-                 QSPI_CONFIG_DIVIDE_BY_8 | QSPI_CONFIG_MASTER | QSPI_CONFIG_MANUAL_SELECT |
-                 QSPI_CONFIG_OTHERS_NOT_SELECTED | (selected ? 0U : QSPI_CONFIG_NOT_SELECTED));
+    write_controller(flash, QSPI_CONFIG,
+                     QSPI_CONFIG_FLASH_MODE | QSPI_CONFIG_HOLD_HIGH | QSPI_CONFIG_WORDS |
+                         QSPI_CONFIG_DIVIDE_BY_8 | QSPI_CONFIG_MASTER | QSPI_CONFIG_MANUAL_SELECT |
+                         QSPI_CONFIG_OTHERS_NOT_SELECTED |
+                         (selected ? 0U : QSPI_CONFIG_NOT_SELECTED));
 }
 
 static bool has_received(const struct flash *flash) {
-    return (read_at(flash, QSPI_STATUS) & QSPI_STATUS_RECEIVED) != 0;
+    return (read_controller(flash, QSPI_STATUS) & QSPI_STATUS_RECEIVED) != 0;
 }
 
 static void drop_received(const struct flash *flash) {
     for (uint32_t word = 0; word < QUEUE_WORDS && has_received(flash); word++) {
-        (void)read_at(flash, QSPI_RXD);
+        (void)read_controller(flash, QSPI_RXD);
     }
 }
 
 /* Sends four bytes, or one byte through QSPI_TXD1, and receives as many bytes. */
 static bool exchange(const struct flash *flash, uint32_t place, uint32_t sent, uint32_t *word) {
     uint32_t start = now_us(flash);
-    write_at(flash, place, sent);
+    write_controller(flash, place, sent);
     while (!has_received(flash)) {
         if (now_us(flash) - start > WORD_TIMEOUT_US) {
             return false;
         }
     }
-    *word = read_at(flash, QSPI_RXD);
+    *word = read_controller(flash, QSPI_RXD);
     return true;
 }
 
@@ -104,8 +105,8 @@ static uint32_t command_word(uint32_t command, uint32_t address) {
 
 /* Sends a command with its address, then `number` words from `sent` or, if that is NULL, receives them into
    `received`. */
-static bool run(const struct flash *flash, uint32_t word, const uint32_t *sent, uint32_t *received,
-                uint32_t number) {
+static bool run_command(const struct flash *flash, uint32_t word, const uint32_t *sent,
+                        uint32_t *received, uint32_t number) {
     uint32_t nothing;
     select(flash, true);
     bool answers = exchange(flash, QSPI_TXD0, word, &nothing);
@@ -128,9 +129,10 @@ static bool run_byte(const struct flash *flash, uint32_t command) {
 /* Connects the controller's pins. The boot ROM connects them only if it starts from the flash, not if a debugger starts
    the firmware. */
 static void connect_pins(const struct flash *flash) {
-    write_at(flash, SLCR_UNLOCK, SLCR_UNLOCK_KEY);
+    write_controller(flash, SLCR_UNLOCK, SLCR_UNLOCK_KEY);
     for (uint32_t pin = FIRST_PIN; pin <= LAST_PIN; pin++) {
-        write_at(flash, SLCR_MIO_PIN(pin), pin == FIRST_PIN ? PIN_SELECT : PIN_DATA_AND_CLOCK);
+        write_controller(flash, SLCR_MIO_PIN(pin),
+                         pin == FIRST_PIN ? PIN_SELECT : PIN_DATA_AND_CLOCK);
     }
 }
 
@@ -141,12 +143,12 @@ void flash_prepare(struct flash *flash, const struct register_access *access) {
 
 /* Sets up the controller from any state: the boot ROM, a debugger or linear addressing may have changed it. */
 static void take_controller(const struct flash *flash) {
-    write_at(flash, QSPI_EN, 0);
-    write_at(flash, QSPI_LQSPI_CFG, 0);
-    write_at(flash, QSPI_LPBK_DLY_ADJ, 0);
-    write_at(flash, QSPI_RX_THRESHOLD, 1);
+    write_controller(flash, QSPI_EN, 0);
+    write_controller(flash, QSPI_LQSPI_CFG, 0);
+    write_controller(flash, QSPI_LPBK_DLY_ADJ, 0);
+    write_controller(flash, QSPI_RX_THRESHOLD, 1);
     select(flash, false);
-    write_at(flash, QSPI_EN, 1);
+    write_controller(flash, QSPI_EN, 1);
     drop_received(flash);
 }
 
@@ -183,23 +185,23 @@ uint32_t flash_open(void *context) {
 }
 
 bool flash_read(void *context, uint32_t address, uint32_t *words, uint32_t number) {
-    return run(context, command_word(COMMAND_READ, address), NULL, words, number);
+    return run_command(context, command_word(COMMAND_READ, address), NULL, words, number);
 }
 
-static bool begin(struct flash *flash, uint32_t command, uint32_t address, const uint32_t *words,
-                  uint32_t number, uint32_t most_us) {
+static bool begin_command(struct flash *flash, uint32_t command, uint32_t address,
+                          const uint32_t *words, uint32_t number, uint32_t most_us) {
     flash->since_us = now_us(flash);
     flash->most_us = most_us;
     return run_byte(flash, COMMAND_WRITE_ENABLE) &&
-           run(flash, command_word(command, address), words, NULL, number);
+           run_command(flash, command_word(command, address), words, NULL, number);
 }
 
 bool flash_erase(void *context, uint32_t address) {
-    return begin(context, COMMAND_ERASE_SECTOR, address, NULL, 0, ERASE_TIMEOUT_US);
+    return begin_command(context, COMMAND_ERASE_SECTOR, address, NULL, 0, ERASE_TIMEOUT_US);
 }
 
 bool flash_program(void *context, uint32_t address, const uint32_t *words, uint32_t number) {
-    return begin(context, COMMAND_PROGRAM_PAGE, address, words, number, PROGRAM_TIMEOUT_US);
+    return begin_command(context, COMMAND_PROGRAM_PAGE, address, words, number, PROGRAM_TIMEOUT_US);
 }
 
 enum flash_activity flash_activity(void *context) {

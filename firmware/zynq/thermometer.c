@@ -29,7 +29,7 @@ static bool read_register(const struct thermometer *thermometer, uint8_t place, 
            i2c_read(&thermometer->access, thermometer->device, bytes, number);
 }
 
-static uint32_t word_of(const uint8_t bytes[2]) {
+static uint32_t thermometer_word(const uint8_t bytes[2]) {
     return (uint32_t)bytes[0] << 8 | bytes[1];
 }
 
@@ -39,7 +39,7 @@ static enum thermometer_kind kind_of(const struct thermometer *thermometer) {
     /* A TMP117 has no register ADT7420_ID and would answer there with another register's bytes or none, so the TMP117
        is tested first. */
     if (read_register(thermometer, TMP117_ID, bytes, 2) &&
-        (word_of(bytes) & TMP117_ID_MASK) == TMP117_ID_VALUE) {
+        (thermometer_word(bytes) & TMP117_ID_MASK) == TMP117_ID_VALUE) {
         return THERMOMETER_TMP117;
     }
     if (read_register(thermometer, ADT7420_ID, bytes, 1) && bytes[0] == ADT7420_ID_VALUE &&
@@ -69,7 +69,7 @@ bool thermometer_read(void *context, double *celsius) {
         thermometer->kind = kind_of(thermometer);
         return false;
     }
-    int32_t steps = (int32_t)word_of(bytes);
+    int32_t steps = (int32_t)thermometer_word(bytes);
     steps -= steps >= 0x8000 ? 0x10000 : 0;
     if (thermometer->kind == THERMOMETER_TMP117 && steps == TMP117_NOTHING_YET) {
         return false;

@@ -73,7 +73,7 @@ PREPARED_SETS = Proof(
 HEAD_FAILOVER = Proof(
     name="head_failover",
     entity="head_failover",
-    beside={"mean_words": ("HEADS",)},
+    further={"mean_words": ("HEADS",)},
     claims=(
         "a head that is left out has the weight 0 in the active words, is not used and is not "
         "the carrier, for any words of the processor or of a prepared set",

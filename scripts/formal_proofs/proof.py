@@ -32,7 +32,7 @@ class Proof:
     generics: Mapping[str, int] = field(default_factory=dict)
     # Further entities that the rules connect to the proof's entity, each with the names of its
     # generics.
-    beside: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    further: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     # Smaller generics for the search for a counterexample, because this search goes clock by clock
     # and is slower than a proof.
     small: Mapping[str, int] = field(default_factory=dict)

@@ -12,7 +12,7 @@ from cocotb.clock import Clock
 from cocotb.triggers import RisingEdge
 from numpy.typing import NDArray
 
-from arctrue.gateware.head_watch import Cause, MissingEdges, StepSearch
+from arctrue.gateware.head_watch import FailoverCause, MissingEdges, StepSearch
 from arctrue.generated.number_formats import WATCH_SETTLE_CLOCKS
 from tb.support.flat import flat
 
@@ -115,7 +115,7 @@ async def missing_edges_equal_the_model(dut: Any) -> None:
         failed, causes = shown(dut)
         expected = shown_later.pop(0)
         assert failed == expected, f"clock {clock}"
-        assert causes == (1 << Cause.MISSING_EDGES if expected else 0)
+        assert causes == (1 << FailoverCause.MISSING_EDGES if expected else 0)
         shown_later.append(dead)
         deaths |= {head for head in range(HEADS) if failed >> head & 1}
     assert deaths == set(range(HEADS))
@@ -156,7 +156,7 @@ async def steps_equal_the_model(dut: Any) -> None:
         failed, causes = shown(dut)
         expected = later.pop(0)
         assert failed == expected, f"clock {clock}"
-        assert causes == (1 << Cause.STEP if expected else 0)
+        assert causes == (1 << FailoverCause.STEP if expected else 0)
         later.append(0 if found is None else 1 << found)
         names |= {head for head in range(HEADS) if failed >> head & 1}
     assert names == set(range(HEADS)), f"heads {names} were found"

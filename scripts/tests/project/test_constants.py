@@ -4,6 +4,7 @@ the same line."""
 from __future__ import annotations
 
 import ast
+import math
 import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -103,6 +104,24 @@ def written_twice(root: Path) -> list[str]:
 
 def test_no_constant_of_the_gateware_is_written_twice() -> None:
     assert written_twice(ROOT) == []
+
+
+def test_arcseconds_of_a_turn_and_of_a_radian_are_written_once() -> None:
+    # Half a turn, a turn, and a radian in arcseconds, and an arcsecond in radians.
+    radian = 648_000.0 / math.pi
+    package = ROOT / "sim" / "arctrue"
+    # The benchmark's second generator shares no code with the package.
+    apart = (package / "studies" / "benchmark" / "independent", package / "generated")
+    found = {
+        path.relative_to(package).as_posix()
+        for path in package.rglob("*.py")
+        if not any(path.is_relative_to(folder) for folder in apart)
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Constant) and isinstance(node.value, int | float)
+        for size in (648_000.0, 1_296_000.0, radian, 1.0 / radian)
+        if math.isclose(node.value, size, rel_tol=1e-3)
+    }
+    assert found == {"base/units.py"}
 
 
 def test_number_of_points_is_that_of_the_register_map() -> None:

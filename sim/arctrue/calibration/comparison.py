@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.base.units import arcsec_per_count
+from arctrue.base.units import ARCSEC_PER_DEG, arcsec_per_count
 from arctrue.gateware.amplitude_sweep import Modulators, modulated
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.compensation_pipeline import compensate
@@ -87,7 +87,7 @@ def reading_counts(reference: Reference, counts_per_rev: int) -> NDArray[np.int6
     error."""
     if reference.head1_counts is not None:
         return reference.head1_counts
-    degrees = reference.target_deg + reference.error_arcsec / 3600.0
+    degrees = reference.target_deg + reference.error_arcsec / ARCSEC_PER_DEG
     return np.rint(degrees / 360.0 * counts_per_rev).astype(np.int64)
 
 

@@ -4,6 +4,9 @@ Each command has one file: ``arctrue/cli/<command>.py`` holds a click command ca
 or ``command``. A ``_`` in the file's name becomes a ``-`` on the command line; a ``_`` at its end
 (``import_``) is dropped. Files whose name begins with ``_`` contain code that several commands
 share.
+
+A command imports inside its function what only its run needs, so that help and completion start
+quickly.
 """
 
 from __future__ import annotations

@@ -33,7 +33,7 @@ from arctrue.workbench.inference.left import Left
 from arctrue.workbench.model.growth import settle
 
 SHOWN = 8
-BESIDE_EFFECTS = 8
+FURTHER_STEPS = 8
 """Number of progress steps in addition to one per effect: fits, parts, noise, held-out rows."""
 SHOWN_AT_LEAST = 3
 """Number of candidates that are always shown; further candidates, up to SHOWN in all, are shown
@@ -80,7 +80,7 @@ def diagnose(
     unknown, or that the data cannot decide or are faulty.
     """
     loaded = load(measurement_set, model_file, folders)
-    with Progress("diagnosing", steps=len(loaded.effects) + BESIDE_EFFECTS) as progress:
+    with Progress("diagnosing", steps=len(loaded.effects) + FURTHER_STEPS) as progress:
         terms = settle(loaded.model, loaded.observations, loaded.effects)
         result = diagnose_model(
             loaded.observations,

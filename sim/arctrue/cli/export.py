@@ -300,8 +300,7 @@ def export(
         path.parent.mkdir(parents=True, exist_ok=True)
         # The file also contains the scale of the words that the host writes; the gateware does not
         # need this scale.
-        scales = [text for text in result.followed if " word " in text]
-        title = "; ".join([loaded.measurement, *scales])
+        title = "; ".join([loaded.measurement, *result.scales])
         write_coefficient_file(path, result.coefficients, title=title)
     print_export(result, became, lanes)
     if written:

@@ -246,7 +246,7 @@ def print_result(result: HiddenResult) -> None:
     for text in result.export.local:
         say(f"in the local table: {text}")
     for text in result.export.left_out:
-        if "no lane left" not in text:
+        if text not in result.export.without_lane:
             say(f"not corrected: {text}")
     if result.diagnosed.effect_file is not None:
         say(f"wrote {result.diagnosed.effect_file}")

@@ -8,9 +8,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from arctrue.base.units import ARCSEC_PER_DEG
+
 FALSE_CHANGES_A_TURN = 1e-3
 """Permitted probability that a turn of an unchanged table shows at least one significant change."""
-_ARCSEC_A_DEGREE = 3600.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +67,7 @@ def changes_since(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[Cha
     found: list[tuple[str, float, float, float]] = []
     names = ("separation_deg", "u_separation_arcsec")
     if all(turn.get(name) is not None for turn in (before, now) for name in names):
-        size = (now["separation_deg"] - before["separation_deg"]) * _ARCSEC_A_DEGREE
+        size = (now["separation_deg"] - before["separation_deg"]) * ARCSEC_PER_DEG
         u = math.hypot(before["u_separation_arcsec"], now["u_separation_arcsec"])
         found.append(("head separation", size, u, _two_sided(size, u)))
     earlier = {int(row[0]): row for row in before.get("harmonics", [])}

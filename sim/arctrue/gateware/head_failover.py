@@ -55,7 +55,6 @@ class HeadFailover:
     set_in_force: int = OWN_WORDS_SET
     may_activate: bool = False
     changed: bool = False
-    last_causes: int = 0
     swap_refused: bool = False
     watching: bool = False
     _set_refused: bool = False
@@ -120,7 +119,7 @@ class HeadFailover:
                     self.load, number = True, self._wanted
                 self._wanted = None
             elif leaving and self.watching:
-                self.load, self.last_causes = True, now.causes
+                self.load = True
                 number = (leaving & -leaving).bit_length()
             elif returns and self.set_in_force != OWN_WORDS_SET:
                 self.load, number = True, 0

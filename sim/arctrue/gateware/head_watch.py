@@ -25,7 +25,7 @@ mm = 155.5″ to the difference. In 1.31 ms (8 intervals) at 90°/s this sine ch
 2 sin(90°/s · 1.31 ms / 2) = 0.32″ = 4.1 counts. Rounding adds 1 count."""
 
 
-class Cause(IntEnum):
+class FailoverCause(IntEnum):
     """Names of the bits of ``causes``, in the order of the bits in the register ``failover``."""
 
     ILLEGAL = 0

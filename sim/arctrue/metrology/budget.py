@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from arctrue.base.units import arcsec_per_count
+from arctrue.base.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC, arcsec_per_count
 from arctrue.calibration.calibration import Calibration
 from arctrue.calibration.head_separation import (
     INDEX_REPEATABILITY_COUNTS,
@@ -131,7 +131,7 @@ def two_heads_budget(measurement: MeasurementSet, calibration: Calibration) -> B
     kept = np.tile(applied, 2)
     total = 0.5 * float(np.trace(estimate.covariance[np.ix_(kept, kept)]))
     slope = separation_slope(calibration)
-    of_separation = slope * estimate.u_head_separation_rad * (648_000.0 / math.pi)
+    of_separation = slope * estimate.u_head_separation_rad * ARCSEC_PER_RAD
     noise = math.sqrt(max(total - of_separation**2, 0.0))
     seen = np.isfinite(estimate.noise_gain) & ~applied
     left = math.sqrt(0.5 * float(np.sum(estimate.amplitude_arcsec[seen] ** 2)))
@@ -202,7 +202,7 @@ def separation_slope(calibration: Calibration) -> float:
     applied = np.array([verdict.applied for verdict in calibration.verdicts], dtype=bool)
     turned = np.exp(1j * estimate.orders[applied] * estimate.head_separation_rad)
     change = estimate.amplitude_arcsec[applied] * estimate.orders[applied] / np.abs(turned - 1.0)
-    return float(np.sqrt(0.5 * np.sum(change**2))) * math.pi / 648_000.0
+    return float(np.sqrt(0.5 * np.sum(change**2))) * RAD_PER_ARCSEC
 
 
 def reference_budget(measurement: MeasurementSet, correction: Correction) -> Budget:
@@ -323,7 +323,7 @@ def _separation_lines(
             )
         ]
     if choice == "harmonics":
-        u = calibration.estimate.u_head_separation_rad * (648_000.0 / math.pi)
+        u = calibration.estimate.u_head_separation_rad * ARCSEC_PER_RAD
         return [
             Contribution("head separation α", "harmonics of the reference run", "A", "normal", u,
                          slope)

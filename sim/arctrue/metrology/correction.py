@@ -4,7 +4,7 @@ direction."""
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,17 +60,17 @@ class Correction:
         )
         orders = sorted(found.components)
         reversal = 0.0
-        left_out = list(found.left_out)
-        for entry in model.effects:
+        notes = dict(found.notes)
+        for index, entry in enumerate(model.effects):
             units = entry.effect(effects).parameter_units
             if tuple(units) == (REVERSAL,) and len(entry.coefficients) == 1:
                 reversal += entry.coefficients[0]
-                left_out = [text for text in left_out if not text.startswith(f"{entry.name}:")]
+                notes.pop(index, None)
         return cls(
             np.array(orders, dtype=np.int64),
             np.array([found.components[order] for order in orders]).reshape(-1, 2),
             reversal,
-            tuple(left_out),
+            tuple(replace(found, notes=notes).left_out),
             tuple(found.warnings),
         )
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from arctrue.base.units import ARCSEC_PER_DEG
 from arctrue.calibration.axis_orbit import AxisOrbit, orbit_of_set
 from arctrue.calibration.capture_check import CaptureRefusedError
 from arctrue.device.announcement import Announcement
@@ -169,7 +170,8 @@ def _history(turns: list[dict[str, Any]]) -> dict[str, Any]:
             "separation": [
                 None
                 if turn.get("separation_deg") is None or separation is None
-                else 3600.0 * (turn["separation_deg"] - (before.get("separation_deg") or 0.0))
+                else ARCSEC_PER_DEG
+                * (turn["separation_deg"] - (before.get("separation_deg") or 0.0))
                 for turn in drawn
             ],
             "u_separation": [turn.get("u_separation_arcsec") for turn in drawn],

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import ARCSEC_PER_DEG
 from arctrue.metrology.controllers.table_format import turn_deg
 from arctrue.metrology.controllers.table_of_command import TableOfCommand, wanted_deg
 from arctrue.metrology.correction import Correction
@@ -31,7 +32,7 @@ class Aerotech(TableOfCommand):
     def text(self, correction: Correction, points: int, title: str) -> str:
         nominal = turn_deg(points)
         wanted = np.mean([wanted_deg(correction, nominal, way) for way in (1, -1)], axis=0)
-        values = [f"{value * 3600.0:.6f}" for value in wanted]
+        values = [f"{value * ARCSEC_PER_DEG:.6f}" for value in wanted]
         lines = [
             f"; {title}",
             f":START 1 SAMPLEDIST={360.0 / points:.12g} POSUNIT=PRIMARY CORUNIT=PRIMARY/3600",
@@ -45,5 +46,5 @@ class Aerotech(TableOfCommand):
 
     def added_deg(self, text: str, command_deg: Float, direction: int) -> Float:
         words = [word for line in text.splitlines() if line[0] not in ";:" for word in line.split()]
-        rows = np.array([float(word) for word in words]) / 3600.0
+        rows = np.array([float(word) for word in words]) / ARCSEC_PER_DEG
         return np.asarray(np.interp(command_deg, turn_deg(rows.size - 1), rows))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.base.units import RAD_PER_ARCSEC
+from arctrue.base.units import ARCSEC_PER_DEG, RAD_PER_ARCSEC
 from arctrue.metrology.controllers.table_format import TableFormat
 from arctrue.metrology.controllers.table_of_command import wanted_deg
 from arctrue.metrology.correction import Correction
@@ -87,7 +87,7 @@ class OnStep(TableFormat):
         seconds = np.arange(self._worm_s() + 1, dtype=np.float64)
         # The worm motor is at its zero in second 0, and then tracks so that the reading R satisfies
         # R(t) − ε(R(t)) = t − ε(0).
-        start_deg = float(correction.error_arcsec(np.zeros(1), None)[0]) / 3600.0
+        start_deg = float(correction.error_arcsec(np.zeros(1), None)[0]) / ARCSEC_PER_DEG
         wanted = wanted_deg(correction, seconds * (360.0 / SECONDS_A_TURN) - start_deg, 0)
         steps = np.rint((wanted - wanted[0]) / self._step_deg()).astype(np.int64)
         entries = np.diff(steps)
@@ -107,7 +107,9 @@ class OnStep(TableFormat):
         entries = np.array([int(match[2]) for match in ENTRY.finditer(text)], dtype=np.int64)
         sums = np.concatenate([[0], np.cumsum(np.roll(entries, PLAYED_LATER_S))])
         second = np.mod(np.degrees(angle_rad) * (SECONDS_A_TURN / 360.0), entries.size)
-        added = np.interp(second, np.arange(entries.size + 1), sums) * self._step_deg() * 3600.0
+        added = (
+            np.interp(second, np.arange(entries.size + 1), sums) * self._step_deg() * ARCSEC_PER_DEG
+        )
         error = added - correction.error_arcsec(angle_rad + added * RAD_PER_ARCSEC, None)
         return np.asarray(error - error.mean())
 

@@ -7,6 +7,7 @@ import re
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import ARCSEC_PER_DEG
 from arctrue.metrology.controllers.table_format import TableOfReading, turn_deg
 from arctrue.metrology.correction import Correction
 
@@ -29,7 +30,7 @@ class Siemens(TableOfReading):
 
     def text(self, correction: Correction, points: int, title: str) -> str:
         reading = turn_deg(points)
-        added = -correction.by_reading(np.radians(reading)) / 3600.0
+        added = -correction.by_reading(np.radians(reading)) / ARCSEC_PER_DEG
         rows = [f"$AA_ENC_COMP[0,{i},AX1]={value:.9f}" for i, value in enumerate(added)]
         lines = [
             "%_N_AX1_EEC_INI",
@@ -46,4 +47,4 @@ class Siemens(TableOfReading):
 
     def taken_off_arcsec(self, text: str, reading_deg: Float, direction: int) -> Float:
         added = np.array([float(match[2]) for match in VALUE.finditer(text)])
-        return np.asarray(-3600.0 * np.interp(reading_deg, turn_deg(added.size - 1), added))
+        return np.asarray(-ARCSEC_PER_DEG * np.interp(reading_deg, turn_deg(added.size - 1), added))

@@ -7,7 +7,7 @@ from abc import abstractmethod
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.base.units import RAD_PER_ARCSEC
+from arctrue.base.units import ARCSEC_PER_DEG, RAD_PER_ARCSEC
 from arctrue.metrology.controllers.table_format import TableFormat
 from arctrue.metrology.correction import Correction
 
@@ -25,7 +25,7 @@ class TableOfCommand(TableFormat):
     def angle_error_arcsec(
         self, text: str, correction: Correction, angle_rad: Float, direction: int
     ) -> Float:
-        added = self.added_deg(text, np.degrees(angle_rad), direction) * 3600.0
+        added = self.added_deg(text, np.degrees(angle_rad), direction) * ARCSEC_PER_DEG
         reading = angle_rad + added * RAD_PER_ARCSEC
         return np.asarray(added - correction.error_arcsec(reading, direction))
 
@@ -41,4 +41,4 @@ def wanted_deg(correction: Correction, nominal_deg: Float, direction: int) -> Fl
     error = np.zeros_like(angle)
     for _ in range(ROUNDS):
         error = correction.error_arcsec(angle + error * RAD_PER_ARCSEC, direction)
-    return error / 3600.0
+    return error / ARCSEC_PER_DEG

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from arctrue.base.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC
+from arctrue.base.units import ARCSEC_PER_DEG, ARCSEC_PER_RAD, RAD_PER_ARCSEC
 from arctrue.calibration.head_weights import mean_weights, weight_words
 from arctrue.gateware.mean_set import WEIGHT_ONE
 from arctrue.studies.heads.bench import COUNTS_PER_REV, Bench
@@ -79,7 +79,7 @@ def budget(bench: Bench, shift_m: float, radius_tolerance_m: float) -> list[dict
         (
             "skew",
             f"delay of each head by {SKEW_S * 1e9:g} ns at {SPEED_DEG_S:g}°/s",
-            SKEW_S * SPEED_DEG_S * 3600.0 * noise,
+            SKEW_S * SPEED_DEG_S * ARCSEC_PER_DEG * noise,
         ),
     )
     return [{"name": name, "cause": cause, "u_arcsec": float(u)} for name, cause, u in rows]

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.base.progress import ReportStep
+from arctrue.base.units import ARCSEC_PER_DEG, ARCSEC_PER_TURN
 from arctrue.calibration.heads_calibration import MeanSettings, calibrate_mean
 from arctrue.device.dump import read_head, read_row
 from arctrue.device.load import load_frames
@@ -61,7 +62,7 @@ class Track:
         """Compute the error at each edge that the recording keeps."""
         turn = edges.true_angle_rad / (2.0 * np.pi)
         counts = edges.position - turn * edges.counts_per_rev
-        arcsec = 360.0 * 3600.0 / edges.counts_per_rev
+        arcsec = ARCSEC_PER_TURN / edges.counts_per_rev
         return cls(edges.true_angle_rad, np.asarray((counts - counts.mean()) * arcsec))
 
     def line(self, order: float) -> complex:
@@ -136,7 +137,7 @@ class HeadsDevice:
     def table(self, *causes: Cause) -> RotaryTable:
         """Return the instrument's table with further ``causes``."""
         orders = tuple(GRADUATION_ARCSEC)
-        amplitudes = tuple(float(np.radians(GRADUATION_ARCSEC[n] / 3600.0)) for n in orders)
+        amplitudes = tuple(float(np.radians(GRADUATION_ARCSEC[n] / ARCSEC_PER_DEG)) for n in orders)
         disc = (
             DiscEccentricity(ECCENTRICITY_M, ECCENTRICITY_DIRECTION_RAD),
             GraduationHarmonics(orders, amplitudes, (0.4, 1.9)),

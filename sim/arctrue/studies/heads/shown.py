@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.base.progress import ReportStep
-from arctrue.base.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC
+from arctrue.base.units import ARCSEC_PER_RAD, ARCSEC_PER_TURN, RAD_PER_ARCSEC
 from arctrue.calibration.capture_check import WholeTurns
 from arctrue.calibration.heads_data import HeadsSettings
 from arctrue.calibration.heads_gain import MotionOrders, order_gain
@@ -258,7 +258,7 @@ def _moved(bench: Bench, head: int) -> dict[str, Any]:
     unit = ARCSEC_PER_RAD * 2.0 * np.pi / COUNTS_PER_REV
     now = offsets * unit
     apart = now - before.offsets_rad * ARCSEC_PER_RAD
-    apart = (apart + 648_000.0) % 1_296_000.0 - 648_000.0
+    apart = (apart + ARCSEC_PER_TURN / 2.0) % ARCSEC_PER_TURN - ARCSEC_PER_TURN / 2.0
     limit = AXIS_LIMIT_M / DISC_RADIUS_M * ARCSEC_PER_RAD
     found = moved_heads(
         apart,

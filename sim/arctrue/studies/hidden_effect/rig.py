@@ -65,7 +65,6 @@ class Rig:
         self.drive: Motion | None = None
         self._attached_clock = 0
         self._timestamp_offset = 0
-        self._turns_read = 0
 
     @property
     def present_drive(self) -> Motion:
@@ -94,7 +93,6 @@ class Rig:
             poll_clocks=self.settings.revolution.poll_clocks,
             stage=stage,
         )
-        self._turns_read = len(firmware.telemetry)
 
     def motion_time_s(self, clock: NDArray[np.float64]) -> NDArray[np.float64]:
         """Convert clocks of the instrument to instants of the present motion."""

@@ -287,7 +287,7 @@ class Case:
             # At one speed a frequency is an order. An oscillation has a free phase and a free size
             # in every run. An effect that explains most of the oscillation with one phase is an
             # error of the disc or of the signal; only the size of this error changes.
-            found.equals += [
+            further = [
                 item.name
                 for item in self.others.values()
                 if not item.effect.unspecific
@@ -296,6 +296,7 @@ class Case:
                 and item.gain >= LEAST_SHARE * best.gain
                 and compete(self.survey, item, best)
             ]
+            return Similar((*found.equals, *further), found.larger)
         return found
 
     @cached_property

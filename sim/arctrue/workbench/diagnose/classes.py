@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -31,19 +31,19 @@ FAR = 30.0
 large as the noise."""
 
 
-@dataclass
+@dataclass(frozen=True)
 class Similar:
     """Names of the candidates that this data cannot distinguish from the best candidate. Candidates
     in ``equals`` have no more coefficients than the best candidate; those in ``larger`` have more
     coefficients."""
 
-    equals: list[str] = field(default_factory=list)
-    larger: list[str] = field(default_factory=list)
+    equals: tuple[str, ...]
+    larger: tuple[str, ...]
 
     @property
-    def all_names(self) -> list[str]:
-        """Names of both lists."""
-        return [*self.equals, *self.larger]
+    def all_names(self) -> tuple[str, ...]:
+        """Names of both groups."""
+        return (*self.equals, *self.larger)
 
 
 def alike(best: Candidate, others: Sequence[Candidate], *, unspecific: bool = False) -> Similar:
@@ -52,7 +52,8 @@ def alike(best: Candidate, others: Sequence[Candidate], *, unspecific: bool = Fa
     ``unspecific``: if the best candidate names a cause, also include candidates that only describe
     the observation.
     """
-    similar = Similar()
+    equals: list[str] = []
+    larger: list[str] = []
     for other in others:
         if other.gain < LEAST_SHARE * best.gain or other.name == best.name:
             continue
@@ -61,11 +62,8 @@ def alike(best: Candidate, others: Sequence[Candidate], *, unspecific: bool = Fa
             continue
         if not stands_in(best, other) or not _takes_its_error(other, best):
             continue
-        if other.rank > best.rank:
-            similar.larger.append(other.name)
-        else:
-            similar.equals.append(other.name)
-    return similar
+        (larger if other.rank > best.rank else equals).append(other.name)
+    return Similar(tuple(equals), tuple(larger))
 
 
 def adds(item: Candidate, other: Candidate, *, searched: bool = True) -> bool:

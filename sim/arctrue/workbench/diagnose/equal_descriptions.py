@@ -90,4 +90,4 @@ def to_separate(described: Candidate, other: Candidate) -> NextMeasurement:
 
 def _part(item: Candidate) -> str:
     assert isinstance(item.effect, ProductOfParts)
-    return item.effect.condition.part.partition("^")[0]
+    return item.effect.condition.without_power

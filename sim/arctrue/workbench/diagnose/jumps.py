@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from arctrue.base.units import ARCSEC_PER_DEG
 from arctrue.workbench.inference.forward.events import ONE_BY_ONE
 
 MANY_ARCSEC = 600.0
@@ -73,7 +74,7 @@ class Jump:
 
 def angle_words(arcsec: float) -> str:
     """Write an angle in arcseconds, or in degrees where it is large."""
-    return f"{arcsec:.3g}″" if abs(arcsec) < MANY_ARCSEC else f"{arcsec / 3600.0:.3g}°"
+    return f"{arcsec:.3g}″" if abs(arcsec) < MANY_ARCSEC else f"{arcsec / ARCSEC_PER_DEG:.3g}°"
 
 
 def jumps_in_words(jumps: Sequence[Jump], count_arcsec: float | None) -> str:

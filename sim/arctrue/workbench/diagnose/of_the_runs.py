@@ -200,7 +200,7 @@ def offsets_follow(residuals: Residuals) -> FollowedCondition | None:
     offsets, variance = known.run_offsets_arcsec, known.noise.index_variance
     size = np.bincount(rows.run, minlength=offsets.size)
     conditions = [
-        (item.part.partition("^")[0], np.bincount(rows.run, values, offsets.size) / size)
+        (item.without_power, np.bincount(rows.run, values, offsets.size) / size)
         for item in recorded_conditions(observations)
         if (values := item.values(rows)) is not None
     ]
@@ -263,5 +263,5 @@ def runs_differ_with(residuals: Residuals) -> str | None:
             and leaves_the_index(known, form, {})
             and (best is None or score.gain > best[0])
         ):
-            best = score.gain, condition.part.partition("^")[0]
+            best = score.gain, condition.without_power
     return None if best is None else best[1]

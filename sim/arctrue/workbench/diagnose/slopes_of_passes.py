@@ -6,6 +6,7 @@ passes, for example with the temperature, leaves a straight line of the angle in
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,9 +49,9 @@ class SlopesOfPasses:
     sigma_arcsec: float
     arc_deg: float
     passes: int
-    conditions: tuple[str, ...]
+    conditions: Mapping[str, str]
     """Conditions that differ between two passes, or that the slopes of several passes follow; in
-    words."""
+    words, by name."""
 
     def sentence(self) -> str:
         """Return the finding with the recorded conditions that may cause it."""
@@ -58,7 +59,7 @@ class SlopesOfPasses:
         words = f"{size} (u {angle_words(self.sigma_arcsec)})"
         if self.passes == 2:
             said = f"The two passes over the arc differ by a straight line of the angle: {words}."
-            known = f"Between them {' and '.join(self.conditions)} differ"
+            known = f"Between them {' and '.join(self.conditions.values())} differ"
             known += "s" if len(self.conditions) == 1 else ""
             nothing = "No recorded condition apart from the time differs between them."
             more = ", and so does the time."
@@ -67,7 +68,7 @@ class SlopesOfPasses:
                 f"The {self.passes} passes over the arc differ by straight lines of the angle, "
                 f"by up to {words}."
             )
-            known = f"The slopes follow {' and '.join(self.conditions)}"
+            known = f"The slopes follow {' and '.join(self.conditions.values())}"
             nothing = "The slopes follow no recorded condition."
             more = "."
         return f"{said} {known + more if self.conditions else nothing}"
@@ -79,7 +80,7 @@ class SlopesOfPasses:
                 "the same pass several times more, with one condition changed at a time: the slope "
                 "over the angle changes with its cause"
             )
-        names = " and ".join(item.partition(" (")[0] for item in self.conditions)
+        names = " and ".join(self.conditions)
         return (
             f"the same pass once more with {names} as in the first pass: if this condition is the "
             "cause, the first slope returns; if the time or a change of the set-up is the cause, "
@@ -141,7 +142,7 @@ def _block_means(block: NDArray[np.int64], values: Float) -> Float:
 
 def _conditions(
     solution: Solution, rows: ReferenceRows, passes: list[NDArray[np.int64]], slopes: Float
-) -> tuple[str, ...]:
+) -> dict[str, str]:
     """Return the conditions that differ between two passes, or that several slopes follow."""
     found: dict[str, str] = {}
     for item in recorded_conditions(solution.observations):
@@ -159,9 +160,10 @@ def _conditions(
             product = float(np.mean((means - means.mean()) * (slopes - slopes.mean())))
             known = scale > 1e-12 and abs(product) >= FOLLOWS * scale
         if known:
-            name = item.part.partition("^")[0]
-            found.setdefault(name, f"{name}{_values(item, rows, means)}")
-    return tuple(found.values())
+            found.setdefault(
+                item.without_power, f"{item.without_power}{_values(item, rows, means)}"
+            )
+    return found
 
 
 def _figure(item: Condition, rows: ReferenceRows, mean: float) -> str:

@@ -48,6 +48,11 @@ class Condition:
     on."""
 
     @property
+    def without_power(self) -> str:
+        """Return ``part`` without its power: speed for speed^2."""
+        return self.part.partition("^")[0]
+
+    @property
     def settings(self) -> dict[str, object]:
         """Return the settings with which a :class:`ProductOfParts` has this condition."""
         if self.column is not None:

@@ -53,6 +53,10 @@ class Export:
     """Descriptions of the errors that the local table corrects."""
     real: list[str] = field(default_factory=list)
     """Descriptions of the lanes of real orders, which need not be integers."""
+    scales: list[str] = field(default_factory=list)
+    """Descriptions of the followed lanes whose words the host writes; they state the scale."""
+    without_lane: list[str] = field(default_factory=list)
+    """Descriptions of the orders for which no lane is left; ``left_out`` contains them too."""
 
 
 @dataclass(frozen=True)
@@ -132,11 +136,9 @@ def _with_temperature(
         if max(np.hypot(*(below - at)), np.hypot(*(above - at))) >= LEAST_CHANGE_COUNTS * count:
             slopes[order] = np.concatenate([slope, curve])
     quiet = set(middle.every) - set(components)
-    left_out = [text for text in middle.left_out if "not significant" not in text]
-    if quiet:
-        named = ", ".join(map(str, sorted(quiet)))
-        left_out.append(f"orders {named}: not significant within {THERMAL_SPAN_K:g} K")
-    harmonics = dataclasses.replace(middle, components=components, left_out=left_out)
+    named = ", ".join(map(str, sorted(quiet)))
+    words = [f"orders {named}: not significant within {THERMAL_SPAN_K:g} K"] if quiet else []
+    harmonics = dataclasses.replace(middle, components=components, not_significant=words)
     return _Thermal(harmonics, slopes)
 
 
@@ -220,13 +222,13 @@ def export_model(
         )
     orders = sorted(by_order, key=lambda order: -thermal.largest_arcsec(order))
     plain_lanes = lanes - len(followed.lanes) - len(real)
-    for order in orders[plain_lanes:]:
-        if thermal.largest_arcsec(order) == 0.0:
-            continue
-        left_out.append(
-            f"order {order} ({thermal.largest_arcsec(order):.3f}″): no lane left, "
-            f"all {lanes} are in use"
-        )
+    without_lane = [
+        f"order {order} ({thermal.largest_arcsec(order):.3f}″): no lane left, "
+        f"all {lanes} are in use"
+        for order in orders[plain_lanes:]
+        if thermal.largest_arcsec(order) != 0.0
+    ]
+    left_out += without_lane
     kept = sorted(orders[:plain_lanes])
     phases = [float(np.arctan2(-by_order[order][1], by_order[order][0])) for order in kept]
     sizes = [found.amplitude_arcsec(order) for order in kept]
@@ -284,6 +286,8 @@ def export_model(
         followed.words(),
         in_table,
         of_orders,
+        followed.scales(),
+        without_lane,
     )
 
 

@@ -289,6 +289,11 @@ class FollowedLanes:
             for one, size in zip(self.lanes, self.sizes_arcsec, strict=True)
         ]
 
+    def scales(self) -> list[str]:
+        """Describe each lane whose word the host writes; the text states the scale of the word."""
+        described = zip(self.lanes, self.words(), strict=True)
+        return [text for one, text in described if one.condition == "column"]
+
     @property
     def reversal_width_deg(self) -> float:
         """W, half the travel over which the correction changes after a reversal."""

@@ -154,9 +154,12 @@ class ReadingHarmonics:
 
     components: dict[int, Float]
     """Cosine and sine of every significant order, (2,), arcseconds."""
-    left_out: list[str]
-    """Descriptions of the parts of the model that are not a function of the reading, or are not
-    significant."""
+    notes: dict[int, str]
+    """Descriptions of the effects that are not a function of the reading, by index in the model."""
+    above: list[str]
+    """Descriptions of the orders above ORDER_MAX."""
+    not_significant: list[str]
+    """Descriptions of the orders that are not significant."""
     warnings: list[str]
     every: dict[int, Float]
     """Cosine and sine of every order, (2,), arcseconds, including the orders that are not
@@ -164,6 +167,11 @@ class ReadingHarmonics:
     sidebands: dict[int, Float]
     """Cosine and sine, (2,), arcseconds, of every order that only the conversion to the reading
     adds; ``components`` contains those above one count."""
+
+    @property
+    def left_out(self) -> list[str]:
+        """Descriptions of the parts of the model that no lane corrects."""
+        return [*self.notes.values(), *self.above, *self.not_significant]
 
     def amplitude_arcsec(self, order: int) -> float:
         """Return the amplitude of one order."""
@@ -187,12 +195,12 @@ def harmonics_of_reading(
     effects that are corrected otherwise (lanes with a condition, lanes of orders that are not
     integers, the local table). Raises ValueError for a model without coefficients.
     """
-    left_out: list[str] = []
+    notes: dict[int, str] = {}
     for index, entry in enumerate(model.effects):
         effect = entry.effect(effects)
         if effect.compensation not in ("reference", "lanes") and index not in taken:
             note = effect.compensation_note or "lanes cannot correct it"
-            left_out.append(f"{entry.name}: {note}")
+            notes[index] = f"{entry.name}: {note}"
     correctable = correctable_lanes(
         model, observations, effects, temperature_c=temperature_c, taken=taken
     )
@@ -205,7 +213,8 @@ def harmonics_of_reading(
         for place in range(len(correctable.entries))
         for order in correctable.own_orders(place)
     }
-    left_out += [f"order {order} is above {ORDER_MAX}" for order in total if order > ORDER_MAX]
+    above = [f"order {order} is above {ORDER_MAX}" for order in total if order > ORDER_MAX]
+    not_significant: list[str] = []
     by_order = {order: total[order] for order in sorted(own) if order <= ORDER_MAX}
     sidebands = {order: pair for order, pair in total.items() if order not in own}
     warnings: list[str] = []
@@ -226,7 +235,7 @@ def harmonics_of_reading(
         if quiet:
             named = ", ".join(map(str, quiet))
             one = "order" if len(quiet) == 1 else "orders"
-            left_out.append(f"{one} {named}: not significant, below {factor:.1f} u")
+            not_significant.append(f"{one} {named}: not significant, below {factor:.1f} u")
     kept = {order: pair for order, pair in by_order.items() if order not in quiet}
     if observations.counts_per_rev is not None:
         count = arcsec_per_count(observations.counts_per_rev)
@@ -235,7 +244,7 @@ def harmonics_of_reading(
             for order, pair in sidebands.items()
             if np.hypot(*pair) > count and any(order - step in kept for step in SIDEBANDS)
         }
-    return ReadingHarmonics(kept, left_out, warnings, by_order, sidebands)
+    return ReadingHarmonics(kept, notes, above, not_significant, warnings, by_order, sidebands)
 
 
 def _cannot_be_judged(

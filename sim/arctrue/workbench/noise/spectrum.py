@@ -35,11 +35,6 @@ class Spectrum:
         """Variance of a row, the sum over all parts."""
         return float(self.white + self.variances.sum())
 
-    @property
-    def coloured_arcsec(self) -> float:
-        """Standard deviation of the sum of the coloured parts."""
-        return float(np.sqrt(self.variances.sum()))
-
     def equals(self, other: Spectrum) -> bool:
         """Tell whether both spectra have the same parts."""
         return self is other or (

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import ARCSEC_PER_DEG, ARCSEC_PER_TURN
 from arctrue.workbench.observations.display_step import LEAST_AGAIN
 
 Float = NDArray[np.float64]
@@ -35,8 +36,8 @@ def reading_step(
     reading occurs LEAST_AGAIN times on average. If the targets are whole steps too, the result is
     0: the errors are then whole steps, and :func:`display_step` finds the step.
     """
-    target = 3600.0 * target_deg
-    readings = np.sort(np.mod(target + error_arcsec, 1296000.0))
+    target = ARCSEC_PER_DEG * target_deg
+    readings = np.sort(np.mod(target + error_arcsec, ARCSEC_PER_TURN))
     steps = [] if count_arcsec is None else [count_arcsec]
     groups = _groups(readings)
     if groups.size >= LEAST_READINGS and readings.size >= LEAST_AGAIN * groups.size:

@@ -32,7 +32,7 @@ than this share of its largest error, which no run mean shows."""
 ONE_WAY = 0.5
 """A run moves one way if the magnitude of its mean speed is at least this share of its mean
 absolute speed. A run that goes there and back has no direction of its own."""
-MOST_BESIDE = 0.1
+MOST_UNEXPLAINED = 0.1
 """Largest share of the squares of the run means that the speeds may leave unexplained; with a
 larger share, the means do not follow the speeds."""
 
@@ -75,7 +75,7 @@ class SpeedLevels:
     def follow_the_speed(self) -> bool:
         """Tell whether the speeds, up and down, describe the means of the runs."""
         before, after = self.left(np.ones((self.means.size, 1))), self.left(self.columns)
-        if after > MOST_BESIDE * before:
+        if after > MOST_UNEXPLAINED * before:
             return False
         ratio = (before - after) / self.number / max(after / self.free, 1e-300)
         return float(fdtrc(self.number, self.free, ratio)) < SURE_P
