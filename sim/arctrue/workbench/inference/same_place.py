@@ -300,16 +300,13 @@ class Visits:
         test = self.by_place
         means = np.bincount(self.place, self.left) / count
         taken = float(count @ (means * shape)) ** 2 / square
-        free = test.effective(test.between_freedom) - rank
+        free = test.between_freedom - rank
         left = max(float(count @ means**2) - taken, 1e-300)
-        if free < 1.0:
-            return 0.0
-        within_freedom = test.effective(test.within_freedom)
-        if float(fdtrc(free, within_freedom, left / free / test.within)) >= FAMILY_WISE:
+        if free < 1.0 or test.upper_p(left / free, free) >= FAMILY_WISE:
             return 0.0
         if _neighbours_are_alike(means - shape * float(count @ (means * shape)) / square):
             return 0.0
-        return float(fdtrc(rank, free, taken / rank * free / left))
+        return float(fdtrc(rank, test.effective(free), taken / rank * free / left))
 
     def repeated(self) -> RepeatedError | None:
         """Return the error that repeats at the places; None if it is not sure or far smaller than
