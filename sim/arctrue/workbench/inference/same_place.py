@@ -79,6 +79,8 @@ class PureError:
     """Mean number of passes of a group."""
     epsilon: float
     """Box's ε."""
+    cases: int = 1
+    """Number of ways to form the passes, of which the one with the smallest p was chosen."""
 
     def effective(self, freedom: float) -> float:
         """Return the degrees of freedom of a mean square in tests of F or t."""
@@ -105,7 +107,7 @@ class PureError:
         """Probability that the scatter of the passes causes such differences of the groups."""
         if self.within <= 0.0:
             return 1.0
-        return self.upper_p(self.between, self.between_freedom)
+        return min(1.0, self.cases * self.upper_p(self.between, self.between_freedom))
 
     @property
     def rms_arcsec(self) -> float:
@@ -144,6 +146,8 @@ class Visits:
     """Noise that was fitted to the rows of the reference."""
     crossed: NDArray[np.bool_] | None = None
     """True for each place from which a run goes on to the next place of the turn, or back."""
+    cases: int = 1
+    """Number of ways to form the passes, of which the one with the smallest p was chosen."""
 
     def means(self, of_rows: Float) -> Float:
         """Return the means of the cells, without the curve of each pass."""
@@ -177,6 +181,7 @@ class Visits:
             of_cells,
             float(np.mean(count[count > 1.0])),
             epsilon,
+            self.cases,
         )
         if found.p >= FAMILY_WISE or not _is_coloured(self.noise):
             return found
