@@ -6,8 +6,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import Effect, FitContext, Nonlinear
@@ -66,3 +68,26 @@ def test_uneven_stations_add_no_order() -> None:
     kept, trials = RadialErrorMotion().narrowed(leftover)
     assert kept.settings["orders"] == [2]
     assert trials == 7.0
+
+
+class _EqualOrders:
+    """A capture of four heads in which each of some orders removes an equal and large part."""
+
+    observations = SimpleNamespace(
+        heads=4, reference=None, capture=SimpleNamespace(run=np.zeros(6000))
+    )
+
+    def __init__(self, orders: Sequence[int]) -> None:
+        self.orders = set(orders)
+
+    def scores(self, asked: Sequence[tuple[Effect, Nonlinear]]) -> list[SimpleNamespace]:
+        kept = [self.orders & set(effect.integers("orders")) for effect, _ in asked]
+        return [SimpleNamespace(gain=1000.0 * len(orders)) for orders in kept]
+
+
+@pytest.mark.parametrize(("orders", "trials"), [(range(1, 9), 1.0), (range(2, 9), 8.0)])
+def test_four_heads_keep_order_1_with_all_the_others(orders: Sequence[int], trials: float) -> None:
+    """Eight orders are tried: all eight are one choice, and seven of them are eight choices."""
+    kept, choices = RadialErrorMotion().narrowed(cast(Any, _EqualOrders(orders)))
+    assert kept.settings["orders"] == list(orders)
+    assert choices == trials

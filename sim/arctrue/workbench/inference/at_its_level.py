@@ -58,7 +58,8 @@ def gains_at_its_level(
         return []
     found = []
     for local in (np.ones(left.size), level.local):
-        model = np.zeros((left.size, 0)) if base.solution.held else rows.every_column
+        # A held model keeps its coefficients, but the constant of the reference is always fitted.
+        model = rows.ones[:, np.newaxis] if base.solution.held else rows.every_column
         model = model / local[:, np.newaxis]
         values = np.column_stack([left, own]) / local[:, np.newaxis]
         values = values - model @ np.linalg.lstsq(model, values, rcond=1e-10)[0]

@@ -5,8 +5,8 @@ The F test of lack of fit with repeated readings is that of Draper and Smith, Ap
 Analysis, chapter 2. The part of each pass that the model's columns explain is removed first; the
 mean squares then contain no smooth drift of a pass. The noise of neighbouring places may be
 correlated, and its variance may differ from place to place: Box, Ann. Math. Stat. 25 (1954) 290 and
-484, multiplies both degrees of freedom by ε. The coefficients of the model do not matter, because
-its columns are removed from each pass.
+484, multiplies both degrees of freedom of F by ε. The coefficients of the model do not matter,
+because its columns are removed from each pass.
 """
 
 from __future__ import annotations
@@ -64,7 +64,12 @@ that is shorter than two places nearly vanishes in them."""
 
 @dataclass(frozen=True)
 class PureError:
-    """Mean squares of the means of groups, and of the passes within the groups."""
+    """Mean squares of the means of groups, and of the passes within the groups.
+
+    A mean square is the sum of squares divided by its degrees of freedom, in correlated or uneven
+    noise too; only the distribution of the ratio of two mean squares has the degrees of freedom
+    times ``epsilon``.
+    """
 
     between: float
     within: float
@@ -72,13 +77,37 @@ class PureError:
     within_freedom: float
     visits: float
     """Mean number of passes of a group."""
+    epsilon: float
+    """Box's ε."""
+    cases: int = 1
+    """Number of ways to form the passes, of which the one with the smallest p was chosen."""
+
+    def effective(self, freedom: float) -> float:
+        """Return the degrees of freedom of a mean square in tests of F or t."""
+        return max(self.epsilon * freedom, 1.0)
+
+    def upper_p(self, mean_square: float, freedom: float) -> float:
+        """Return the probability that the scatter of the passes causes a mean square of the means
+        that is at least as large."""
+        return float(
+            fdtrc(
+                self.effective(freedom),
+                self.effective(self.within_freedom),
+                mean_square / self.within,
+            )
+        )
+
+    def upper_p_of_size(self, t_value: float) -> float:
+        """Return the probability that the scatter of the passes causes a ratio of a size to its
+        uncertainty that is at least as large, of either sign."""
+        return 2.0 * student_upper_p(t_value, self.effective(self.within_freedom))
 
     @property
     def p(self) -> float:
         """Probability that the scatter of the passes causes such differences of the groups."""
         if self.within <= 0.0:
             return 1.0
-        return float(fdtrc(self.between_freedom, self.within_freedom, self.between / self.within))
+        return min(1.0, self.cases * self.upper_p(self.between, self.between_freedom))
 
     @property
     def rms_arcsec(self) -> float:
@@ -117,6 +146,8 @@ class Visits:
     """Noise that was fitted to the rows of the reference."""
     crossed: NDArray[np.bool_] | None = None
     """True for each place from which a run goes on to the next place of the turn, or back."""
+    cases: int = 1
+    """Number of ways to form the passes, of which the one with the smallest p was chosen."""
 
     def means(self, of_rows: Float) -> Float:
         """Return the means of the cells, without the curve of each pass."""
@@ -140,15 +171,17 @@ class Visits:
         of_means = float(np.sum((self._own_share / count[group])[repeated]))
         of_cells = float(np.sum(self._own_share[repeated])) - of_means
         if of_means < 1.0 or of_cells < 2.0:
-            return PureError(0.0, 0.0, 1.0, 1.0, 1.0)
+            return PureError(0.0, 0.0, 1.0, 1.0, 1.0, 1.0)
         epsilon = self._equal_variance_share(within_cells, group, count)
         epsilon *= self._uncorrelated_share(within_cells, of_means, float(count.mean()))
         found = PureError(
             float(np.sum(np.where(count > 1.0, count * means**2, 0.0))) / of_means,
             float(np.sum(within_cells**2)) / of_cells,
-            max(epsilon * of_means, 1.0),
-            max(epsilon * of_cells, 1.0),
+            of_means,
+            of_cells,
             float(np.mean(count[count > 1.0])),
+            epsilon,
+            self.cases,
         )
         if found.p >= FAMILY_WISE or not _is_coloured(self.noise):
             return found
@@ -274,13 +307,11 @@ class Visits:
         taken = float(count @ (means * shape)) ** 2 / square
         free = test.between_freedom - rank
         left = max(float(count @ means**2) - taken, 1e-300)
-        if free < 1.0:
-            return 0.0
-        if float(fdtrc(free, test.within_freedom, left / free / test.within)) >= FAMILY_WISE:
+        if free < 1.0 or test.upper_p(left / free, free) >= FAMILY_WISE:
             return 0.0
         if _neighbours_are_alike(means - shape * float(count @ (means * shape)) / square):
             return 0.0
-        return float(fdtrc(rank, free, taken / rank * free / left))
+        return float(fdtrc(rank, test.effective(free), taken / rank * free / left))
 
     def repeated(self) -> RepeatedError | None:
         """Return the error that repeats at the places; None if it is not sure or far smaller than
@@ -332,7 +363,7 @@ class Visits:
         if step is None:
             return None
         t_value = float(np.sqrt(step.gain / test.within))
-        if 2.0 * student_upper_p(t_value, test.within_freedom) > FAMILY_WISE / step.tried:
+        if test.upper_p_of_size(t_value) > FAMILY_WISE / step.tried:
             return None
         if self._much_is_left(step.gain, 1):
             return None
@@ -347,7 +378,7 @@ class Visits:
             # If a second step is significant, a part of the turn has another level: this is not a
             # single step.
             t_rest = float(np.sqrt(rest.gain / test.within))
-            if 2.0 * student_upper_p(t_rest, test.within_freedom) < FAMILY_WISE / rest.tried:
+            if test.upper_p_of_size(t_rest) < FAMILY_WISE / rest.tried:
                 return None
         found, sizes, _ = self._single_places
         of_one = 2.0 * float(np.log(step.tried))
@@ -359,12 +390,9 @@ class Visits:
         test, (_, moment, count) = self.by_place, self._system
         before = float(np.sum(moment**2 / count))
         free_left = max(test.between_freedom - parameters, 1.0)
-        left = max(before - explained, 0.0) / free_left / test.within
+        left = max(before - explained, 0.0) / free_left
         excess = before - test.between_freedom * test.within
-        return bool(
-            float(fdtrc(free_left, test.within_freedom, left)) < SURE_P
-            and explained < NEARLY_ALL * excess
-        )
+        return test.upper_p(left, free_left) < SURE_P and explained < NEARLY_ALL * excess
 
     @property
     def of_single_places(self) -> Float:
@@ -406,7 +434,7 @@ class Visits:
             gain = np.where(free, rest**2 / np.where(free, own, 1.0), 0.0)
             best = int(np.argmax(gain))
             t_value = float(np.sqrt(gain[best] / test.within))
-            if 2.0 * student_upper_p(t_value, test.within_freedom) > FAMILY_WISE / places:
+            if test.upper_p_of_size(t_value) > FAMILY_WISE / places:
                 break
             found.append(best)
             inverse = np.asarray(np.linalg.pinv(normal[np.ix_(found, found)]), dtype=np.float64)

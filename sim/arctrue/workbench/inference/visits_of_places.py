@@ -46,7 +46,7 @@ def visits_of(solution: Solution) -> Visits | None:
     """Return the visits of the places of a reference; None if no second pass repeats its places.
 
     A log of several turns may repeat its error in each turn, or only at the same angle of travel;
-    the case in which the passes agree better is chosen.
+    the case in which the passes agree better is chosen, and its p counts both.
     """
     rows, left = solution.observations.reference, solution.reference_residual_arcsec()
     if rows is None or left is None or "reference" in solution.unknown_noise:
@@ -59,7 +59,8 @@ def visits_of(solution: Solution) -> Visits | None:
     if float(np.ptp(rows.target_rad)) < 4.0 * np.pi:
         return within_a_turn
     over_travel = _visits(rows, left, columns, noise, over_travel=True)
-    found = [item for item in (within_a_turn, over_travel) if item is not None]
+    both = [item for item in (within_a_turn, over_travel) if item is not None]
+    found = [replace(item, cases=len(both)) for item in both]
     return min(found, key=lambda item: item.by_place.p, default=None)
 
 

@@ -125,9 +125,12 @@ class RadialErrorMotion(Effect):
             if gains[best] <= gain + penalty:
                 break
             kept, gain = sorted([*kept, best]), gains[best]
-        if not kept or len(kept) == len(orders):
+        if not kept:
             return self, 1.0
-        return RadialErrorMotion(orders=kept), float(comb(len(orders), len(kept)))
+        narrowed = (
+            self if tuple(kept) == self.integers("orders") else RadialErrorMotion(orders=kept)
+        )
+        return narrowed, float(comb(len(orders), len(kept)))
 
     def lanes(
         self,

@@ -14,6 +14,7 @@ from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.scan.disc import order_information
 from arctrue.workbench.inference.scan.maximum import moved_to_maximum
 from arctrue.workbench.inference.scan.places import BEST_PLACES, Place, peaks, scored
+from arctrue.workbench.inference.significance import trials_of_a_line
 
 Float = NDArray[np.float64]
 
@@ -169,7 +170,9 @@ def frequency_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     tried = np.arange(total.size) * spacing
     total[(tried < low) | (tried > high)] = 0.0
     coarse = [{"frequency": float(index * spacing)} for index in peaks(total, BEST_PLACES)]
-    trials = bandwidths * longest
+    trials = trials_of_a_line(
+        bandwidths * longest, len(effect.column_names(residuals.observations))
+    )
     fine = 0.25 / longest
     if fine > 0.9 * spacing:
         return moved_to_maximum(
